@@ -1,0 +1,39 @@
+"""Dynamic balance of linkages: which mass distributions do not shake the base.
+
+Parameters of a body are ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]`` about the
+inertial origin; momentum is ``[moment; force]``; SI units.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from balance.designspace import DesignSpace, design_space
+    from balance.inertia import mass_properties, parameters, pseudo_inertia, violations
+    from balance.momentum import momentum_regressor
+
+__all__ = [
+    "DesignSpace",
+    "design_space",
+    "mass_properties",
+    "momentum_regressor",
+    "parameters",
+    "pseudo_inertia",
+    "violations",
+]
+
+_HOMES = {
+    **dict.fromkeys(["DesignSpace", "design_space"], "designspace"),
+    **dict.fromkeys(["mass_properties", "parameters", "pseudo_inertia", "violations"], "inertia"),
+    "momentum_regressor": "momentum",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name when it is first used: the command line needs few of them."""
+    from importlib import import_module
+
+    if name in _HOMES:
+        return getattr(import_module(f"balance.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'balance' has no attribute '{name}'")

@@ -1,0 +1,31 @@
+"""Kinematics of linkages: screws, loops, and motions as power series.
+
+Knows motion and nothing of mass. Twists are ``[ω; v]`` with v the velocity of the body
+point at the origin; all quantities are in the inertial frame, in SI units.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from kinematics.linkage import Body, Joint, Linkage, Loop, Notice
+    from kinematics.models import gallery, load
+    from kinematics.motion import Motion
+
+__all__ = ["Body", "Joint", "Linkage", "Loop", "Motion", "Notice", "gallery", "load"]
+
+_HOMES = {
+    **dict.fromkeys(["Body", "Joint", "Linkage", "Loop", "Notice"], "linkage"),
+    **dict.fromkeys(["gallery", "load"], "models"),
+    "Motion": "motion",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name when it is first used: reading a bad file needs no kernels."""
+    from importlib import import_module
+
+    if name in _HOMES:
+        return getattr(import_module(f"kinematics.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'kinematics' has no attribute '{name}'")

@@ -1,0 +1,301 @@
+"""From a draft to a linkage: loops closed, mobility known, coordinates chosen.
+
+Mobility is decided at first order at the reference pose, by the rank of the loop matrix,
+and then put to the test: along a generic direction the series must close at every order
+computed, and a finite pose must exist there. The same finite pose tells which joints are
+idle, because an analytic joint motion that vanishes at a generic pose vanishes everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics import closure
+from kinematics.chain import arrange, move, reduce
+from kinematics.errors import CoordinateError, LinkageError, MobilityError, OpenLoopError
+from kinematics.inertial import displaced
+from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen, names
+from kinematics.motion import Motion
+from kinematics.screws import Ad
+
+__all__ = ["assemble", "generic_pose", "moving_chain", "radius"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# First-order closure: singular values of the loop matrix, and rows of its null space, below
+# this part of the largest are zero. Geometry in files is given to about 1e-12.
+DEPENDENT = 1e-8
+# A loop that is open by less, in characteristic lengths and radians, is closed by moving
+# joints; a wider gap is an error in the file.
+ADJUSTABLE = 1e-3
+# Closure to round-off, at series orders and at finite poses.
+CLOSED = 1e-9
+
+
+def assemble(draft: Draft, inputs: Sequence[str] | None = None) -> Linkage:
+    """Close the loops of a draft and choose its independent coordinates.
+
+    Args:
+        draft: the linkage as its file describes it.
+        inputs: names of joints to use as coordinates, instead of those that the file marks
+            or, where neither does, of well-conditioned ones. Fewer than the mobility are
+            completed with passive joints; a notice says which.
+
+    Raises:
+        OpenLoopError: a loop does not close.
+        MobilityError: nothing can move, or it moves only infinitesimally.
+        CoordinateError: an input is unknown or depends on the others.
+    """
+    draft, chain = _closed(draft)
+    velocities = _velocities(draft, chain)
+    wanted = tuple(inputs) if inputs is not None else draft.named_inputs
+    independent, notices = _coordinates(draft, chain, velocities, wanted)
+    chain = move(chain, independent, np.eye(len(independent)))
+    spatial, flat, idle = _reduced(draft, chain)
+    return Linkage(
+        **{f.name: getattr(draft, f.name) for f in fields(Draft) if f.name != "notices"},
+        notices=(*draft.notices, *notices),
+        mobility=len(independent),
+        inputs=tuple(draft.joints[j].name for j in independent),
+        idle=tuple(draft.joints[j].name for j in idle),
+        chain=flat,
+        spatial_chain=spatial,
+    )
+
+
+def moving_chain(linkage: Linkage, motion: Motion | None = None, spatial: bool = False) -> Chain:
+    """The arrays of a linkage under a motion, without the joints that it leaves idle.
+
+    Args:
+        linkage: an assembled linkage.
+        motion: subspace of the inputs, the whole space by default.
+        spatial: whether to keep all components of a planar linkage.
+    """
+    if motion is None:
+        return linkage.spatial_chain if spatial else linkage.chain
+    full = arrange(linkage)
+    at = {name: j for j, name in enumerate(names(linkage.joints))}
+    independent = np.array([at[name] for name in motion.inputs], dtype=np.int64)
+    scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
+    reduced, flat, _ = _reduced(linkage, move(full, independent, scaled))
+    return reduced if spatial else flat
+
+
+def generic_pose(chain: Chain, series: closure.Series, ray: Array) -> closure.Pose | None:
+    """A closed pose some way along a ray, on the branch of the reference pose.
+
+    The step is a third of the radius of convergence estimated from the series, whose sum
+    is the first guess; it is halved until Newton's method stays near that guess.
+
+    Args:
+        chain: the linkage as arrays.
+        series: its series along the ray, as the last ray.
+        ray: direction (w,) in the coordinates of the chain.
+
+    Returns:
+        The pose, or None if there is none within a 64th of that step.
+    """
+    rates = series.C[-1] @ ray
+    step = 0.35 * radius(rates)
+    for _ in range(7):
+        powers = step ** np.arange(1, len(rates) + 1) / np.arange(1, len(rates) + 1)
+        guess = powers @ rates
+        pose = closure.close(chain, guess)
+        if pose.error < CLOSED and _size(pose.q - guess) < 0.1 * _size(guess):
+            return pose
+        step *= 0.5
+    return None
+
+
+def _size(q: Array) -> float:
+    return float(np.sqrt(q @ q))
+
+
+def radius(rates: Array) -> float:
+    """Radius of convergence estimated from the growth of joint rates (order + 1, n).
+
+    At most 1, and such that no joint moves by more than 1 to first order.
+    """
+    sizes = np.sqrt(np.einsum("kj,kj->k", rates, rates))
+    growth = [(sizes[k] / sizes[0]) ** (1.0 / k) for k in range(1, len(sizes))]
+    return float(1.0 / max(1.0, sizes[0], *growth))
+
+
+def _closed(draft: Draft) -> tuple[Draft, Chain]:
+    """The draft with its loops closed, and its joints as arrays."""
+    chain = arrange(draft)
+    if all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops):
+        return draft, chain
+    gaps = np.array([_in_frame(chain, loop.gap) for loop in draft.loops])
+
+    def mismatch(q: Array) -> Array:
+        return closure.mismatch(chain, closure.forward(chain, q).H, q, gaps)
+
+    open_by = mismatch(np.zeros(len(draft.joints)))
+    if np.abs(open_by).max() > ADJUSTABLE:
+        raise _open(draft, chain, open_by)
+    from scipy.optimize import least_squares
+
+    found = least_squares(mismatch, np.zeros(len(draft.joints)), xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    left = mismatch(found.x)
+    if np.abs(left).max() > 1e-12:
+        raise _open(draft, chain, left)
+    moved = np.abs(found.x).max()
+    notices = draft.notices
+    if moved > 1e-9:
+        text = f"loops open by {np.abs(open_by).max():.2g} were closed; joints moved by {moved:.2g}"
+        notices = (*notices, Notice("assembled", text))
+    draft = replace(_moved(draft, chain, found.x), notices=notices)
+    return draft, arrange(draft)
+
+
+def _in_frame(chain: Chain, H: Array) -> Array:
+    """A displacement of inertial space, in the coordinates of the chain."""
+    out = H.copy()
+    out[:3, 3] = (H[:3, :3] @ chain.frame.origin + H[:3, 3] - chain.frame.origin)
+    out[:3, 3] /= chain.frame.length
+    return out
+
+
+def _open(draft: Draft, chain: Chain, mismatch: Array) -> OpenLoopError:
+    """The error for the loop that is furthest open."""
+    twists = mismatch[: 6 * len(draft.loops)].reshape(-1, 6)
+    worst = int(np.argmax(np.abs(twists).max(axis=1)))
+    return OpenLoopError(
+        draft.source, draft.loops[worst].name,
+        float(np.linalg.norm(twists[worst, 3:])) * chain.frame.length,
+        float(np.linalg.norm(twists[worst, :3])),
+    )  # fmt: skip
+
+
+def _moved(draft: Draft, chain: Chain, q: Array) -> Draft:
+    """The draft with the joint positions q as its reference pose and its gaps closed."""
+    H = np.array([_from_frame(chain, h) for h in closure.forward(chain, q).H])
+    before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
+    joints = tuple(
+        replace(
+            j,
+            screw=frozen(Ad(h) @ j.screw),
+            point=frozen(h[:3, :3] @ j.point + h[:3, 3]),
+        )
+        for j, h in zip(draft.joints, before, strict=True)
+    )
+    bodies = tuple(
+        replace(b, inertia=frozen(displaced(b.inertia, H[b.link])), frame=frozen(H[b.link] @ b.frame))
+        for b in draft.bodies
+    )
+    return replace(
+        draft, joints=joints, bodies=bodies,
+        loops=tuple(replace(loop, gap=frozen(np.eye(4))) for loop in draft.loops),
+    )  # fmt: skip
+
+
+def _from_frame(chain: Chain, H: Array) -> Array:
+    """A displacement in the coordinates of the chain, as one of inertial space."""
+    out = H.copy()
+    out[:3, 3] = chain.frame.length * H[:3, 3] + chain.frame.origin - H[:3, :3] @ chain.frame.origin
+    return out
+
+
+def _velocities(draft: Draft, chain: Chain) -> Array:
+    """Joint rates that close the loops at first order: orthonormal columns (n, mobility)."""
+    A = closure.loop_matrix(chain)
+    n = chain.parent.size
+    if not len(A):
+        return np.eye(n)
+    _, values, Vt = np.linalg.svd(A)
+    rank = int(np.sum(values > DEPENDENT * values[0])) if values.size else 0
+    if rank == n:
+        raise MobilityError(f"{draft.source}: the linkage is rigid: its loops leave no joint free")
+    return Vt[rank:].T
+
+
+def _coordinates(
+    draft: Draft, chain: Chain, velocities: Array, wanted: Sequence[str]
+) -> tuple[IntArray, list[Notice]]:
+    """Independent joints: the wanted ones, completed by well-conditioned ones."""
+    mobility = velocities.shape[1]
+    all_names = names(draft.joints)
+    rest = velocities.copy()
+    chosen: list[int] = []
+    for name in wanted:
+        if name not in all_names or all_names.index(name) in chosen:
+            problem = "named twice" if name in all_names else "no such joint"
+            raise CoordinateError(draft.source, [name], problem, all_names)
+        j = all_names.index(name)
+        size = float(np.linalg.norm(rest[j]))
+        if size <= DEPENDENT * max(1.0, float(np.linalg.norm(velocities[j]))):
+            can = [all_names[i] for i in _candidates(draft, rest)] or [all_names[i] for i in chosen]
+            problem = "depends on the other inputs, or cannot move, at the reference pose"
+            raise CoordinateError(draft.source, [name], problem, can)
+        rest = _without(rest, j)
+        chosen.append(j)
+    named = len(chosen)
+    while len(chosen) < mobility:
+        j = _candidates(draft, rest)[0]
+        rest = _without(rest, j)
+        chosen.append(j)
+    notices = []
+    if named and named < mobility:
+        added = ", ".join(all_names[j] for j in chosen[named:])
+        text = f"{named} inputs named, mobility {mobility}: completed with passive joints {added}"
+        notices.append(Notice("inputs_completed", text))
+    if not named:
+        chosen.sort()
+    return np.array(chosen, dtype=np.int64), notices
+
+
+def _candidates(draft: Draft, rest: Array) -> list[int]:
+    """Joints that would serve as the next coordinate, the preferred one first.
+
+    Any joint whose remaining freedom is at least a third of the largest is well enough
+    conditioned; joints of the tree come before those of loops, earlier ones before later.
+    """
+    sizes = np.linalg.norm(rest, axis=1)
+    good = np.flatnonzero(sizes >= max(sizes.max(initial=0.0) / 3.0, DEPENDENT))
+    return sorted(good.tolist(), key=lambda j: (draft.joints[j].in_loop, j))
+
+
+def _without(rest: Array, joint: int) -> Array:
+    """Velocities with the direction that moves ``joint`` projected out."""
+    direction = rest[joint] / np.linalg.norm(rest[joint])
+    return rest - np.outer(rest @ direction, direction)
+
+
+def _reduced(draft: Draft, chain: Chain) -> tuple[Chain, Chain, IntArray]:
+    """Spatial chain without idle joints, the same in its plane if it has one, idle joints.
+
+    Raises:
+        MobilityError: closure fails at a higher order or at a finite pose.
+    """
+    if not len(chain.ends) and not len(chain.mimics):
+        idle = ~np.any(chain.columns != 0.0, axis=1)
+    else:
+        idle = _idle(draft, chain)
+    return *reduce(chain, idle), np.flatnonzero(idle)
+
+
+def _idle(draft: Draft, chain: Chain) -> NDArray[np.bool_]:
+    """Joints that do not move along a generic direction of the chain's columns."""
+    ray = np.random.default_rng(2).standard_normal(chain.width)
+    ray /= np.linalg.norm(ray)
+    series = closure.expand(chain, ray[None], 4)
+    sizes = np.abs(series.C[0]).max(axis=(1, 2))
+    for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
+        if residual > CLOSED * max(1.0, size, sizes[0] ** (order + 1)):
+            raise MobilityError(
+                f"{draft.source}: the linkage moves only infinitesimally: closure fails at order "
+                f"{order}; it is rigid, or its pose in the file is singular: move it off that pose"
+            )
+    pose = generic_pose(chain, series, ray)
+    if pose is None:
+        raise MobilityError(
+            f"{draft.source}: no closed pose was found near that of the file; "
+            "write the file at a pose further from a singularity"
+        )
+    return np.abs(pose.q) <= CLOSED * np.abs(pose.q).max()

@@ -1,0 +1,198 @@
+"""From a linkage to the arrays of its kernels, skipping what cannot move.
+
+Positions are measured from the middle of the mechanism in units of a characteristic
+length, joints that cannot move are left out, and a planar linkage is reduced to its plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.linkage import Chain, Draft, Frame, frozen
+
+__all__ = ["arrange", "flatten", "lock", "move", "plane_normal", "reduce"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def arrange(draft: Draft, frame: Frame | None = None) -> Chain:
+    """All joints of a linkage as a spatial chain, with nothing chosen as independent.
+
+    Args:
+        draft: the linkage.
+        frame: coordinates to use; by default amid the mechanism, in units of its size.
+    """
+    frame = frame or _frame(draft)
+    n = len(draft.joints)
+    screws = np.array([joint.screw for joint in draft.joints]).reshape(n, 6)
+    sliding = np.array([joint.kind == "prismatic" for joint in draft.joints], dtype=bool)
+    screws[:, 3:] += np.cross(screws[:, :3], frame.origin)
+    screws[~sliding, 3:] /= frame.length
+    units = np.where(sliding, frame.length, 1.0)
+    mimics = np.zeros((len(draft.mimics), n))
+    for row, mimic in zip(mimics, draft.mimics, strict=True):
+        row[mimic.joint] = 1.0
+        row[mimic.source] = -mimic.ratio * units[mimic.source] / units[mimic.joint]
+    return Chain(
+        frame=frame,
+        joints=frozen(range(n), np.int64),
+        units=frozen(units),
+        parent=frozen([joint.parent for joint in draft.joints], np.int64),
+        screws=frozen(screws),
+        ends=frozen(np.reshape([(l.end, l.successor) for l in draft.loops], (-1, 2)), np.int64),
+        mimics=frozen(mimics),
+        dependent=frozen([], np.int64),
+        columns=frozen(np.zeros((n, 0))),
+        moves=frozen(np.zeros((n, 0)), np.bool_),
+        links=frozen([body.link for body in draft.bodies], np.int64),
+    )
+
+
+def _frame(draft: Draft) -> Frame:
+    """Origin amid the joints; length from the distances of their axes to it.
+
+    The distances vanish where all axes meet in a point, or nothing turns: then those of
+    the centres of mass, and of the joints themselves, stand in for them.
+    """
+    points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
+    origin = points.mean(axis=0)
+    turning = [j.screw for j in draft.joints if j.kind != "prismatic"]
+    arms = np.array([np.cross(s[:3], s[3:] + np.cross(s[:3], origin)) for s in turning])
+    centres = np.array([b.inertia[1:4] / b.inertia[0] for b in draft.bodies if b.inertia[0] > 0.0])
+    extent = float(np.abs(points).max(initial=0.0))
+    for candidate in (arms, centres - origin if len(centres) else centres, points - origin):
+        if len(candidate):
+            length = float(np.sqrt(np.mean(np.sum(candidate**2, axis=1))))
+            if length > 1e-9 * extent:
+                return Frame(frozen(np.eye(3)), frozen(origin), length)
+    return Frame(frozen(np.eye(3)), frozen(origin), 1.0)
+
+
+def lock(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
+    """The chain without the joints that are idle; links they joined become one."""
+    if not idle.any():
+        return chain
+    kept = np.flatnonzero(~idle)
+    new = np.full(idle.size, -1)
+    new[kept] = np.arange(kept.size)
+
+    def carried(link: int) -> int:
+        while link >= 0 and idle[link]:
+            link = int(chain.parent[link])
+        return int(new[link]) if link >= 0 else -1
+
+    ends = np.array([[carried(e), carried(f)] for e, f in chain.ends]).reshape(-1, 2)
+    mimics = chain.mimics[:, kept]
+    dependent = chain.dependent[~idle[chain.dependent]]
+    return replace(
+        chain,
+        joints=frozen(chain.joints[kept], np.int64),
+        units=frozen(chain.units[kept]),
+        parent=frozen([carried(int(chain.parent[j])) for j in kept], np.int64),
+        screws=frozen(chain.screws[kept]),
+        ends=frozen(ends[ends[:, 0] != ends[:, 1]], np.int64),
+        mimics=frozen(mimics[np.any(mimics != 0.0, axis=1)]),
+        dependent=frozen(new[dependent], np.int64),
+        columns=frozen(chain.columns[kept]),
+        moves=frozen(chain.moves[kept], np.bool_),
+        links=frozen([carried(int(link)) for link in chain.links], np.int64),
+    )
+
+
+def plane_normal(chain: Chain, tolerance: float = 1e-9) -> Array | None:
+    """Normal of the plane in which every link moves, or None.
+
+    All axes of rotation must be parallel to it, all translations perpendicular to it.
+    """
+    turning = chain.screws[np.any(chain.screws[:, :3] != 0.0, axis=1)]
+    sliding = chain.screws[np.all(chain.screws[:, :3] == 0.0, axis=1), 3:]
+    if len(turning):
+        n = turning[0, :3]
+    elif len(sliding):
+        n = np.linalg.svd(sliding)[2][-1]
+        if np.linalg.matrix_rank(sliding, tol=tolerance) == 1:
+            candidates = np.eye(3) - np.outer(sliding[0], sliding[0])
+            n = candidates[2] if abs(sliding[0, 2]) < 0.9 else candidates[0]
+            n = n / np.linalg.norm(n)
+    else:
+        return None
+    n = n * np.sign(n[np.argmax(np.abs(n))])
+    along = np.abs(np.sum(turning[:, :3] * turning[:, 3:], axis=1))
+    off_axis = np.linalg.norm(np.cross(turning[:, :3], n), axis=1)
+    out_of_plane = np.abs(sliding @ n)
+    worst = max(a.max(initial=0.0) for a in (along, off_axis, out_of_plane))
+    return n if worst <= tolerance else None
+
+
+def flatten(chain: Chain, normal: Array) -> Chain:
+    """The chain in its plane: axes turned so that the last one is the normal."""
+    k = int(np.argmax(np.abs(normal)))
+    helper = np.eye(3)[(k + 1) % 3]
+    x = helper - (helper @ normal) * normal
+    x /= np.linalg.norm(x)
+    R = np.array([x, np.cross(normal, x), normal])
+    turned = np.concatenate([chain.screws[:, :3] @ R.T, chain.screws[:, 3:] @ R.T], axis=1)
+    turned[:, 2] = np.rint(turned[:, 2])
+    return replace(chain, frame=replace(chain.frame, R=frozen(R)), screws=frozen(turned[:, 2:5]))
+
+
+def move(chain: Chain, independent: IntArray, basis: Array) -> Chain:
+    """The chain with its independent joints and the columns they move in.
+
+    Args:
+        chain: the linkage as arrays.
+        independent: joints that serve as coordinates.
+        basis: their rates for each column, in the units of the chain; (independent, w).
+    """
+    n = chain.parent.size
+    dependent = np.setdiff1d(np.arange(n), independent)
+    columns = np.zeros((n, basis.shape[1]))
+    columns[independent] = basis
+    active = columns != 0.0
+    for group in _clusters(chain):
+        active[np.intersect1d(group, dependent)] = active[group].any(axis=0)
+    moves = active.copy()
+    for j in range(n):
+        if chain.parent[j] >= 0:
+            moves[j] |= moves[chain.parent[j]]
+    return replace(
+        chain,
+        dependent=frozen(dependent, np.int64),
+        columns=frozen(columns),
+        moves=frozen(moves, np.bool_),
+    )
+
+
+def reduce(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain]:
+    """The chain without its idle joints, and the same in its plane if it has one."""
+    reduced = lock(chain, idle)
+    normal = plane_normal(reduced)
+    return reduced, reduced if normal is None else flatten(reduced, normal)
+
+
+def _clusters(chain: Chain) -> list[list[int]]:
+    """Groups of joints that the loops and the mimic relations couple."""
+    groups: list[set[int]] = []
+    for e, f in chain.ends:
+        groups.append(set(_path(chain.parent, int(e))) ^ set(_path(chain.parent, int(f))))
+    groups += [set(np.flatnonzero(row).tolist()) for row in chain.mimics]
+    merged: list[set[int]] = []
+    for group in groups:
+        for other in [m for m in merged if m & group]:
+            merged.remove(other)
+            group |= other
+        merged.append(group)
+    return [sorted(group) for group in merged]
+
+
+def _path(parent: IntArray, link: int) -> list[int]:
+    """Joints from a link down to the ground."""
+    path = []
+    while link >= 0:
+        path.append(link)
+        link = int(parent[link])
+    return path

@@ -1,0 +1,102 @@
+"""Every exception that this project raises on purpose.
+
+Each message is one line that says what is wrong, where, and what to do about it.
+The facts behind the message are attributes, so that programs need not parse text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+__all__ = [
+    "CoordinateError",
+    "FileError",
+    "LinkageError",
+    "MobilityError",
+    "MotionError",
+    "OpenLoopError",
+    "PoseError",
+]
+
+
+class LinkageError(ValueError):
+    """Base class: the linkage, or what was asked of it, cannot be used."""
+
+
+class FileError(LinkageError):
+    """A file cannot be read as a linkage.
+
+    Attributes:
+        file: path or name of the file.
+        element: the element at fault, such as ``joint 'j1'``, or an empty string.
+        problem: what is wrong with it.
+        remedy: what to do about it.
+    """
+
+    def __init__(self, file: str, element: str, problem: str, remedy: str) -> None:
+        """Compose ``file: element: problem; remedy``."""
+        self.file, self.element, self.problem, self.remedy = file, element, problem, remedy
+        where = f"{file}: {element}: " if element else f"{file}: "
+        super().__init__(f"{where}{problem}; {remedy}")
+
+
+class OpenLoopError(LinkageError):
+    """A loop does not close at the pose of the file.
+
+    Attributes:
+        loop: name of the loop that is furthest open.
+        distance: gap in metres.
+        angle: misalignment in radians.
+    """
+
+    def __init__(self, linkage: str, loop: str, distance: float, angle: float) -> None:
+        """Compose the message from the size of the gap."""
+        self.linkage, self.loop, self.distance, self.angle = linkage, loop, distance, angle
+        super().__init__(
+            f"{linkage}: loop '{loop}': does not close: its frames are {distance:.3g} m and "
+            f"{angle:.3g} rad apart; correct the origins of the loop, or the joints along it"
+        )
+
+
+class MobilityError(LinkageError):
+    """The linkage cannot move, or cannot be moved away from its pose."""
+
+
+class CoordinateError(LinkageError):
+    """Joints that cannot serve as independent coordinates.
+
+    Attributes:
+        names: the joints at fault.
+        valid: joints that would do.
+    """
+
+    def __init__(
+        self, linkage: str, names: Sequence[str], problem: str, valid: Sequence[str]
+    ) -> None:
+        """Compose the message and list the joints that would do."""
+        self.linkage, self.names, self.valid = linkage, tuple(names), tuple(valid)
+        label = "inputs" if len(self.names) > 1 else "input"
+        super().__init__(
+            f"{linkage}: {label} {', '.join(self.names)}: {problem}; "
+            f"choose from {', '.join(self.valid)}"
+        )
+
+
+class MotionError(LinkageError):
+    """A motion relation that cannot be used.
+
+    Attributes:
+        relation: the text of the relation.
+        valid: names of the inputs that a relation may use.
+    """
+
+    def __init__(self, relation: str, problem: str, valid: Sequence[str]) -> None:
+        """Compose the message and list the inputs."""
+        self.relation, self.valid = relation, tuple(valid)
+        super().__init__(
+            f"motion '{relation}': {problem}; the inputs are {', '.join(self.valid)}"
+        )
+
+
+class PoseError(LinkageError):
+    """A pose that the linkage cannot take."""

@@ -1,0 +1,221 @@
+"""The guard: what a URDF file must satisfy before a heavy library sees it.
+
+Checks on the bare XML tree refuse whatever would otherwise be misread in silence. Nothing
+but the standard library is imported, so that a bad file is refused at once.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+
+from kinematics.errors import FileError
+from kinematics.fields import (
+    DEGREES,
+    check_link,
+    check_numbers,
+    check_origin,
+    check_type,
+    coordinates,
+    needed,
+    only,
+)
+from kinematics.markup import Element, Refusal, build, contents, shown
+
+__all__ = ["check", "parse"]
+
+_LOOP_PARTS = ("predecessor", "successor", "axis", "axis2")
+
+
+def check(path: str | os.PathLike[str]) -> Element:
+    """Read a URDF file and refuse what cannot be a linkage.
+
+    Args:
+        path: the file.
+
+    Returns:
+        The ``<robot>`` element.
+
+    Raises:
+        FileError: the file is missing, too large, not well-formed, or not a linkage.
+    """
+    file = os.fsdecode(path)
+    try:
+        data = contents(file)
+    except Refusal as refusal:
+        raise FileError(shown(file, 1000), *refusal.args) from None
+    return parse(data, file)
+
+
+def parse(data: bytes, file: str) -> Element:
+    """As :func:`check`, for the bytes of a file; ``file`` is its name in messages."""
+    try:
+        robot = build(data)
+        _check_robot(robot)
+    except Refusal as refusal:
+        raise FileError(shown(file, 1000), *refusal.args) from None
+    return robot
+
+
+def _check_robot(robot: Element) -> None:
+    """Every check on the tree; only direct children of ``<robot>`` count."""
+    if robot.tag != "robot":
+        raise Refusal(robot.label, "the root element is not <robot>", "give a URDF file")
+    _check_xacro(robot)
+    for item in robot.every("coupling"):
+        raise Refusal(item.label, "<coupling> is not supported", "use <mimic> on a joint")
+    links, joints, loops = (robot.every(tag) for tag in ("link", "joint", "loop"))
+    if not links:
+        raise Refusal(robot.label, "no <link>", "give a URDF file with links and joints")
+    _check_names([robot], links, joints + loops)
+    for link in links:
+        check_link(link)
+    for item in joints + loops:
+        check_type(item)
+    known = {link.name: link for link in links}
+    carrier = _carriers(known, joints)
+    _check_tree(known, carrier)
+    _check_mimics(joints)
+    for loop in loops:
+        _check_loop(loop, known, carrier)
+
+
+def _check_xacro(robot: Element) -> None:
+    remedy = "run xacro first (xacro robot.xacro > robot.urdf)"
+    for item in robot.walk():
+        if item.tag.startswith("xacro:"):
+            raise Refusal(item.label, "a xacro element, not URDF", remedy)
+        for attribute, value in item.attributes.items():
+            if "${" in value:
+                problem = f'{attribute}="{shown(value)}" is a xacro expression'
+                raise Refusal(item.label, problem, remedy)
+
+
+def _check_names(*groups: Sequence[Element]) -> None:
+    """Names are present; within a group they, and their coordinates, are unique."""
+    for group in groups:
+        taken: dict[str, Element] = {}
+        for item in group:
+            if not item.name.strip():
+                raise Refusal(item.label, "no name", f'add name="…" to <{item.tag}>')
+            several = DEGREES.get(item.attributes.get("type", ""), 0) > 1
+            derived = coordinates(item.name, item.attributes["type"]) if several else []
+            for name in [item.name, *derived]:
+                if name in taken:
+                    problem = f"the name '{shown(name)}' is taken by {taken[name].label}"
+                    raise Refusal(item.label, problem, f"rename this {item.tag}")
+                taken[name] = item
+
+
+def _listed(names: Iterable[str]) -> str:
+    """The first names, quoted, and how many are left."""
+    quoted = [f"'{shown(name)}'" for name in names]
+    rest = f" and {len(quoted) - 8} more" if len(quoted) > 8 else ""
+    return ", ".join(quoted[:8]) + rest
+
+
+def _check_link_name(
+    owner: Element, role: str, name: str, known: Mapping[str, Element]
+) -> None:
+    if name not in known:
+        remedy = f"correct the name; the links are {_listed(known)}"
+        raise Refusal(owner.label, f"{role} link '{shown(name)}' does not exist", remedy)
+
+
+def _carriers(known: Mapping[str, Element], joints: Sequence[Element]) -> dict[str, Element]:
+    """The joint that carries each link, by the name of the link."""
+    carrier: dict[str, Element] = {}
+    for joint in joints:
+        parent, child = (needed(joint, role, "link") for role in ("parent", "child"))
+        _check_link_name(joint, "parent", parent, known)
+        _check_link_name(joint, "child", child, known)
+        if parent == child:
+            problem = f"joins link '{shown(child)}' to itself"
+            raise Refusal(joint.label, problem, "correct its <parent> or its <child>")
+        if child in carrier:
+            problem = f"link '{shown(child)}' is already the child of {carrier[child].label}"
+            raise Refusal(joint.label, problem, "close the loop with a <loop> element instead")
+        carrier[child] = joint
+    return carrier
+
+
+def _parent(joint: Element) -> str:
+    return needed(joint, "parent", "link")
+
+
+def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) -> None:
+    """The joints carry every link from one root."""
+    settled: set[str] = set()
+    for start in known:
+        path: dict[str, None] = {}
+        name = start
+        while name in carrier and name not in settled:
+            if name in path:
+                ring = list(path)[list(path).index(name) :]
+                problem = f"the links {_listed(reversed(ring))} form a cycle of joints"
+                remedy = "replace one of these joints with a <loop> element"
+                raise Refusal(carrier[name].label, problem, remedy)
+            path[name] = None
+            name = _parent(carrier[name])
+        settled.update(path)
+    roots = [name for name in known if name not in carrier]
+    if len(roots) > 1:
+        problem = f"more than one root: no joint carries the links {_listed(roots)}"
+        remedy = "fix all but one of them to the ground with a fixed joint"
+        raise Refusal(known[roots[1]].label, problem, remedy)
+
+
+def _check_mimics(joints: Sequence[Element]) -> None:
+    """Mimics join moving joints of one degree of freedom, and no chain of them closes."""
+    named = {joint.name: joint for joint in joints}
+    source: dict[str, str] = {}
+    for joint in joints:
+        mimic = only(joint, "mimic")
+        if mimic is None:
+            continue
+        target = source[joint.name] = needed(joint, "mimic", "joint")
+        check_numbers(joint, mimic, "multiplier", 1)
+        check_numbers(joint, mimic, "offset", 1)
+        if target not in named:
+            remedy = f"correct the name; the joints are {_listed(named)}"
+            raise Refusal(joint.label, f"mimics unknown joint '{shown(target)}'", remedy)
+        for end in (joint, named[target]):
+            if DEGREES[end.attributes["type"]] != 1:
+                problem = f"<mimic> needs joints of one degree of freedom; {end.label} is "
+                problem += end.attributes["type"]
+                raise Refusal(joint.label, problem, "remove the <mimic>, or split the joint")
+    settled: set[str] = set()
+    for start in source:
+        path: set[str] = set()
+        name = start
+        while name in source and name not in settled:
+            if name in path:
+                problem = "mimics itself" if source[name] == name else "mimics in a circle"
+                raise Refusal(named[name].label, problem, "let one of the joints be free")
+            path.add(name)
+            name = source[name]
+        settled |= path
+
+
+def _check_loop(
+    loop: Element, known: Mapping[str, Element], carrier: Mapping[str, Element]
+) -> None:
+    """A loop joins two links that are not rigidly joined already."""
+    extra = [child.tag for child in loop.children if child.tag not in _LOOP_PARTS]
+    sides = loop.every("predecessor") + loop.every("successor")
+    extra += [item.tag for side in sides for item in side.children if item.tag != "origin"]
+    if extra:
+        problem = f"unknown child {', '.join(f'<{shown(tag)}>' for tag in extra[:8])}"
+        remedy = f"a loop may hold {', '.join(_LOOP_PARTS)}, and its sides an origin"
+        raise Refusal(loop.label, problem, remedy)
+    ends = []
+    for role in ("predecessor", "successor"):
+        name = needed(loop, role, "link")
+        _check_link_name(loop, role, name, known)
+        check_origin(loop, loop.first(role) or loop)
+        while name in carrier and carrier[name].attributes["type"] == "fixed":
+            name = _parent(carrier[name])
+        ends.append(name)
+    if ends[0] == ends[1]:
+        problem = "its predecessor and its successor are one rigid body"
+        raise Refusal(loop.label, problem, "let it join links that can move apart")

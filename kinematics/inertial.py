@@ -1,0 +1,63 @@
+"""The ten inertial parameters of a body, and how they move with it.
+
+``z = [m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]``: E is the moment-of-inertia tensor
+about the origin, entries as they stand in the matrix (``Exy = -∫ x y dm``). The
+pseudo-inertia ``P = ∫ [x; 1][x; 1]ᵀ dm`` holds the same numbers and moves by ``H P Hᵀ``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["displaced", "inertia_tensor", "parameters", "pseudo_inertia"]
+
+Array = NDArray[np.float64]
+
+
+def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
+    """Parameters of a body from its mass, centre of mass and inertia about that centre.
+
+    ``E = I + m (c·c 1 - c cᵀ)``.
+
+    Args:
+        mass: kg.
+        com: centre of mass (3,), metres.
+        inertia: tensor about the centre of mass (3, 3), kg m², in the axes of ``com``.
+    """
+    c = np.asarray(com, dtype=np.float64)
+    E = np.asarray(inertia, dtype=np.float64) + mass * (c @ c * np.eye(3) - np.outer(c, c))
+    return np.array([mass, *(mass * c), E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]])
+
+
+def inertia_tensor(z: ArrayLike) -> Array:
+    """Moment-of-inertia tensor E about the origin (..., 3, 3)."""
+    z = np.asarray(z, dtype=np.float64)
+    xx, yy, zz, xy, xz, yz = (z[..., i] for i in range(4, 10))
+    rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def pseudo_inertia(z: ArrayLike) -> Array:
+    """Pseudo-inertia ``[[½ tr(E) 1 - E, mc], [mcᵀ, m]]`` (..., 4, 4), linear in z."""
+    z = np.asarray(z, dtype=np.float64)
+    E = inertia_tensor(z)
+    P = np.empty((*z.shape[:-1], 4, 4))
+    half_trace = 0.5 * np.trace(E, axis1=-2, axis2=-1)[..., None, None]
+    P[..., :3, :3] = half_trace * np.eye(3) - E
+    P[..., :3, 3] = P[..., 3, :3] = z[..., 1:4]
+    P[..., 3, 3] = z[..., 0]
+    return P
+
+
+def displaced(z: ArrayLike, H: ArrayLike) -> Array:
+    """Parameters (..., 10) of a body after the displacement H (4, 4), about the same origin.
+
+    H may be an affine map, such as a change of units.
+    """
+    H = np.asarray(H, dtype=np.float64)
+    P = H @ pseudo_inertia(z) @ H.T
+    xx, yy, zz = P[..., 0, 0], P[..., 1, 1], P[..., 2, 2]
+    moments = [yy + zz, xx + zz, xx + yy, -P[..., 0, 1], -P[..., 0, 2], -P[..., 1, 2]]
+    first = [P[..., 3, 3], P[..., 0, 3], P[..., 1, 3], P[..., 2, 3]]
+    return np.stack([*first, *moments], axis=-1)

@@ -1,0 +1,232 @@
+"""The linkage as data: bodies, joints, loops, and the arrays that the kernels walk.
+
+Everything is written in the inertial frame at the reference pose, where all joint
+positions are 0. Every joint has one degree of freedom; a joint of the file that has more
+is a chain of such joints. Link ``i`` is the link that joint ``i`` carries, and link -1 is
+the ground, so one integer names both a joint and the link after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "GROUND",
+    "Body",
+    "Chain",
+    "Draft",
+    "Frame",
+    "Joint",
+    "Linkage",
+    "Loop",
+    "Mimic",
+    "Notice",
+    "frozen",
+    "names",
+]
+
+GROUND = -1
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def frozen(array: object, dtype: type = np.float64) -> NDArray:
+    """A read-only, contiguous copy of ``array``."""
+    copy = np.array(array, dtype=dtype, order="C")
+    copy.flags.writeable = False
+    return copy
+
+
+class Notice(NamedTuple):
+    """A remark for the user: a stable code for scripts, and one readable line."""
+
+    code: str
+    message: str
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One degree of freedom between two links.
+
+    Attributes:
+        name: name in the file; ``name.0``, ``name.1`` … for a joint of several degrees.
+        kind: ``"revolute"``, ``"prismatic"`` or ``"helical"``.
+        parent: link that carries the joint (``GROUND`` or an earlier joint's index).
+        screw: ``[n; r × n + λ n]``, or ``[0; n]`` if prismatic; shape (6,), SI units.
+        point: a point of the joint, for drawing and for scaling; shape (3,), metres.
+        in_loop: whether the joint belongs to a loop closure rather than to the tree.
+    """
+
+    name: str
+    kind: str
+    parent: int
+    screw: Array
+    point: Array
+    in_loop: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid body with inertial parameters.
+
+    Attributes:
+        name: name of its link in the file.
+        link: the link it is; never ``GROUND``.
+        inertia: ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]`` about the inertial
+            origin; shape (10,), SI units.
+        frame: pose of the link frame of the file; shape (4, 4).
+    """
+
+    name: str
+    link: int
+    inertia: Array
+    frame: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A weld of link ``end`` to link ``successor``.
+
+    The joint of the loop, if any, lies between the predecessor and ``end``.
+
+    Attributes:
+        name: name in the file.
+        end: link at the far side of the loop's joint.
+        successor: link that it is welded to; may be ``GROUND``.
+        gap: displacement, in the inertial frame, that carries the frame of the weld on
+            ``end`` onto the one on ``successor``; shape (4, 4), the identity once closed.
+    """
+
+    name: str
+    end: int
+    successor: int
+    gap: Array = field(default_factory=lambda: frozen(np.eye(4)))
+
+
+@dataclass(frozen=True, eq=False)
+class Mimic:
+    """A joint that follows another: ``q[joint] = ratio * q[source]``.
+
+    Both positions are displacements from the reference pose. ``ratio`` is in the units of
+    ``joint`` over the units of ``source``.
+    """
+
+    joint: int
+    source: int
+    ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A linkage as its file describes it, before its loops are closed.
+
+    Attributes:
+        name: name of the robot in the file.
+        source: path of the file.
+        joints: parents first; the joints of the tree before those of the loops.
+        bodies: moving bodies that carry inertial parameters.
+        loops: the welds.
+        mimics: joints that follow others.
+        named_inputs: joints that the file marks as independent.
+        notices: what the reader has to tell.
+    """
+
+    name: str
+    source: str
+    joints: tuple[Joint, ...]
+    bodies: tuple[Body, ...]
+    loops: tuple[Loop, ...]
+    mimics: tuple[Mimic, ...] = ()
+    named_inputs: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Where the chain's coordinates stand: ``x_chain = R (x - origin) / length``.
+
+    Attributes:
+        R: rotation from inertial to chain axes (3, 3); its last row is the normal of a
+            planar linkage.
+        origin: middle of the mechanism (3,), metres.
+        length: characteristic length, metres.
+    """
+
+    R: Array = field(default_factory=lambda: frozen(np.eye(3)))
+    origin: Array = field(default_factory=lambda: frozen(np.zeros(3)))
+    length: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """A linkage as arrays; n moving joints, L loops, w independent columns.
+
+    Attributes:
+        frame: the coordinates in use.
+        joints: index in the linkage of each joint (n,).
+        units: SI units per unit of each joint position: 1 (radians) or the length (n,).
+        parent: link before each joint, -1 for the ground (n,).
+        screws: unit screws at the reference pose (n, 6), or ``[ω; v_x; v_y]`` (n, 3).
+        ends: the two links welded by each loop (L, 2).
+        mimics: rows of linear relations between joint positions (g, n).
+        dependent: joints whose positions follow from the loops (d,).
+        columns: joint rates of the independent joints for each column (n, w).
+        moves: whether a column can move a link (n, w).
+        links: link of each body with inertial parameters, -1 if it cannot move.
+    """
+
+    frame: Frame
+    joints: IntArray
+    units: Array
+    parent: IntArray
+    screws: Array
+    ends: IntArray
+    mimics: Array
+    dependent: IntArray
+    columns: Array
+    moves: NDArray[np.bool_]
+    links: IntArray
+
+    @property
+    def planar(self) -> bool:
+        """Whether the chain is reduced to its plane."""
+        return self.screws.shape[1] == 3
+
+    @property
+    def width(self) -> int:
+        """Number of columns: degrees of freedom of the motion."""
+        return self.columns.shape[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Linkage(Draft):
+    """A linkage at its reference pose, with loops closed and coordinates chosen.
+
+    Attributes:
+        mobility: degrees of freedom.
+        inputs: names of the independent coordinates, as many as the mobility.
+        idle: names of joints that cannot move.
+        chain: the linkage as arrays, planar if every link moves in parallel planes.
+        spatial_chain: the same without the reduction to the plane.
+    """
+
+    mobility: int = 0
+    inputs: tuple[str, ...] = ()
+    idle: tuple[str, ...] = ()
+    chain: Chain = field(kw_only=True)
+    spatial_chain: Chain = field(kw_only=True)
+
+    @property
+    def planar(self) -> bool:
+        """Whether the linkage moves in parallel planes."""
+        return self.chain.planar
+
+
+def names(items: Sequence[Joint] | Sequence[Body] | Sequence[Loop]) -> tuple[str, ...]:
+    """The names of joints, bodies or loops, in order."""
+    return tuple(item.name for item in items)

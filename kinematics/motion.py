@@ -1,0 +1,117 @@
+"""A motion: a linear subspace of the displacements of the independent coordinates."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.errors import MotionError
+from kinematics.linkage import frozen
+
+__all__ = ["Motion"]
+
+Array = NDArray[np.float64]
+
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Displacements ``u = basis @ y`` of the inputs from the reference pose.
+
+    Attributes:
+        inputs: names of the independent coordinates.
+        relations: the relations as text, such as ``"j4=j7"``.
+        basis: shape (inputs, degrees of freedom of the motion), SI units.
+    """
+
+    inputs: tuple[str, ...]
+    relations: tuple[str, ...]
+    basis: Array
+
+    @classmethod
+    def free(cls, inputs: Sequence[str]) -> Motion:
+        """The motion that moves every input freely."""
+        return cls(tuple(inputs), (), frozen(np.eye(len(inputs))))
+
+    @classmethod
+    def parse(cls, relations: Sequence[str], inputs: Sequence[str]) -> Motion:
+        """The motion that satisfies linear relations of displacements.
+
+        Args:
+            relations: each ``"sum = sum"``, a sum being made of terms ``name``,
+                ``number*name`` and ``0``: ``"j4=j7"``, ``"j4=-2*j7"``, ``"c=-a-b"``.
+            inputs: names of the independent coordinates.
+
+        Raises:
+            MotionError: a relation cannot be read, names a joint that is not an input, or
+                the relations leave nothing to move.
+        """
+        rows = [_row(relation, tuple(inputs)) for relation in relations]
+        basis = _solutions(np.array(rows).reshape(-1, len(inputs)))
+        if basis.shape[1] == 0 and len(inputs) > 0:
+            raise MotionError(", ".join(relations), "leaves no input to move", inputs)
+        return cls(tuple(inputs), tuple(relations), frozen(basis))
+
+
+def _row(relation: str, inputs: tuple[str, ...]) -> Array:
+    """Coefficients of left side minus right side."""
+    sides = relation.split("=")
+    if len(sides) != 2:
+        raise MotionError(relation, "must hold one '='", inputs)
+    return _side(relation, sides[0], inputs) - _side(relation, sides[1], inputs)
+
+
+def _side(relation: str, text: str, inputs: tuple[str, ...]) -> Array:
+    """Coefficients of one sum of terms."""
+    known = "|".join(re.escape(name) for name in sorted(inputs, key=len, reverse=True))
+    term = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*\s*)?({known})(?![\w.])\s*")
+    zero = re.compile(r"\s*[+-]?\s*0+(?:\.0*)?\s*$")
+    row = np.zeros(len(inputs))
+    if zero.match(text):
+        return row
+    position = 0
+    while position < len(text) or position == 0:
+        match = term.match(text, position)
+        if match is None or (position > 0 and not match[1]):
+            raise MotionError(relation, _complaint(text[position:]), inputs)
+        sign = -1.0 if match[1] == "-" else 1.0
+        row[inputs.index(match[3])] += sign * float(match[2] or 1.0)
+        position = match.end()
+    return row
+
+
+def _complaint(rest: str) -> str:
+    """What is wrong with the text where reading stopped."""
+    word = re.match(rf"\s*[+-]?\s*(?:{_NUMBER}\s*\*\s*)?([A-Za-z_][\w./-]*)", rest)
+    if word:
+        return f"'{word[1]}' is not an input"
+    return f"cannot read '{rest.strip()}' (write sums of terms such as j1 or -2*j1)"
+
+
+def _solutions(relations: Array) -> Array:
+    """Null space by Gauss-Jordan elimination: each coordinate left free has a unit column."""
+    matrix = relations.copy()
+    count = matrix.shape[1]
+    pivots: list[int] = []
+    for i, row in enumerate(matrix):
+        pivot = int(np.argmax(np.abs(row))) if count else 0
+        if count == 0 or abs(row[pivot]) <= 1e-12:
+            row[:] = 0.0
+            pivots.append(-1)
+            continue
+        row /= row[pivot]
+        others = np.arange(len(matrix)) != i
+        matrix[others] -= np.outer(matrix[others, pivot], row)
+        pivots.append(pivot)
+    free = [c for c in range(count) if c not in pivots]
+    basis = np.zeros((count, len(free)))
+    basis[free, range(len(free))] = 1.0
+    for row, pivot in zip(matrix, pivots, strict=True):
+        if pivot >= 0:
+            basis[pivot] = -row[free]
+    return basis

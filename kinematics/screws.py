@@ -1,0 +1,173 @@
+"""Screws, twists and wrenches: the Lie algebra se(3) in coordinates.
+
+Component order is angular first: a twist is ``t = [ω; v]``, with v the velocity of the
+body point passing through the origin; a wrench or momentum is ``[moment; force]``. All
+components are in the inertial frame. Functions broadcast over leading dimensions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "Ad",
+    "ScrewAxis",
+    "ad",
+    "exp",
+    "hat",
+    "prismatic",
+    "revolute",
+    "skew",
+    "twist_axis",
+    "vee",
+    "wrench_axis",
+]
+
+Array = NDArray[np.float64]
+
+
+def skew(a: ArrayLike) -> Array:
+    """Matrix of the cross product: ``skew(a) @ b = a × b``; shape (..., 3, 3)."""
+    a = np.asarray(a, dtype=np.float64)
+    matrix = np.zeros((*a.shape[:-1], 3, 3))
+    matrix[..., 2, 1], matrix[..., 0, 2], matrix[..., 1, 0] = a[..., 0], a[..., 1], a[..., 2]
+    return matrix - np.swapaxes(matrix, -1, -2)
+
+
+def hat(t: ArrayLike) -> Array:
+    """Matrix form ``[[ω̂, v], [0, 0]]`` of a twist (..., 6); shape (..., 4, 4)."""
+    t = np.asarray(t, dtype=np.float64)
+    matrix = np.zeros((*t.shape[:-1], 4, 4))
+    matrix[..., :3, :3] = skew(t[..., :3])
+    matrix[..., :3, 3] = t[..., 3:]
+    return matrix
+
+
+def vee(matrix: ArrayLike) -> Array:
+    """Inverse of `hat`; the symmetric part of the rotation block is ignored."""
+    m = np.asarray(matrix, dtype=np.float64)
+    omega = [m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]]
+    return np.concatenate([0.5 * np.stack(omega, axis=-1), m[..., :3, 3]], axis=-1)
+
+
+def ad(t: ArrayLike) -> Array:
+    """Matrix of the Lie bracket of twists (..., 6); shape (..., 6, 6).
+
+    ``ad(a) b = [ω_a × ω_b; v_a × ω_b + ω_a × v_b]``, the rate of change of a twist b that
+    is carried by a body moving with twist a.
+    """
+    t = np.asarray(t, dtype=np.float64)
+    matrix = np.zeros((*t.shape[:-1], 6, 6))
+    matrix[..., :3, :3] = matrix[..., 3:, 3:] = skew(t[..., :3])
+    matrix[..., 3:, :3] = skew(t[..., 3:])
+    return matrix
+
+
+def Ad(H: ArrayLike) -> Array:  # noqa: N802 - the name of the field
+    """Adjoint matrix of a displacement H (..., 4, 4); shape (..., 6, 6).
+
+    ``Ad(H) t`` is the twist t, carried along by the displacement:
+    ``hat(Ad(H) t) = H hat(t) H⁻¹``. Wrenches transform with ``Ad(H)⁻ᵀ``.
+    """
+    H = np.asarray(H, dtype=np.float64)
+    R = H[..., :3, :3]
+    matrix = np.zeros((*H.shape[:-2], 6, 6))
+    matrix[..., :3, :3] = matrix[..., 3:, 3:] = R
+    matrix[..., 3:, :3] = skew(H[..., :3, 3]) @ R
+    return matrix
+
+
+def revolute(axis: ArrayLike, point: ArrayLike, pitch: float = 0.0) -> Array:
+    """Screw ``[n; r × n + λ n]`` of a revolute or helical joint; shape (6,).
+
+    Args:
+        axis: direction of any length; normalised here.
+        point: a point r on the axis, in metres.
+        pitch: λ, in metres per radian.
+    """
+    a = np.asarray(axis, dtype=np.float64)
+    n = a / np.linalg.norm(a)
+    return np.concatenate([n, np.cross(point, n) + pitch * n])
+
+
+def prismatic(axis: ArrayLike) -> Array:
+    """Screw ``[0; n]`` of a prismatic joint; shape (6,)."""
+    a = np.asarray(axis, dtype=np.float64)
+    return np.concatenate([np.zeros(3), a / np.linalg.norm(a)])
+
+
+def exp(screw: ArrayLike, q: ArrayLike) -> Array:
+    """Displacement ``exp(q ŝ)`` of a joint; shape (..., 4, 4).
+
+    For a screw whose angular part is a unit vector or zero, ``ŝ⁴ = -ŝ²``, so that
+
+        exp(q ŝ) = 1 + q ŝ + (1 - cos q) ŝ² + (q - sin q) ŝ³
+
+    holds for revolute, prismatic (``ŝ² = 0``) and helical joints alike.
+
+    Args:
+        screw: unit screws (..., 6).
+        q: positions (...), in radians, or in metres for prismatic joints.
+    """
+    s = hat(screw)
+    q = np.asarray(q, dtype=np.float64)[..., None, None]
+    s2 = s @ s
+    half = np.sin(0.5 * q)
+    return np.eye(4) + q * s + 2.0 * half * half * s2 + (q - np.sin(q)) * (s2 @ s)
+
+
+@dataclass(frozen=True, eq=False)
+class ScrewAxis:
+    """The line of a twist or of a wrench.
+
+    Attributes:
+        direction: unit vector; zero for a vanishing screw.
+        point: the point of the line nearest to the origin, in metres; zero at infinite
+            pitch, where the screw is a free vector.
+        pitch: metres per radian; exactly 0 for a pure rotation or force, ``inf`` for a
+            pure translation or couple.
+        magnitude: length of the part that defines the line.
+    """
+
+    direction: Array
+    point: Array
+    pitch: float
+    magnitude: float
+
+
+def _axis(line: Array, moment: Array, tolerance: float) -> ScrewAxis:
+    """Axis of the screw whose line vector is ``line`` and whose moment is ``moment``."""
+    size, other = float(np.linalg.norm(line)), float(np.linalg.norm(moment))
+    if size <= tolerance * other or size == 0.0:
+        direction = moment / other if other > 0.0 else np.zeros(3)
+        return ScrewAxis(direction, np.zeros(3), np.inf if other > 0.0 else 0.0, other)
+    n = line / size
+    along = float(n @ moment)
+    pitch = 0.0 if abs(along) <= tolerance * other else along / size
+    return ScrewAxis(n, np.cross(n, moment) / size, pitch, size)
+
+
+def twist_axis(t: ArrayLike, tolerance: float = 1e-13) -> ScrewAxis:
+    """Instantaneous screw axis of a twist ``[ω; v]``.
+
+    Direction ω/|ω|, point ``ω × v / |ω|²``, pitch ``ω·v / |ω|²``.
+
+    Args:
+        t: twist, shape (6,).
+        tolerance: relative size below which ω, or the part of v along it, counts as zero.
+    """
+    t = np.asarray(t, dtype=np.float64)
+    return _axis(t[:3], t[3:], tolerance)
+
+
+def wrench_axis(w: ArrayLike, tolerance: float = 1e-13) -> ScrewAxis:
+    """Central axis of a wrench or momentum ``[ξ; p]``.
+
+    Direction p/|p|, point ``p × ξ / |p|²``, pitch ``p·ξ / |p|²``; arguments as for
+    `twist_axis`.
+    """
+    w = np.asarray(w, dtype=np.float64)
+    return _axis(w[3:], w[:3], tolerance)

@@ -1,0 +1,68 @@
+"""The table of known results: rank by order and size of the design space of each linkage.
+
+Most come from J. J. de Jong, PhD thesis, University of Twente (four-bar linkages, HPRS,
+3-RSR), the 4-RRR from the IFToMM paper of 2011 on its shaking-force balance. All of them
+come out of finite poses as well; see ``reference.py``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One row of the table.
+
+    Attributes:
+        model: name of a file of the gallery, without suffix.
+        ranks: rank of all balance conditions up to order 0, 1, 2 …, until it stays.
+        serial: dimension of the part of the design space that the opened linkage has.
+        parallel: dimension of the part that only loop closure opens.
+        motion: relations between the inputs; none for the whole workspace.
+        balance: ``"dynamic"``, or ``"force"`` for the linear momentum alone.
+        spatial: False counts the planar parameters ``[m, mcx, mcy, Ezz]`` only.
+        parameters: how many inertial parameters there are.
+    """
+
+    model: str
+    ranks: tuple[int, ...]
+    serial: int
+    parallel: int
+    parameters: int
+    motion: tuple[str, ...] = ()
+    balance: str = "dynamic"
+    spatial: bool = False
+
+    @property
+    def kmax(self) -> int:
+        """The last order that adds a condition."""
+        return len(self.ranks) - 1
+
+    @property
+    def nullity(self) -> int:
+        """Dimension of the design space."""
+        return self.parameters - self.ranks[-1]
+
+    def __str__(self) -> str:
+        """A name for test reports."""
+        marks = [self.balance] if self.balance != "dynamic" else []
+        marks += ["spatial"] if self.spatial else []
+        return "-".join([self.model, *marks, *self.motion])
+
+
+FIGURES = (
+    Figure("four_bar_general", (3, 6, 7, 8), 4, 0, 12),
+    Figure("four_bar_general", (5, 10, 11, 12), 17, 1, 30, spatial=True),
+    Figure("four_bar_kite", (3, 6, 7), 4, 1, 12),
+    Figure("four_bar_antiparallelogram", (3, 6, 7), 4, 1, 12),
+    Figure("four_bar_parallelogram", (3, 4, 5), 4, 3, 12),
+    Figure("slider_crank", (3, 6), 5, 1, 12),
+    Figure("five_bar", (6, 11), 5, 0, 16),
+    Figure("five_bar", (4, 6), 5, 1, 12, balance="force"),
+    Figure("four_rrr", (6, 12), 12, 3, 27, balance="force"),
+    Figure("hprs", (23, 24), 16, 0, 40, spatial=True),
+    Figure("bennett", (6, 10, 13), 16, 1, 30, spatial=True),
+    Figure("three_rsr", (15, 39, 43), 27, 0, 70, spatial=True),
+    Figure("three_rsr", (11, 28, 33, 34, 35), 33, 2, 70, motion=("u2=u3",), spatial=True),
+)

@@ -1,0 +1,297 @@
+"""A second, independent route to every figure: finite poses instead of derivatives.
+
+Nothing here comes from the packages under test, so that a shared error cannot hide. Links
+move by products of matrix exponentials, loops close by Newton's method on the coincidence
+of points and axes, and the momentum is that of point masses. The rank by order comes from
+Cauchy's integral formula: the same finite poses, at complex inputs on a small circle.
+
+Conventions: a twist is a 4 × 4 matrix ``[[ω^, v], [0, 0]]`` in the inertial frame; link
+``i`` is carried by joint ``i`` of the tree, and -1 is the ground; momentum rows are
+``[ξx, ξy, ξz, px, py, pz]``; inertial parameters are
+``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]`` about the origin. SI units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from reference_model import GROUND, Array, Mechanism, hat, load, point_mass
+from scipy.linalg import expm, null_space
+
+__all__ = [
+    "Decision",
+    "Mechanism",
+    "closure",
+    "displacements",
+    "follow",
+    "hat",
+    "load",
+    "motion_basis",
+    "point_mass",
+    "rank_over_poses",
+    "ranks_by_order",
+    "regressor",
+    "velocities",
+]
+
+RELATIVE_TOLERANCE = 1e-11
+
+
+class Decision(NamedTuple):
+    """A rank with the singular values on both sides of the gap, relative to the largest."""
+
+    rank: int
+    kept: float
+    dropped: float
+
+
+def displacements(mechanism: Mechanism, q: Array) -> tuple[list[Array], Array]:
+    """Displacements of all links, and the twist of each joint where it has moved to.
+
+    Args:
+        mechanism: the linkage, n joints.
+        q: joint positions, real or complex; shape (n,).
+
+    Returns:
+        ``H`` of every link, the ground last so that ``H[GROUND]`` is it; and the twists,
+        shape (n, 4, 4).
+    """
+    steps = expm(mechanism.twists * q[:, None, None])
+    placed: list[Array] = [np.eye(4)] * (len(q) + 1)
+    moved = np.empty_like(steps)
+    for i, parent in enumerate(mechanism.parents):
+        before = placed[parent]
+        moved[i] = before @ mechanism.twists[i] @ np.linalg.inv(before)
+        placed[i] = before @ steps[i]
+    return placed, moved
+
+
+def carriers(mechanism: Mechanism, link: int) -> list[int]:
+    """The joints between the ground and ``link``."""
+    path = []
+    while link != GROUND:
+        path.append(link)
+        link = mechanism.parents[link]
+    return path
+
+
+def closure(mechanism: Mechanism, q: Array) -> tuple[Array, Array]:
+    """Residual of all cuts, and its derivative by q; shapes (rows,) and (rows, n)."""
+    placed, moved = displacements(mechanism, q)
+    residual: list[Array] = [np.empty(0, moved.dtype)]
+    slope: list[Array] = [np.empty((0, len(q)), moved.dtype)]
+    for cut in mechanism.cuts:
+        ends = [placed[link] @ [*cut.point, 1] for link in (cut.first, cut.second)]
+        rates = np.zeros((2, 4, len(q)), moved.dtype)
+        for rate, end, link in zip(rates, ends, cut[:2], strict=True):
+            path = carriers(mechanism, link)
+            rate[:, path] = (moved[path] @ end).T
+        residual.append((ends[0] - ends[1])[:3])
+        slope.append((rates[0] - rates[1])[:3])
+        if cut.axis is None:
+            continue
+        ends = [placed[link][:3, :3] @ cut.axis for link in (cut.first, cut.second)]
+        rates = np.zeros((2, len(q), 3), moved.dtype)
+        for rate, end, link in zip(rates, ends, cut[:2], strict=True):
+            path = carriers(mechanism, link)
+            rate[path] = moved[path, :3, :3] @ end
+        residual.append(np.cross(ends[0], ends[1]))
+        slope.append((np.cross(rates[0], ends[1]) + np.cross(ends[0], rates[1])).T)
+    return np.concatenate(residual), np.concatenate(slope)
+
+
+def velocities(mechanism: Mechanism, q: Array, basis: Array) -> Array:
+    """Joint rates when the inputs move with the columns of ``basis``; shape (n, nw)."""
+    inputs, others = split(mechanism)
+    slope = closure(mechanism, q)[1]
+    rates = np.zeros((len(q), basis.shape[1]), slope.dtype)
+    rates[inputs] = basis
+    rates[others] = np.linalg.lstsq(slope[:, others], -slope[:, inputs] @ basis, rcond=None)[0]
+    return rates
+
+
+def split(mechanism: Mechanism) -> tuple[list[int], list[int]]:
+    """The joints that are inputs, and the others."""
+    inputs = list(mechanism.inputs)
+    return inputs, [i for i in range(len(mechanism.joints)) if i not in inputs]
+
+
+def follow(mechanism: Mechanism, q: Array, goal: Array) -> Array:
+    """Carry the pose ``q`` to the inputs ``goal`` without leaving its assembly branch.
+
+    A step is taken along the velocity and then corrected. If the correction is not small
+    against the step, the pose may have jumped to another branch: the step is halved.
+
+    Raises:
+        ValueError: no step is short enough, as at a singular pose.
+    """
+    inputs, others = split(mechanism)
+    share = 1.0
+    while np.abs(remaining := goal - q[inputs]).max() > 1e-14:
+        change = velocities(mechanism, q, share * remaining[:, None])[:, 0]
+        guess = q + change
+        moved = guess.copy()
+        for _ in range(12):
+            residual, slope = closure(mechanism, moved)
+            fix = np.linalg.lstsq(slope[:, others], -residual, rcond=None)[0]
+            moved[others] += fix
+            if np.linalg.norm(fix) < 1e-14:
+                break
+        if np.linalg.norm(moved - guess) <= 0.1 * np.linalg.norm(change):
+            q, share = moved, min(1.0, 2 * share)
+        elif (share := share / 2) < 1e-4:
+            raise ValueError(f"{mechanism.name}: cannot follow the branch to {goal}")
+    return q
+
+
+# Ten masses whose parameters span all inertial parameters of a rigid body.
+CLOUD = np.array(
+    [[0, 0, 0], *np.eye(3), *-np.eye(3), *(1 - np.eye(3))],
+)
+FROM_CLOUD = np.linalg.inv(np.array([point_mass(position) for position in CLOUD]).T)
+
+
+def regressor(
+    mechanism: Mechanism, q: Array, rates: Array, balance: str = "dynamic", spatial: bool = True
+) -> Array:
+    """Momentum per inertial parameter, ``Σ x × v`` and ``Σ v`` over unit point masses.
+
+    Args:
+        mechanism: the linkage, nb bodies.
+        q: joint positions; shape (n,).
+        rates: joint rates, one motion per column; shape (n, nw).
+        balance: ``"dynamic"``, or ``"force"`` for the linear momentum alone.
+        spatial: False keeps ``[ξz, px, py]`` and ``[m, mcx, mcy, Ezz]``.
+
+    Returns:
+        Shape (nw · rows, nb · parameters): motions below each other, bodies side by side.
+        Force balance has neither ``ξ`` nor ``E``.
+    """
+    placed, moved = displacements(mechanism, q)
+    rows, columns = selection(balance, spatial)
+    blocks = []
+    for link in mechanism.links:
+        path = carriers(mechanism, link)
+        cloud = np.column_stack([CLOUD, np.ones(10)]) @ placed[link].T
+        stack = []
+        for rate in rates.T:
+            speed = cloud @ np.tensordot(rate[path], moved[path], 1).T
+            moment = np.cross(cloud[:, :3], speed[:, :3])
+            full = np.vstack([moment.T, speed[:, :3].T]) @ FROM_CLOUD
+            stack.append(full[np.ix_(rows, columns)])
+        blocks.append(np.vstack(stack))
+    return np.hstack(blocks)
+
+
+def selection(balance: str, spatial: bool) -> tuple[list[int], list[int]]:
+    """Rows of the momentum and columns of the parameters that a question keeps."""
+    rows = [0, 1, 2, 3, 4, 5] if spatial else [2, 3, 4]
+    columns = list(range(10)) if spatial else [0, 1, 2, 6]
+    if balance == "force":
+        return [row for row in rows if row > 2], [column for column in columns if column < 4]
+    return rows, columns
+
+
+def motion_basis(mechanism: Mechanism, relations: Sequence[str] = ()) -> Array:
+    """Orthonormal basis of the input rates that obey relations like ``"u2=u3"``."""
+    names = [mechanism.joints[i] for i in mechanism.inputs]
+    conditions = np.zeros((len(relations), len(names)))
+    for row, relation in zip(conditions, relations, strict=True):
+        left, right = (names.index(side.strip()) for side in relation.split("="))
+        row[left], row[right] = 1, -1
+    return null_space(conditions) if relations else np.eye(len(names))
+
+
+def decide(matrix: Array) -> Decision:
+    """Rank by singular values above ``RELATIVE_TOLERANCE`` of the largest."""
+    values = np.linalg.svd(matrix, compute_uv=False)
+    values = np.append(values / values[0], 0.0)
+    rank = int((values > RELATIVE_TOLERANCE).sum())
+    return Decision(rank, float(values[rank - 1]), float(values[rank]))
+
+
+def rank_over_poses(
+    mechanism: Mechanism,
+    motion: Sequence[str] = (),
+    balance: str = "dynamic",
+    spatial: bool = True,
+    poses: int = 25,
+    reach: float = 0.3,
+    seed: int = 1,
+) -> Decision:
+    """Rank of the momentum regressors of random poses, stacked.
+
+    Args:
+        mechanism: the linkage.
+        motion: relations between its inputs.
+        balance: as in `regressor`.
+        spatial: as in `regressor`.
+        poses: how many poses to draw.
+        reach: largest input, in radians, or in lengths of the scaled mechanism.
+        seed: of the random poses.
+    """
+    mechanism = mechanism.scaled()
+    basis = motion_basis(mechanism, motion)
+    rng = np.random.default_rng(seed)
+    start = np.zeros(len(mechanism.joints))
+    stack = []
+    for _ in range(poses):
+        q = follow(mechanism, start, basis @ rng.uniform(-reach, reach, basis.shape[1]))
+        rates = velocities(mechanism, q, basis)
+        stack.append(regressor(mechanism, q, rates, balance, spatial))
+    return decide(np.vstack(stack))
+
+
+def ranks_by_order(
+    mechanism: Mechanism,
+    orders: int,
+    motion: Sequence[str] = (),
+    balance: str = "dynamic",
+    spatial: bool = True,
+    rays: int = 12,
+    radius: float = 0.08,
+    samples: int = 32,
+    seed: int = 2,
+) -> list[Decision]:
+    """Rank of the derivatives of the momentum regressor up to each order.
+
+    Along a ray ``u = δ t`` the k-th Taylor coefficient is the mean of ``X(t) t^-k`` over
+    a circle ``|t| = radius`` of complex t, which is exact up to round-off and to aliasing
+    with order ``k + samples``. Coefficients are left in units of ``radius^-k``.
+
+    Args:
+        mechanism: the linkage.
+        orders: the last order.
+        motion: relations between its inputs.
+        balance: as in `regressor`.
+        spatial: as in `regressor`.
+        rays: random directions δ; one if the motion has a single freedom.
+        radius: of the circle, in radians, or in lengths of the scaled mechanism.
+        samples: points on the circle.
+        seed: of the directions.
+
+    Raises:
+        ValueError: the series does not converge on the circle.
+    """
+    mechanism = mechanism.scaled()
+    basis = motion_basis(mechanism, motion)
+    rng = np.random.default_rng(seed)
+    turns = np.exp(2j * np.pi * np.arange(samples) / samples)
+    coefficients = []
+    for _ in range(rays if basis.shape[1] > 1 else 1):
+        weights = rng.standard_normal(basis.shape[1])
+        direction = basis @ weights / np.linalg.norm(weights)
+        q = np.zeros(len(mechanism.joints), complex)
+        circle = []
+        for turn in turns:
+            q = follow(mechanism, q, radius * turn * direction)
+            rates = velocities(mechanism, q, basis)
+            circle.append(regressor(mechanism, q, rates, balance, spatial))
+        series = np.fft.fft(circle, axis=0) / samples
+        if np.abs(series[samples // 2 :]).max() > 1e-9 * np.abs(series).max():
+            raise ValueError(f"{mechanism.name}: a circle of radius {radius} is too large")
+        coefficients.append(series[: orders + 1])
+    by_order = np.concatenate(coefficients, axis=1)
+    return [decide(np.concatenate(list(by_order[: k + 1]))) for k in range(orders + 1)]

@@ -1,0 +1,1 @@
+"""A gallery of linkages as URDF files; see the README beside this file."""

@@ -18,11 +18,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.inertia import from_chain, parameter_labels, selected, violations
+from balance.inertia import from_chain, parameter_labels, to_chain
 from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
 from balance.rank import FLOOR, Conditions, Decision
-from kinematics.assembly import generic_pose, moving_chain, radius
-from kinematics.closure import expand, expand_at
+from kinematics.assembly import moving_chain
+from kinematics.closure import expand, expand_at, follow, radius
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
@@ -217,13 +217,14 @@ class Rays:
     def fresh_rows(self) -> Array:
         """Rows at a finite pose away from the reference pose."""
         batch = self._batches[0]
-        pose = generic_pose(self.chain, batch.series, batch.directions[-1])
-        if pose is None:
+        start = np.zeros(self.chain.parent.size)
+        pose, step = follow(self.chain, start, batch.series, batch.directions[-1])
+        if step == 0.0:
             raise MobilityError(
                 "no closed pose was found near the reference pose to check the conditions at; "
                 "write the file at a pose further from a singularity"
             )
-        return RegressorSeries(self.chain, expand_at(self.chain, pose), self.force, pose).rows(0)
+        return RegressorSeries(self.chain, expand_at(self.chain, pose), self.force, pose).rows(0)[0]
 
 
 class _Batch:
@@ -242,7 +243,7 @@ class _Batch:
         """Rows of one order, scaled by that power of the radius of convergence."""
         while self._order < order:
             self._order += 1
-            self._rows = self._regressor.rows(self._order)
+            self._rows = self._regressor.rows(self._order)[0]
         return (self._rows * self._scale**order).reshape(self._shape)
 
 
@@ -274,7 +275,7 @@ def _result(
         axes=chain.frame.R, singular_values=decision.singular_values,
         kept=decision.kept, dropped=decision.dropped,
         as_given=_as_given(linkage, chain, conditions, force),
-        notices=(*linkage.notices, *_notices(linkage, decision, settled)),
+        notices=(*linkage.notices, *_notices(decision, settled)),
     )  # fmt: skip
 
 
@@ -289,22 +290,17 @@ def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
 def _as_given(linkage: Linkage, chain: Chain, conditions: Conditions, force: bool) -> AsGiven:
     """Residual of the masses in the file."""
     given = np.array([body.inertia for body in linkage.bodies])
-    z = selected(given, chain.frame, chain.planar, force)
-    parts = conditions.factor * z.reshape(-1)
-    by_body = parts.reshape(conditions.rank, len(z), -1).sum(axis=2)
-    total = float(np.sum(np.sqrt(np.sum(by_body**2, axis=0))))
-    left = float(np.linalg.norm(by_body.sum(axis=1)))
-    residual = left / total if total > 0.0 else 0.0
+    z = to_chain(given, chain.frame, chain.planar, force)
+    by_body = np.einsum("rbp,bp->rb", conditions.factor.reshape(conditions.rank, *z.shape), z)
+    total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
+    left = by_body.sum(axis=1)
+    residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
     return AsGiven(residual <= BALANCED, residual)
 
 
-def _notices(linkage: Linkage, decision: Decision, settled: bool) -> list[Notice]:
-    """Remarks on the masses and on the decision."""
-    found = [
-        Notice("non_physical", f"link '{body.name}': {problem}")
-        for body in linkage.bodies
-        for problem in violations(body.inertia)
-    ]
+def _notices(decision: Decision, settled: bool) -> list[Notice]:
+    """Remarks on the decision."""
+    found = []
     if not settled:
         text = "a pose further on needs more orders than were computed: the rank may be too low"
         found.append(Notice("not_settled", text))

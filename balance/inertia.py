@@ -23,7 +23,7 @@ __all__ = [
     "parameter_labels",
     "parameters",
     "pseudo_inertia",
-    "selected",
+    "to_chain",
     "violations",
 ]
 
@@ -93,45 +93,57 @@ def parameter_labels(planar: bool, force: bool) -> tuple[str, ...]:
     return labels[: (3 if planar else 4)] if force else labels
 
 
-def selected(z: ArrayLike, frame: Frame, planar: bool, force: bool) -> Array:
-    """Parameters (..., 10) of bodies in the coordinates of a chain, those that count.
+def to_chain(z: Array, frame: Frame, planar: bool, force: bool) -> Array:
+    """Parameters (bodies, 10) in SI units in the coordinates of a chain, those that count.
 
     Args:
-        z: parameters about the inertial origin, SI units.
+        z: parameters about the inertial origin.
         frame: coordinates of the chain; masses keep their unit.
-        planar: whether the chain is planar.
+        planar: whether only motion in the plane counts.
         force: whether only m and mc count.
     """
-    A = np.eye(4)
-    A[:3, :3] = frame.R / frame.length
-    A[:3, 3] = -A[:3, :3] @ frame.origin
-    moved = displaced(z, A)
     if planar:
-        moved = moved[..., [0, 1, 2, 6]]
-    return moved[..., : (3 if planar else 4)] if force else moved
+        n = frame.R[2]
+        moment = np.einsum("bij,i,j->b", inertia_tensor(z), n, n)
+        z = np.column_stack([z[:, 0], z[:, 1:4] @ frame.R[:2].T, moment])
+    count = len(parameter_labels(planar, force))
+    scale = 1.0 / frame.length
+    return z[:, :count] @ _affine(scale, -scale * frame.origin, frame.R, planar)[:count, :count].T
 
 
 def from_chain(frame: Frame, planar: bool, force: bool) -> Array:
     """Matrix that takes the parameters of a body from chain coordinates to SI units.
 
     They are about the inertial origin; in inertial axes, or in the axes ``frame.R`` of the
-    plane. With ``x = L x' + o``: ``mc = L mc' + m o`` and E from the pseudo-inertia.
+    plane.
     """
-    L, o = frame.length, frame.origin
+    count = len(parameter_labels(planar, force))
+    return _affine(frame.length, frame.origin, frame.R, planar)[:count, :count]
+
+
+def _affine(L: float, o: Array, R: Array, planar: bool) -> Array:
+    """Matrix of the parameters under ``x = L x' + o``: ``mc = L mc' + m o``, E likewise.
+
+    A spatial chain keeps the inertial axes; in a plane o is resolved in the axes R.
+    """
     if planar:
-        ox, oy = frame.R[:2] @ o
-        G = np.array([
+        ox, oy = R[:2] @ o
+        return np.array([
             [1.0, 0.0, 0.0, 0.0],
             [ox, L, 0.0, 0.0],
             [oy, 0.0, L, 0.0],
             [ox * ox + oy * oy, 2.0 * L * ox, 2.0 * L * oy, L * L],
         ])  # fmt: skip
-        return G[:3, :3] if force else G
-    ox, oy, oz = o
+    x, y, z = o
     G = np.diag([1.0, L, L, L] + [L * L] * 6)
     G[1:4, 0] = o
-    G[4:, 0] = (oy * oy + oz * oz, ox * ox + oz * oz, ox * ox + oy * oy, -ox * oy, -ox * oz, -oy * oz)
-    G[4:, 1] = L * np.array([0.0, 2.0 * ox, 2.0 * ox, -oy, -oz, 0.0])
-    G[4:, 2] = L * np.array([2.0 * oy, 0.0, 2.0 * oy, -ox, 0.0, -oz])
-    G[4:, 3] = L * np.array([2.0 * oz, 2.0 * oz, 0.0, 0.0, -ox, -oy])
-    return G[:4, :4] if force else G
+    G[4:, 0] = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
+    G[4:, 1:4] = L * np.array([
+        [0.0, 2.0 * y, 2.0 * z],
+        [2.0 * x, 0.0, 2.0 * z],
+        [2.0 * x, 2.0 * y, 0.0],
+        [-y, -x, 0.0],
+        [-z, 0.0, -x],
+        [0.0, -z, -y],
+    ])  # fmt: skip
+    return G

@@ -46,14 +46,15 @@ def _add_cross(a, b, out):
 
 
 @kernel
-def _spatial(k, links, moves, V, T, R, d, y, N, e, X):
-    """Regressor rows of order k; lower orders of R, d, y, N, e must be in place.
+def _spatial(first, last, moved, links, moves, V, T, R, d, y, N, e, X):
+    """Regressor rows of orders first … last; lower orders of R … e must be in place.
 
-    R and N hold the columns of their matrices: ``R[..., c, :]`` is column c.
+    R and N hold the columns of their matrices: ``R[..., c, :]`` is column c. Unless
+    ``moved``, the bodies start at ``R = 1, d = 0`` and their terms are simpler.
     """
     rays, _, bodies = R.shape[:3]
     width = moves.shape[1]
-    force = X.shape[2] == 3
+    force = X.shape[3] == 3
     p = 0 if force else 3
     size = 4 if force else 10
     for ray in range(rays):
@@ -62,64 +63,119 @@ def _spatial(k, links, moves, V, T, R, d, y, N, e, X):
             if j < 0:
                 continue
             Rb, db = R[ray, :, b], d[ray, :, b]
-            if k > 0:
-                Rb[k] = 0.0
-                db[k] = V[ray, k - 1, j, 3:]
-                for a in range(k):
-                    omega = V[ray, a, j, :3]
-                    _add_cross(omega, db[k - 1 - a], db[k])
-                    for c in range(3):
-                        _add_cross(omega, Rb[k - 1 - a, c], Rb[k, c])
-                db[k] /= k
-                Rb[k] /= k
+            if first == 0 and not moved:
+                Rb[0] = 0.0
+                Rb[0, 0, 0] = Rb[0, 1, 1] = Rb[0, 2, 2] = 1.0
+                db[0] = 0.0
+            for k in range(max(first, 1), last + 1):
+                _displacement(k, V[ray, :, j], Rb, db)
             for w in range(width):
                 if not moves[j, w]:
                     continue
+                t = T[ray, :, j, w]
                 yb, Nb, eb = y[ray, :, b, w], N[ray, :, b, w], e[ray, :, b, w]
-                x = X[ray, w, :, b * size : (b + 1) * size]
-                yb[k] = 0.0
-                Nb[k] = 0.0
-                eb[k] = T[ray, k, j, w, 3:]
-                for a in range(k + 1):
-                    omega = T[ray, k - a, j, w, :3]
-                    _add_cross(omega, db[a], eb[k])
-                    for c in range(3):
-                        _add_cross(omega, Rb[a, c], Nb[k, c])
-                        yb[k, c] += (
-                            Rb[a, c, 0] * omega[0] + Rb[a, c, 1] * omega[1] + Rb[a, c, 2] * omega[2]
-                        )
-                for i in range(3):
-                    x[p + i, 0] = eb[k, i]
-                    for c in range(3):
-                        x[p + i, 1 + c] = Nb[k, c, i]
-                if force:
-                    continue
-                for a in range(k + 1):
-                    _add_moments(Rb[a], db[a], yb[k - a], Nb[k - a], eb[k - a], x)
+                for k in range(first, last + 1):
+                    x = X[k - first, ray, w, :, b * size : (b + 1) * size]
+                    _velocity(k, moved, t, Rb, db, yb[k], Nb[k], eb[k])
+                    for i in range(3):
+                        x[p + i, 0] = eb[k, i]
+                        for c in range(3):
+                            x[p + i, 1 + c] = Nb[k, c, i]
+                    if force:
+                        continue
+                    start = 0
+                    if not moved:
+                        _add_moments_at_rest(yb[k], eb[k], x)
+                        start = 1
+                    for a in range(start, k + 1):
+                        _add_moments(Rb[a], db[a], yb[k - a], Nb[k - a], eb[k - a], x)
+
+
+@kernel
+def _displacement(k, V, R, d):
+    """Order k of the displacement: ``k H_k = Σ_{a<k} V̂_a H_{k-1-a}``."""
+    R[k] = 0.0
+    d[k] = V[k - 1, 3:]
+    for a in range(k):
+        omega = V[a, :3]
+        _add_cross(omega, d[k - 1 - a], d[k])
+        for c in range(3):
+            _add_cross(omega, R[k - 1 - a, c], R[k, c])
+    for i in range(3):
+        d[k, i] /= k
+        for c in range(3):
+            R[k, c, i] /= k
+
+
+@kernel
+def _velocity(k, moved, T, R, d, y, N, e):
+    """Order k of ``y = Rᵀ ω``, ``N = ω̂ R`` and ``e = v + ω × d``."""
+    start = 0 if moved else 1
+    for i in range(3):
+        e[i] = T[k, 3 + i]
+        y[i] = 0.0 if moved else T[k, i]
+        N[i, i] = 0.0
+    w0, w1, w2 = (0.0, 0.0, 0.0) if moved else (T[k, 0], T[k, 1], T[k, 2])
+    N[0, 1], N[1, 2], N[2, 0] = w2, w0, w1
+    N[1, 0], N[2, 1], N[0, 2] = -w2, -w0, -w1
+    for a in range(start, k + 1):
+        w0, w1, w2 = T[k - a, 0], T[k - a, 1], T[k - a, 2]
+        d0, d1, d2 = d[a, 0], d[a, 1], d[a, 2]
+        e[0] += w1 * d2 - w2 * d1
+        e[1] += w2 * d0 - w0 * d2
+        e[2] += w0 * d1 - w1 * d0
+        for c in range(3):
+            r0, r1, r2 = R[a, c, 0], R[a, c, 1], R[a, c, 2]
+            N[c, 0] += w1 * r2 - w2 * r1
+            N[c, 1] += w2 * r0 - w0 * r2
+            N[c, 2] += w0 * r1 - w1 * r0
+            y[c] += w0 * r0 + w1 * r1 + w2 * r2
+
+
+@kernel
+def _add_moments_at_rest(y, e, x):
+    """The term of the moment rows with ``R = 1`` and ``d = 0``."""
+    x[1, 3] += e[0]
+    x[2, 1] += e[1]
+    x[0, 2] += e[2]
+    x[2, 2] -= e[0]
+    x[0, 3] -= e[1]
+    x[1, 1] -= e[2]
+    for i in range(3):
+        x[i, 4 + i] += y[i]
+    x[0, 7] += y[1]
+    x[1, 7] += y[0]
+    x[0, 8] += y[2]
+    x[2, 8] += y[0]
+    x[1, 9] += y[2]
+    x[2, 9] += y[1]
 
 
 @kernel
 def _add_moments(R, d, y, N, e, x):
     """Add one term of the Cauchy products of the moment rows ξ."""
+    y0, y1, y2 = y[0], y[1], y[2]
     for i in range(3):
         u, v = (i + 1) % 3, (i + 2) % 3
-        x[i, 0] += d[u] * e[v] - d[v] * e[u]
+        du, dv, eu, ev = d[u], d[v], e[u], e[v]
+        x[i, 0] += du * ev - dv * eu
         for c in range(3):
-            x[i, 1 + c] += (
-                R[c, u] * e[v] - R[c, v] * e[u] + d[u] * N[c, v] - d[v] * N[c, u]
-            )
-            x[i, 4 + c] += R[c, i] * y[c]
-        x[i, 7] += R[0, i] * y[1] + R[1, i] * y[0]
-        x[i, 8] += R[0, i] * y[2] + R[2, i] * y[0]
-        x[i, 9] += R[1, i] * y[2] + R[2, i] * y[1]
+            x[i, 1 + c] += R[c, u] * ev - R[c, v] * eu + du * N[c, v] - dv * N[c, u]
+        r0, r1, r2 = R[0, i], R[1, i], R[2, i]
+        x[i, 4] += r0 * y0
+        x[i, 5] += r1 * y1
+        x[i, 6] += r2 * y2
+        x[i, 7] += r0 * y1 + r1 * y0
+        x[i, 8] += r0 * y2 + r2 * y0
+        x[i, 9] += r1 * y2 + r2 * y1
 
 
 @kernel
-def _planar(k, links, moves, V, T, R, d, n, e, X):
-    """Regressor rows of order k in the plane; R is (cos, sin) and n = ω R."""
+def _planar(first, last, moved, links, moves, V, T, R, d, n, e, X):
+    """Regressor rows of orders first … last in the plane; R is (cos, sin) and n = ω R."""
     rays, _, bodies = R.shape[:3]
     width = moves.shape[1]
-    force = X.shape[2] == 2
+    force = X.shape[3] == 2
     p = 0 if force else 1
     size = 3 if force else 4
     for ray in range(rays):
@@ -128,7 +184,9 @@ def _planar(k, links, moves, V, T, R, d, n, e, X):
             if j < 0:
                 continue
             g, db = R[ray, :, b], d[ray, :, b]
-            if k > 0:
+            if first == 0 and not moved:
+                g[0, 0], g[0, 1], db[0, 0], db[0, 1] = 1.0, 0.0, 0.0, 0.0
+            for k in range(max(first, 1), last + 1):
                 gx = gy = 0.0
                 dx, dy = V[ray, k - 1, j, 1], V[ray, k - 1, j, 2]
                 for a in range(k):
@@ -143,28 +201,29 @@ def _planar(k, links, moves, V, T, R, d, n, e, X):
                 if not moves[j, w]:
                     continue
                 nb, eb = n[ray, :, b, w], e[ray, :, b, w]
-                nx = ny = 0.0
-                ex, ey = T[ray, k, j, w, 1], T[ray, k, j, w, 2]
-                for a in range(k + 1):
-                    omega = T[ray, k - a, j, w, 0]
-                    nx += omega * g[a, 0]
-                    ny += omega * g[a, 1]
-                    ex -= omega * db[a, 1]
-                    ey += omega * db[a, 0]
-                nb[k, 0], nb[k, 1], eb[k, 0], eb[k, 1] = nx, ny, ex, ey
-                x = X[ray, w, :, b * size : (b + 1) * size]
-                x[p, 0], x[p, 1], x[p, 2] = ex, -ny, -nx
-                x[p + 1, 0], x[p + 1, 1], x[p + 1, 2] = ey, nx, -ny
-                if force:
-                    continue
-                x[0, 3] = T[ray, k, j, w, 0]
-                for a in range(k + 1):
-                    gx, gy, dx, dy = g[a, 0], g[a, 1], db[a, 0], db[a, 1]
-                    ex, ey = eb[k - a, 0], eb[k - a, 1]
-                    nx, ny = nb[k - a, 0], nb[k - a, 1]
-                    x[0, 0] += dx * ey - dy * ex
-                    x[0, 1] += gx * ey - gy * ex + dx * nx + dy * ny
-                    x[0, 2] -= gx * ex + gy * ey + dx * ny - dy * nx
+                for k in range(first, last + 1):
+                    nx = ny = 0.0
+                    ex, ey = T[ray, k, j, w, 1], T[ray, k, j, w, 2]
+                    for a in range(k + 1):
+                        omega = T[ray, k - a, j, w, 0]
+                        nx += omega * g[a, 0]
+                        ny += omega * g[a, 1]
+                        ex -= omega * db[a, 1]
+                        ey += omega * db[a, 0]
+                    nb[k, 0], nb[k, 1], eb[k, 0], eb[k, 1] = nx, ny, ex, ey
+                    x = X[k - first, ray, w, :, b * size : (b + 1) * size]
+                    x[p, 0], x[p, 1], x[p, 2] = ex, -ny, -nx
+                    x[p + 1, 0], x[p + 1, 1], x[p + 1, 2] = ey, nx, -ny
+                    if force:
+                        continue
+                    x[0, 3] = T[ray, k, j, w, 0]
+                    for a in range(k + 1):
+                        gx, gy, dx, dy = g[a, 0], g[a, 1], db[a, 0], db[a, 1]
+                        ex, ey = eb[k - a, 0], eb[k - a, 1]
+                        nx, ny = nb[k - a, 0], nb[k - a, 1]
+                        x[0, 0] += dx * ey - dy * ex
+                        x[0, 1] += gx * ey - gy * ex + dx * nx + dy * ny
+                        x[0, 2] -= gx * ex + gy * ey + dx * ny - dy * nx
 
 
 def parameters_per_body(planar: bool, force: bool) -> int:
@@ -185,41 +244,38 @@ class RegressorSeries:
     ) -> None:
         """Start at the reference pose, or at a finite pose with its own series."""
         self.chain, self.series, self.force = chain, series, force
+        self._next, self._moved = 0, pose is not None
         rays, orders = series.V.shape[:2]
-        bodies, width = chain.links.size, chain.width
-        shape = (rays, orders, bodies)
+        at, width = (rays, orders, chain.links.size), chain.width
         if chain.planar:
-            self._R, self._d = np.empty((*shape, 2)), np.empty((*shape, 2))
-            self._state = [np.empty((*shape, width, 2)) for _ in range(2)]
-            self._R[:, 0], self._d[:, 0] = (1.0, 0.0), 0.0
+            shapes = (*at, 2), (*at, 2), (*at, width, 2), (*at, width, 2)
         else:
-            self._R, self._d = np.empty((*shape, 3, 3)), np.empty((*shape, 3))
-            self._state = [np.empty((*shape, width, *s)) for s in ((3,), (3, 3), (3,))]
-            self._R[:, 0], self._d[:, 0] = np.eye(3), 0.0
+            rates = (*at, width, 3), (*at, width, 3, 3), (*at, width, 3)
+            shapes = (*at, 3, 3), (*at, 3), *rates
+        self._state = tuple(map(np.empty, shapes))
         if pose is not None:
-            for b, link in enumerate(chain.links):
-                if link >= 0:
-                    H = pose.H[link]
-                    self._R[:, 0, b] = H[:2, 0] if chain.planar else H[:3, :3].T
-                    self._d[:, 0, b] = H[:-1, -1]
-        self._next = 0
+            moving = chain.links >= 0
+            H = pose.H[chain.links[moving]]
+            R = H[:, :2, 0] if chain.planar else H[:, :3, :3].transpose(0, 2, 1)
+            self._state[0][:, 0, moving], self._state[1][:, 0, moving] = R, H[:, :-1, -1]
 
-    def rows(self, order: int) -> Array:
-        """Rows of one order; orders must be asked for one after another, from 0.
+    def rows(self, last: int) -> Array:
+        """Rows of the orders up to ``last`` that were not asked for before.
 
         Returns:
-            Shape (rays, width, rows per column, parameters).
+            Shape (orders, rays, width, rows per column, parameters).
         """
-        assert order == self._next
-        self._next += 1
-        chain, series = self.chain, self.series
-        planar = chain.planar
-        X = np.zeros((
-            len(series.V), chain.width, rows_per_column(planar, self.force),
-            chain.links.size * parameters_per_body(planar, self.force),
-        ))  # fmt: skip
-        run = _planar if planar else _spatial
-        run(order, chain.links, chain.moves, series.V, series.T, self._R, self._d, *self._state, X)
+        chain, series, first = self.chain, self.series, self._next
+        assert first <= last <= series.order
+        self._next = last + 1
+        columns = chain.links.size * parameters_per_body(chain.planar, self.force)
+        rows = rows_per_column(chain.planar, self.force)
+        X = np.zeros((last + 1 - first, len(series.V), chain.width, rows, columns))
+        run = _planar if chain.planar else _spatial
+        run(
+            first, last, self._moved, chain.links, chain.moves, series.V, series.T,
+            *self._state, X,
+        )  # fmt: skip
         return X
 
 
@@ -245,4 +301,4 @@ def momentum_regressor(
     """
     chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)
     pose = forward(chain, joint_positions(linkage, q)[chain.joints])
-    return RegressorSeries(chain, expand_at(chain, pose), pose=pose).rows(0)[0]
+    return RegressorSeries(chain, expand_at(chain, pose), pose=pose).rows(0)[0, 0]

@@ -22,7 +22,7 @@ from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
 from kinematics.screws import Ad
 
-__all__ = ["assemble", "generic_pose", "moving_chain", "radius"]
+__all__ = ["assemble", "moving_chain"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -84,46 +84,6 @@ def moving_chain(linkage: Linkage, motion: Motion | None = None, spatial: bool =
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     reduced, flat, _ = _reduced(linkage, move(full, independent, scaled))
     return reduced if spatial else flat
-
-
-def generic_pose(chain: Chain, series: closure.Series, ray: Array) -> closure.Pose | None:
-    """A closed pose some way along a ray, on the branch of the reference pose.
-
-    The step is a third of the radius of convergence estimated from the series, whose sum
-    is the first guess; it is halved until Newton's method stays near that guess.
-
-    Args:
-        chain: the linkage as arrays.
-        series: its series along the ray, as the last ray.
-        ray: direction (w,) in the coordinates of the chain.
-
-    Returns:
-        The pose, or None if there is none within a 64th of that step.
-    """
-    rates = series.C[-1] @ ray
-    step = 0.35 * radius(rates)
-    for _ in range(7):
-        powers = step ** np.arange(1, len(rates) + 1) / np.arange(1, len(rates) + 1)
-        guess = powers @ rates
-        pose = closure.close(chain, guess)
-        if pose.error < CLOSED and _size(pose.q - guess) < 0.1 * _size(guess):
-            return pose
-        step *= 0.5
-    return None
-
-
-def _size(q: Array) -> float:
-    return float(np.sqrt(q @ q))
-
-
-def radius(rates: Array) -> float:
-    """Radius of convergence estimated from the growth of joint rates (order + 1, n).
-
-    At most 1, and such that no joint moves by more than 1 to first order.
-    """
-    sizes = np.sqrt(np.einsum("kj,kj->k", rates, rates))
-    growth = [(sizes[k] / sizes[0]) ** (1.0 / k) for k in range(1, len(sizes))]
-    return float(1.0 / max(1.0, sizes[0], *growth))
 
 
 def _closed(draft: Draft) -> tuple[Draft, Chain]:
@@ -292,8 +252,8 @@ def _idle(draft: Draft, chain: Chain) -> NDArray[np.bool_]:
                 f"{draft.source}: the linkage moves only infinitesimally: closure fails at order "
                 f"{order}; it is rigid, or its pose in the file is singular: move it off that pose"
             )
-    pose = generic_pose(chain, series, ray)
-    if pose is None:
+    pose, step = closure.follow(chain, np.zeros(chain.parent.size), series, ray)
+    if step == 0.0:
         raise MobilityError(
             f"{draft.source}: no closed pose was found near that of the file; "
             "write the file at a pose further from a singularity"

@@ -28,7 +28,17 @@ from numpy.typing import NDArray
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain, frozen
 
-__all__ = ["Pose", "Series", "close", "expand", "expand_at", "forward", "loop_matrix", "mismatch"]
+__all__ = [
+    "Pose",
+    "Series",
+    "expand",
+    "expand_at",
+    "follow",
+    "forward",
+    "loop_matrix",
+    "mismatch",
+    "radius",
+]
 
 Array = NDArray[np.float64]
 
@@ -123,84 +133,97 @@ def _add_bracket(V, s, factor, out):
         out[5] += factor * (V[3] * s[1] - V[4] * s[0] + V[0] * s[4] - V[1] * s[3])
 
 
-@kernel
-def _series(parent, screws, ends, mimics, dependent, columns, moves, rays, order):
-    """All orders 0 … order of C, V and T along every ray; see `expand`."""
-    n, dim = screws.shape
-    count, width = rays.shape
-    loops = ends.shape[0]
-    rows = loops * dim + mimics.shape[0]
-    nd = dependent.size
-    A = np.empty((rows, nd))
-    diagonal = np.empty(nd)
-    _loop_matrix(parent, screws, ends, mimics, dependent, A)
-    _factor(A, diagonal)
+def _series_kernel(dim):
+    """The series for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
-    S = np.zeros((count, order + 1, n, dim))
-    V = np.zeros((count, order + 1, n, dim))
-    C = np.zeros((count, order + 1, n, width))
-    T = np.zeros((count, order + 1, n, width, dim))
-    residual = np.zeros(order + 1)
-    b = np.empty(rows)
-    extra = np.zeros((n, dim))
-    for ray in range(count):
-        s, v, c, t = S[ray], V[ray], C[ray], T[ray]
-        for k in range(order + 1):
-            for j in range(n):
-                if k == 0:
-                    for i in range(dim):
-                        s[0, j, i] = screws[j, i]
-                elif parent[j] >= 0:
-                    for a in range(k):
-                        _add_bracket(v[a, parent[j]], s[k - 1 - a, j], 1.0 / k, s[k, j])
-            for w in range(width):
-                # Link twists of order k, as far as they are known without C_k.
+    @kernel
+    def series(parent, screws, ends, mimics, dependent, columns, moves, rays, order):
+        """All orders 0 … order of C, V and T along every ray; see `expand`."""
+        n = parent.size
+        count, width = rays.shape
+        loops = ends.shape[0]
+        rows = loops * dim + mimics.shape[0]
+        nd = dependent.size
+        A = np.empty((rows, nd))
+        diagonal = np.empty(nd)
+        _loop_matrix(parent, screws, ends, mimics, dependent, A)
+        _factor(A, diagonal)
+
+        S = np.zeros((count, order + 1, n, dim))
+        V = np.zeros((count, order + 1, n, dim))
+        C = np.zeros((count, order + 1, n, width))
+        T = np.zeros((count, order + 1, n, width, dim))
+        residual = np.zeros(order + 1)
+        b = np.empty(rows)
+        extra = np.zeros((n, dim))
+        for ray in range(count):
+            s, v, c, t = S[ray], V[ray], C[ray], T[ray]
+            for k in range(order + 1):
                 for j in range(n):
-                    if not moves[j, w]:
-                        continue
-                    if parent[j] >= 0:
+                    if k == 0:
                         for i in range(dim):
-                            t[k, j, w, i] = t[k, parent[j], w, i]
-                    if k == 0:
-                        c[0, j, w] = columns[j, w]
-                    for a in range(min(k, 1), k + 1):
-                        rate = c[k - a, j, w]
-                        if rate != 0.0:
-                            for i in range(dim):
-                                t[k, j, w, i] += s[a, j, i] * rate
-                if nd == 0:
-                    continue
-                # Their mismatch at the welds gives C_k.
-                b[:] = 0.0
-                for loop in range(loops):
-                    for i in range(dim):
-                        if ends[loop, 0] >= 0:
-                            b[loop * dim + i] -= t[k, ends[loop, 0], w, i]
-                        if ends[loop, 1] >= 0:
-                            b[loop * dim + i] += t[k, ends[loop, 1], w, i]
-                for row in range(mimics.shape[0]):
-                    if k == 0:
+                            s[0, j, i] = screws[j, i]
+                    elif parent[j] >= 0:
+                        for a in range(k):
+                            _add_bracket(v[a, parent[j]], s[k - 1 - a, j], 1.0 / k, s[k, j])
+                if k == 0 and ray > 0:
+                    c[0] = C[0, 0]
+                    t[0] = T[0, 0]
+                else:
+                    for w in range(width):
+                        # Link twists of order k, as far as they are known without C_k.
                         for j in range(n):
-                            b[loops * dim + row] -= mimics[row, j] * columns[j, w]
-                residual[k] = max(residual[k], _solve(A, diagonal, b))
-                for d in range(nd):
-                    c[k, dependent[d], w] = b[d]
-                # s_0 C_k of the dependent joints completes the twists.
+                            if not moves[j, w]:
+                                continue
+                            if parent[j] >= 0:
+                                for i in range(dim):
+                                    t[k, j, w, i] = t[k, parent[j], w, i]
+                            if k == 0:
+                                c[0, j, w] = columns[j, w]
+                            for a in range(min(k, 1), k + 1):
+                                rate = c[k - a, j, w]
+                                if rate != 0.0:
+                                    for i in range(dim):
+                                        t[k, j, w, i] += s[a, j, i] * rate
+                        if nd == 0:
+                            continue
+                        # Their mismatch at the welds gives C_k.
+                        b[:] = 0.0
+                        for loop in range(loops):
+                            for i in range(dim):
+                                if ends[loop, 0] >= 0:
+                                    b[loop * dim + i] -= t[k, ends[loop, 0], w, i]
+                                if ends[loop, 1] >= 0:
+                                    b[loop * dim + i] += t[k, ends[loop, 1], w, i]
+                        if k == 0:
+                            for row in range(mimics.shape[0]):
+                                for j in range(n):
+                                    b[loops * dim + row] -= mimics[row, j] * columns[j, w]
+                        residual[k] = max(residual[k], _solve(A, diagonal, b))
+                        for d in range(nd):
+                            c[k, dependent[d], w] = b[d]
+                        # s_0 C_k of the dependent joints completes the twists.
+                        for j in range(n):
+                            if not moves[j, w]:
+                                continue
+                            rate = c[k, j, w] - (columns[j, w] if k == 0 else 0.0)
+                            p = parent[j]
+                            for i in range(dim):
+                                extra[j, i] = screws[j, i] * rate
+                                if p >= 0 and moves[p, w]:
+                                    extra[j, i] += extra[p, i]
+                                t[k, j, w, i] += extra[j, i]
                 for j in range(n):
-                    if not moves[j, w]:
-                        continue
-                    rate = c[k, j, w] - (columns[j, w] if k == 0 else 0.0)
-                    for i in range(dim):
-                        extra[j, i] = screws[j, i] * rate
-                        if parent[j] >= 0 and moves[parent[j], w]:
-                            extra[j, i] += extra[parent[j], i]
-                        t[k, j, w, i] += extra[j, i]
-            for j in range(n):
-                for w in range(width):
-                    if moves[j, w]:
-                        for i in range(dim):
-                            v[k, j, i] += t[k, j, w, i] * rays[ray, w]
-    return C, V, T, residual
+                    for w in range(width):
+                        if moves[j, w]:
+                            for i in range(dim):
+                                v[k, j, i] += t[k, j, w, i] * rays[ray, w]
+        return C, V, T, residual
+
+    return series
+
+
+_spatial_series, _planar_series = _series_kernel(6), _series_kernel(3)
 
 
 @kernel
@@ -292,14 +315,19 @@ def _invert(H, out):
 
 @kernel
 def _mismatch(H, ends, gaps, b, dim):
-    """Twists (small) from each loop's successor to its end; zero if the loop is closed."""
+    """Twists (small) from each loop's successor to its end; zero if the loop is closed.
+
+    Without ``gaps``, the loops are closed at the reference pose.
+    """
     m = H.shape[1]
     identity = np.eye(m)
     inverse, product, D = np.empty((m, m)), np.empty((m, m)), np.empty((m, m))
     for loop in range(ends.shape[0]):
         e, f = ends[loop, 0], ends[loop, 1]
-        _invert(gaps[loop], inverse)
-        _multiply(H[e] if e >= 0 else identity, inverse, product)
+        product[:] = H[e] if e >= 0 else identity
+        if gaps.shape[0] > 0:
+            _invert(gaps[loop], inverse)
+            _multiply(H[e] if e >= 0 else identity, inverse, product)
         _invert(H[f] if f >= 0 else identity, inverse)
         _multiply(product, inverse, D)
         r = loop * dim
@@ -339,6 +367,42 @@ def _close(parent, screws, ends, gaps, mimics, dependent, q, H, s):
         for d in range(dependent.size):
             q[dependent[d]] += b[d]
     return error
+
+
+@kernel
+def _radius(rates):
+    """Radius of convergence of the joint rates (order + 1, n); see `radius`."""
+    limit = 1.0
+    first = np.sqrt(np.sum(rates[0] ** 2))
+    for k in range(rates.shape[0]):
+        size = np.sqrt(np.sum(rates[k] ** 2))
+        limit = max(limit, size if k == 0 else (size / first) ** (1.0 / k))
+    return 1.0 / limit
+
+
+@kernel
+def _follow(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s):
+    """A closed pose along the ray; see `follow`."""
+    orders, n, width = C.shape
+    rates = np.zeros((orders, n))
+    for k in range(orders):
+        for j in range(n):
+            for w in range(width):
+                rates[k, j] += C[k, j, w] * ray[w]
+    step = min(reach, 0.4 * _radius(rates))
+    gaps = np.empty((0, H.shape[1], H.shape[1]))
+    q = np.empty(n)
+    for _ in range(7):
+        guess = start.copy()
+        for k in range(orders):
+            guess += step ** (k + 1) / (k + 1) * rates[k]
+        q[:] = guess
+        error = _close(parent, screws, ends, gaps, mimics, dependent, q, H, s)
+        moved, off = np.sum((guess - start) ** 2), np.sum((q - guess) ** 2)
+        if error < 1e-10 and off <= 0.01 * moved:
+            return q, step
+        step *= 0.5
+    return q, 0.0
 
 
 class Series(NamedTuple):
@@ -387,21 +451,20 @@ def expand(chain: Chain, rays: Array, order: int) -> Series:
         rays: directions δ in the coordinates of the chain; (rays, width).
         order: highest order.
     """
-    return Series(
-        *_series(
-            chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent,
-            chain.columns, chain.moves, rays, order,
-        )
-    )  # fmt: skip
+    return _expand(chain, chain.screws, rays, order)
 
 
 def expand_at(chain: Chain, pose: Pose) -> Series:
     """The series of order 0 at a finite pose: rates and link twists there."""
-    rays = np.zeros((1, chain.width))
+    return _expand(chain, frozen(pose.screws), np.zeros((1, chain.width)), 0)
+
+
+def _expand(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
+    series = _planar_series if chain.planar else _spatial_series
     return Series(
-        *_series(
-            chain.parent, frozen(pose.screws), chain.ends, chain.mimics, chain.dependent,
-            chain.columns, chain.moves, rays, 0,
+        *series(
+            chain.parent, screws, chain.ends, chain.mimics, chain.dependent,
+            chain.columns, chain.moves, rays, order,
         )
     )  # fmt: skip
 
@@ -421,48 +484,66 @@ def loop_matrix(chain: Chain, screws: Array | None = None) -> Array:
     return A
 
 
+def radius(rates: Array) -> float:
+    """Radius of convergence estimated from the growth of joint rates (order + 1, n).
+
+    At most 1, and such that no joint moves by more than 1 to first order.
+    """
+    return float(_radius(rates))
+
+
+def follow(
+    chain: Chain, start: Array, series: Series, ray: Array, reach: float = np.inf
+) -> tuple[Pose, float]:
+    """A closed pose further along a ray, on the same branch.
+
+    The step is the smaller of ``reach`` and 0.4 of the radius of convergence estimated
+    from the series, whose sum is the first guess of Newton's method; it is halved until
+    the method stays within a tenth of that guess.
+
+    Args:
+        chain: the linkage at its reference pose.
+        start: joint positions from which to start (n,).
+        series: the series there; its last ray is used.
+        ray: the direction of that ray (w,).
+        reach: longest step.
+
+    Returns:
+        The pose and the length of the step, 0 if none was found.
+    """
+    H, screws = _room(chain)
+    q, step = _follow(
+        chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent,
+        start, series.C[-1], ray, reach, H, screws,
+    )  # fmt: skip
+    return Pose(q, H, screws, 0.0), step
+
+
+def _room(chain: Chain) -> tuple[Array, Array]:
+    """Room for the displacements and the screws of a pose."""
+    m = 3 if chain.planar else 4
+    return np.empty((chain.parent.size, m, m)), np.empty(chain.screws.shape)
+
+
 def forward(chain: Chain, q: Array) -> Pose:
     """The pose at given joint positions (n,), whether or not it closes the loops."""
-    m = 3 if chain.planar else 4
-    H, screws = np.empty((q.size, m, m)), np.empty(chain.screws.shape)
+    H, screws = _room(chain)
     _forward(chain.parent, chain.screws, q, H, screws)
-    error = mismatch(chain, H, q, _closed_gaps(chain))
+    error = mismatch(chain, H, q)
     return Pose(q, H, screws, float(np.sqrt(error @ error)))
 
 
-def mismatch(chain: Chain, H: Array, q: Array, gaps: Array) -> Array:
-    """Twists by which the loops are open at a pose, then errors of mimic joints; (rows,)."""
-    dim = chain.screws.shape[1]
-    b = np.empty(len(chain.ends) * dim + len(chain.mimics))
-    _mismatch(H, chain.ends, gaps, b, dim)
-    b[len(chain.ends) * dim :] = chain.mimics @ q
-    return b
-
-
-def _closed_gaps(chain: Chain) -> Array:
-    """Identities: every weld is closed at the reference pose."""
-    m = 3 if chain.planar else 4
-    gaps = np.zeros((len(chain.ends), m, m))
-    gaps[:, range(m), range(m)] = 1.0
-    return gaps
-
-
-def close(chain: Chain, q: Array, gaps: Array | None = None) -> Pose:
-    """Close the loops near the joint positions q by moving the dependent joints.
-
-    Newton's method with exact exponentials; least squares if the loops are redundant.
-    The caller judges ``error``, and whether the branch is the right one.
+def mismatch(chain: Chain, H: Array, q: Array, gaps: Array | None = None) -> Array:
+    """Twists by which the loops are open at a pose, then errors of mimic joints; (rows,).
 
     Args:
         chain: the linkage as arrays.
-        q: first guess (n,), in the units of the chain.
-        gaps: displacements of the welds at the reference pose, the identity by default.
+        H: displacements of the links.
+        q: joint positions.
+        gaps: displacements of the welds at the reference pose, if they are not closed.
     """
-    m = 3 if chain.planar else 4
-    gaps = _closed_gaps(chain) if gaps is None else gaps
-    q = np.array(q, dtype=np.float64)
-    H, screws = np.empty((q.size, m, m)), np.empty(chain.screws.shape)
-    error = _close(
-        chain.parent, chain.screws, chain.ends, gaps, chain.mimics, chain.dependent, q, H, screws
-    )
-    return Pose(q, H, screws, error)
+    dim = chain.screws.shape[1]
+    b = np.empty(len(chain.ends) * dim + len(chain.mimics))
+    _mismatch(H, chain.ends, np.empty((0, *H.shape[1:])) if gaps is None else gaps, b, dim)
+    b[len(chain.ends) * dim :] = chain.mimics @ q
+    return b

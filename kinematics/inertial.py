@@ -14,6 +14,9 @@ __all__ = ["displaced", "inertia_tensor", "parameters", "pseudo_inertia"]
 
 Array = NDArray[np.float64]
 
+# Where the entries of E stand among the parameters.
+_ENTRIES = np.array([[4, 7, 8], [7, 5, 9], [8, 9, 6]])
+
 
 def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
     """Parameters of a body from its mass, centre of mass and inertia about that centre.
@@ -33,9 +36,7 @@ def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
 def inertia_tensor(z: ArrayLike) -> Array:
     """Moment-of-inertia tensor E about the origin (..., 3, 3)."""
     z = np.asarray(z, dtype=np.float64)
-    xx, yy, zz, xy, xz, yz = (z[..., i] for i in range(4, 10))
-    rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return z[..., _ENTRIES]
 
 
 def pseudo_inertia(z: ArrayLike) -> Array:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics import closure
-from kinematics.assembly import radius
 from kinematics.chain import arrange, flatten, lock, move
 from kinematics.errors import PoseError
 from kinematics.linkage import Chain, Frame, Linkage, frozen, names
@@ -90,25 +89,25 @@ def _checked(linkage: Linkage, q: Array) -> Array:
 def _followed(linkage: Linkage, u: Array) -> Array:
     """Positions reached along the straight line from the reference pose to ``u``.
 
-    At each step the linkage is expanded anew; the sum of the series, within half the
-    estimated radius of convergence, is the first guess of Newton's method.
+    At each step the linkage is expanded anew, as far as its series carries.
     """
-    reference = move(arrange(linkage), _independent(linkage), np.eye(linkage.mobility))
-    ray = u / reference.units[_independent(linkage)]
-    q, here, done = np.zeros(len(linkage.joints)), reference, 0.0
+    independent = _independent(linkage)
+    chain = move(arrange(linkage), independent, np.eye(linkage.mobility))
+    ray = u / chain.units[independent]
+    length = float(np.sqrt(ray @ ray))
+    if length == 0.0:
+        return np.zeros(len(linkage.joints))
+    q, here, done = np.zeros(chain.parent.size), chain, 0.0
     for _ in range(STEPS):
-        if done >= 1.0:
-            return q * reference.units
-        rates = closure.expand(here, ray[None], 6).C[0] @ ray
-        step = min(1.0 - done, 0.5 * radius(rates))
-        powers = step ** np.arange(1, 8) / np.arange(1, 8)
-        guess = q + powers @ rates
-        pose = closure.close(reference, guess)
-        if pose.error > 1e-10 or np.abs(pose.q - guess).max() > 0.1 * np.abs(guess - q).max():
+        series = closure.expand(here, ray[None] / length, 6)
+        pose, step = closure.follow(chain, q, series, ray / length, length - done)
+        if step == 0.0:
             break
         q, done = pose.q, done + step
-        here = replace(reference, screws=frozen(pose.screws))
+        if done >= length:
+            return q * chain.units
+        here = replace(chain, screws=frozen(pose.screws))
     raise PoseError(
-        f"{linkage.source}: the loops cannot be closed beyond {done:.0%} of the way to the inputs "
-        f"{', '.join(f'{n}={v:.4g}' for n, v in zip(linkage.inputs, u, strict=True))}"
+        f"{linkage.source}: the loops cannot be closed beyond {done / length:.0%} of the way to "
+        + ", ".join(f"{name}={value:.4g}" for name, value in zip(linkage.inputs, u, strict=True))
     )

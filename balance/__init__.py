@@ -35,5 +35,7 @@ def __getattr__(name: str) -> object:
     from importlib import import_module
 
     if name in _HOMES:
-        return getattr(import_module(f"balance.{_HOMES[name]}"), name)
+        value = getattr(import_module(f"balance.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
     raise AttributeError(f"module 'balance' has no attribute '{name}'")

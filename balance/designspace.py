@@ -11,7 +11,8 @@ chapter 5.)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from math import comb
 from typing import Literal, NamedTuple
 
@@ -22,7 +23,7 @@ from balance.inertia import from_chain, parameter_labels, to_chain
 from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
 from balance.rank import FLOOR, Conditions, Decision
 from kinematics.assembly import moving_chain
-from kinematics.closure import expand, expand_at, follow, radius
+from kinematics.closure import Series, expand, expand_at, follow, radius
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
@@ -34,6 +35,8 @@ Balance = Literal["dynamic", "force"]
 
 # Orders tried before giving up on a pose that refuses to agree.
 LAST_ORDER = 20
+# Orders to which the motion is expanded, one after the other as they are needed.
+EXPANSIONS = (3, 8, LAST_ORDER)
 # Masses in files are rounded: a given distribution counts as balanced up to this part of
 # the sum of its bodies' contributions.
 BALANCED = 1e-9
@@ -86,7 +89,6 @@ class DesignSpace:
         singular_values: of all conditions, relative to the largest.
         kept: the smallest singular value that counts.
         dropped: upper bound of the largest one that does not.
-        as_given: whether the masses in the file are balanced.
         notices: remarks.
     """
 
@@ -107,8 +109,21 @@ class DesignSpace:
     singular_values: Array
     kept: float
     dropped: float
-    as_given: AsGiven
     notices: tuple[Notice, ...]
+    _conditions: Conditions = field(repr=False)
+    _chain: Chain = field(repr=False)
+
+    @cached_property
+    def as_given(self) -> AsGiven:
+        """Whether the masses in the file are balanced."""
+        factor = self._conditions.factor
+        given = np.array([body.inertia for body in self.linkage.bodies])
+        z = to_chain(given, self._chain.frame, self.planar, self.balance == "force")
+        by_body = np.einsum("rbp,bp->rb", factor.reshape(self.rank, *z.shape), z)
+        total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
+        left = by_body.sum(axis=1)
+        residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
+        return AsGiven(residual <= BALANCED, residual)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -150,115 +165,70 @@ def design_space(
 
 def _gather(
     chain: Chain, force: bool, max_order: int | None
-) -> tuple[Conditions, list[Order], bool]:
+) -> tuple[Conditions, tuple[Order, ...], bool]:
     """Conditions order by order, until a fresh pose agrees or ``max_order`` is reached."""
+    last = LAST_ORDER if max_order is None else max_order
+    rows = chain.width * rows_per_column(chain.planar, force)
     size = chain.links.size * parameters_per_body(chain.planar, force)
-    conditions = Conditions.none(size)
-    rays = Rays(chain, force)
-    orders: list[Order] = []
+    rays = min(comb(chain.width + 1, 2), 1 - (-size // rows))
+    while True:
+        conditions, ranks, settled, enough = _along(rays, chain, force, last, max_order is None)
+        if enough:
+            orders = tuple(Order(k, rank, size - rank) for k, rank in enumerate(ranks))
+            return conditions, orders, settled
+        rays *= 2
+
+
+def _along(
+    rays: int, chain: Chain, force: bool, last: int, stop: bool
+) -> tuple[Conditions, list[int], bool, bool]:
+    """Conditions along a number of rays: their ranks, settled or not, rays enough or not."""
+    directions = _generic(rays, chain.width)
+    conditions = Conditions.none(chain.links.size * parameters_per_body(chain.planar, force))
+    ranks: list[int] = []
     fresh: Array | None = None
-    settled = False
-    for order in range(1 + (LAST_ORDER if max_order is None else max_order)):
-        conditions = _with_order(conditions, rays, order)
-        orders.append(Order(order, conditions.rank, size - conditions.rank))
-        if order == 0 and max_order != 0:
-            continue
+    settled, enough = False, True
+    for goal in EXPANSIONS:
+        series = expand(chain, directions, goal)
         if fresh is None:
-            fresh = rays.fresh_rows()
-        settled = conditions.imply(fresh)
-        if settled and max_order is None:
-            break
-    return conditions, orders, settled
-
-
-def _with_order(conditions: Conditions, rays: Rays, order: int) -> Conditions:
-    """Add the derivatives of one order, along as many rays as it takes.
-
-    ``C(w + k - 1, k)`` generic rays span all derivatives of order k in w coordinates. Fewer
-    will do once the rows of one more follow from those gathered.
-    """
-    every = comb(rays.chain.width + order - 1, order)
-    size = conditions.factor.shape[1]
-    used, wanted = 0, -(-(size - conditions.rank) // rays.rows_per_ray)
-    while used < every:
-        wanted = min(every, max(wanted, used + 1))
-        rows = rays.rows(order, min(every, wanted + 1))
-        conditions = conditions.and_also(rows[used:wanted])
-        used, wanted = wanted, 2 * wanted
-        if used < every and conditions.imply(rows[used]):
-            break
-    return conditions
-
-
-class Rays:
-    """Regressor rows along generic rays, more of them and to higher orders on demand."""
-
-    def __init__(self, chain: Chain, force: bool) -> None:
-        """Prepare the rays that two orders are likely to need, to order 4."""
-        self.chain, self.force = chain, force
-        self.rows_per_ray = chain.width * rows_per_column(chain.planar, force)
-        size = chain.links.size * parameters_per_body(chain.planar, force)
-        self._count = min(comb(chain.width + 1, 2), 1 - (-size // self.rows_per_ray))
-        self._last = 4
-        self._batches: list[_Batch] = []
-
-    def rows(self, order: int, count: int) -> Array:
-        """Rows of one order along at least ``count`` rays; (rays, rows per ray, columns)."""
-        if order > self._last:
-            self._last *= 2
-            self._batches = []
-        made = sum(batch.count for batch in self._batches)
-        if made < max(count, self._count):
-            self._count = max(count, self._count)
-            self._batches.append(_Batch(self, made, self._count, self._last))
-        blocks = [batch.rows(order) for batch in self._batches]
-        return blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
-
-    def fresh_rows(self) -> Array:
-        """Rows at a finite pose away from the reference pose."""
-        batch = self._batches[0]
-        start = np.zeros(self.chain.parent.size)
-        pose, step = follow(self.chain, start, batch.series, batch.directions[-1])
-        if step == 0.0:
-            raise MobilityError(
-                "no closed pose was found near the reference pose to check the conditions at; "
-                "write the file at a pose further from a singularity"
+            fresh = _fresh_rows(chain, series, directions[-1], force)
+        reach = radius(series.C[0] @ directions[0])
+        regressor = RegressorSeries(chain, series, force)
+        for upto in (goal - 1, goal):
+            first = len(ranks)
+            rows = regressor.rows(min(upto, last))[first - upto - 1 :]
+            conditions, found, settled, enough = conditions.with_orders(
+                rows, first, reach, fresh, stop
             )
-        return RegressorSeries(self.chain, expand_at(self.chain, pose), self.force, pose).rows(0)[0]
+            ranks += found.tolist()
+            if (settled and stop) or not enough or len(ranks) > last:
+                return conditions, ranks, settled, enough
+    return conditions, ranks, settled, enough
 
 
-class _Batch:
-    """Rays that were expanded together."""
-
-    def __init__(self, rays: Rays, first: int, last: int, order: int) -> None:
-        self.count = last - first
-        self.directions = _generic(first, last, rays.chain.width)
-        self.series = expand(rays.chain, self.directions, order)
-        self._scale = radius(self.series.C[0] @ self.directions[0])
-        self._regressor = RegressorSeries(rays.chain, self.series, rays.force)
-        self._shape = (self.count, rays.rows_per_ray, -1)
-        self._order, self._rows = -1, self.directions
-
-    def rows(self, order: int) -> Array:
-        """Rows of one order, scaled by that power of the radius of convergence."""
-        while self._order < order:
-            self._order += 1
-            self._rows = self._regressor.rows(self._order)[0]
-        return (self._rows * self._scale**order).reshape(self._shape)
+def _fresh_rows(chain: Chain, series: Series, ray: Array, force: bool) -> Array:
+    """Rows at a finite pose away from the reference pose; (rows, columns)."""
+    pose, step = follow(chain, np.zeros(chain.parent.size), series, ray)
+    if step == 0.0:
+        raise MobilityError(
+            "no closed pose was found near the reference pose to check the conditions at; "
+            "write the file at a pose further from a singularity"
+        )
+    rows = RegressorSeries(chain, expand_at(chain, pose), force, pose).rows(0)
+    return rows.reshape(-1, rows.shape[-1])
 
 
-def _generic(first: int, last: int, width: int) -> Array:
-    """Directions ``first … last - 1`` of a fixed sequence without special relations."""
+def _generic(count: int, width: int) -> Array:
+    """Unit directions of a fixed sequence without special relations; (count, width)."""
     if width == 1:
-        return np.ones((last - first, 1))
-    at = np.arange(first * width, last * width, dtype=np.float64).reshape(-1, width)
-    directions = np.cos((at + 1.0) ** 2)
+        return np.ones((count, 1))
+    directions = np.cos(np.arange(1.0, count * width + 1.0) ** 2).reshape(count, width)
     return directions / np.sqrt(np.sum(directions**2, axis=1, keepdims=True))
 
 
 def _result(
     linkage: Linkage, chain: Chain, motion: Motion, balance: Balance,
-    conditions: Conditions, orders: list[Order], settled: bool,
+    conditions: Conditions, orders: tuple[Order, ...], settled: bool,
 ) -> DesignSpace:  # fmt: skip
     """Everything that the conditions tell, in SI units."""
     decision = conditions.decide()
@@ -269,13 +239,13 @@ def _result(
     return DesignSpace(
         linkage=linkage, motion=motion, balance=balance, planar=chain.planar,
         bodies=names(linkage.bodies), inputs=linkage.inputs, idle=_idle(linkage, chain),
-        orders=tuple(orders), settled=settled,
+        orders=orders, settled=settled,
         kmax=next(o.order for o in orders if o.rank == conditions.rank),
         rank=conditions.rank, nullity=nullity, basis=frozen(basis.reshape(-1, nullity)),
         axes=chain.frame.R, singular_values=decision.singular_values,
         kept=decision.kept, dropped=decision.dropped,
-        as_given=_as_given(linkage, chain, conditions, force),
         notices=(*linkage.notices, *_notices(decision, settled)),
+        _conditions=conditions, _chain=chain,
     )  # fmt: skip
 
 
@@ -285,17 +255,6 @@ def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
         return ()
     moving = set(chain.joints.tolist())
     return tuple(joint.name for j, joint in enumerate(linkage.joints) if j not in moving)
-
-
-def _as_given(linkage: Linkage, chain: Chain, conditions: Conditions, force: bool) -> AsGiven:
-    """Residual of the masses in the file."""
-    given = np.array([body.inertia for body in linkage.bodies])
-    z = to_chain(given, chain.frame, chain.planar, force)
-    by_body = np.einsum("rbp,bp->rb", conditions.factor.reshape(conditions.rank, *z.shape), z)
-    total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
-    left = by_body.sum(axis=1)
-    residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
-    return AsGiven(residual <= BALANCED, residual)
 
 
 def _notices(decision: Decision, settled: bool) -> list[Notice]:

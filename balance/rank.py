@@ -8,7 +8,7 @@ whole; a single row never is, because that would turn round-off into a condition
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,23 +26,23 @@ FLOOR = 2.0**-40
 
 
 @kernel
-def _absorb(R, rows, floor, scale):
-    """Pivoted triangular factor of ``[R; rows]`` and what was cut off.
+def _absorb(R, rows, begin, end, weight, floor, scale):
+    """Pivoted triangular factor of R and ``weight * rows[begin:end]``, and what was cut off.
 
     Returns:
         The factor (rank, columns) with columns in their own order, the order in which they
         were eliminated, the largest pivot, and the norm of the remainder.
     """
     old, p = R.shape
-    m = old + rows.shape[0]
+    m = old + end - begin
     W = np.empty((p, m))
     norms = np.zeros(p)
     permutation = np.arange(p)
     for j in range(p):
         for i in range(old):
             W[j, i] = R[i, j]
-        for i in range(m - old):
-            W[j, old + i] = rows[i, j]
+        for i in range(end - begin):
+            W[j, old + i] = weight * rows[begin + i, j]
         for i in range(m):
             norms[j] += W[j, i] * W[j, i]
     rank = 0
@@ -91,43 +91,83 @@ def _absorb(R, rows, floor, scale):
 
 
 @kernel
-def _eliminate(R, permutation, row):
-    """Remainder of a row after elimination by the factor, and the largest multiplier."""
+def _implied(R, permutation, rows, begin, end, weight, floor, scale):
+    """Whether ``weight * rows[begin:end]`` follow from the factor R.
+
+    One generic combination of the rows is eliminated by the factor: if any of them adds a
+    condition, so does almost every combination.
+    """
     rank, p = R.shape
-    x = row.copy()
-    largest = 1.0
+    x = np.zeros(p)
+    for i in range(begin, end):
+        c = weight * np.cos((i - begin + 1.0) ** 2)
+        for j in range(p):
+            x[j] += c * rows[i, j]
+    size = np.sqrt(np.sum(x * x))
+    growth = 1.0
     for i in range(rank):
         multiplier = x[permutation[i]] / R[i, permutation[i]]
-        largest = max(largest, abs(multiplier))
+        growth = max(growth, abs(multiplier))
         for j in range(p):
             x[j] -= multiplier * R[i, j]
     remainder = 0.0
     for i in range(rank, p):
         remainder += x[permutation[i]] ** 2
-    return np.sqrt(remainder), largest
+    return np.sqrt(remainder) <= floor * growth * max(scale, size)
 
 
-@dataclass(frozen=True, eq=False)
-class Decision:
-    """A decided rank, with the numbers behind it.
+@kernel
+def _gather(R, permutation, scale, dropped, rows, per_ray, width, first, radius, fresh, stop, floor):
+    """Absorb the rows of consecutive orders; see `Conditions.with_orders`."""
+    orders, count, p = rows.shape
+    ranks = np.zeros(orders, np.int64)
+    settled = enough = True
+    done = 0
+    for k in range(orders):
+        order = first + k
+        weight = radius**order
+        every = 1
+        for i in range(order):
+            every = every * (width + i) // (i + 1)
+        used = 0
+        while used < every:
+            wanted = 2 * used if used > 0 else -(-(p - R.shape[0]) // per_ray)
+            wanted = min(every, max(wanted, 1))
+            if (wanted if wanted == every else wanted + 1) * per_ray > count:
+                return R, permutation, scale, dropped, ranks[:done], False, False
+            begin, end = used * per_ray, wanted * per_ray
+            R, permutation, scale, remainder = _absorb(R, rows[k], begin, end, weight, floor, scale)
+            dropped = max(dropped, remainder)
+            used = wanted
+            if used < every and _implied(
+                R, permutation, rows[k], end, end + per_ray, weight, floor, scale
+            ):
+                break
+        ranks[k] = R.shape[0]
+        done += 1
+        settled = _implied(R, permutation, fresh, 0, fresh.shape[0], 1.0, floor, scale)
+        if settled and stop:
+            break
+    return R, permutation, scale, dropped, ranks[:done], settled, enough
+
+
+class Decision(NamedTuple):
+    """The numbers behind a rank, and the null space.
 
     Attributes:
-        rank: number of independent conditions.
         singular_values: of all conditions, relative to the largest, descending (rank,).
         kept: the smallest of them; 1 if there are none.
         dropped: upper bound of the first one that counts as round-off, relative.
         basis: orthonormal null space (parameters, nullity).
     """
 
-    rank: int
     singular_values: Array
     kept: float
     dropped: float
     basis: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Conditions:
+class Conditions(NamedTuple):
     """Linear conditions on ``columns`` unknowns, compressed to a triangular factor.
 
     Attributes:
@@ -156,28 +196,53 @@ class Conditions:
     def and_also(self, rows: Array) -> Conditions:
         """These conditions and those in ``rows`` (any leading shape, columns last)."""
         block = rows.reshape(-1, self.factor.shape[1])
-        factor, permutation, scale, remainder = _absorb(self.factor, block, FLOOR, self.scale)
+        factor, permutation, scale, remainder = _absorb(
+            self.factor, block, 0, len(block), 1.0, FLOOR, self.scale
+        )
         return Conditions(factor, permutation, scale, max(self.dropped, remainder))
 
     def imply(self, rows: Array) -> bool:
-        """Whether rows that were not used follow from these conditions.
-
-        One random combination of the rows is tested: if any of them adds a condition, so
-        does almost every combination.
-        """
+        """Whether rows that were not used follow from these conditions."""
         block = rows.reshape(-1, self.factor.shape[1])
-        row = np.cos(np.arange(1.0, len(block) + 1.0) ** 2) @ block
-        remainder, growth = _eliminate(self.factor, self.permutation, row)
-        return bool(remainder <= FLOOR * growth * max(self.scale, float(np.sqrt(row @ row))))
+        return bool(
+            _implied(
+                self.factor, self.permutation, block, 0, len(block), 1.0, FLOOR, self.scale
+            )
+        )
+
+    def with_orders(
+        self, rows: Array, first: int, radius: float, fresh: Array, stop: bool
+    ) -> tuple[Conditions, Array, bool, bool]:
+        """Add the derivatives of consecutive orders, along as many rays as it takes.
+
+        ``C(w + k - 1, k)`` generic rays span all derivatives of order k in w coordinates;
+        fewer will do once the rows of one more follow from those gathered. Rows of order k
+        are weighted by ``radius**k``.
+
+        Args:
+            rows: shape (orders, rays, w, rows per column, columns).
+            first: the first of the orders.
+            radius: radius of convergence of the series.
+            fresh: rows of a finite pose, which decide whether another order is needed.
+            stop: whether to stop at the order that needs no other.
+
+        Returns:
+            The conditions, the rank after each order, whether the fresh rows follow from
+            them, and whether there were enough rays.
+        """
+        orders, rays, width, rows_per_column, columns = rows.shape
+        factor, permutation, scale, dropped, ranks, settled, enough = _gather(
+            self.factor, self.permutation, self.scale, self.dropped,
+            rows.reshape(orders, -1, columns), width * rows_per_column, width, first, radius,
+            fresh, stop, FLOOR,
+        )  # fmt: skip
+        return Conditions(factor, permutation, scale, dropped), ranks, settled, enough
 
     def decide(self) -> Decision:
         """Singular values and null space of the conditions gathered so far."""
         if self.rank == 0:
-            basis = np.eye(self.factor.shape[1])
-            return Decision(0, frozen([]), 1.0, 0.0, frozen(basis))
+            return Decision(frozen([]), 1.0, 0.0, np.eye(self.factor.shape[1]))
         _, values, Vt = np.linalg.svd(self.factor)
         relative = values / values[0]
-        return Decision(
-            self.rank, frozen(relative), float(relative[-1]), self.dropped / float(values[0]),
-            frozen(Vt[self.rank :].T),
-        )  # fmt: skip
+        dropped = self.dropped / float(values[0])
+        return Decision(frozen(relative), float(relative[-1]), dropped, Vt[self.rank :].T)

@@ -27,5 +27,7 @@ def __getattr__(name: str) -> object:
     from importlib import import_module
 
     if name in _HOMES:
-        return getattr(import_module(f"kinematics.{_HOMES[name]}"), name)
+        value = getattr(import_module(f"kinematics.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
     raise AttributeError(f"module 'kinematics' has no attribute '{name}'")

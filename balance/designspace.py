@@ -70,7 +70,7 @@ class DesignSpace:
 
     Attributes:
         linkage: the linkage.
-        motion: the motion asked of it.
+        motion: the motion asked of it, None if every input is free.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         planar: whether planar parameters are counted.
         bodies: names of the bodies, in the order of the parameters.
@@ -93,7 +93,7 @@ class DesignSpace:
     """
 
     linkage: Linkage
-    motion: Motion
+    motion: Motion | None
     balance: Balance
     planar: bool
     bodies: tuple[str, ...]
@@ -159,7 +159,6 @@ def design_space(
         motion = Motion.parse(motion, linkage.inputs)
     chain = moving_chain(linkage, motion, spatial)
     conditions, orders, settled = _gather(chain, balance == "force", max_order)
-    motion = motion or Motion.free(linkage.inputs)
     return _result(linkage, chain, motion, balance, conditions, orders, settled)
 
 
@@ -227,7 +226,7 @@ def _generic(count: int, width: int) -> Array:
 
 
 def _result(
-    linkage: Linkage, chain: Chain, motion: Motion, balance: Balance,
+    linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
     conditions: Conditions, orders: tuple[Order, ...], settled: bool,
 ) -> DesignSpace:  # fmt: skip
     """Everything that the conditions tell, in SI units."""

@@ -46,12 +46,14 @@ def _add_cross(a, b, out):
 
 
 @kernel
-def _spatial(first, last, moved, links, moves, V, T, R, d, y, N, e, X):
+def _spatial(first, last, H, links, moves, V, T, R, d, y, N, e, X):
     """Regressor rows of orders first … last; lower orders of R … e must be in place.
 
-    R and N hold the columns of their matrices: ``R[..., c, :]`` is column c. Unless
-    ``moved``, the bodies start at ``R = 1, d = 0`` and their terms are simpler.
+    R and N hold the columns of their matrices: ``R[..., c, :]`` is column c. H holds the
+    displacements of the links at the pose; it is empty at the reference pose, where
+    ``R = 1, d = 0`` makes for simpler terms.
     """
+    moved = H.shape[0] > 0
     rays, _, bodies = R.shape[:3]
     width = moves.shape[1]
     force = X.shape[3] == 3
@@ -63,10 +65,11 @@ def _spatial(first, last, moved, links, moves, V, T, R, d, y, N, e, X):
             if j < 0:
                 continue
             Rb, db = R[ray, :, b], d[ray, :, b]
-            if first == 0 and not moved:
-                Rb[0] = 0.0
-                Rb[0, 0, 0] = Rb[0, 1, 1] = Rb[0, 2, 2] = 1.0
-                db[0] = 0.0
+            if first == 0:
+                for i in range(3):
+                    db[0, i] = H[j, i, 3] if moved else 0.0
+                    for c in range(3):
+                        Rb[0, c, i] = H[j, i, c] if moved else (1.0 if i == c else 0.0)
             for k in range(max(first, 1), last + 1):
                 _displacement(k, V[ray, :, j], Rb, db)
             for w in range(width):
@@ -171,7 +174,7 @@ def _add_moments(R, d, y, N, e, x):
 
 
 @kernel
-def _planar(first, last, moved, links, moves, V, T, R, d, n, e, X):
+def _planar(first, last, H, links, moves, V, T, R, d, n, e, X):
     """Regressor rows of orders first … last in the plane; R is (cos, sin) and n = ω R."""
     rays, _, bodies = R.shape[:3]
     width = moves.shape[1]
@@ -184,8 +187,11 @@ def _planar(first, last, moved, links, moves, V, T, R, d, n, e, X):
             if j < 0:
                 continue
             g, db = R[ray, :, b], d[ray, :, b]
-            if first == 0 and not moved:
+            if first == 0:
                 g[0, 0], g[0, 1], db[0, 0], db[0, 1] = 1.0, 0.0, 0.0, 0.0
+                if H.shape[0] > 0:
+                    g[0, 0], g[0, 1] = H[j, 0, 0], H[j, 1, 0]
+                    db[0, 0], db[0, 1] = H[j, 0, 2], H[j, 1, 2]
             for k in range(max(first, 1), last + 1):
                 gx = gy = 0.0
                 dx, dy = V[ray, k - 1, j, 1], V[ray, k - 1, j, 2]
@@ -244,7 +250,8 @@ class RegressorSeries:
     ) -> None:
         """Start at the reference pose, or at a finite pose with its own series."""
         self.chain, self.series, self.force = chain, series, force
-        self._next, self._moved = 0, pose is not None
+        self._next = 0
+        self._H = np.empty((0, 4, 4)) if pose is None else pose.H
         rays, orders = series.V.shape[:2]
         at, width = (rays, orders, chain.links.size), chain.width
         if chain.planar:
@@ -253,11 +260,6 @@ class RegressorSeries:
             rates = (*at, width, 3), (*at, width, 3, 3), (*at, width, 3)
             shapes = (*at, 3, 3), (*at, 3), *rates
         self._state = tuple(map(np.empty, shapes))
-        if pose is not None:
-            moving = chain.links >= 0
-            H = pose.H[chain.links[moving]]
-            R = H[:, :2, 0] if chain.planar else H[:, :3, :3].transpose(0, 2, 1)
-            self._state[0][:, 0, moving], self._state[1][:, 0, moving] = R, H[:, :-1, -1]
 
     def rows(self, last: int) -> Array:
         """Rows of the orders up to ``last`` that were not asked for before.
@@ -273,7 +275,7 @@ class RegressorSeries:
         X = np.zeros((last + 1 - first, len(series.V), chain.width, rows, columns))
         run = _planar if chain.planar else _spatial
         run(
-            first, last, self._moved, chain.links, chain.moves, series.V, series.T,
+            first, last, self._H, chain.links, chain.moves, series.V, series.T,
             *self._state, X,
         )  # fmt: skip
         return X

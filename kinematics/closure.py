@@ -434,7 +434,7 @@ class Pose(NamedTuple):
         q: joint positions (n,).
         H: displacements of the links (n, 4, 4), or (n, 3, 3) if planar.
         screws: joint screws at this pose (n, 6 or 3).
-        error: mismatch of the loops.
+        error: mismatch of the loops, in radians and units of the chain.
     """
 
     q: Array
@@ -456,7 +456,7 @@ def expand(chain: Chain, rays: Array, order: int) -> Series:
 
 def expand_at(chain: Chain, pose: Pose) -> Series:
     """The series of order 0 at a finite pose: rates and link twists there."""
-    return _expand(chain, frozen(pose.screws), np.zeros((1, chain.width)), 0)
+    return _expand(chain, pose.screws, np.zeros((1, chain.width)), 0)
 
 
 def _expand(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
@@ -516,6 +516,7 @@ def follow(
         chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent,
         start, series.C[-1], ray, reach, H, screws,
     )  # fmt: skip
+    screws.flags.writeable = False
     return Pose(q, H, screws, 0.0), step
 
 
@@ -529,6 +530,7 @@ def forward(chain: Chain, q: Array) -> Pose:
     """The pose at given joint positions (n,), whether or not it closes the loops."""
     H, screws = _room(chain)
     _forward(chain.parent, chain.screws, q, H, screws)
+    screws.flags.writeable = False
     error = mismatch(chain, H, q)
     return Pose(q, H, screws, float(np.sqrt(error @ error)))
 

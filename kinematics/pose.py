@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics import closure
 from kinematics.chain import arrange, flatten, lock, move
 from kinematics.errors import PoseError
-from kinematics.linkage import Chain, Frame, Linkage, frozen, names
+from kinematics.linkage import Chain, Frame, Linkage, names
 
 __all__ = ["joint_positions", "si_chain"]
 
@@ -106,7 +106,7 @@ def _followed(linkage: Linkage, u: Array) -> Array:
         q, done = pose.q, done + step
         if done >= length:
             return q * chain.units
-        here = replace(chain, screws=frozen(pose.screws))
+        here = replace(chain, screws=pose.screws)
     raise PoseError(
         f"{linkage.source}: the loops cannot be closed beyond {done / length:.0%} of the way to "
         + ", ".join(f"{name}={value:.4g}" for name, value in zip(linkage.inputs, u, strict=True))

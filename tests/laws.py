@@ -19,7 +19,8 @@ def relative(found, expected) -> float:
     """Largest difference over the largest entry expected."""
     found, expected = np.asarray(found), np.asarray(expected)
     assert found.shape == expected.shape
-    return float(np.abs(found - expected).max(initial=0.0) / np.abs(expected).max(initial=1e-300))
+    size = np.abs(expected).max(initial=1e-300)
+    return float(np.abs(found - expected).max(initial=0.0) / size)
 
 
 def unit_vector(rng):

@@ -42,7 +42,7 @@ def test_tiny_displacements_keep_their_digits(kind, q):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("q", [100.0, -1e4, 1e6])
 def test_huge_displacements_keep_their_digits(kind, q):
-    """Against 60 digits. The axis is a unit vector to a few 1e-16; the angle multiplies that."""
+    """Against 60 digits. The angle multiplies what a unit axis lacks of length 1, 1e-16."""
     s = joint_screw(kind, np.random.default_rng(12))
     with mp.workdps(60):
         matrix = mp.matrix(screws.hat(s).tolist()) * mp.mpf(q)
@@ -223,7 +223,8 @@ def test_functions_broadcast():
     s = np.array([[joint_screw(kind, rng) for kind in KINDS] for _ in range(2)])
     q = rng.standard_normal((2, 3))
     H = screws.exp(s, q)
-    for function, argument in ((screws.hat, s), (screws.ad, s), (screws.Ad, H), (screws.vee, H)):
+    cases = ((screws.hat, s), (screws.ad, s), (screws.Ad, H), (screws.vee, H))
+    for function, argument in cases:
         together = function(argument)
         for i in np.ndindex(2, 3):
             assert np.array_equal(together[i], function(argument[i]))

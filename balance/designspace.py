@@ -33,10 +33,8 @@ __all__ = ["AsGiven", "DesignSpace", "Order", "design_space"]
 Array = NDArray[np.float64]
 Balance = Literal["dynamic", "force"]
 
-# Orders tried before giving up on a pose that refuses to agree.
-LAST_ORDER = 20
 # Orders to which the motion is expanded, one after the other as they are needed.
-EXPANSIONS = (3, 8, LAST_ORDER)
+EXPANSIONS = (3, 8, 20)
 # Masses in files are rounded: a given distribution counts as balanced up to this part of
 # the sum of its bodies' contributions.
 BALANCED = 1e-9
@@ -166,7 +164,7 @@ def _gather(
     chain: Chain, force: bool, max_order: int | None
 ) -> tuple[Conditions, tuple[Order, ...], bool]:
     """Conditions order by order, until a fresh pose agrees or ``max_order`` is reached."""
-    last = LAST_ORDER if max_order is None else max_order
+    last = EXPANSIONS[-1] if max_order is None else max_order
     rows = chain.width * rows_per_column(chain.planar, force)
     size = chain.links.size * parameters_per_body(chain.planar, force)
     rays = min(comb(chain.width + 1, 2), 1 - (-size // rows))
@@ -187,20 +185,20 @@ def _along(
     ranks: list[int] = []
     fresh: Array | None = None
     settled, enough = False, True
-    for goal in EXPANSIONS:
-        series = expand(chain, directions, goal)
+    for goal in EXPANSIONS if stop else (last,):
+        series = expand(chain, directions, max(goal, EXPANSIONS[0]))
         if fresh is None:
             fresh = _fresh_rows(chain, series, directions[-1], force)
         reach = radius(series.C[0] @ directions[0])
         regressor = RegressorSeries(chain, series, force)
-        for upto in (goal - 1, goal):
+        for upto in (goal - 1, goal) if stop else (goal,):
             first = len(ranks)
-            rows = regressor.rows(min(upto, last))[first - upto - 1 :]
+            rows = regressor.rows(upto)[first - upto - 1 :]
             conditions, found, settled, enough = conditions.with_orders(
                 rows, first, reach, fresh, stop
             )
             ranks += found.tolist()
-            if (settled and stop) or not enough or len(ranks) > last:
+            if (settled and stop) or not enough:
                 return conditions, ranks, settled, enough
     return conditions, ranks, settled, enough
 

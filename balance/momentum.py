@@ -38,23 +38,15 @@ Array = NDArray[np.float64]
 
 
 @kernel
-def _add_cross(a, b, out):
-    """Add ``a × b`` to ``out``."""
-    out[0] += a[1] * b[2] - a[2] * b[1]
-    out[1] += a[2] * b[0] - a[0] * b[2]
-    out[2] += a[0] * b[1] - a[1] * b[0]
+def _spatial(first, last, start, links, moves, V, T, H, N, X):
+    """Regressor rows of orders first … last; lower orders of H and N must be in place.
 
-
-@kernel
-def _spatial(first, last, H, links, moves, V, T, R, d, y, N, e, X):
-    """Regressor rows of orders first … last; lower orders of R … e must be in place.
-
-    R and N hold the columns of their matrices: ``R[..., c, :]`` is column c. H holds the
-    displacements of the links at the pose; it is empty at the reference pose, where
-    ``R = 1, d = 0`` makes for simpler terms.
+    H holds the columns of ``[R, d]``, and N those of its rate, ``[ω̂ R, e]``, and y. The
+    displacements of the links at the pose are in ``start``; it is empty at the reference
+    pose, where ``R = 1, d = 0`` makes for simpler terms.
     """
-    moved = H.shape[0] > 0
-    rays, _, bodies = R.shape[:3]
+    rays, _, bodies = H.shape[:3]
+    moved = start.shape[0] > 0
     width = moves.shape[1]
     force = X.shape[3] == 3
     p = 0 if force else 3
@@ -64,80 +56,73 @@ def _spatial(first, last, H, links, moves, V, T, R, d, y, N, e, X):
             j = links[b]
             if j < 0:
                 continue
-            Rb, db = R[ray, :, b], d[ray, :, b]
+            h = H[ray, :, b]
             if first == 0:
-                for i in range(3):
-                    db[0, i] = H[j, i, 3] if moved else 0.0
-                    for c in range(3):
-                        Rb[0, c, i] = H[j, i, c] if moved else (1.0 if i == c else 0.0)
+                for c in range(4):
+                    for i in range(3):
+                        h[0, c, i] = start[j, i, c] if moved else (1.0 if i == c else 0.0)
             for k in range(max(first, 1), last + 1):
-                _displacement(k, V[ray, :, j], Rb, db)
+                _displacement(k, V[ray, :, j], h)
             for w in range(width):
                 if not moves[j, w]:
                     continue
-                t = T[ray, :, j, w]
-                yb, Nb, eb = y[ray, :, b, w], N[ray, :, b, w], e[ray, :, b, w]
+                n = N[ray, :, b, w]
                 for k in range(first, last + 1):
                     x = X[k - first, ray, w, :, b * size : (b + 1) * size]
-                    _velocity(k, moved, t, Rb, db, yb[k], Nb[k], eb[k])
+                    _velocity(k, moved, T[ray, :, j, w], h, n[k])
                     for i in range(3):
-                        x[p + i, 0] = eb[k, i]
+                        x[p + i, 0] = n[k, 3, i]
                         for c in range(3):
-                            x[p + i, 1 + c] = Nb[k, c, i]
+                            x[p + i, 1 + c] = n[k, c, i]
                     if force:
                         continue
-                    start = 0
                     if not moved:
-                        _add_moments_at_rest(yb[k], eb[k], x)
-                        start = 1
-                    for a in range(start, k + 1):
-                        _add_moments(Rb[a], db[a], yb[k - a], Nb[k - a], eb[k - a], x)
+                        _add_moments_at_rest(n[k], x)
+                    for a in range(0 if moved else 1, k + 1):
+                        _add_moments(h[a], n[k - a], x)
 
 
 @kernel
-def _displacement(k, V, R, d):
+def _displacement(k, V, H):
     """Order k of the displacement: ``k H_k = Σ_{a<k} V̂_a H_{k-1-a}``."""
-    R[k] = 0.0
-    d[k] = V[k - 1, 3:]
+    H[k] = 0.0
+    H[k, 3] = V[k - 1, 3:]
     for a in range(k):
-        omega = V[a, :3]
-        _add_cross(omega, d[k - 1 - a], d[k])
-        for c in range(3):
-            _add_cross(omega, R[k - 1 - a, c], R[k, c])
-    for i in range(3):
-        d[k, i] /= k
-        for c in range(3):
-            R[k, c, i] /= k
+        w0, w1, w2 = V[a, 0], V[a, 1], V[a, 2]
+        for c in range(4):
+            h0, h1, h2 = H[k - 1 - a, c, 0], H[k - 1 - a, c, 1], H[k - 1 - a, c, 2]
+            H[k, c, 0] += w1 * h2 - w2 * h1
+            H[k, c, 1] += w2 * h0 - w0 * h2
+            H[k, c, 2] += w0 * h1 - w1 * h0
+    for c in range(4):
+        for i in range(3):
+            H[k, c, i] /= k
 
 
 @kernel
-def _velocity(k, moved, T, R, d, y, N, e):
-    """Order k of ``y = Rᵀ ω``, ``N = ω̂ R`` and ``e = v + ω × d``."""
-    start = 0 if moved else 1
-    for i in range(3):
-        e[i] = T[k, 3 + i]
-        y[i] = 0.0 if moved else T[k, i]
-        N[i, i] = 0.0
+def _velocity(k, moved, T, H, N):
+    """Order k of the rate ``T̂ H`` of a displacement, and of ``y = Rᵀ ω``."""
     w0, w1, w2 = (0.0, 0.0, 0.0) if moved else (T[k, 0], T[k, 1], T[k, 2])
-    N[0, 1], N[1, 2], N[2, 0] = w2, w0, w1
-    N[1, 0], N[2, 1], N[0, 2] = -w2, -w0, -w1
-    for a in range(start, k + 1):
+    N[0, 0], N[0, 1], N[0, 2] = 0.0, w2, -w1
+    N[1, 0], N[1, 1], N[1, 2] = -w2, 0.0, w0
+    N[2, 0], N[2, 1], N[2, 2] = w1, -w0, 0.0
+    N[3, 0], N[3, 1], N[3, 2] = T[k, 3], T[k, 4], T[k, 5]
+    N[4, 0], N[4, 1], N[4, 2] = w0, w1, w2
+    for a in range(0 if moved else 1, k + 1):
         w0, w1, w2 = T[k - a, 0], T[k - a, 1], T[k - a, 2]
-        d0, d1, d2 = d[a, 0], d[a, 1], d[a, 2]
-        e[0] += w1 * d2 - w2 * d1
-        e[1] += w2 * d0 - w0 * d2
-        e[2] += w0 * d1 - w1 * d0
-        for c in range(3):
-            r0, r1, r2 = R[a, c, 0], R[a, c, 1], R[a, c, 2]
-            N[c, 0] += w1 * r2 - w2 * r1
-            N[c, 1] += w2 * r0 - w0 * r2
-            N[c, 2] += w0 * r1 - w1 * r0
-            y[c] += w0 * r0 + w1 * r1 + w2 * r2
+        for c in range(4):
+            h0, h1, h2 = H[a, c, 0], H[a, c, 1], H[a, c, 2]
+            N[c, 0] += w1 * h2 - w2 * h1
+            N[c, 1] += w2 * h0 - w0 * h2
+            N[c, 2] += w0 * h1 - w1 * h0
+            if c < 3:
+                N[4, c] += w0 * h0 + w1 * h1 + w2 * h2
 
 
 @kernel
-def _add_moments_at_rest(y, e, x):
+def _add_moments_at_rest(N, x):
     """The term of the moment rows with ``R = 1`` and ``d = 0``."""
+    e, y = N[3], N[4]
     x[1, 3] += e[0]
     x[2, 1] += e[1]
     x[0, 2] += e[2]
@@ -155,16 +140,16 @@ def _add_moments_at_rest(y, e, x):
 
 
 @kernel
-def _add_moments(R, d, y, N, e, x):
+def _add_moments(H, N, x):
     """Add one term of the Cauchy products of the moment rows ξ."""
-    y0, y1, y2 = y[0], y[1], y[2]
+    y0, y1, y2 = N[4, 0], N[4, 1], N[4, 2]
     for i in range(3):
         u, v = (i + 1) % 3, (i + 2) % 3
-        du, dv, eu, ev = d[u], d[v], e[u], e[v]
+        du, dv, eu, ev = H[3, u], H[3, v], N[3, u], N[3, v]
         x[i, 0] += du * ev - dv * eu
         for c in range(3):
-            x[i, 1 + c] += R[c, u] * ev - R[c, v] * eu + du * N[c, v] - dv * N[c, u]
-        r0, r1, r2 = R[0, i], R[1, i], R[2, i]
+            x[i, 1 + c] += H[c, u] * ev - H[c, v] * eu + du * N[c, v] - dv * N[c, u]
+        r0, r1, r2 = H[0, i], H[1, i], H[2, i]
         x[i, 4] += r0 * y0
         x[i, 5] += r1 * y1
         x[i, 6] += r2 * y2
@@ -174,9 +159,9 @@ def _add_moments(R, d, y, N, e, x):
 
 
 @kernel
-def _planar(first, last, H, links, moves, V, T, R, d, n, e, X):
-    """Regressor rows of orders first … last in the plane; R is (cos, sin) and n = ω R."""
-    rays, _, bodies = R.shape[:3]
+def _planar(first, last, start, links, moves, V, T, H, N, X):
+    """As `_spatial` in the plane: H is ``(cos, sin, d_x, d_y)``, and N is its rate."""
+    rays, _, bodies = H.shape[:3]
     width = moves.shape[1]
     force = X.shape[3] == 2
     p = 0 if force else 1
@@ -186,50 +171,48 @@ def _planar(first, last, H, links, moves, V, T, R, d, n, e, X):
             j = links[b]
             if j < 0:
                 continue
-            g, db = R[ray, :, b], d[ray, :, b]
+            h = H[ray, :, b]
             if first == 0:
-                g[0, 0], g[0, 1], db[0, 0], db[0, 1] = 1.0, 0.0, 0.0, 0.0
-                if H.shape[0] > 0:
-                    g[0, 0], g[0, 1] = H[j, 0, 0], H[j, 1, 0]
-                    db[0, 0], db[0, 1] = H[j, 0, 2], H[j, 1, 2]
+                h[0, 0], h[0, 1], h[0, 2], h[0, 3] = 1.0, 0.0, 0.0, 0.0
+                if start.shape[0] > 0:
+                    h[0, 0], h[0, 1] = start[j, 0, 0], start[j, 1, 0]
+                    h[0, 2], h[0, 3] = start[j, 0, 2], start[j, 1, 2]
             for k in range(max(first, 1), last + 1):
                 gx = gy = 0.0
                 dx, dy = V[ray, k - 1, j, 1], V[ray, k - 1, j, 2]
                 for a in range(k):
                     omega = V[ray, a, j, 0]
-                    gx -= omega * g[k - 1 - a, 1]
-                    gy += omega * g[k - 1 - a, 0]
-                    dx -= omega * db[k - 1 - a, 1]
-                    dy += omega * db[k - 1 - a, 0]
-                g[k, 0], g[k, 1] = gx / k, gy / k
-                db[k, 0], db[k, 1] = dx / k, dy / k
+                    gx -= omega * h[k - 1 - a, 1]
+                    gy += omega * h[k - 1 - a, 0]
+                    dx -= omega * h[k - 1 - a, 3]
+                    dy += omega * h[k - 1 - a, 2]
+                h[k, 0], h[k, 1], h[k, 2], h[k, 3] = gx / k, gy / k, dx / k, dy / k
             for w in range(width):
                 if not moves[j, w]:
                     continue
-                nb, eb = n[ray, :, b, w], e[ray, :, b, w]
+                n = N[ray, :, b, w]
                 for k in range(first, last + 1):
                     nx = ny = 0.0
                     ex, ey = T[ray, k, j, w, 1], T[ray, k, j, w, 2]
                     for a in range(k + 1):
                         omega = T[ray, k - a, j, w, 0]
-                        nx += omega * g[a, 0]
-                        ny += omega * g[a, 1]
-                        ex -= omega * db[a, 1]
-                        ey += omega * db[a, 0]
-                    nb[k, 0], nb[k, 1], eb[k, 0], eb[k, 1] = nx, ny, ex, ey
+                        nx -= omega * h[a, 1]
+                        ny += omega * h[a, 0]
+                        ex -= omega * h[a, 3]
+                        ey += omega * h[a, 2]
+                    n[k, 0], n[k, 1], n[k, 2], n[k, 3] = nx, ny, ex, ey
                     x = X[k - first, ray, w, :, b * size : (b + 1) * size]
-                    x[p, 0], x[p, 1], x[p, 2] = ex, -ny, -nx
-                    x[p + 1, 0], x[p + 1, 1], x[p + 1, 2] = ey, nx, -ny
+                    x[p, 0], x[p, 1], x[p, 2] = ex, nx, -ny
+                    x[p + 1, 0], x[p + 1, 1], x[p + 1, 2] = ey, ny, nx
                     if force:
                         continue
                     x[0, 3] = T[ray, k, j, w, 0]
                     for a in range(k + 1):
-                        gx, gy, dx, dy = g[a, 0], g[a, 1], db[a, 0], db[a, 1]
-                        ex, ey = eb[k - a, 0], eb[k - a, 1]
-                        nx, ny = nb[k - a, 0], nb[k - a, 1]
+                        gx, gy, dx, dy = h[a, 0], h[a, 1], h[a, 2], h[a, 3]
+                        nx, ny, ex, ey = n[k - a, 0], n[k - a, 1], n[k - a, 2], n[k - a, 3]
                         x[0, 0] += dx * ey - dy * ex
-                        x[0, 1] += gx * ey - gy * ex + dx * nx + dy * ny
-                        x[0, 2] -= gx * ex + gy * ey + dx * ny - dy * nx
+                        x[0, 1] += gx * ey - gy * ex + dx * ny - dy * nx
+                        x[0, 2] += dx * nx + dy * ny - gx * ex - gy * ey
 
 
 def parameters_per_body(planar: bool, force: bool) -> int:
@@ -249,17 +232,17 @@ class RegressorSeries:
         self, chain: Chain, series: Series, force: bool = False, pose: Pose | None = None
     ) -> None:
         """Start at the reference pose, or at a finite pose with its own series."""
-        self.chain, self.series, self.force = chain, series, force
+        self._chain, self._series = chain, series
         self._next = 0
-        self._H = np.empty((0, 4, 4)) if pose is None else pose.H
+        self._start = np.empty((0, 4, 4)) if pose is None else pose.H
+        self._run = _planar if chain.planar else _spatial
+        column, rate = ((4,), (4,)) if chain.planar else ((4, 3), (5, 3))
         rays, orders = series.V.shape[:2]
-        at, width = (rays, orders, chain.links.size), chain.width
-        if chain.planar:
-            shapes = (*at, 2), (*at, 2), (*at, width, 2), (*at, width, 2)
-        else:
-            rates = (*at, width, 3), (*at, width, 3, 3), (*at, width, 3)
-            shapes = (*at, 3, 3), (*at, 3), *rates
-        self._state = tuple(map(np.empty, shapes))
+        bodies, width = chain.links.size, chain.width
+        self._H = np.empty((rays, orders, bodies, *column))
+        self._N = np.empty((rays, orders, bodies, width, *rate))
+        rows = rows_per_column(chain.planar, force)
+        self._shape = (rays, width, rows, bodies * parameters_per_body(chain.planar, force))
 
     def rows(self, last: int) -> Array:
         """Rows of the orders up to ``last`` that were not asked for before.
@@ -267,16 +250,13 @@ class RegressorSeries:
         Returns:
             Shape (orders, rays, width, rows per column, parameters).
         """
-        chain, series, first = self.chain, self.series, self._next
+        chain, series, first = self._chain, self._series, self._next
         assert first <= last <= series.order
         self._next = last + 1
-        columns = chain.links.size * parameters_per_body(chain.planar, self.force)
-        rows = rows_per_column(chain.planar, self.force)
-        X = np.zeros((last + 1 - first, len(series.V), chain.width, rows, columns))
-        run = _planar if chain.planar else _spatial
-        run(
-            first, last, self._H, chain.links, chain.moves, series.V, series.T,
-            *self._state, X,
+        X = np.zeros((last + 1 - first, *self._shape))
+        self._run(
+            first, last, self._start, chain.links, chain.moves, series.V, series.T,
+            self._H, self._N, X,
         )  # fmt: skip
         return X
 

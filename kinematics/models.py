@@ -10,13 +10,20 @@ from pathlib import Path
 from kinematics.errors import FileError
 from kinematics.linkage import Linkage
 
-__all__ = ["find", "gallery", "load"]
+__all__ = ["describe", "find", "gallery", "load"]
 
 
 def gallery() -> dict[str, Path]:
     """Paths of the linkages that come with the package, by name."""
     folder = Path(str(files("urdf_models")))
     return {path.stem: path for path in sorted(folder.glob("*.urdf"))}
+
+
+def describe(path: Path) -> str:
+    """First sentence of the comment at the head of a model's file."""
+    text = path.read_text(encoding="utf-8")
+    comment = text.partition("<!--")[2].partition("-->")[0]
+    return " ".join(comment.split()).partition(". ")[0].partition(": ")[0].rstrip(".")
 
 
 def find(model: str | PathLike[str]) -> Path:

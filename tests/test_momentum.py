@@ -160,7 +160,6 @@ def test_momentum_is_that_of_pinocchio(name):
         h = np.einsum("w,wij,j->i", input_rates(linkage, v), X, z)
         for expected in (closed.momentum(v), closed.momentum_from_regressors(v)):
             worst = max(worst, np.linalg.norm(h - expected) / np.linalg.norm(expected))
-    print(name, worst)
     assert worst < 1e-12
 
 

@@ -1,0 +1,159 @@
+"""The command line: the only place that prints, and the only one with exit codes.
+
+0 done, 1 a negative verdict, 2 usage, 3 bad input or a refused mechanism, 4 undecided.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import os
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from kinematics.errors import LinkageError
+from kinematics.models import describe, gallery, load
+
+if TYPE_CHECKING:
+    from balance.designspace import DesignSpace
+
+__all__ = ["main"]
+
+DONE, USAGE, REFUSED = 0, 2, 3
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+        argv: words of the command line, without the name of the program.
+
+    Returns:
+        The exit code.
+    """
+    # Matrices are small: a pool of threads would cost more than it gains.
+    for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
+    logging.basicConfig(format="%(message)s", stream=sys.stderr, level=logging.WARNING)
+    try:
+        arguments = _parser().parse_args(argv)
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    try:
+        return int(arguments.run(arguments))
+    except LinkageError as error:
+        print(f"balance: {error}", file=sys.stderr)
+        return REFUSED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return DONE
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="balance", description="Dynamic balance of linkages.")
+    verbs = parser.add_subparsers(metavar="command", required=True)
+
+    report = verbs.add_parser(
+        "report",
+        help="rank and dimension of the balanced design space, by order",
+        description="Which mass distributions leave a linkage balanced: rank and dimension "
+        "of the design space, order by order.",
+    )
+    _add_model_options(report)
+    report.add_argument(
+        "--max-order", type=_order, metavar="K",
+        help="compute exactly the orders 0 to K, instead of as many as needed",
+    )  # fmt: skip
+    report.set_defaults(run=_report)
+
+    models = verbs.add_parser("models", help="list the linkages that come with the package")
+    models.add_argument("--json", action="store_true", help="print one JSON object")
+    models.set_defaults(run=_models)
+    return parser
+
+
+def _add_model_options(parser: argparse.ArgumentParser) -> None:
+    """Options that every command on a model shares."""
+    parser.add_argument("model", help="path of a URDF file, or a name from 'balance models'")
+    parser.add_argument("--loops", metavar="FILE", help="file that describes the loops")
+    parser.add_argument(
+        "--inputs", type=_names, metavar="J1,J2", help="joints to use as independent coordinates"
+    )
+    parser.add_argument(
+        "--motion", action="append", metavar="RELATION",
+        help="linear relation of input displacements, such as j4=j7, j4=-2*j7 or j3=0; repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--balance", choices=("dynamic", "force"), default="dynamic",
+        help="force: linear momentum only",
+    )  # fmt: skip
+    parser.add_argument(
+        "--spatial", action="store_true", help="ten parameters per body, even if it is planar"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _order(text: str) -> int:
+    order = int(text) if text.isascii() and text.isdigit() else -1
+    if not 0 <= order <= 50:
+        raise argparse.ArgumentTypeError(f"'{text}' is not an order from 0 to 50")
+    return order
+
+
+def _names(text: str) -> list[str]:
+    names = [name.strip() for name in text.split(",")]
+    if not all(names):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of joint names: write j1,j2")
+    return names
+
+
+def _report(arguments: argparse.Namespace) -> int:
+    linkage = load(arguments.model, arguments.loops, arguments.inputs)
+    # The file has been accepted; only now is it worth loading the kernels.
+    from balance.designspace import design_space
+    from balance.report import text, to_dict, warnings
+
+    space = design_space(
+        linkage, arguments.motion, arguments.balance, arguments.max_order,
+        spatial=arguments.spatial,
+    )  # fmt: skip
+    for notice in warnings(space):
+        logging.warning("%s: %s", notice.code, notice.message)
+    if arguments.json:
+        print(json.dumps(to_dict(space), indent=2, ensure_ascii=False))
+    elif sys.stdout.isatty():
+        _show(space)
+    else:
+        print(text(space))
+    return DONE
+
+
+def _show(space: DesignSpace) -> None:
+    """The report on a terminal."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from balance.report import facts, table
+
+    summary = Table.grid(padding=(0, 2))
+    for label, value in facts(space):
+        summary.add_row(f"[bold]{label}", value)
+    head, *rows = table(space)
+    orders = Table(*head)
+    for row in rows:
+        orders.add_row(*row)
+    console = Console()
+    console.print(summary)
+    console.print(orders)
+
+
+def _models(arguments: argparse.Namespace) -> int:
+    found = {name: describe(path) for name, path in gallery().items()}
+    if arguments.json:
+        print(json.dumps({"schema": "balance.models/1", "models": found}, indent=2))
+    else:
+        width = max(map(len, found), default=0)
+        print("\n".join(f"{name:<{width}}  {line}" for name, line in found.items()))
+    return DONE

@@ -1,0 +1,94 @@
+"""What a design space says, as text and as a dictionary; nothing here prints.
+
+The dictionary is the contract of ``balance report --json``; its ``schema`` names the
+version. A key whose value is ``None`` is not decided by this version.
+"""
+
+from __future__ import annotations
+
+from balance.designspace import DesignSpace
+from balance.inertia import violations
+from kinematics.linkage import Notice
+
+__all__ = ["SCHEMA", "facts", "table", "text", "to_dict", "warnings"]
+
+SCHEMA = "balance.report/1"
+
+
+def to_dict(space: DesignSpace) -> dict[str, object]:
+    """The report as plain data, ready for JSON."""
+    linkage = space.linkage
+    return {
+        "schema": SCHEMA,
+        "model": linkage.name,
+        "algebra": "planar" if space.planar else "spatial",
+        "balance": space.balance,
+        "bodies": list(space.bodies),
+        "parameters": space.rank + space.nullity,
+        "joints": len(linkage.joints),
+        "loops": len(linkage.loops),
+        "mobility": linkage.mobility,
+        "inputs": list(space.inputs),
+        "idle": list(space.idle),
+        "motion": list(space.motion.relations) if space.motion else [],
+        "orders": [order._asdict() for order in space.orders],
+        "kmax": space.kmax,
+        "rank": space.rank,
+        "nullity": space.nullity,
+        "serial": None,
+        "parallel": None,
+        "certainty": None,
+        "margin": {"kept": space.kept, "dropped": space.dropped},
+        "as_given": space.as_given._asdict(),
+        "warnings": [notice._asdict() for notice in warnings(space)],
+    }
+
+
+def warnings(space: DesignSpace) -> list[Notice]:
+    """Remarks on the design space, then on masses in the file that no body can have."""
+    unreal = [
+        Notice("non_physical", f"link '{body.name}': {problem}")
+        for body in space.linkage.bodies
+        for problem in violations(body.inertia)
+    ]
+    return [*space.notices, *unreal]
+
+
+def facts(space: DesignSpace) -> list[tuple[str, str]]:
+    """The report without its table, as pairs of a label and a value."""
+    linkage = space.linkage
+    algebra = "planar" if space.planar else "spatial"
+    count = space.rank + space.nullity
+    loops = f"{len(linkage.loops)} loop{'' if len(linkage.loops) == 1 else 's'}"
+    lines = [
+        ("linkage", f"{linkage.name}, {algebra}, {space.balance} balance"),
+        ("bodies", f"{', '.join(space.bodies)} ({count} parameters)"),
+        ("joints", f"{len(linkage.joints)} with one degree of freedom each, {loops}"),
+        ("mobility", f"{linkage.mobility}, inputs {', '.join(space.inputs)}"),
+    ]
+    if space.motion:
+        lines.append(("motion", ", ".join(space.motion.relations)))
+    if space.idle:
+        lines.append(("idle joints", ", ".join(space.idle)))
+    given = space.as_given
+    verdict = "balanced" if given.balanced else "not balanced"
+    return [
+        *lines,
+        ("conditions", f"{space.rank}, complete at order {space.kmax}"),
+        ("design space", f"{space.nullity} of {count} dimensions"),
+        ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
+        ("as given", f"{verdict} (residual {given.residual:.1e})"),
+    ]
+
+
+def table(space: DesignSpace) -> list[tuple[str, str, str]]:
+    """Rows of the table by order, its head first."""
+    head = ("order", "rank", "nullity")
+    return [head, *((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)]
+
+
+def text(space: DesignSpace) -> str:
+    """The report as plain text."""
+    lines = [f"{label:<13} {value}" for label, value in facts(space)]
+    rows = ["".join(f"{cell:>8}" for cell in row) for row in table(space)]
+    return "\n".join([*lines, "", *rows])

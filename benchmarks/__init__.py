@@ -1,0 +1,6 @@
+"""Benchmarks, each named by the claim it tests; ``python -m benchmarks`` runs them all.
+
+Classes and ``time_`` methods follow the naming of airspeed velocity. A class may list
+``claims``: a pair of methods and the largest ratio of their times that the claim allows.
+Only ratios within one run mean anything, since the machine may be shared.
+"""

@@ -1,0 +1,48 @@
+"""Claim: closure and momentum series cost at most half of one pivoted QR of their rows."""
+
+from __future__ import annotations
+
+from itertools import cycle
+from math import comb
+
+import numpy as np
+import scipy.linalg
+
+from balance.momentum import RegressorSeries
+from benchmarks.geometry import variants
+from kinematics.closure import expand
+
+
+class KernelCostsHalfAQr:
+    """Both kernels to a fixed order, along as many rays as span that order."""
+
+    params = (("four_bar_general", 4), ("three_rsr", 2))
+    claims = (("time_kernels", "time_pivoted_qr", 0.5),)
+
+    def setup(self, model: str, order: int) -> None:
+        """Prepare geometries, rays, and the rows whose factorisation sets the measure."""
+        chains = [linkage.chain for linkage in variants(model, 24)]
+        width = chains[0].width
+        rays = np.random.default_rng(1).standard_normal((comb(width + order - 1, order), width))
+        self.rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        self.order = order
+        self.chains = cycle(chains)
+        self.stacks = cycle([self._stack(chain) for chain in chains])
+
+    def _rows(self, chain) -> np.ndarray:
+        return RegressorSeries(chain, expand(chain, self.rays, self.order)).rows(self.order)
+
+    def _stack(self, chain) -> np.ndarray:
+        """Rows of every order, along the rays that span it."""
+        rows = self._rows(chain)
+        needed = [comb(chain.width + k - 1, k) for k in range(self.order + 1)]
+        blocks = [r[:count].reshape(-1, r.shape[-1]) for r, count in zip(rows, needed, strict=True)]
+        return np.concatenate(blocks)
+
+    def time_kernels(self, model: str, order: int) -> None:
+        """Closure series and momentum series of one more geometry."""
+        self._rows(next(self.chains))
+
+    def time_pivoted_qr(self, model: str, order: int) -> None:
+        """LAPACK's pivoted QR of the stacked regressor of one more geometry."""
+        scipy.linalg.qr(next(self.stacks), mode="r", pivoting=True)

@@ -25,8 +25,11 @@ __all__ = [
 
 _HOMES = {
     **dict.fromkeys(["DesignSpace", "design_space"], "designspace"),
-    **dict.fromkeys(["mass_properties", "parameters", "pseudo_inertia", "violations"], "inertia"),
+    "mass_properties": "inertia",
     "momentum_regressor": "momentum",
+    "parameters": "inertia",
+    "pseudo_inertia": "inertia",
+    "violations": "inertia",
 }
 
 

@@ -79,11 +79,12 @@ def _add_model_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", help="path of a URDF file, or a name from 'balance models'")
     parser.add_argument("--loops", metavar="FILE", help="file that describes the loops")
     parser.add_argument(
-        "--inputs", type=_names, metavar="J1,J2", help="joints to use as independent coordinates"
-    )
+        "--inputs", type=_names, metavar="J1,J2",
+        help="joints to use as independent coordinates",
+    )  # fmt: skip
     parser.add_argument(
         "--motion", action="append", metavar="RELATION",
-        help="linear relation of input displacements, such as j4=j7, j4=-2*j7 or j3=0; repeatable",
+        help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
     )  # fmt: skip
     parser.add_argument(
         "--balance", choices=("dynamic", "force"), default="dynamic",

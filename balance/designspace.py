@@ -23,10 +23,11 @@ from balance.inertia import from_chain, parameter_labels, to_chain
 from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
 from balance.rank import FLOOR, Conditions, Decision
 from kinematics.assembly import moving_chain
-from kinematics.closure import Series, expand, expand_at, follow, radius
+from kinematics.closure import Series, expand
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
+from kinematics.placement import expand_at, follow, radius
 
 __all__ = ["AsGiven", "DesignSpace", "Order", "design_space"]
 
@@ -156,7 +157,10 @@ def design_space(
     if motion is not None and not isinstance(motion, Motion):
         motion = Motion.parse(motion, linkage.inputs)
     chain = moving_chain(linkage, motion, spatial)
-    conditions, orders, settled = _gather(chain, balance == "force", max_order)
+    try:
+        conditions, orders, settled = _gather(chain, balance == "force", max_order)
+    except MobilityError as error:
+        raise MobilityError(f"{linkage.source}: {error}") from None
     return _result(linkage, chain, motion, balance, conditions, orders, settled)
 
 

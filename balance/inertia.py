@@ -108,7 +108,8 @@ def to_chain(z: Array, frame: Frame, planar: bool, force: bool) -> Array:
         z = np.column_stack([z[:, 0], z[:, 1:4] @ frame.R[:2].T, moment])
     count = len(parameter_labels(planar, force))
     scale = 1.0 / frame.length
-    return z[:, :count] @ _affine(scale, -scale * frame.origin, frame.R, planar)[:count, :count].T
+    G = _affine(scale, -scale * frame.origin, frame.R, planar)
+    return z[:, :count] @ G[:count, :count].T
 
 
 def from_chain(frame: Frame, planar: bool, force: bool) -> Array:

@@ -27,9 +27,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.closure import Pose, Series, expand_at, forward
+from kinematics.closure import Series
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain, Linkage
+from kinematics.placement import Pose, expand_at, forward
 from kinematics.pose import joint_positions, si_chain
 
 __all__ = ["RegressorSeries", "momentum_regressor", "parameters_per_body", "rows_per_column"]
@@ -236,7 +237,8 @@ class RegressorSeries:
         self._next = 0
         self._start = np.empty((0, 4, 4)) if pose is None else pose.H
         self._run = _planar if chain.planar else _spatial
-        column, rate = ((4,), (4,)) if chain.planar else ((4, 3), (5, 3))
+        column: tuple[int, ...] = (4,) if chain.planar else (4, 3)
+        rate: tuple[int, ...] = (4,) if chain.planar else (5, 3)
         rays, orders = series.V.shape[:2]
         bodies, width = chain.links.size, chain.width
         self._H = np.empty((rays, orders, bodies, *column))

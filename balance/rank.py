@@ -117,11 +117,13 @@ def _implied(R, permutation, rows, begin, end, weight, floor, scale):
 
 
 @kernel
-def _gather(R, permutation, scale, dropped, rows, per_ray, width, first, radius, fresh, stop, floor):
+def _gather(
+    R, permutation, scale, dropped, rows, per_ray, width, first, radius, fresh, stop, floor
+):
     """Absorb the rows of consecutive orders; see `Conditions.with_orders`."""
     orders, count, p = rows.shape
     ranks = np.zeros(orders, np.int64)
-    settled = enough = True
+    settled = True
     done = 0
     for k in range(orders):
         order = first + k
@@ -136,7 +138,9 @@ def _gather(R, permutation, scale, dropped, rows, per_ray, width, first, radius,
             if (wanted if wanted == every else wanted + 1) * per_ray > count:
                 return R, permutation, scale, dropped, ranks[:done], False, False
             begin, end = used * per_ray, wanted * per_ray
-            R, permutation, scale, remainder = _absorb(R, rows[k], begin, end, weight, floor, scale)
+            R, permutation, scale, remainder = _absorb(
+                R, rows[k], begin, end, weight, floor, scale
+            )
             dropped = max(dropped, remainder)
             used = wanted
             if used < every and _implied(
@@ -148,7 +152,7 @@ def _gather(R, permutation, scale, dropped, rows, per_ray, width, first, radius,
         settled = _implied(R, permutation, fresh, 0, fresh.shape[0], 1.0, floor, scale)
         if settled and stop:
             break
-    return R, permutation, scale, dropped, ranks[:done], settled, enough
+    return R, permutation, scale, dropped, ranks[:done], settled, True
 
 
 class Decision(NamedTuple):

@@ -38,7 +38,8 @@ def _moved(linkage: Linkage, rng: np.random.Generator, size: float) -> Linkage:
     joints = []
     for joint in linkage.joints:
         key = tuple(np.round(joint.point, 9))
-        step = moves.setdefault(key, size * frame.length * rng.standard_normal(len(axes)) @ axes)
+        drawn = size * frame.length * rng.standard_normal(len(axes)) @ axes
+        step = moves.setdefault(key, drawn)
         screw = joint.screw.copy()
         screw[3:] += np.cross(step, screw[:3])
         joints.append(replace(joint, screw=frozen(screw), point=frozen(joint.point + step)))

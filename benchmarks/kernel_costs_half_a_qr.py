@@ -36,8 +36,8 @@ class KernelCostsHalfAQr:
         """Rows of every order, along the rays that span it."""
         rows = self._rows(chain)
         needed = [comb(chain.width + k - 1, k) for k in range(self.order + 1)]
-        blocks = [r[:count].reshape(-1, r.shape[-1]) for r, count in zip(rows, needed, strict=True)]
-        return np.concatenate(blocks)
+        blocks = [block[:count] for block, count in zip(rows, needed, strict=True)]
+        return np.concatenate([block.reshape(-1, block.shape[-1]) for block in blocks])
 
     def time_kernels(self, model: str, order: int) -> None:
         """Closure series and momentum series of one more geometry."""

@@ -14,9 +14,10 @@ from dataclasses import fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics import closure
+from kinematics import placement
 from kinematics.chain import arrange, move, reduce
-from kinematics.errors import CoordinateError, LinkageError, MobilityError, OpenLoopError
+from kinematics.closure import expand, loop_matrix
+from kinematics.errors import CoordinateError, MobilityError, OpenLoopError
 from kinematics.inertial import displaced
 from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
@@ -68,7 +69,9 @@ def assemble(draft: Draft, inputs: Sequence[str] | None = None) -> Linkage:
     )
 
 
-def moving_chain(linkage: Linkage, motion: Motion | None = None, spatial: bool = False) -> Chain:
+def moving_chain(
+    linkage: Linkage, motion: Motion | None = None, spatial: bool = False
+) -> Chain:
     """The arrays of a linkage under a motion, without the joints that it leaves idle.
 
     Args:
@@ -94,21 +97,23 @@ def _closed(draft: Draft) -> tuple[Draft, Chain]:
     gaps = np.array([_in_frame(chain, loop.gap) for loop in draft.loops])
 
     def mismatch(q: Array) -> Array:
-        return closure.mismatch(chain, closure.forward(chain, q).H, q, gaps)
+        return placement.mismatch(chain, placement.forward(chain, q).H, q, gaps)
 
     open_by = mismatch(np.zeros(len(draft.joints)))
-    if np.abs(open_by).max() > ADJUSTABLE:
+    widest = np.abs(open_by).max()
+    if widest > ADJUSTABLE:
         raise _open(draft, chain, open_by)
     from scipy.optimize import least_squares
 
-    found = least_squares(mismatch, np.zeros(len(draft.joints)), xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    start = np.zeros(len(draft.joints))
+    found = least_squares(mismatch, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     left = mismatch(found.x)
     if np.abs(left).max() > 1e-12:
         raise _open(draft, chain, left)
     moved = np.abs(found.x).max()
     notices = draft.notices
     if moved > 1e-9:
-        text = f"loops open by {np.abs(open_by).max():.2g} were closed; joints moved by {moved:.2g}"
+        text = f"loops open by {widest:.2g} were closed; joints moved by {moved:.2g}"
         notices = (*notices, Notice("assembled", text))
     draft = replace(_moved(draft, chain, found.x), notices=notices)
     return draft, arrange(draft)
@@ -135,7 +140,7 @@ def _open(draft: Draft, chain: Chain, mismatch: Array) -> OpenLoopError:
 
 def _moved(draft: Draft, chain: Chain, q: Array) -> Draft:
     """The draft with the joint positions q as its reference pose and its gaps closed."""
-    H = np.array([_from_frame(chain, h) for h in closure.forward(chain, q).H])
+    H = np.array([_from_frame(chain, h) for h in placement.forward(chain, q).H])
     before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
     joints = tuple(
         replace(
@@ -146,7 +151,11 @@ def _moved(draft: Draft, chain: Chain, q: Array) -> Draft:
         for j, h in zip(draft.joints, before, strict=True)
     )
     bodies = tuple(
-        replace(b, inertia=frozen(displaced(b.inertia, H[b.link])), frame=frozen(H[b.link] @ b.frame))
+        replace(
+            b,
+            inertia=frozen(displaced(b.inertia, H[b.link])),
+            frame=frozen(H[b.link] @ b.frame),
+        )
         for b in draft.bodies
     )
     return replace(
@@ -157,21 +166,24 @@ def _moved(draft: Draft, chain: Chain, q: Array) -> Draft:
 
 def _from_frame(chain: Chain, H: Array) -> Array:
     """A displacement in the coordinates of the chain, as one of inertial space."""
-    out = H.copy()
-    out[:3, 3] = chain.frame.length * H[:3, 3] + chain.frame.origin - H[:3, :3] @ chain.frame.origin
+    out, o = H.copy(), chain.frame.origin
+    out[:3, 3] = chain.frame.length * H[:3, 3] + o - H[:3, :3] @ o
     return out
 
 
 def _velocities(draft: Draft, chain: Chain) -> Array:
     """Joint rates that close the loops at first order: orthonormal columns (n, mobility)."""
-    A = closure.loop_matrix(chain)
+    A = loop_matrix(chain)
     n = chain.parent.size
     if not len(A):
         return np.eye(n)
     _, values, Vt = np.linalg.svd(A)
     rank = int(np.sum(values > DEPENDENT * values[0])) if values.size else 0
     if rank == n:
-        raise MobilityError(f"{draft.source}: the linkage is rigid: its loops leave no joint free")
+        raise MobilityError(
+            f"{draft.source}: the linkage is rigid: its loops leave no joint free to move; "
+            "check the axes of the joints along them"
+        )
     return Vt[rank:].T
 
 
@@ -190,7 +202,7 @@ def _coordinates(
         j = all_names.index(name)
         size = float(np.linalg.norm(rest[j]))
         if size <= DEPENDENT * max(1.0, float(np.linalg.norm(velocities[j]))):
-            can = [all_names[i] for i in _candidates(draft, rest)] or [all_names[i] for i in chosen]
+            can = [all_names[i] for i in _candidates(draft, rest) or chosen]
             problem = "depends on the other inputs, or cannot move, at the reference pose"
             raise CoordinateError(draft.source, [name], problem, can)
         rest = _without(rest, j)
@@ -203,7 +215,7 @@ def _coordinates(
     notices = []
     if named and named < mobility:
         added = ", ".join(all_names[j] for j in chosen[named:])
-        text = f"{named} inputs named, mobility {mobility}: completed with passive joints {added}"
+        text = f"{named} inputs named, mobility {mobility}: completed with passive {added}"
         notices.append(Notice("inputs_completed", text))
     if not named:
         chosen.sort()
@@ -244,15 +256,16 @@ def _idle(draft: Draft, chain: Chain) -> NDArray[np.bool_]:
     """Joints that do not move along a generic direction of the chain's columns."""
     ray = np.random.default_rng(2).standard_normal(chain.width)
     ray /= np.linalg.norm(ray)
-    series = closure.expand(chain, ray[None], 4)
+    series = expand(chain, ray[None], 4)
     sizes = np.abs(series.C[0]).max(axis=(1, 2))
     for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
         if residual > CLOSED * max(1.0, size, sizes[0] ** (order + 1)):
             raise MobilityError(
-                f"{draft.source}: the linkage moves only infinitesimally: closure fails at order "
-                f"{order}; it is rigid, or its pose in the file is singular: move it off that pose"
+                f"{draft.source}: the linkage moves only infinitesimally: closure fails at "
+                f"order {order}; it is rigid, or singular at the pose of the file: "
+                "write the file at another pose"
             )
-    pose, step = closure.follow(chain, np.zeros(chain.parent.size), series, ray)
+    pose, step = placement.follow(chain, np.zeros(chain.parent.size), series, ray)
     if step == 0.0:
         raise MobilityError(
             f"{draft.source}: no closed pose was found near that of the file; "

@@ -33,6 +33,7 @@ def arrange(draft: Draft, frame: Frame | None = None) -> Chain:
     screws[:, 3:] += np.cross(screws[:, :3], frame.origin)
     screws[~sliding, 3:] /= frame.length
     units = np.where(sliding, frame.length, 1.0)
+    ends = [(loop.end, loop.successor) for loop in draft.loops]
     mimics = np.zeros((len(draft.mimics), n))
     for row, mimic in zip(mimics, draft.mimics, strict=True):
         row[mimic.joint] = 1.0
@@ -43,7 +44,7 @@ def arrange(draft: Draft, frame: Frame | None = None) -> Chain:
         units=frozen(units),
         parent=frozen([joint.parent for joint in draft.joints], np.int64),
         screws=frozen(screws),
-        ends=frozen(np.reshape([(l.end, l.successor) for l in draft.loops], (-1, 2)), np.int64),
+        ends=frozen(np.reshape(ends, (-1, 2)), np.int64),
         mimics=frozen(mimics),
         dependent=frozen([], np.int64),
         columns=frozen(np.zeros((n, 0))),
@@ -62,9 +63,10 @@ def _frame(draft: Draft) -> Frame:
     origin = points.mean(axis=0)
     turning = [j.screw for j in draft.joints if j.kind != "prismatic"]
     arms = np.array([np.cross(s[:3], s[3:] + np.cross(s[:3], origin)) for s in turning])
-    centres = np.array([b.inertia[1:4] / b.inertia[0] for b in draft.bodies if b.inertia[0] > 0.0])
+    massive = [body.inertia for body in draft.bodies if body.inertia[0] > 0.0]
+    centres = np.array([z[1:4] / z[0] - origin for z in massive])
     extent = float(np.abs(points).max(initial=0.0))
-    for candidate in (arms, centres - origin if len(centres) else centres, points - origin):
+    for candidate in (arms, centres, points - origin):
         if len(candidate):
             length = float(np.sqrt(np.mean(np.sum(candidate**2, axis=1))))
             if length > 1e-9 * extent:
@@ -137,7 +139,8 @@ def flatten(chain: Chain, normal: Array) -> Chain:
     R = np.array([x, np.cross(normal, x), normal])
     turned = np.concatenate([chain.screws[:, :3] @ R.T, chain.screws[:, 3:] @ R.T], axis=1)
     turned[:, 2] = np.rint(turned[:, 2])
-    return replace(chain, frame=replace(chain.frame, R=frozen(R)), screws=frozen(turned[:, 2:5]))
+    frame = replace(chain.frame, R=frozen(R))
+    return replace(chain, frame=frame, screws=frozen(turned[:, 2:5]))
 
 
 def move(chain: Chain, independent: IntArray, basis: Array) -> Chain:

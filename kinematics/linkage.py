@@ -37,7 +37,7 @@ IntArray = NDArray[np.int64]
 
 def frozen(array: object, dtype: type = np.float64) -> NDArray:
     """A read-only, contiguous copy of ``array``."""
-    copy = np.array(array, dtype=dtype, order="C")
+    copy: NDArray = np.array(array, dtype=dtype, order="C")
     copy.flags.writeable = False
     return copy
 

@@ -6,9 +6,12 @@ from collections.abc import Sequence
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from kinematics.errors import FileError
-from kinematics.linkage import Linkage
+
+if TYPE_CHECKING:
+    from kinematics.linkage import Linkage
 
 __all__ = ["describe", "find", "gallery", "load"]
 
@@ -23,7 +26,7 @@ def describe(path: Path) -> str:
     """First sentence of the comment at the head of a model's file."""
     text = path.read_text(encoding="utf-8")
     comment = text.partition("<!--")[2].partition("-->")[0]
-    return " ".join(comment.split()).partition(". ")[0].partition(": ")[0].rstrip(".")
+    return " ".join(comment.split()).partition(". ")[0].rstrip(".")
 
 
 def find(model: str | PathLike[str]) -> Path:

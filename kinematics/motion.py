@@ -80,7 +80,10 @@ def _side(relation: str, text: str, inputs: tuple[str, ...]) -> Array:
         if match is None or (position > 0 and not match[1]):
             raise MotionError(relation, _complaint(text[position:]), inputs)
         sign = -1.0 if match[1] == "-" else 1.0
-        row[inputs.index(match[3])] += sign * float(match[2] or 1.0)
+        factor = float(match[2] or 1.0)
+        if not factor < np.inf:
+            raise MotionError(relation, f"'{match[2]}' is too large", inputs)
+        row[inputs.index(match[3])] += sign * factor
         position = match.end()
     return row
 
@@ -95,7 +98,8 @@ def _complaint(rest: str) -> str:
 
 def _solutions(relations: Array) -> Array:
     """Null space by Gauss-Jordan elimination: each coordinate left free has a unit column."""
-    matrix = relations.copy()
+    sizes = np.abs(relations).max(axis=1, keepdims=True, initial=0.0)
+    matrix = relations / np.where(sizes > 0.0, sizes, 1.0)
     count = matrix.shape[1]
     pivots: list[int] = []
     for i, row in enumerate(matrix):

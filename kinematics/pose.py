@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics import closure
 from kinematics.chain import arrange, flatten, lock, move
+from kinematics.closure import expand
 from kinematics.errors import PoseError
 from kinematics.linkage import Chain, Frame, Linkage, names
+from kinematics.placement import follow, forward
 
 __all__ = ["joint_positions", "si_chain"]
 
@@ -77,7 +78,7 @@ def _independent(linkage: Linkage) -> IntArray:
 def _checked(linkage: Linkage, q: Array) -> Array:
     """The given positions, if they close the loops."""
     chain = arrange(linkage)
-    error = closure.forward(chain, q / chain.units).error
+    error = forward(chain, q / chain.units).error
     if not error <= OPEN:
         raise PoseError(
             f"{linkage.source}: these joint positions leave the loops open by {error:.2g} "
@@ -99,15 +100,16 @@ def _followed(linkage: Linkage, u: Array) -> Array:
         return np.zeros(len(linkage.joints))
     q, here, done = np.zeros(chain.parent.size), chain, 0.0
     for _ in range(STEPS):
-        series = closure.expand(here, ray[None] / length, 6)
-        pose, step = closure.follow(chain, q, series, ray / length, length - done)
+        series = expand(here, ray[None] / length, 6)
+        pose, step = follow(chain, q, series, ray / length, length - done)
         if step == 0.0:
             break
         q, done = pose.q, done + step
         if done >= length:
             return q * chain.units
         here = replace(chain, screws=pose.screws)
+    goal = ", ".join(f"{n}={v:.4g}" for n, v in zip(linkage.inputs, u, strict=True))
     raise PoseError(
-        f"{linkage.source}: the loops cannot be closed beyond {done / length:.0%} of the way to "
-        + ", ".join(f"{name}={value:.4g}" for name, value in zip(linkage.inputs, u, strict=True))
+        f"{linkage.source}: the loops cannot be closed beyond {done / length:.0%} of the way "
+        f"to {goal}; give a nearer pose"
     )

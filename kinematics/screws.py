@@ -49,8 +49,9 @@ def hat(t: ArrayLike) -> Array:
 def vee(matrix: ArrayLike) -> Array:
     """Inverse of `hat`; the symmetric part of the rotation block is ignored."""
     m = np.asarray(matrix, dtype=np.float64)
-    omega = [m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]]
-    return np.concatenate([0.5 * np.stack(omega, axis=-1), m[..., :3, 3]], axis=-1)
+    turn = 0.5 * (m - np.swapaxes(m, -1, -2))
+    entries = turn[..., 2, 1], turn[..., 0, 2], turn[..., 1, 0]
+    return np.concatenate([np.stack(entries, axis=-1), m[..., :3, 3]], axis=-1)
 
 
 def ad(t: ArrayLike) -> Array:
@@ -90,7 +91,7 @@ def revolute(axis: ArrayLike, point: ArrayLike, pitch: float = 0.0) -> Array:
     """
     a = np.asarray(axis, dtype=np.float64)
     n = a / np.linalg.norm(a)
-    return np.concatenate([n, np.cross(point, n) + pitch * n])
+    return np.concatenate([n, np.cross(np.asarray(point, dtype=np.float64), n) + pitch * n])
 
 
 def prismatic(axis: ArrayLike) -> Array:

@@ -1,0 +1,37 @@
+"""What the README shows is what happens."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shlex
+from pathlib import Path
+
+from balance.cli import main
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def fenced(mark: str) -> str:
+    """Contents of the code fence after an HTML comment."""
+    return re.search(rf"<!-- {mark} -->\n```\w+\n(.*?)```", README, re.DOTALL)[1]
+
+
+def test_the_example_prints_what_it_says():
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(fenced("example"), "README.md", "exec"), {})
+    assert printed.getvalue() == fenced("output")
+
+
+def test_the_first_command_runs(capsys):
+    line = re.search(r"&& (balance report .*)", README)[1]
+    assert main(shlex.split(line)[1:]) == 0
+    assert "35 of 70 dimensions" in capsys.readouterr().out
+
+
+def test_the_options_shown_exist(capsys):
+    shown = set(re.findall(r"--[a-z-]+", README.split("## On the command line")[1].split("##")[0]))
+    assert main(["report", "--help"]) == 0
+    assert shown <= set(re.findall(r"--[a-z-]+", capsys.readouterr().out))

@@ -9,19 +9,18 @@ idle, because an analytic joint motion that vanishes at a generic pose vanishes 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics import placement
 from kinematics.chain import arrange, move, reduce
+from kinematics.closing import closed
 from kinematics.closure import expand, loop_matrix
-from kinematics.errors import CoordinateError, MobilityError, OpenLoopError
-from kinematics.inertial import displaced
-from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen, names
+from kinematics.errors import CoordinateError, MobilityError
+from kinematics.linkage import Chain, Draft, Linkage, Notice, names
 from kinematics.motion import Motion
-from kinematics.screws import Ad
 
 __all__ = ["assemble", "moving_chain"]
 
@@ -31,9 +30,6 @@ IntArray = NDArray[np.int64]
 # First-order closure: singular values of the loop matrix, and rows of its null space, below
 # this part of the largest are zero. Geometry in files is given to about 1e-12.
 DEPENDENT = 1e-8
-# A loop that is open by less, in characteristic lengths and radians, is closed by moving
-# joints; a wider gap is an error in the file.
-ADJUSTABLE = 1e-3
 # Closure to round-off, at series orders and at finite poses.
 CLOSED = 1e-9
 
@@ -52,7 +48,8 @@ def assemble(draft: Draft, inputs: Sequence[str] | None = None) -> Linkage:
         MobilityError: nothing can move, or it moves only infinitesimally.
         CoordinateError: an input is unknown or depends on the others.
     """
-    draft, chain = _closed(draft)
+    draft = closed(draft)
+    chain = arrange(draft)
     velocities = _velocities(draft, chain)
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     independent, notices = _coordinates(draft, chain, velocities, wanted)
@@ -87,88 +84,6 @@ def moving_chain(
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     reduced, flat, _ = _reduced(linkage, move(full, independent, scaled))
     return reduced if spatial else flat
-
-
-def _closed(draft: Draft) -> tuple[Draft, Chain]:
-    """The draft with its loops closed, and its joints as arrays."""
-    chain = arrange(draft)
-    if all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops):
-        return draft, chain
-    gaps = np.array([_in_frame(chain, loop.gap) for loop in draft.loops])
-
-    def mismatch(q: Array) -> Array:
-        return placement.mismatch(chain, placement.forward(chain, q).H, q, gaps)
-
-    open_by = mismatch(np.zeros(len(draft.joints)))
-    widest = np.abs(open_by).max()
-    if widest > ADJUSTABLE:
-        raise _open(draft, chain, open_by)
-    from scipy.optimize import least_squares
-
-    start = np.zeros(len(draft.joints))
-    found = least_squares(mismatch, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    left = mismatch(found.x)
-    if np.abs(left).max() > 1e-12:
-        raise _open(draft, chain, left)
-    moved = np.abs(found.x).max()
-    notices = draft.notices
-    if moved > 1e-9:
-        text = f"loops open by {widest:.2g} were closed; joints moved by {moved:.2g}"
-        notices = (*notices, Notice("assembled", text))
-    draft = replace(_moved(draft, chain, found.x), notices=notices)
-    return draft, arrange(draft)
-
-
-def _in_frame(chain: Chain, H: Array) -> Array:
-    """A displacement of inertial space, in the coordinates of the chain."""
-    out = H.copy()
-    out[:3, 3] = (H[:3, :3] @ chain.frame.origin + H[:3, 3] - chain.frame.origin)
-    out[:3, 3] /= chain.frame.length
-    return out
-
-
-def _open(draft: Draft, chain: Chain, mismatch: Array) -> OpenLoopError:
-    """The error for the loop that is furthest open."""
-    twists = mismatch[: 6 * len(draft.loops)].reshape(-1, 6)
-    worst = int(np.argmax(np.abs(twists).max(axis=1)))
-    return OpenLoopError(
-        draft.source, draft.loops[worst].name,
-        float(np.linalg.norm(twists[worst, 3:])) * chain.frame.length,
-        float(np.linalg.norm(twists[worst, :3])),
-    )  # fmt: skip
-
-
-def _moved(draft: Draft, chain: Chain, q: Array) -> Draft:
-    """The draft with the joint positions q as its reference pose and its gaps closed."""
-    H = np.array([_from_frame(chain, h) for h in placement.forward(chain, q).H])
-    before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
-    joints = tuple(
-        replace(
-            j,
-            screw=frozen(Ad(h) @ j.screw),
-            point=frozen(h[:3, :3] @ j.point + h[:3, 3]),
-        )
-        for j, h in zip(draft.joints, before, strict=True)
-    )
-    bodies = tuple(
-        replace(
-            b,
-            inertia=frozen(displaced(b.inertia, H[b.link])),
-            frame=frozen(H[b.link] @ b.frame),
-        )
-        for b in draft.bodies
-    )
-    return replace(
-        draft, joints=joints, bodies=bodies,
-        loops=tuple(replace(loop, gap=frozen(np.eye(4))) for loop in draft.loops),
-    )  # fmt: skip
-
-
-def _from_frame(chain: Chain, H: Array) -> Array:
-    """A displacement in the coordinates of the chain, as one of inertial space."""
-    out, o = H.copy(), chain.frame.origin
-    out[:3, 3] = chain.frame.length * H[:3, 3] + o - H[:3, :3] @ o
-    return out
 
 
 def _velocities(draft: Draft, chain: Chain) -> Array:

@@ -47,14 +47,19 @@ class OpenLoopError(LinkageError):
         loop: name of the loop that is furthest open.
         distance: gap in metres.
         angle: misalignment in radians.
+        starts: number of poses from which closing it was tried.
     """
 
-    def __init__(self, linkage: str, loop: str, distance: float, angle: float) -> None:
+    def __init__(
+        self, linkage: str, loop: str, distance: float, angle: float, starts: int
+    ) -> None:
         """Compose the message from the size of the gap."""
-        self.linkage, self.loop, self.distance, self.angle = linkage, loop, distance, angle
+        self.linkage, self.loop, self.starts = linkage, loop, starts
+        self.distance, self.angle = distance, angle
         super().__init__(
             f"{linkage}: loop '{loop}': does not close: its frames are {distance:.3g} m and "
-            f"{angle:.3g} rad apart; correct the origins of the loop, or the joints along it"
+            f"{angle:.3g} rad apart, and no pose near any of {starts} starts closes it; "
+            "correct the origins of the loop, or the joints along it"
         )
 
 

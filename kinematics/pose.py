@@ -29,10 +29,10 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
 
     Args:
         linkage: an assembled linkage.
-        q: displacements from the reference pose: of all joints (n,), which must close the
-            loops; or of the inputs alone (mobility,), or by name, inputs that are not
-            named staying at 0: the other joints then follow along the straight line of
-            input displacements, without a change of branch.
+        q: displacements from the reference pose: of the inputs, in their order
+            (mobility,), or by name, inputs that are not named staying at 0: the other
+            joints then follow along the straight line of input displacements, without a
+            change of branch; or of all joints (n,), which must close the loops.
 
     Raises:
         PoseError: the joints do not close the loops, or the loops cannot be closed.
@@ -47,14 +47,14 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
             )
         q = [q.get(name, 0.0) for name in linkage.inputs]
     values = np.asarray(q, dtype=np.float64)
+    if values.shape == (linkage.mobility,):
+        return _followed(linkage, values)
     if values.shape == (len(all_names),):
         return _checked(linkage, values)
-    if values.shape != (linkage.mobility,):
-        raise PoseError(
-            f"{linkage.source}: got {values.size} joint positions; "
-            f"give {len(all_names)} (all joints) or {linkage.mobility} (the inputs)"
-        )
-    return _followed(linkage, values)
+    raise PoseError(
+        f"{linkage.source}: got {values.size} joint positions; "
+        f"give {linkage.mobility} (the inputs) or {len(all_names)} (all joints)"
+    )
 
 
 def si_chain(linkage: Linkage, spatial: bool) -> Chain:

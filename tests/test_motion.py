@@ -155,7 +155,7 @@ def test_sides_may_be_exchanged():
     for _ in range(20):
         left, right = rng.integers(-5, 6, (2, 4))
         sides = [
-            " ".join(f"{'+-'[x < 0]} {abs(x)}*{n}" for x, n in zip(s, inputs, strict=True))
+            " ".join(f"{'+-'[int(x < 0)]} {abs(x)}*{n}" for x, n in zip(s, inputs, strict=True))
             for s in (left, right)
         ]
         rows_solved([" = ".join(sides)], inputs, [left - right])

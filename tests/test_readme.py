@@ -32,6 +32,8 @@ def test_the_first_command_runs(capsys):
 
 
 def test_the_options_shown_exist(capsys):
-    shown = set(re.findall(r"--[a-z-]+", README.split("## On the command line")[1].split("##")[0]))
+    shown = set(
+        re.findall(r"--[a-z-]+", README.split("## On the command line")[1].split("##")[0])
+    )
     assert main(["report", "--help"]) == 0
     assert shown <= set(re.findall(r"--[a-z-]+", capsys.readouterr().out))

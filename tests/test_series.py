@@ -17,7 +17,8 @@ from laws import relative
 from mpmath import mp
 
 import kinematics
-from kinematics.closure import expand, forward
+from kinematics.closure import expand
+from kinematics.placement import forward
 
 DIGITS = 70
 RADIUS, SAMPLES = "0.02", 28

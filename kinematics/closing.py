@@ -1,0 +1,162 @@
+"""Closing the loops of a file whose pose leaves them open.
+
+Levenberg-Marquardt steps on all joints bring the two sides of every weld together, from the
+pose of the file and then, where that fails, from seeded poses ever further away from it. A
+few minimal-norm Newton steps remove what is left. The pose found becomes the reference pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.chain import arrange
+from kinematics.closure import loop_matrix
+from kinematics.errors import OpenLoopError
+from kinematics.inertial import displaced
+from kinematics.linkage import Chain, Draft, Notice, frozen
+from kinematics.placement import forward, mismatch
+from kinematics.screws import Ad
+
+__all__ = ["closed"]
+
+Array = NDArray[np.float64]
+
+# Mismatch, in radians and characteristic lengths, at which loops count as closed.
+CLOSED = 1e-11
+# Starts: the pose of the file, then so many from each of these distances (radians, lengths).
+DISTANCES = (0.1, 0.3, 1.0, 3.0)
+PER_DISTANCE = 8
+SEED = 0
+
+
+def closed(draft: Draft) -> Draft:
+    """The draft at a pose that closes its loops; the draft itself if its own pose does.
+
+    A notice tells how far the loops were open, which start led to the solution, and which
+    joint moved furthest.
+
+    Raises:
+        OpenLoopError: no start leads to a closed pose.
+    """
+    if all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops):
+        return draft
+    chain = arrange(draft)
+    gaps = np.array([_in_frame(chain, loop.gap) for loop in draft.loops])
+    for number, start in enumerate(_starts(len(draft.joints))):
+        q = _solved(chain, gaps, start)
+        if q is not None:
+            notice = _told(draft, chain, gaps, q, number)
+            moved = _moved(draft, chain, q)
+            return replace(moved, notices=(*draft.notices, *notice))
+    raise _error(draft)
+
+
+def _starts(joints: int) -> Iterator[Array]:
+    """The pose of the file, then random poses ever further from it."""
+    yield np.zeros(joints)
+    rng = np.random.default_rng(SEED)
+    for distance in DISTANCES:
+        for _ in range(PER_DISTANCE):
+            yield rng.uniform(-distance, distance, joints)
+
+
+def _solved(chain: Chain, gaps: Array, start: Array) -> Array | None:
+    """Joint positions near ``start`` that close the loops, or None."""
+    from scipy.optimize import least_squares
+
+    q = least_squares(lambda x: _openness(chain, gaps, x), start, max_nfev=200).x
+    for _ in range(8):
+        pose = forward(chain, q)
+        b = mismatch(chain, pose.H, q, gaps)
+        if np.abs(_openness(chain, gaps, q)).max() <= CLOSED:
+            return q
+        q = q - np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-9)[0]
+    return None
+
+
+def _openness(chain: Chain, gaps: Array, q: Array) -> Array:
+    """Entries of ``D - 1`` for every loop, D carrying its successor side to its end side.
+
+    Unlike the twist of D they vanish at no other pose than a closed one, not even where D
+    is half a turn; then the errors of mimic joints.
+    """
+    H = forward(chain, q).H
+    padded = np.concatenate([H, np.eye(4)[None]])  # link -1 is the ground
+    ends, successors = padded[chain.ends[:, 0]], padded[chain.ends[:, 1]]
+    D = ends @ np.linalg.inv(gaps) @ np.linalg.inv(successors)
+    return np.concatenate([(D - np.eye(4))[:, :3].ravel(), chain.mimics @ q])
+
+
+def _told(draft: Draft, chain: Chain, gaps: Array, q: Array, number: int) -> list[Notice]:
+    """What the user should know of the pose that was found."""
+    if np.abs(q).max() <= 1e-9:
+        return []
+    open_by = np.abs(_openness(chain, gaps, np.zeros(q.size))).max()
+    furthest = int(np.argmax(np.abs(q)))
+    joint = draft.joints[furthest]
+    unit = "m" if joint.kind == "prismatic" else "rad"
+    start = "the pose of the file" if number == 0 else f"random start {number} (seed {SEED})"
+    text = (
+        f"the loops were open by {open_by:.2g} (radians, characteristic lengths); closed from "
+        f"{start}; joint '{joint.name}' moved furthest, by "
+        f"{q[furthest] * chain.units[furthest]:.3g} {unit}"
+    )
+    return [Notice("assembled", text)]
+
+
+def _error(draft: Draft) -> OpenLoopError:
+    """The error for the loop that is furthest open in the file."""
+    worst, distance, angle = draft.loops[0], 0.0, 0.0
+    for loop in draft.loops:
+        p = draft.joints[loop.end].point
+        gap = float(np.linalg.norm(loop.gap[:3, :3] @ p + loop.gap[:3, 3] - p))
+        cosine = 0.5 * (np.trace(loop.gap[:3, :3]) - 1.0)
+        turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        if gap + turn > distance + angle:
+            worst, distance, angle = loop, gap, turn
+    starts = 1 + len(DISTANCES) * PER_DISTANCE
+    return OpenLoopError(draft.source, worst.name, distance, angle, starts)
+
+
+def _in_frame(chain: Chain, H: Array) -> Array:
+    """A displacement of inertial space, in the coordinates of the chain."""
+    out, o = H.copy(), chain.frame.origin
+    out[:3, 3] = (H[:3, :3] @ o + H[:3, 3] - o) / chain.frame.length
+    return out
+
+
+def _from_frame(chain: Chain, H: Array) -> Array:
+    """A displacement in the coordinates of the chain, as one of inertial space."""
+    out, o = H.copy(), chain.frame.origin
+    out[:3, 3] = chain.frame.length * H[:3, 3] + o - H[:3, :3] @ o
+    return out
+
+
+def _moved(draft: Draft, chain: Chain, q: Array) -> Draft:
+    """The draft with the joint positions q as its reference pose and its gaps closed."""
+    H = np.array([_from_frame(chain, h) for h in forward(chain, q).H])
+    before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
+    joints = tuple(
+        replace(
+            joint,
+            screw=frozen(Ad(h) @ joint.screw),
+            point=frozen(h[:3, :3] @ joint.point + h[:3, 3]),
+        )
+        for joint, h in zip(draft.joints, before, strict=True)
+    )
+    bodies = tuple(
+        replace(
+            body,
+            inertia=frozen(displaced(body.inertia, H[body.link])),
+            frame=frozen(H[body.link] @ body.frame),
+        )
+        for body in draft.bodies
+    )
+    return replace(
+        draft, joints=joints, bodies=bodies,
+        loops=tuple(replace(loop, gap=frozen(np.eye(4))) for loop in draft.loops),
+    )  # fmt: skip

@@ -86,8 +86,9 @@ def _spatial(first, last, start, links, moves, V, T, H, N, X):
 @kernel
 def _displacement(k, V, H):
     """Order k of the displacement: ``k H_k = Σ_{a<k} V̂_a H_{k-1-a}``."""
-    H[k] = 0.0
-    H[k, 3] = V[k - 1, 3:]
+    for i in range(3):
+        H[k, 0, i] = H[k, 1, i] = H[k, 2, i] = 0.0
+        H[k, 3, i] = V[k - 1, 3 + i]
     for a in range(k):
         w0, w1, w2 = V[a, 0], V[a, 1], V[a, 2]
         for c in range(4):

@@ -103,7 +103,10 @@ def _implied(R, permutation, rows, begin, end, weight, floor, scale):
         c = weight * np.cos((i - begin + 1.0) ** 2)
         for j in range(p):
             x[j] += c * rows[i, j]
-    size = np.sqrt(np.sum(x * x))
+    size = 0.0
+    for j in range(p):
+        size += x[j] * x[j]
+    size = np.sqrt(size)
     growth = 1.0
     for i in range(rank):
         multiplier = x[permutation[i]] / R[i, permutation[i]]

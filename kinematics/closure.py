@@ -96,7 +96,9 @@ def solve(A, diagonal, b):
 def fill_loop_matrix(parent, screws, ends, mimics, joints, A):
     """Columns ``joints`` of the loop matrix S_0, and below them the mimic relations."""
     dim = screws.shape[1]
-    position = np.full(parent.size, -1)
+    position = np.empty(parent.size, np.int64)
+    for j in range(parent.size):
+        position[j] = -1
     for c in range(joints.size):
         position[joints[c]] = c
     A[:] = 0.0
@@ -165,8 +167,11 @@ def _series_kernel(dim):
                         for a in range(k):
                             _add_bracket(v[a, parent[j]], s[k - 1 - a, j], 1.0 / k, s[k, j])
                 if k == 0 and ray > 0:
-                    c[0] = C[0, 0]
-                    t[0] = T[0, 0]
+                    for j in range(n):
+                        for w in range(width):
+                            c[0, j, w] = C[0, 0, j, w]
+                            for i in range(dim):
+                                t[0, j, w, i] = T[0, 0, j, w, i]
                 else:
                     for w in range(width):
                         # Link twists of order k, as far as they are known without C_k.

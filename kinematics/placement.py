@@ -43,14 +43,16 @@ def _exponential(s, q, E):
     hat[2, 1], hat[0, 2], hat[1, 0] = s[0], s[1], s[2]
     hat[1, 2], hat[2, 0], hat[0, 1] = -s[0], -s[1], -s[2]
     hat[0, 3], hat[1, 3], hat[2, 3] = s[3], s[4], s[5]
-    power = hat.copy()
-    product = np.empty((4, 4))
+    power, product = np.zeros((4, 4)), np.zeros((4, 4))
+    for i in range(3):
+        for j in range(4):
+            power[i, j] = hat[i, j]
     for coefficient in (q, c2, c3):
         for i in range(3):
             for j in range(4):
                 E[i, j] += coefficient * power[i, j]
         _multiply(power, hat, product)
-        power[:] = product
+        power, product = product, power
 
 
 @kernel
@@ -92,7 +94,8 @@ def _forward(parent, screws, q, H, s):
             _exponential(screws[j], q[j], E)
             _multiply(H[parent[j]], E, H[j])
         else:
-            s[j] = screws[j]
+            for i in range(screws.shape[1]):
+                s[j, i] = screws[j, i]
             _exponential(screws[j], q[j], H[j])
 
 
@@ -115,16 +118,19 @@ def _mismatch(H, ends, gaps, b, dim):
     Without ``gaps``, the loops are closed at the reference pose.
     """
     m = H.shape[1]
-    identity = np.eye(m)
+    identity = np.zeros((m, m))
+    for i in range(m):
+        identity[i, i] = 1.0
     inverse, product, D = np.empty((m, m)), np.empty((m, m)), np.empty((m, m))
     for loop in range(ends.shape[0]):
         e, f = ends[loop, 0], ends[loop, 1]
-        product[:] = H[e] if e >= 0 else identity
+        end = H[e] if e >= 0 else identity
         if gaps.shape[0] > 0:
             _invert(gaps[loop], inverse)
-            _multiply(H[e] if e >= 0 else identity, inverse, product)
+            _multiply(end, inverse, product)
+            end = product
         _invert(H[f] if f >= 0 else identity, inverse)
-        _multiply(product, inverse, D)
+        _multiply(end, inverse, D)
         r = loop * dim
         if dim == 3:
             b[r] = 0.5 * (D[1, 0] - D[0, 1])
@@ -150,8 +156,10 @@ def _close(parent, screws, ends, mimics, dependent, q, H, s):
         _forward(parent, screws, q, H, s)
         _mismatch(H, ends, closed, b, dim)
         for row in range(mimics.shape[0]):
-            b[ends.shape[0] * dim + row] = np.sum(mimics[row] * q)
-        error = np.sqrt(np.sum(b * b))
+            b[ends.shape[0] * dim + row] = 0.0
+            for j in range(q.size):
+                b[ends.shape[0] * dim + row] += mimics[row, j] * q[j]
+        error = _size(b)
         if not error < 1e6 or (error < 1e-12 and error >= 0.5 * best) or error == 0.0:
             return error
         best = min(best, error)
@@ -166,12 +174,21 @@ def _close(parent, screws, ends, mimics, dependent, q, H, s):
 
 
 @kernel
+def _size(x):
+    """Euclidean norm."""
+    total = 0.0
+    for i in range(x.size):
+        total += x[i] * x[i]
+    return np.sqrt(total)
+
+
+@kernel
 def _radius(rates):
     """Radius of convergence of the joint rates (order + 1, n); see `radius`."""
     limit = 1.0
-    first = np.sqrt(np.sum(rates[0] ** 2))
+    first = _size(rates[0])
     for k in range(rates.shape[0]):
-        size = np.sqrt(np.sum(rates[k] ** 2))
+        size = _size(rates[k])
         limit = max(limit, size if k == 0 else (size / first) ** (1.0 / k))
     return 1.0 / limit
 
@@ -186,15 +203,18 @@ def _follow(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s)
             for w in range(width):
                 rates[k, j] += C[k, j, w] * ray[w]
     step = min(reach, 0.4 * _radius(rates))
-    q = np.empty(n)
+    guess, q = np.empty(n), np.empty(n)
+    moved, off = np.empty(n), np.empty(n)
     for _ in range(7):
-        guess = start.copy()
-        for k in range(orders):
-            guess += step ** (k + 1) / (k + 1) * rates[k]
-        q[:] = guess
+        for j in range(n):
+            moved[j] = 0.0
+            for k in range(orders):
+                moved[j] += step ** (k + 1) / (k + 1) * rates[k, j]
+            guess[j] = q[j] = start[j] + moved[j]
         error = _close(parent, screws, ends, mimics, dependent, q, H, s)
-        moved, off = np.sum((guess - start) ** 2), np.sum((q - guess) ** 2)
-        if error < 1e-10 and off <= 0.01 * moved:
+        for j in range(n):
+            off[j] = q[j] - guess[j]
+        if error < 1e-10 and _size(off) <= 0.1 * _size(moved):
             return q, step
         step *= 0.5
     return q, 0.0

@@ -9,13 +9,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from balance.designspace import DesignSpace, design_space
+    from balance.archive import SpaceRecord, load_space
+    from balance.bodies import BodyInertia
+    from balance.designspace import design_space
     from balance.inertia import mass_properties, parameters, pseudo_inertia, violations
     from balance.momentum import momentum_regressor
+    from balance.space import DesignSpace
 
 __all__ = [
+    "BodyInertia",
     "DesignSpace",
+    "SpaceRecord",
     "design_space",
+    "load_space",
     "mass_properties",
     "momentum_regressor",
     "parameters",
@@ -24,7 +30,11 @@ __all__ = [
 ]
 
 _HOMES = {
-    **dict.fromkeys(["DesignSpace", "design_space"], "designspace"),
+    "BodyInertia": "bodies",
+    "DesignSpace": "space",
+    "SpaceRecord": "archive",
+    "design_space": "designspace",
+    "load_space": "archive",
     "mass_properties": "inertia",
     "momentum_regressor": "momentum",
     "parameters": "inertia",

@@ -17,7 +17,8 @@ from kinematics.errors import LinkageError
 from kinematics.models import describe, gallery, load
 
 if TYPE_CHECKING:
-    from balance.designspace import DesignSpace
+    from balance.space import DesignSpace
+    from kinematics.linkage import Linkage
 
 __all__ = ["main"]
 
@@ -76,8 +77,26 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_model_options(parser: argparse.ArgumentParser) -> None:
     """Options that every command on a model shares."""
-    parser.add_argument("model", help="path of a URDF file, or a name from 'balance models'")
-    parser.add_argument("--loops", metavar="FILE", help="file that describes the loops")
+    parser.add_argument(
+        "model",
+        help="path of a URDF file, a name from 'balance models', or a robot of "
+        "example-robot-data if that is installed",
+    )
+    parser.add_argument(
+        "--loops", metavar="FILE",
+        help="YAML file that describes the loops; by default the one next to the URDF file",
+    )  # fmt: skip
+    parser.add_argument(
+        "--fix-base", action="store_true", help="fix a base that floats to the ground"
+    )
+    parser.add_argument(
+        "--bodies", choices=("given", "all"), default="given",
+        help="all: links without mass in the file carry parameters too",
+    )  # fmt: skip
+    parser.add_argument(
+        "--massless", type=_names, default=[], metavar="L1,L2",
+        help="links that carry no parameters, whatever the file says",
+    )  # fmt: skip
     parser.add_argument(
         "--inputs", type=_names, metavar="J1,J2",
         help="joints to use as independent coordinates",
@@ -106,21 +125,29 @@ def _order(text: str) -> int:
 def _names(text: str) -> list[str]:
     names = [name.strip() for name in text.split(",")]
     if not all(names):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a list of joint names: write j1,j2")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
     return names
 
 
+def _load(arguments: argparse.Namespace) -> Linkage:
+    """The linkage that the shared options describe."""
+    return load(
+        arguments.model, arguments.loops, arguments.inputs, fix_base=arguments.fix_base,
+        bodies=arguments.bodies, massless=arguments.massless,
+    )  # fmt: skip
+
+
 def _report(arguments: argparse.Namespace) -> int:
-    linkage = load(arguments.model, arguments.loops, arguments.inputs)
+    linkage = _load(arguments)
     # The file has been accepted; only now is it worth loading the kernels.
     from balance.designspace import design_space
-    from balance.report import text, to_dict, warnings
+    from balance.report import text, to_dict
 
     space = design_space(
         linkage, arguments.motion, arguments.balance, arguments.max_order,
         spatial=arguments.spatial,
     )  # fmt: skip
-    for notice in warnings(space):
+    for notice in space.warnings:
         logging.warning("%s: %s", notice.code, notice.message)
     if arguments.json:
         print(json.dumps(to_dict(space), indent=2, ensure_ascii=False))

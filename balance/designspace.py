@@ -11,123 +11,34 @@ chapter 5.)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import replace
 from math import comb
-from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.inertia import from_chain, parameter_labels, to_chain
+from balance.archive import Balance, Order
+from balance.inertia import from_chain
 from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
 from balance.rank import FLOOR, Conditions, Decision
+from balance.space import DesignSpace
 from kinematics.assembly import moving_chain
-from kinematics.closure import Series, expand
+from kinematics.closure import expand
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
 from kinematics.placement import expand_at, follow, radius
 
-__all__ = ["AsGiven", "DesignSpace", "Order", "design_space"]
+__all__ = ["design_space"]
 
 Array = NDArray[np.float64]
-Balance = Literal["dynamic", "force"]
 
 # Orders to which the motion is expanded, one after the other as they are needed.
 EXPANSIONS = (3, 8, 20)
-# Masses in files are rounded: a given distribution counts as balanced up to this part of
-# the sum of its bodies' contributions.
-BALANCED = 1e-9
+# Steps to the pose that decides whether high orders are complete.
+FAR = 4
 # A kept singular value within this factor of round-off deserves a warning.
 MARGIN = 1e3
-
-
-class Order(NamedTuple):
-    """Rank and nullity after all conditions up to an order."""
-
-    order: int
-    rank: int
-    nullity: int
-
-
-class AsGiven(NamedTuple):
-    """Whether the masses in the file lie in the design space.
-
-    Attributes:
-        balanced: residual below 1e-9.
-        residual: size of the conditions' residual over the sum of the bodies' parts in it.
-    """
-
-    balanced: bool
-    residual: float
-
-
-@dataclass(frozen=True, eq=False)
-class DesignSpace:
-    """Mass distributions with vanishing momentum in every motion.
-
-    Attributes:
-        linkage: the linkage.
-        motion: the motion asked of it, None if every input is free.
-        balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
-        planar: whether planar parameters are counted.
-        bodies: names of the bodies, in the order of the parameters.
-        inputs: names of the independent coordinates.
-        idle: names of joints that do not move.
-        orders: rank and nullity by order of derivative.
-        settled: whether a fresh finite pose confirms that no higher order is needed.
-        kmax: first order at which the rank has its final value.
-        rank: number of independent conditions.
-        nullity: dimension of the space.
-        basis: null-space basis (parameters, nullity): per body the parameters named by
-            ``labels``, about the inertial origin at the reference pose, SI units. Its
-            columns are orthonormal when lengths are measured from the middle of the
-            mechanism in units of its size.
-        axes: rows are the axes in which planar parameters are expressed (3, 3).
-        singular_values: of all conditions, relative to the largest.
-        kept: the smallest singular value that counts.
-        dropped: upper bound of the largest one that does not.
-        notices: remarks.
-    """
-
-    linkage: Linkage
-    motion: Motion | None
-    balance: Balance
-    planar: bool
-    bodies: tuple[str, ...]
-    inputs: tuple[str, ...]
-    idle: tuple[str, ...]
-    orders: tuple[Order, ...]
-    settled: bool
-    kmax: int
-    rank: int
-    nullity: int
-    basis: Array
-    axes: Array
-    singular_values: Array
-    kept: float
-    dropped: float
-    notices: tuple[Notice, ...]
-    _conditions: Conditions = field(repr=False)
-    _chain: Chain = field(repr=False)
-
-    @cached_property
-    def as_given(self) -> AsGiven:
-        """Whether the masses in the file are balanced."""
-        factor = self._conditions.factor
-        given = np.array([body.inertia for body in self.linkage.bodies])
-        z = to_chain(given, self._chain.frame, self.planar, self.balance == "force")
-        by_body = np.einsum("rbp,bp->rb", factor.reshape(self.rank, *z.shape), z)
-        total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
-        left = by_body.sum(axis=1)
-        residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
-        return AsGiven(residual <= BALANCED, residual)
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Names of the parameters of one body."""
-        return parameter_labels(self.planar, self.balance == "force")
 
 
 def design_space(
@@ -187,12 +98,10 @@ def _along(
     directions = _generic(rays, chain.width)
     conditions = Conditions.none(chain.links.size * parameters_per_body(chain.planar, force))
     ranks: list[int] = []
-    fresh: Array | None = None
     settled, enough = False, True
     for goal in EXPANSIONS if stop else (last,):
         series = expand(chain, directions, max(goal, EXPANSIONS[0]))
-        if fresh is None:
-            fresh = _fresh_rows(chain, series, directions[-1], force)
+        fresh = _fresh_rows(chain, force, 1 if goal == EXPANSIONS[0] else FAR)
         reach = radius(series.C[0] @ directions[0])
         regressor = RegressorSeries(chain, series, force)
         for upto in (goal - 1, goal) if stop else (goal,):
@@ -207,10 +116,23 @@ def _along(
     return conditions, ranks, settled, enough
 
 
-def _fresh_rows(chain: Chain, series: Series, ray: Array, force: bool) -> Array:
-    """Rows at a finite pose away from the reference pose; (rows, columns)."""
-    pose, step = follow(chain, np.zeros(chain.parent.size), series, ray)
-    if step == 0.0:
+def _fresh_rows(chain: Chain, force: bool, steps: int) -> Array:
+    """Rows at a finite pose, in a direction of its own; (rows, columns).
+
+    A step is within the radius of convergence, where a condition of high order that is
+    still missing may be too small to see: then several are needed.
+    """
+    ray = _generic(101, chain.width)[-1]
+    here, pose = chain, None
+    for _ in range(steps):
+        start = np.zeros(chain.parent.size) if pose is None else pose.q
+        series = expand(here, ray[None], EXPANSIONS[0])
+        found, step = follow(chain, start, series, ray)
+        if step == 0.0:
+            break
+        pose = found
+        here = replace(chain, screws=pose.screws)
+    if pose is None:
         raise MobilityError(
             "no closed pose was found near the reference pose to check the conditions at; "
             "write the file at a pose further from a singularity"
@@ -235,14 +157,15 @@ def _result(
     decision = conditions.decide()
     force, bodies = balance == "force", len(linkage.bodies)
     G = from_chain(chain.frame, chain.planar, force)
-    basis = G @ decision.basis.reshape(bodies, len(G), -1)
     nullity = orders[-1].nullity
+    basis = G @ decision.basis.reshape(bodies, len(G), nullity)
     return DesignSpace(
         linkage=linkage, motion=motion, balance=balance, planar=chain.planar,
         bodies=names(linkage.bodies), inputs=linkage.inputs, idle=_idle(linkage, chain),
         orders=orders, settled=settled,
         kmax=next(o.order for o in orders if o.rank == conditions.rank),
-        rank=conditions.rank, nullity=nullity, basis=frozen(basis.reshape(-1, nullity)),
+        rank=conditions.rank, nullity=nullity,
+        basis=frozen(basis.reshape(bodies * len(G), nullity)),
         axes=chain.frame.R, singular_values=decision.singular_values,
         kept=decision.kept, dropped=decision.dropped,
         notices=(*linkage.notices, *_notices(decision, settled)),

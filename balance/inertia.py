@@ -74,11 +74,12 @@ def violations(z: ArrayLike, tolerance: float = 1e-9) -> list[str]:
         One readable inequality each; empty for a physical body.
     """
     z = np.asarray(z, dtype=np.float64)
-    if z[0] <= 0.0:
-        if not z.any():
-            return []
-        return [f"mass {z[0]:.6g} kg is {'negative' if z[0] < 0.0 else 'zero'}"]
-    moments = np.linalg.eigvalsh(mass_properties(z).inertia)
+    if z[0] < 0.0:
+        return [f"mass {z[0]:.6g} kg is negative"]
+    if z[0] == 0.0 and z[1:4].any():
+        return ["mass is zero, but its centre is not at the origin"]
+    inertia = mass_properties(z).inertia if z[0] > 0.0 else inertia_tensor(z)
+    moments = np.linalg.eigvalsh(inertia)
     slack = tolerance * max(float(np.abs(moments).max()), float(np.abs(z[4:7]).max()))
     found = [f"principal moment {value:.6g} is negative" for value in moments if value < -slack]
     if not found and moments[0] + moments[1] < moments[2] - slack:

@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 # Round-off of a regressor, relative to its largest singular value: measured values lie
 # below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
 FLOOR = 2.0**-40
+# Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
+ROUNDING = 2.0**-46
 
 
 @kernel
@@ -116,7 +118,7 @@ def _implied(R, permutation, rows, begin, end, weight, floor, scale):
     remainder = 0.0
     for i in range(rank, p):
         remainder += x[permutation[i]] ** 2
-    return np.sqrt(remainder) <= floor * growth * max(scale, size)
+    return np.sqrt(remainder) <= floor * max(scale, size) + ROUNDING * growth * scale
 
 
 @kernel

@@ -6,52 +6,23 @@ version. A key whose value is ``None`` is not decided by this version.
 
 from __future__ import annotations
 
-from balance.designspace import DesignSpace
-from balance.inertia import violations
-from kinematics.linkage import Notice
+import json
+from importlib.resources import files
 
-__all__ = ["SCHEMA", "facts", "table", "text", "to_dict", "warnings"]
+from balance.space import DesignSpace
 
-SCHEMA = "balance.report/1"
+__all__ = ["facts", "schema", "table", "text", "to_dict"]
 
 
 def to_dict(space: DesignSpace) -> dict[str, object]:
     """The report as plain data, ready for JSON."""
-    linkage = space.linkage
-    return {
-        "schema": SCHEMA,
-        "model": linkage.name,
-        "algebra": "planar" if space.planar else "spatial",
-        "balance": space.balance,
-        "bodies": list(space.bodies),
-        "parameters": space.rank + space.nullity,
-        "joints": len(linkage.joints),
-        "loops": len(linkage.loops),
-        "mobility": linkage.mobility,
-        "inputs": list(space.inputs),
-        "idle": list(space.idle),
-        "motion": list(space.motion.relations) if space.motion else [],
-        "orders": [order._asdict() for order in space.orders],
-        "kmax": space.kmax,
-        "rank": space.rank,
-        "nullity": space.nullity,
-        "serial": None,
-        "parallel": None,
-        "certainty": None,
-        "margin": {"kept": space.kept, "dropped": space.dropped},
-        "as_given": space.as_given._asdict(),
-        "warnings": [notice._asdict() for notice in warnings(space)],
-    }
+    return space.to_dict()
 
 
-def warnings(space: DesignSpace) -> list[Notice]:
-    """Remarks on the design space, then on masses in the file that no body can have."""
-    unreal = [
-        Notice("non_physical", f"link '{body.name}': {problem}")
-        for body in space.linkage.bodies
-        for problem in violations(body.inertia)
-    ]
-    return [*space.notices, *unreal]
+def schema() -> dict[str, object]:
+    """The JSON schema (draft 2020-12) of `to_dict`."""
+    text = files("balance").joinpath("report.schema.json").read_text(encoding="utf-8")
+    return dict(json.loads(text))
 
 
 def facts(space: DesignSpace) -> list[tuple[str, str]]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinematics import placement
 from kinematics.chain import arrange, move, reduce
-from kinematics.closing import closed
+from kinematics.closing import closed, welded
 from kinematics.closure import expand, loop_matrix
 from kinematics.errors import CoordinateError, MobilityError
 from kinematics.linkage import Chain, Draft, Linkage, Notice, names
@@ -48,7 +48,7 @@ def assemble(draft: Draft, inputs: Sequence[str] | None = None) -> Linkage:
         MobilityError: nothing can move, or it moves only infinitesimally.
         CoordinateError: an input is unknown or depends on the others.
     """
-    draft = closed(draft)
+    draft = welded(closed(draft))
     chain = arrange(draft)
     velocities = _velocities(draft, chain)
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs

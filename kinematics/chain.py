@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kinematics.linkage import Chain, Draft, Frame, frozen
 
-__all__ = ["arrange", "flatten", "lock", "move", "plane_normal", "reduce"]
+__all__ = ["arrange", "flatten", "lock", "move", "plane_axes", "plane_normal", "reduce"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -130,13 +130,21 @@ def plane_normal(chain: Chain, tolerance: float = 1e-9) -> Array | None:
     return n if worst <= tolerance else None
 
 
-def flatten(chain: Chain, normal: Array) -> Chain:
-    """The chain in its plane: axes turned so that the last one is the normal."""
-    k = int(np.argmax(np.abs(normal)))
-    helper = np.eye(3)[(k + 1) % 3]
+def plane_axes(normal: Array) -> Array:
+    """Right-handed axes, as rows, of which the last is the normal (3,); shape (3, 3).
+
+    The first is the axis that comes after the one nearest the normal in the cycle x, y, z,
+    made perpendicular to the normal.
+    """
+    helper = np.eye(3)[(int(np.argmax(np.abs(normal))) + 1) % 3]
     x = helper - (helper @ normal) * normal
     x /= np.linalg.norm(x)
-    R = np.array([x, np.cross(normal, x), normal])
+    return np.array([x, np.cross(normal, x), normal])
+
+
+def flatten(chain: Chain, normal: Array) -> Chain:
+    """The chain in its plane: axes turned so that the last one is the normal."""
+    R = plane_axes(normal)
     turned = np.concatenate([chain.screws[:, :3] @ R.T, chain.screws[:, 3:] @ R.T], axis=1)
     turned[:, 2] = np.rint(turned[:, 2])
     frame = replace(chain.frame, R=frozen(R))

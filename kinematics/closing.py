@@ -1,8 +1,9 @@
 """Closing the loops of a file whose pose leaves them open.
 
-Levenberg-Marquardt steps on all joints bring the two sides of every weld together, from the
-pose of the file and then, where that fails, from seeded poses ever further away from it. A
-few minimal-norm Newton steps remove what is left. The pose found becomes the reference pose.
+Newton steps of least norm close a pose that is nearly closed without moving it along its
+freedoms. Where they fail, damped steps on all joints first bring the two sides of every weld
+together, from the pose of the file and then from seeded poses ever further away from it. The
+pose found becomes the reference pose.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from kinematics.linkage import Chain, Draft, Notice, frozen
 from kinematics.placement import forward, mismatch
 from kinematics.screws import Ad
 
-__all__ = ["closed"]
+__all__ = ["closed", "welded"]
 
 Array = NDArray[np.float64]
 
@@ -55,6 +56,31 @@ def closed(draft: Draft) -> Draft:
     raise _error(draft)
 
 
+def welded(draft: Draft) -> Draft:
+    """The draft with every two bodies that a loop without a joint welds together as one.
+
+    A body that is welded to the ground is dropped. The loops must be closed.
+    """
+    bodies, notices = list(draft.bodies), list(draft.notices)
+    for loop in draft.loops:
+        if draft.joints[loop.end].in_loop:
+            continue
+        pair = [body for body in bodies if body.link in (loop.end, loop.successor)]
+        if not pair or (len(pair) == 1 and loop.successor >= 0):
+            continue
+        bodies = [body for body in bodies if body not in pair]
+        joined = "the ground"
+        if loop.successor >= 0:
+            first, second = pair
+            total = frozen(first.inertia + second.inertia)
+            bodies.append(replace(first, inertia=total))
+            bodies.sort(key=lambda body: body.link)
+            joined, pair = first.name, [second]
+        text = f"loop '{loop.name}' makes '{pair[0].name}' one body with {joined}"
+        notices.append(Notice("welded", text))
+    return replace(draft, bodies=tuple(bodies), notices=tuple(notices))
+
+
 def _starts(joints: int) -> Iterator[Array]:
     """The pose of the file, then random poses ever further from it."""
     yield np.zeros(joints)
@@ -66,15 +92,27 @@ def _starts(joints: int) -> Iterator[Array]:
 
 def _solved(chain: Chain, gaps: Array, start: Array) -> Array | None:
     """Joint positions near ``start`` that close the loops, or None."""
+    if (q := _polished(chain, gaps, start)) is not None:
+        return q
     from scipy.optimize import least_squares
 
-    q = least_squares(lambda x: _openness(chain, gaps, x), start, max_nfev=200).x
-    for _ in range(8):
+    damped = least_squares(lambda x: _openness(chain, gaps, x), start, max_nfev=200)
+    return _polished(chain, gaps, damped.x)
+
+
+def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
+    """Newton's method with steps of least norm, as long as they shrink; None if they fail."""
+    last = 0.5
+    for _ in range(10):
         pose = forward(chain, q)
-        b = mismatch(chain, pose.H, q, gaps)
         if np.abs(_openness(chain, gaps, q)).max() <= CLOSED:
             return q
-        q = q - np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-9)[0]
+        b = mismatch(chain, pose.H, q, gaps)
+        step = np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-9)[0]
+        size = float(np.abs(step).max())
+        if size > last:
+            return None
+        q, last = q - step, size
     return None
 
 

@@ -112,9 +112,9 @@ def _check_axis(owner: Element, tag: str) -> None:
 
 
 def check_link(link: Element) -> None:
-    """The ``<inertial>`` of a link, if any, is complete and in numbers."""
+    """The ``<inertial>`` of a link, if any and not empty, is complete and in numbers."""
     inertial = only(link, "inertial")
-    if inertial is None:
+    if inertial is None or not inertial.children:
         return
     check_origin(link, inertial)
     _check_inertial(link, inertial, "mass", ["value"])
@@ -141,12 +141,12 @@ def _check_inertial(
 def check_type(item: Element) -> None:
     """The type, origin, axes and pitch of a joint, or the type and axes of a loop."""
     kind = item.attributes.get("type", "")
-    if kind == "floating":
-        remedy = "fix its base: use a fixed joint"
-        raise Refusal(item.label, "a floating joint is not supported", remedy)
     if kind not in DEGREES:
         problem = f"unknown type '{shown(kind)}'" if kind else "no type"
-        raise Refusal(item.label, problem, f"choose from {', '.join(DEGREES)}")
+        remedy = f"choose from {', '.join(DEGREES)}"
+        if kind.strip().lower() in DEGREES:
+            remedy = f'write type="{kind.strip().lower()}"'
+        raise Refusal(item.label, problem, remedy)
     value = item.attributes.get("independent", "false")
     if value not in ("true", "false"):
         problem = f'independent="{shown(value)}" is neither true nor false'

@@ -7,7 +7,8 @@ but the standard library is imported, so that a bad file is refused at once.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from kinematics.errors import FileError
 from kinematics.fields import (
@@ -20,18 +21,19 @@ from kinematics.fields import (
     needed,
     only,
 )
-from kinematics.markup import Element, Refusal, build, contents, shown
+from kinematics.markup import Element, Refusal, build, contents, listed, near, shown
 
-__all__ = ["check", "parse"]
+__all__ = ["check", "checked", "parse", "validate"]
 
 _LOOP_PARTS = ("predecessor", "successor", "axis", "axis2")
 
 
-def check(path: str | os.PathLike[str]) -> Element:
+def check(path: str | os.PathLike[str], fix_base: bool = False) -> Element:
     """Read a URDF file and refuse what cannot be a linkage.
 
     Args:
         path: the file.
+        fix_base: whether floating joints on the ground become fixed joints.
 
     Returns:
         The ``<robot>`` element.
@@ -44,21 +46,35 @@ def check(path: str | os.PathLike[str]) -> Element:
         data = contents(file)
     except Refusal as refusal:
         raise FileError(shown(file, 1000), *refusal.args) from None
-    return parse(data, file)
+    return parse(data, file, fix_base)
 
 
-def parse(data: bytes, file: str) -> Element:
+def parse(data: bytes, file: str, fix_base: bool = False) -> Element:
     """As :func:`check`, for the bytes of a file; ``file`` is its name in messages."""
     try:
         robot = build(data)
-        _check_robot(robot)
+    except Refusal as refusal:
+        raise FileError(shown(file, 1000), *refusal.args) from None
+    return checked(robot, file, fix_base)
+
+
+def checked(robot: Element, file: str, fix_base: bool = False) -> Element:
+    """As :func:`check`, for a tree; ``file`` is its name in messages."""
+    if fix_base:
+        robot = _on_fixed_base(robot)
+    try:
+        validate(robot)
     except Refusal as refusal:
         raise FileError(shown(file, 1000), *refusal.args) from None
     return robot
 
 
-def _check_robot(robot: Element) -> None:
-    """Every check on the tree; only direct children of ``<robot>`` count."""
+def validate(robot: Element) -> None:
+    """Every check on a tree; only direct children of ``<robot>`` count.
+
+    Raises:
+        Refusal: it is not a linkage.
+    """
     if robot.tag != "robot":
         raise Refusal(robot.label, "the root element is not <robot>", "give a URDF file")
     _check_xacro(robot)
@@ -70,6 +86,7 @@ def _check_robot(robot: Element) -> None:
     _check_names([robot], links, joints + loops)
     for link in links:
         check_link(link)
+    _check_floating(robot)
     for item in joints + loops:
         check_type(item)
     known = {link.name: link for link in links}
@@ -91,6 +108,52 @@ def _check_xacro(robot: Element) -> None:
                 raise Refusal(item.label, problem, remedy)
 
 
+def _based(robot: Element) -> list[Element]:
+    """Floating joints on links that only fixed joints, if any, join to the ground."""
+    hanging: dict[str, list[Element]] = {}
+    for joint in robot.every("joint"):
+        hanging.setdefault(_end(joint, "parent"), []).append(joint)
+    carried = {_end(joint, "child") for joint in robot.every("joint")}
+    ground = [link.name for link in robot.every("link") if link.name not in carried]
+    found = []
+    while ground:
+        for joint in hanging.pop(ground.pop(), ()):
+            if joint.attributes.get("type") == "fixed":
+                ground.append(_end(joint, "child"))
+            elif joint.attributes.get("type") == "floating":
+                found.append(joint)
+    return found
+
+
+def _end(joint: Element, role: str) -> str:
+    """The link on one side of a joint that need not be well-formed."""
+    side = joint.first(role)
+    return side.attributes.get("link", "") if side else ""
+
+
+def _on_fixed_base(robot: Element) -> Element:
+    """The tree with the floating joints of its base fixed."""
+    based = {id(joint) for joint in _based(robot)}
+    children = [
+        replace(item, attributes={**item.attributes, "type": "fixed"})
+        if id(item) in based
+        else item
+        for item in robot.children
+    ]
+    return replace(robot, children=tuple(children))
+
+
+def _check_floating(robot: Element) -> None:
+    """No joint floats."""
+    based = {id(joint) for joint in _based(robot)}
+    for joint in robot.every("joint"):
+        if joint.attributes.get("type") == "floating":
+            remedy = "use a fixed joint, or joints for the freedoms that it has"
+            if id(joint) in based:
+                remedy = "fix the base with --fix-base (fix_base=True), or use a fixed joint"
+            raise Refusal(joint.label, "a floating joint is not supported", remedy)
+
+
 def _check_names(*groups: Sequence[Element]) -> None:
     """Names are present; within a group they, and their coordinates, are unique."""
     for group in groups:
@@ -107,18 +170,11 @@ def _check_names(*groups: Sequence[Element]) -> None:
                 taken[name] = item
 
 
-def _listed(names: Iterable[str]) -> str:
-    """The first names, quoted, and how many are left."""
-    quoted = [f"'{shown(name)}'" for name in names]
-    rest = f" and {len(quoted) - 8} more" if len(quoted) > 8 else ""
-    return ", ".join(quoted[:8]) + rest
-
-
 def _check_link_name(
     owner: Element, role: str, name: str, known: Mapping[str, Element]
 ) -> None:
     if name not in known:
-        remedy = f"correct the name; the links are {_listed(known)}"
+        remedy = f"correct the name; the links are {near(name, known)}"
         raise Refusal(owner.label, f"{role} link '{shown(name)}' does not exist", remedy)
 
 
@@ -152,7 +208,7 @@ def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) ->
         while name in carrier and name not in settled:
             if name in path:
                 ring = list(path)[list(path).index(name) :]
-                problem = f"the links {_listed(reversed(ring))} form a cycle of joints"
+                problem = f"the links {listed(reversed(ring))} form a cycle of joints"
                 remedy = "replace one of these joints with a <loop> element"
                 raise Refusal(carrier[name].label, problem, remedy)
             path[name] = None
@@ -160,30 +216,33 @@ def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) ->
         settled.update(path)
     roots = [name for name in known if name not in carrier]
     if len(roots) > 1:
-        problem = f"more than one root: no joint carries the links {_listed(roots)}"
+        problem = f"more than one root: no joint carries the links {listed(roots)}"
         remedy = "fix all but one of them to the ground with a fixed joint"
         raise Refusal(known[roots[1]].label, problem, remedy)
 
 
 def _check_mimics(joints: Sequence[Element]) -> None:
-    """Mimics join moving joints of one degree of freedom, and no chain of them closes."""
+    """Mimics join moving joints of one degree of freedom, and no chain of them closes.
+
+    Those of fixed joints are idle: exporters that freeze a joint leave them in place.
+    """
     named = {joint.name: joint for joint in joints}
     source: dict[str, str] = {}
     for joint in joints:
         mimic = only(joint, "mimic")
-        if mimic is None:
+        if mimic is None or joint.attributes["type"] == "fixed":
             continue
         target = source[joint.name] = needed(joint, "mimic", "joint")
         check_numbers(joint, mimic, "multiplier", 1)
         check_numbers(joint, mimic, "offset", 1)
         if target not in named:
-            remedy = f"correct the name; the joints are {_listed(named)}"
+            remedy = f"correct the name; the joints are {near(target, named)}"
             raise Refusal(joint.label, f"mimics unknown joint '{shown(target)}'", remedy)
         for end in (joint, named[target]):
             if DEGREES[end.attributes["type"]] != 1:
                 problem = f"<mimic> needs joints of one degree of freedom; {end.label} is "
                 problem += end.attributes["type"]
-                raise Refusal(joint.label, problem, "remove the <mimic>, or split the joint")
+                raise Refusal(joint.label, problem, "remove the <mimic>, or fix this joint too")
     settled: set[str] = set()
     for start in source:
         path: set[str] = set()

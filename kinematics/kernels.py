@@ -1,15 +1,25 @@
-"""How kernels are compiled: once per machine, cached on disk, announced the first time."""
+"""How kernels are compiled: once per machine, cached on disk, announced the first time.
+
+A kernel may use functions and constants of files that hold kernels, and of no others.
+"""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import event
-from numba.core.caching import FunctionCache
+
+try:
+    from numba.core.caching import FunctionCache
+except ImportError:
+    FunctionCache = object
 
 __all__ = ["kernel"]
 
@@ -24,16 +34,47 @@ def kernel(function: Callable[..., Any]) -> Any:
     """
     fastmath = {"reassoc", "contract", "nsz"}
     compiled = numba.njit(error_model="numpy", fastmath=fastmath)(function)
+    if compiled is function:  # NUMBA_DISABLE_JIT is set
+        return function
     try:
-        compiled._cache = _Cache(function)
+        _keep(compiled, function)
     except RuntimeError:
         _events.cannot_cache()
     _events.modules.add(function.__module__)
     return compiled
 
 
+def _keep(compiled: Any, function: Callable[..., Any]) -> None:
+    """Cache on disk; RuntimeError if there is no folder for it.
+
+    The cache is a private part of Numba: where it looks different, Numba's own is used.
+    """
+    with suppress(AttributeError, TypeError):
+        if hasattr(compiled, "_cache"):
+            compiled._cache = _Cache(function)
+            return
+    compiled.enable_caching()
+
+
+@cache
+def _fingerprint(folder: Path) -> str:
+    """Hash of all files with kernels in a folder and in the one of this file.
+
+    Contents are hashed: files that a package manager installs may all bear one date.
+    """
+    digest = sha256()
+    here = Path(__file__)
+    files = {*folder.glob("*.py"), *here.parent.glob("*.py")}
+    for file in sorted(file for file in files if file.is_file()):
+        text = file.read_bytes()
+        if file == here or b"kinematics.kernels" in text:
+            digest.update(b"%d %s" % (len(text), file.name.encode()))
+            digest.update(text)
+    return digest.hexdigest()
+
+
 class _Cache(FunctionCache):
-    """Numba's disk cache, stale as soon as any file of the package has changed.
+    """Numba's disk cache, stale as soon as any file with kernels has changed.
 
     A kernel is compiled together with the kernels that it calls, but Numba looks only at
     the file that the kernel itself is in.
@@ -42,10 +83,27 @@ class _Cache(FunctionCache):
     def __init__(self, function: Callable[..., Any]) -> None:
         """Find the folder of the cache; RuntimeError if there is none."""
         super().__init__(function)
-        files = sorted(Path(function.__code__.co_filename).parent.glob("*.py"))
-        states = [file.stat() for file in files]
-        self._source_stamp = tuple((state.st_mtime_ns, state.st_size) for state in states)
-        self._cache_file._source_stamp = self._source_stamp
+        file = self._cache_file
+        source = Path(function.__code__.co_filename)
+        file._source_stamp = file._source_stamp, _fingerprint(source.parent)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled kernel, or None if it is not there or cannot be read."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # a file cut short by a crash or a full disk may raise anything
+            self._write(self.flush)
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Store a compiled kernel if there is room."""
+        self._write(super().save_overload, sig, data)
+
+    def _write(self, action: Callable[..., None], *arguments: Any) -> None:
+        try:
+            action(*arguments)
+        except OSError:
+            _events.cannot_cache()
 
 
 class _Events(event.Listener):
@@ -58,14 +116,14 @@ class _Events(event.Listener):
 
     def on_start(self, event: Any) -> None:
         """Called when Numba starts to compile a function (not when it loads one)."""
-        if event.data["dispatcher"].py_func.__module__ in self.modules:
+        if event.data["dispatcher"].py_func.__module__ in self.modules and not self._told:
             self._tell("compiling kernels (the first time only; they are cached on disk)")
 
     def on_end(self, event: Any) -> None:
         """Called when Numba has compiled a function."""
 
     def cannot_cache(self) -> None:
-        """Called when there is no folder for the disk cache."""
+        """Called when there is no folder for the disk cache, or no room in it."""
         self._tell(
             "no folder to cache compiled kernels in: they are compiled anew in every process; "
             "set NUMBA_CACHE_DIR to a folder that can be written to"

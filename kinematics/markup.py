@@ -8,16 +8,22 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from xml.parsers import expat
 
-__all__ = ["Element", "Refusal", "build", "contents", "shown"]
+__all__ = ["Element", "Refusal", "build", "contents", "listed", "near", "shown"]
 
 MAX_BYTES = 64 * 2**20
 MAX_DEPTH = 200
 MAX_ELEMENTS = 200_000
 MAX_VALUE = 100_000
+
+_POINTER = b"version https://git-lfs"
+_REMEDIES = {
+    expat.errors.XML_ERROR_MISPLACED_XML_PI: "remove what precedes <?xml, blank lines too",
+}
 
 
 class Refusal(Exception):
@@ -30,6 +36,23 @@ def shown(text: str, limit: int = 80) -> str:
     return line if len(line) <= limit else line[:limit] + "…"
 
 
+def listed(names: Iterable[str]) -> str:
+    """The first names, quoted, and how many are left."""
+    quoted = [f"'{shown(name)}'" for name in names]
+    rest = f" and {len(quoted) - 8} more" if len(quoted) > 8 else ""
+    return ", ".join(quoted[:8]) + rest
+
+
+def near(name: str, known: Iterable[str]) -> str:
+    """The known names, quoted, or the few most like ``name`` if there are many."""
+    names = list(known)
+    if len(names) > 8:
+        like = get_close_matches(name[:80], [n for n in names[:2000] if len(n) < 80], 8, 0.5)
+        if like:
+            return f"{listed(like)} and others"
+    return listed(names)
+
+
 @dataclass(frozen=True, slots=True)
 class Element:
     """An XML element.
@@ -38,7 +61,7 @@ class Element:
         tag: name of the element, with its prefix if it has one.
         attributes: values by name.
         children: elements inside, in the order of the file.
-        line: line of the file, from 1.
+        line: line of the file, from 1; 0 if it is from no file.
         text: character data directly inside, stripped.
     """
 
@@ -57,7 +80,7 @@ class Element:
     def label(self) -> str:
         """How messages call the element, such as ``joint 'j1' (line 12)``."""
         name = f"{self.tag} '{shown(self.name)}'" if self.name else f"<{shown(self.tag)}>"
-        return f"{name} (line {self.line})"
+        return f"{name} (line {self.line})" if self.line else name
 
     def every(self, tag: str) -> list[Element]:
         """The children with this tag."""
@@ -80,27 +103,30 @@ class Element:
             stack.extend(reversed(item.children))
 
 
-def contents(path: str) -> bytes:
-    """The bytes of a file.
+def contents(path: str, limit: int = MAX_BYTES) -> bytes:
+    """The bytes of a file of at most ``limit`` bytes.
 
     Raises:
         Refusal: it is missing, not a regular file, unreadable, empty, or too large.
     """
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
-            raise Refusal("", "not a file", "give the path of a URDF file")
+            raise Refusal("", "not a file", "give the path of a file")
         with open(path, "rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+            data = stream.read(limit + 1)
     except FileNotFoundError:
         raise Refusal("", "no such file", "check the path") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise Refusal("", f"cannot be read ({reason})", "check the path") from None
-    if len(data) > MAX_BYTES:
-        limit = MAX_BYTES // 2**20
-        raise Refusal("", f"larger than {limit} MB", "keep meshes in files of their own")
+    if len(data) > limit:
+        size = f"{limit // 2**20} MB" if limit >= 2**20 else f"{limit // 2**10} kB"
+        raise Refusal("", f"larger than {size}", "keep meshes in files of their own")
     if not data.strip():
         raise Refusal("", "empty file", "export or save it again")
+    if data.startswith(_POINTER):
+        remedy = "fetch the file itself with 'git lfs pull'"
+        raise Refusal("", "a pointer of Git LFS in place of the file", remedy)
     return data
 
 
@@ -116,7 +142,8 @@ def build(data: bytes) -> Element:
     except expat.ExpatError as error:
         where = f"not well-formed XML at line {error.lineno}, column {error.offset + 1}"
         problem = f"{where} ({expat.ErrorString(error.code)})"
-        raise Refusal("", problem, "export or save it again") from None
+        remedy = _REMEDIES.get(expat.ErrorString(error.code), "export or save it again")
+        raise Refusal("", problem, remedy) from None
     except (ValueError, LookupError) as error:
         problem = f"not readable as XML ({shown(str(error))})"
         raise Refusal("", problem, "save it as UTF-8") from None

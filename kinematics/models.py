@@ -1,25 +1,58 @@
-"""Finding and loading linkages: by path, or by name from the gallery."""
+"""Finding and loading linkages: by path, or by name from the gallery or example-robot-data."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from os import PathLike
+from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinematics.errors import FileError
+from kinematics.errors import FileError, LinkageError
+from kinematics.markup import near, shown
 
 if TYPE_CHECKING:
+    from yourdfpy import URDF
+
     from kinematics.linkage import Linkage
 
-__all__ = ["describe", "find", "gallery", "load"]
+__all__ = ["describe", "find", "gallery", "load", "robots"]
 
 
 def gallery() -> dict[str, Path]:
     """Paths of the linkages that come with the package, by name."""
     folder = Path(str(files("urdf_models")))
     return {path.stem: path for path in sorted(folder.glob("*.urdf"))}
+
+
+def robots() -> dict[str, Path]:
+    """Paths of the robots of example-robot-data, by name, if it is installed.
+
+    A robot goes by the stem of its file without ``_robot``. Where files in several folders
+    share that name, each goes by the name of its folder without ``_description``.
+    """
+    found: dict[str, dict[str, Path]] = {}
+    for folder in _shares():
+        # 'x_robot.urdf' sorts after 'x.urdf', which is then its empty wrapper.
+        for path in sorted(folder.glob("*/*/*.urdf")):
+            home = path.parents[1].name.removesuffix("_description")
+            found.setdefault(path.stem.removesuffix("_robot"), {})[home] = path
+    return {
+        name if len(homes) == 1 else home: path
+        for name, homes in sorted(found.items())
+        for home, path in homes.items()
+    }
+
+
+def _shares() -> Iterator[Path]:
+    """Folders where example-robot-data keeps its robots: it has no Python module."""
+    prefixes = [Path(entry) / "cmeel.prefix" for entry in sys.path if entry]
+    for prefix in [*prefixes, Path(sys.prefix)]:
+        folder = prefix / "share" / "example-robot-data" / "robots"
+        if folder.is_dir():
+            yield folder
 
 
 def describe(path: Path) -> str:
@@ -30,45 +63,74 @@ def describe(path: Path) -> str:
 
 
 def find(model: str | PathLike[str]) -> Path:
-    """Path of a model given by path or by its name in the gallery.
+    """Path of a model given by path, or by its name in the gallery or among the robots.
+
+    A file that exists comes first, then the gallery.
 
     Raises:
         FileError: there is no such file and no such name.
     """
     path = Path(model)
-    if path.exists() or path.suffix or len(path.parts) > 1:
+    if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in (".urdf", ".xml"):
         return path
     known = gallery()
-    if path.name not in known:
-        raise FileError(
-            str(model), "", "no such file, and no such model in the gallery",
-            f"give a path, or one of {', '.join(known)}",
-        )  # fmt: skip
-    return known[path.name]
+    if path.name in known:
+        return known[path.name]
+    others = robots()
+    name = path.name.removesuffix("_robot")
+    if name in others:
+        return others[name]
+    named = [*known, *(other for other in others if other not in known)]
+    like = [other for other in named if name in other] or named
+    remedy = f"give a path, or a name such as {near(name, like)}"
+    if not others:
+        remedy += "; for robots such as ur5, install example-robot-data"
+    raise FileError(
+        shown(str(model), 1000), "", "no such file, and no model of this name", remedy
+    )
 
 
 def load(
-    model: str | PathLike[str],
+    model: str | PathLike[str] | URDF,
     loops: str | PathLike[str] | None = None,
     inputs: Sequence[str] | None = None,
+    *,
+    fix_base: bool = False,
+    bodies: str = "given",
+    massless: Sequence[str] = (),
 ) -> Linkage:
     """Read a linkage from a URDF file, close its loops and choose its coordinates.
 
     Args:
-        model: path of a URDF file, or name of a model in the gallery.
-        loops: path of a file that describes the loops; by default they are ``<loop>``
-            elements of the URDF file.
+        model: path of a URDF file, name of a model in the gallery or of a robot in
+            example-robot-data, or a model that yourdfpy has loaded.
+        loops: path of a YAML file that describes the loops, see
+            :mod:`kinematics.sidecar`; by default they are ``<loop>`` elements of the URDF
+            file, or in a YAML file next to it with the same stem.
         inputs: names of joints to use as independent coordinates.
+        fix_base: turn a floating joint between ground and base into a fixed one.
+        bodies: ``"given"``: links with mass or inertia in the file carry parameters;
+            ``"all"``: every moving link does.
+        massless: names of links that carry no parameters whatever the file says.
 
     Returns:
-        The linkage at its reference pose, the pose of the file.
+        The linkage at its reference pose: that of the file, with its loops closed.
 
     Raises:
         LinkageError: the file or the linkage cannot be used; the subclass says why.
     """
+    if bodies not in ("given", "all"):
+        raise LinkageError(f"bodies '{shown(str(bodies))}' unknown; choose from given, all")
+    closed = (massless,) if isinstance(massless, str) else tuple(massless)
     from kinematics import urdf
 
-    draft = urdf.read(find(model))
+    options = urdf.Options(fix_base, bodies, closed)
+    if isinstance(model, (str, PathLike)):
+        draft = urdf.read(find(model), loops, options)
+    elif hasattr(model, "robot"):
+        draft = urdf.adopt(model, loops, options)
+    else:
+        raise TypeError(f"model is a path, a name or a yourdfpy.URDF, not {type(model)}")
     from kinematics.assembly import assemble
 
     return assemble(draft, inputs)

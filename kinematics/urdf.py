@@ -1,7 +1,8 @@
 """From a URDF file to a draft of a linkage.
 
-The guard refuses what cannot be a linkage, yourdfpy reads the frames, axes and inertias,
-and the bare XML tree supplies what yourdfpy drops: loops, screw pitches, input marks.
+The guard refuses what cannot be a linkage, the file beside it may add loops, yourdfpy reads
+the frames and inertias, and the bare XML tree supplies the rest: types, axes, loops, screw
+pitches, input marks.
 
 The inertial frame is the frame of the root link. The pose of the file, where every joint
 coordinate is zero (that of a mimic joint: its offset), becomes the reference pose.
@@ -10,45 +11,56 @@ coordinate is zero (that of a mimic joint: its offset), becomes the reference po
 from __future__ import annotations
 
 import heapq
-import io
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
-from xml.etree import ElementTree
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.errors import FileError
 from kinematics.fields import LARGEST, coordinates
-from kinematics.guard import check
+from kinematics.guard import check, checked
 from kinematics.inertial import parameters
 from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, frozen
 from kinematics.loops import Place, attach, freedoms, perpendicular, unit
-from kinematics.markup import Element, shown
+from kinematics.markup import Element, near, shown
 from kinematics.screws import exp, revolute
+from kinematics.sidecar import Sidecar, merge
+from kinematics.yourdf import robot_of, tree_of
 
 if TYPE_CHECKING:
+    from yourdfpy import URDF
     from yourdfpy import urdf as yourdf
 
-__all__ = ["draft", "read"]
+__all__ = ["Options", "adopt", "read"]
 
 Array = NDArray[np.float64]
-
-# What yourdfpy is given to read: shapes cannot fail, and prefixes cannot hide elements.
-_KEPT = {
-    "robot": ("link", "joint"),
-    "link": ("inertial",),
-    "inertial": ("origin", "mass", "inertia"),
-    "joint": ("parent", "child", "origin", "axis", "mimic"),
-}
+Path = str | os.PathLike[str]
 
 
-def read(path: str | os.PathLike[str]) -> Draft:
+class Options(NamedTuple):
+    """What the user changes about a file.
+
+    Attributes:
+        fix_base: whether a floating joint between the ground and the base becomes fixed.
+        bodies: ``"given"``: moving links with mass or inertia in the file carry parameters;
+            ``"all"``: every moving link does.
+        massless: links that carry no parameters whatever the file says.
+    """
+
+    fix_base: bool = False
+    bodies: str = "given"
+    massless: tuple[str, ...] = ()
+
+
+def read(path: Path, loops: Path | None = None, options: Options | None = None) -> Draft:
     """Read a URDF file.
 
     Args:
         path: the file.
+        loops: a YAML file with its loops; see :mod:`kinematics.sidecar`.
+        options: what to change about it.
 
     Returns:
         The linkage as the file describes it, with its loops not yet closed.
@@ -56,33 +68,51 @@ def read(path: str | os.PathLike[str]) -> Draft:
     Raises:
         FileError: the file cannot be read as a linkage; the message says where and why.
     """
-    tree = check(path)
+    options = options or Options()
     source = os.fsdecode(path)
-    return draft(_parsed(tree, source), tree, source)
+    side = merge(check(path, options.fix_base), source, loops)
+    return _draft(robot_of(side.tree, source), side, source, options)
 
 
-def draft(robot: yourdf.Robot, tree: Element, source: str) -> Draft:
-    """Build a draft from a robot that yourdfpy has read.
+def adopt(model: URDF, loops: Path | None = None, options: Options | None = None) -> Draft:
+    """As :func:`read`, for a model that yourdfpy has loaded.
 
-    Args:
-        robot: links and joints.
-        tree: the same robot as :func:`kinematics.guard.check` returns it; supplies loops,
-            screw pitches, second axes and input marks.
-        source: path of the file, for messages.
+    yourdfpy drops ``<loop>`` elements, screw pitches and input marks. The reference pose is
+    the one with all joints at zero, whatever the configuration of the model.
+    """
+    options = options or Options()
+    source = model.robot.name or "URDF"
+    tree = checked(tree_of(model), source, options.fix_base)
+    side = merge(tree, source, loops, search=False)
+    return _draft(model.robot, side, source, options)
+
+
+def _draft(robot: yourdf.Robot, side: Sidecar, source: str, options: Options) -> Draft:
+    """The poses and inertias of ``robot``, and the rest from the tree of the same robot.
 
     Raises:
-        FileError: no moving link has inertia, or a mimic joint is out of range.
+        FileError: nothing moves, no moving link has inertia, a link called massless is not
+            there, or a mimic joint is out of range.
     """
-    file = shown(source, 1000)
-    offsets = _offsets(robot.joints)
+    file, tree = shown(source, 1000), side.tree
+    elements = {item.name: item for item in tree.every("joint")}
+    mimics = {
+        j.name: j.mimic
+        for j in robot.joints
+        if j.mimic is not None and elements[j.name].attributes["type"] != "fixed"
+    }
+    offsets = _offsets(mimics)
     for name, position in offsets.items():
         if not abs(position) <= LARGEST:
             remedy = "correct the offsets and multipliers of the mimic joints"
             raise FileError(file, f"joint '{shown(name)}'", "position out of range", remedy)
-    joints, places = _tree_joints(robot, tree, offsets)
-    bodies = _bodies(robot, places)
+    joints, places = _tree_joints(robot, elements, offsets)
+    if not joints:
+        remedy = "give a linkage with joints that are not fixed"
+        raise FileError(file, "", "no joint moves", remedy)
+    bodies = _bodies(robot, places, options, file)
     if not bodies:
-        remedy = "give the links that move a mass and an inertia"
+        remedy = "give the links that move a mass and an inertia, or use --bodies all"
         raise FileError(file, "", "no moving link has an <inertial>", remedy)
     loops = _loops(tree, places, joints)
     return Draft(
@@ -91,38 +121,10 @@ def draft(robot: yourdf.Robot, tree: Element, source: str) -> Draft:
         joints=tuple(joints),
         bodies=tuple(bodies),
         loops=tuple(loops),
-        mimics=tuple(_mimics(robot, joints)),
-        named_inputs=_inputs(tree),
-        notices=_notices(places, bodies),
+        mimics=tuple(_mimics(mimics, joints)),
+        named_inputs=_inputs(tree) if side.inputs is None else side.inputs,
+        notices=(*(Notice(*remark) for remark in side.remarks), *_notices(places, bodies)),
     )
-
-
-def _parsed(tree: Element, source: str) -> yourdf.Robot:
-    """The tree as yourdfpy reads it."""
-    from yourdfpy import URDF
-
-    data = io.BytesIO(ElementTree.tostring(_skeleton(tree)))
-    try:
-        model = URDF.load(
-            data,
-            build_scene_graph=False,
-            build_collision_scene_graph=False,
-            load_meshes=False,
-            load_collision_meshes=False,
-        )
-    except Exception as error:
-        problem = f"yourdfpy cannot read it ({' '.join(repr(error).split())})"
-        raise FileError(shown(source, 1000), "", problem, "simplify the file") from error
-    return model.robot
-
-
-def _skeleton(element: Element) -> ElementTree.Element:
-    """The element and what yourdfpy needs of its contents."""
-    plain = {k: v for k, v in element.attributes.items() if ":" not in k and k != "xmlns"}
-    copy = ElementTree.Element(element.tag, plain)
-    kept = _KEPT.get(element.tag, ())
-    copy.extend(_skeleton(child) for child in element.children if child.tag in kept)
-    return copy
 
 
 def _ordered(joints: Sequence[yourdf.Joint], root: str) -> list[yourdf.Joint]:
@@ -140,9 +142,8 @@ def _ordered(joints: Sequence[yourdf.Joint], root: str) -> list[yourdf.Joint]:
     return order
 
 
-def _offsets(joints: Sequence[yourdf.Joint]) -> dict[str, float]:
+def _offsets(mimics: Mapping[str, yourdf.Mimic]) -> dict[str, float]:
     """Positions of the mimic joints at the pose of the file: ratio × source + offset."""
-    mimics = {j.name: j.mimic for j in joints if j.mimic is not None}
     known: dict[str, float] = {}
     for start in mimics:
         path = [start]
@@ -156,21 +157,19 @@ def _offsets(joints: Sequence[yourdf.Joint]) -> dict[str, float]:
 
 
 def _tree_joints(
-    robot: yourdf.Robot, tree: Element, offsets: Mapping[str, float]
+    robot: yourdf.Robot, elements: Mapping[str, Element], offsets: Mapping[str, float]
 ) -> tuple[list[Joint], dict[str, Place]]:
     """The joints of the tree, and the place of every link of the file, root first."""
     carried = {joint.child for joint in robot.joints}
     root = next(link.name for link in robot.links if link.name not in carried)
-    elements = {item.name: item for item in tree.every("joint")}
     places = {root: Place(GROUND, np.eye(4))}
     joints: list[Joint] = []
     for joint in _ordered(robot.joints, root):
         link, pose = places[joint.parent]
         frame = pose if joint.origin is None else pose @ joint.origin
-        for name, (kind, screw) in zip(
-            coordinates(joint.name, joint.type), _steps(joint, elements[joint.name], frame),
-            strict=True,
-        ):  # fmt: skip
+        element = elements[joint.name]
+        names = coordinates(joint.name, element.attributes["type"])
+        for name, (kind, screw) in zip(names, _steps(element, frame), strict=True):
             joints.append(Joint(name, kind, link, frozen(screw), frozen(frame[:3, 3])))
             link = len(joints) - 1
         if offsets.get(joint.name):
@@ -179,19 +178,19 @@ def _tree_joints(
     return joints, places
 
 
-def _steps(joint: yourdf.Joint, element: Element, frame: Array) -> list[tuple[str, Array]]:
+def _steps(joint: Element, frame: Array) -> list[tuple[str, Array]]:
     """Kinds and screws of a joint whose frame has the pose ``frame`` (4, 4)."""
-    if joint.type == "fixed":
+    if joint.attributes["type"] == "fixed":
         return []
-    axis = unit(joint.axis)
-    second = element.first("axis2")
+    first, second = joint.first("axis"), joint.first("axis2")
+    axis = unit(first.vector("xyz", "") if first else [1.0, 0.0, 0.0])
     across = perpendicular(axis, second.vector("xyz", "") if second else None)
     n, u, point = frame[:3, :3] @ axis, frame[:3, :3] @ across, frame[:3, 3]
-    thread = element.first("screw_thread_pitch")
+    thread = joint.first("screw_thread_pitch")
     pitch = thread.vector("value", "")[0] / (2 * np.pi) if thread else 0.0
     if pitch:
         return [("helical", revolute(n, point, pitch))]
-    return freedoms(joint.type, n, u, point)
+    return freedoms(joint.attributes["type"], n, u, point)
 
 
 def _weighed(inertial: yourdf.Inertial, pose: Array) -> Array:
@@ -205,21 +204,43 @@ def _weighed(inertial: yourdf.Inertial, pose: Array) -> Array:
     return parameters(inertial.mass, frame[:3, 3], R @ inertial.inertia @ R.T)
 
 
-def _bodies(robot: yourdf.Robot, places: Mapping[str, Place]) -> list[Body]:
-    """Moving rigid bodies with inertia, each named after its topmost link."""
+def _bodies(
+    robot: yourdf.Robot, places: Mapping[str, Place], options: Options, file: str
+) -> list[Body]:
+    """Moving rigid bodies that carry parameters, each named after its topmost link.
+
+    An ``<inertial>`` of zeros, as on the links between the axes of a spherical joint, says
+    the same as none.
+    """
     top: dict[int, str] = {}
     for name, place in places.items():
         top.setdefault(place.link, name)
-    sums: dict[int, Array] = {}
-    for link in robot.links:
-        place = places[link.name]
-        if place.link != GROUND and link.inertial is not None:
-            z = _weighed(link.inertial, place.pose)
-            sums[place.link] = sums.get(place.link, 0.0) + z
+    sums = {link: np.zeros(10) for link in top if link != GROUND}
+    for item in robot.links:
+        place, inertial = places[item.name], item.inertial
+        if place.link != GROUND and inertial is not None and inertial.mass is not None:
+            sums[place.link] += _weighed(inertial, place.pose)
+    for name in options.massless:
+        sums.pop(_closed(name, places, top, file), None)
     return [
         Body(top[link], link, frozen(sums[link]), frozen(places[top[link]].pose))
         for link in sorted(sums)
+        if options.bodies == "all" or sums[link].any()
     ]
+
+
+def _closed(name: str, places: Mapping[str, Place], top: Mapping[int, str], file: str) -> int:
+    """The rigid body that the user calls massless, by the link that it is named after."""
+    label = f"massless link '{shown(name)}'"
+    if name not in places:
+        moving = [link for index, link in top.items() if index != GROUND]
+        remedy = f"choose from {near(name, moving)}"
+        raise FileError(file, label, "does not exist", remedy)
+    whole = top[places[name].link]
+    if whole != name and places[name].link != GROUND:
+        problem = f"fixed to link '{shown(whole)}', which the body is named after"
+        raise FileError(file, label, problem, f"name '{shown(whole)}' to close all of it")
+    return places[name].link
 
 
 def _loops(tree: Element, places: Mapping[str, Place], joints: list[Joint]) -> list[Loop]:
@@ -233,12 +254,11 @@ def _loops(tree: Element, places: Mapping[str, Place], joints: list[Joint]) -> l
     return welds
 
 
-def _mimics(robot: yourdf.Robot, joints: Sequence[Joint]) -> list[Mimic]:
+def _mimics(mimics: Mapping[str, yourdf.Mimic], joints: Sequence[Joint]) -> list[Mimic]:
     index = {joint.name: i for i, joint in enumerate(joints)}
     return [
-        Mimic(index[joint.name], index[joint.mimic.joint], joint.mimic.multiplier)
-        for joint in robot.joints
-        if joint.mimic is not None
+        Mimic(index[name], index[mimic.joint], mimic.multiplier)
+        for name, mimic in mimics.items()
     ]
 
 
@@ -253,7 +273,7 @@ def _inputs(tree: Element) -> tuple[str, ...]:
 
 
 def _notices(places: Mapping[str, Place], bodies: Sequence[Body]) -> tuple[Notice, ...]:
-    """Moving bodies without ``<inertial>``, which carry no parameters."""
+    """Moving bodies that carry no parameters."""
     settled = {GROUND, *(body.link for body in bodies)}
     bare = []
     for name, place in places.items():
@@ -262,4 +282,4 @@ def _notices(places: Mapping[str, Place], bodies: Sequence[Body]) -> tuple[Notic
             bare.append(name)
     if not bare:
         return ()
-    return (Notice("massless", f"no <inertial>, so no parameters: {', '.join(bare)}"),)
+    return (Notice("massless", f"no mass, so no parameters: {', '.join(bare)}"),)

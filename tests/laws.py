@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 import kinematics
 
 MODELS = tuple(kinematics.gallery())
+PLANAR = tuple(n for n in MODELS if n not in ("bennett", "hprs", "three_rsr"))
 
 
 def relative(found, expected) -> float:

@@ -10,6 +10,7 @@ import reference
 from figures import FIGURES, Figure
 from laws import (
     MODELS,
+    PLANAR,
     altered,
     displacement,
     outside,
@@ -26,8 +27,6 @@ from balance.inertia import displaced, from_chain, pseudo_inertia
 from balance.rank import FLOOR
 from kinematics import Motion
 from kinematics.errors import MotionError
-
-PLANAR = [name for name in MODELS if kinematics.load(name).planar]
 
 
 def space(figure: Figure, path=None, max_order=None):

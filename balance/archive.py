@@ -1,0 +1,311 @@
+"""Design spaces on disk: what is known of one, without the linkage it came from.
+
+A file is one ``.npz``: the arrays, and a JSON text ``header`` that says where they come
+from. Nothing in it is ever unpickled.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, get_args
+from uuid import uuid4
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.bodies import BodyInertia, body_inertias, in_link_frames
+from balance.inertia import parameter_labels
+from kinematics.errors import FileError
+from kinematics.linkage import Notice, frozen
+from kinematics.markup import shown
+from kinematics.motion import Motion
+
+__all__ = ["Balance", "Order", "SpaceRecord", "digest", "load_space"]
+
+Array = NDArray[np.float64]
+Balance = Literal["dynamic", "force"]
+
+FORMAT = "balance.space/1"
+# Files that unpack to more bytes are refused.
+LARGEST = 2**30
+# Spaces whose largest angle has a smaller sine count as one.
+SAME = 1e-6
+
+
+class Order(NamedTuple):
+    """Rank and nullity after all conditions up to an order."""
+
+    order: int
+    rank: int
+    nullity: int
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceRecord:
+    """A design space as data; what the attributes have in common with `DesignSpace` agrees.
+
+    Attributes:
+        source: file of the linkage.
+        sha256: of that file when the record was made; None if it was no file.
+        version: of the package; ``"unknown"`` where it is not installed.
+        balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
+        planar: whether planar parameters are counted.
+        bodies: names of the bodies, in the order of the parameters.
+        inputs: names of the independent coordinates.
+        idle: names of joints that do not move.
+        motion: the motion asked of the linkage, None if every input is free.
+        orders: rank and nullity by order of derivative.
+        settled: whether a fresh finite pose confirms that no higher order is needed.
+        basis: null-space basis (parameters, nullity), about the inertial origin, SI units.
+        axes: rows are the axes in which planar parameters are expressed (3, 3).
+        frames: poses of the link frames of the bodies (bodies, 4, 4).
+        length: the length in units of which the columns of the basis are of size 1, metres.
+        singular_values: of all conditions, relative to the largest (rank,).
+        kept: the smallest singular value that counts.
+        dropped: upper bound of the largest one that does not.
+        notices: remarks.
+    """
+
+    source: str
+    sha256: str | None
+    version: str
+    balance: Balance
+    planar: bool
+    bodies: tuple[str, ...]
+    inputs: tuple[str, ...]
+    idle: tuple[str, ...]
+    motion: Motion | None
+    orders: tuple[Order, ...]
+    settled: bool
+    basis: Array
+    axes: Array
+    frames: Array
+    length: float
+    singular_values: Array
+    kept: float
+    dropped: float
+    notices: tuple[Notice, ...]
+
+    @property
+    def rank(self) -> int:
+        """Number of independent conditions."""
+        return self.orders[-1].rank
+
+    @property
+    def nullity(self) -> int:
+        """Dimension of the space."""
+        return self.orders[-1].nullity
+
+    @property
+    def kmax(self) -> int:
+        """First order at which the rank has its final value."""
+        return next(order.order for order in self.orders if order.rank == self.rank)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the parameters of one body."""
+        return parameter_labels(self.planar, self.balance == "force")
+
+    def bodies_of(self, y: ArrayLike) -> tuple[BodyInertia, ...]:
+        """The mass distribution ``basis @ y``, body by body; y (nullity,)."""
+        return body_inertias(
+            self.bodies, self.basis, y, self.frames, self.axes, self.labels, self.length
+        )
+
+    def basis_in_link_frames(self) -> Array:
+        """The basis, each body's parameters about the origin and in the axes of its link."""
+        return in_link_frames(self.basis, self.frames, self.axes, self.labels)
+
+    def differences(self, other: SpaceRecord) -> tuple[str, ...]:
+        """One line per respect in which another design space differs; none if they agree.
+
+        Spaces are compared as such, not their bases; files are not compared.
+        """
+        found = [
+            f"{name}: {mine} here, {its} there"
+            for name in ("balance", "planar", "bodies", "inputs", "rank", "nullity", "kmax")
+            if (mine := getattr(self, name)) != (its := getattr(other, name))
+        ]
+        if self.basis.shape == other.basis.shape:
+            sine = _sine(self.basis, other.basis)
+            if not sine <= SAME:
+                found.append(f"basis: the spaces are apart by an angle with sine {sine:.1e}")
+        return tuple(found)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the record to a file; the file appears whole or not at all.
+
+        Raises:
+            FileError: it cannot be written.
+        """
+        arrays = {name: getattr(self, name) for name in _shapes(self)}
+        if self.motion:
+            arrays["motion"] = self.motion.basis
+        try:
+            _write(Path(os.path.realpath(path)), json.dumps(_header(self)), arrays)
+        except OSError as error:
+            reason = error.strerror or type(error).__name__
+            raise FileError(
+                shown(os.fsdecode(path), 1000), "", f"cannot be written ({reason})",
+                "give a path in a folder that can be written to",
+            ) from None  # fmt: skip
+
+
+def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
+    """Read a design space that `DesignSpace.save` or `SpaceRecord.save` wrote.
+
+    Raises:
+        FileError: it is not such a file, is damaged, or has another format.
+    """
+    try:
+        header, arrays = _read(path)
+        record = _record(header, arrays) if header["format"] == FORMAT else None
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror or type(error).__name__})"
+    except Exception:  # a damaged archive may raise anything
+        problem = "not a saved design space, or damaged"
+    else:
+        if record is not None:
+            return record
+        problem = f"its format is {str(header['format'])[:40]!r}, not {FORMAT!r}"
+    raise FileError(
+        shown(os.fsdecode(path), 1000), "", problem, "give a file that DesignSpace.save wrote"
+    ) from None
+
+
+def digest(source: str) -> str | None:
+    """SHA-256 of a file, None if there is no such file."""
+    with suppress(OSError, ValueError):
+        return sha256(Path(source).read_bytes()).hexdigest()
+    return None
+
+
+def _sine(one: Array, other: Array) -> float:
+    """Sine of the largest angle between spaces of one dimension, in any units of the rows."""
+    sizes = np.maximum(np.abs(one), np.abs(other)).max(axis=1, initial=0.0)
+    scale = np.where(sizes > 0.0, sizes, 1.0)[:, None]
+    P, Q = np.linalg.qr(one / scale)[0], np.linalg.qr(other / scale)[0]
+    outside = Q - P @ (P.T @ Q)
+    return float(np.linalg.norm(outside, 2)) if outside.size else 0.0
+
+
+def _shapes(record: SpaceRecord) -> dict[str, tuple[int, ...]]:
+    """The arrays of a record and their shapes."""
+    return {
+        "basis": (len(record.bodies) * len(record.labels), record.nullity),
+        "axes": (3, 3),
+        "frames": (len(record.bodies), 4, 4),
+        "singular_values": (record.rank,),
+    }
+
+
+def _header(record: SpaceRecord) -> dict[str, object]:
+    """All of a record but its arrays; ``options`` repeats the computation."""
+    return {
+        "format": FORMAT,
+        "version": record.version,
+        "source": record.source,
+        "sha256": record.sha256,
+        "directions": "deterministic",
+        "options": {
+            "inputs": record.inputs,
+            "motion": record.motion.relations if record.motion else None,
+            "balance": record.balance,
+            "max_order": record.orders[-1].order,
+            "spatial": not record.planar,
+        },
+        "bodies": record.bodies,
+        "idle": record.idle,
+        "orders": record.orders,
+        "settled": record.settled,
+        "length": record.length,
+        "kept": record.kept,
+        "dropped": record.dropped,
+        "notices": record.notices,
+    }
+
+
+def _write(path: Path, header: str, arrays: Mapping[str, Array]) -> None:
+    """Write beside the file, then move into its place."""
+    temporary = path.with_name(f".{uuid4().hex}.tmp")
+    try:
+        with open(temporary, "xb") as file:
+            np.savez(file, allow_pickle=False, header=np.array(header), **arrays)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Header and arrays as they stand in the file."""
+    with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
+        if sum(member.file_size for member in archive.zip.infolist()) > LARGEST:
+            raise ValueError("too large")
+        arrays = {name: archive[name] for name in archive.files}
+    return json.loads(arrays.pop("header").item()), arrays
+
+
+def _record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
+    """The record, if everything has its type and fits together."""
+    options, motion = header["options"], None
+    inputs = _texts(options["inputs"])
+    if options["motion"] is not None:
+        basis = _array(arrays.pop("motion"), (len(inputs), -1))
+        motion = Motion(inputs, _texts(options["motion"]), basis)
+    record = SpaceRecord(
+        source=_a(str, header["source"]),
+        sha256=None if header["sha256"] is None else _a(str, header["sha256"]),
+        version=_a(str, header["version"]),
+        balance=options["balance"],
+        planar=not _a(bool, options["spatial"]),
+        bodies=_texts(header["bodies"]),
+        inputs=inputs,
+        idle=_texts(header["idle"]),
+        motion=motion,
+        orders=tuple(Order(*(_a(int, n) for n in order)) for order in header["orders"]),
+        settled=_a(bool, header["settled"]),
+        length=_a(float, header["length"]),
+        kept=_a(float, header["kept"]),
+        dropped=_a(float, header["dropped"]),
+        notices=tuple(Notice(*_texts(notice)) for notice in header["notices"]),
+        **arrays,
+    )
+    shapes = _shapes(record)
+    sums = {rank + nullity for _, rank, nullity in record.orders}
+    counted = [order.order for order in record.orders] == list(range(len(record.orders)))
+    if record.balance not in get_args(Balance) or sums != {shapes["basis"][0]} or not counted:
+        raise ValueError("header")
+    for name, shape in shapes.items():
+        object.__setattr__(record, name, _array(arrays[name], shape))
+    return record
+
+
+def _a(kind: type, value: Any) -> Any:
+    """The value, if it is of that type."""
+    if type(value) is not kind:
+        raise TypeError(kind.__name__)
+    return value
+
+
+def _texts(values: Any) -> tuple[str, ...]:
+    """A list of texts as a tuple."""
+    return tuple(_a(str, value) for value in _a(list, values))
+
+
+def _array(array: Array, shape: tuple[int, ...]) -> Array:
+    """A read-only copy, if the array holds finite numbers and has that shape (-1: any)."""
+    fits = len(shape) == array.ndim and all(
+        n in (m, -1) for n, m in zip(shape, array.shape, strict=True)
+    )
+    if not fits or array.dtype != np.float64 or not np.isfinite(array).all():
+        raise ValueError("array")
+    return frozen(array)

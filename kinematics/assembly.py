@@ -14,9 +14,8 @@ from dataclasses import fields
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics import placement
+from kinematics import closing, placement
 from kinematics.chain import arrange, move, reduce
-from kinematics.closing import closed, welded
 from kinematics.closure import expand, loop_matrix
 from kinematics.errors import CoordinateError, MobilityError
 from kinematics.linkage import Chain, Draft, Linkage, Notice, names
@@ -48,7 +47,7 @@ def assemble(draft: Draft, inputs: Sequence[str] | None = None) -> Linkage:
         MobilityError: nothing can move, or it moves only infinitesimally.
         CoordinateError: an input is unknown or depends on the others.
     """
-    draft = welded(closed(draft))
+    draft = closing.welded(closing.closed(draft))
     chain = arrange(draft)
     velocities = _velocities(draft, chain)
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
@@ -86,20 +85,49 @@ def moving_chain(
     return reduced if spatial else flat
 
 
+def _stuck(draft: Draft, chain: Chain, order: int) -> MobilityError:
+    """The error for a pose with more freedom at first order than the loops really leave.
+
+    If poses nearby have less, the pose of the file is singular; otherwise, or if there are
+    none, the linkage cannot move.
+    """
+    here = _freedom(loop_matrix(chain)).shape[1]
+    for q in closing.neighbours(chain):
+        there = _freedom(loop_matrix(chain, placement.forward(chain, q).screws)).shape[1]
+        if 0 < there < here:
+            positions = ", ".join(
+                f"{joint.name}={value:.3g}"
+                for joint, value in zip(draft.joints, q * chain.units, strict=True)
+                if not joint.in_loop and abs(value) > 1e-3
+            )
+            return MobilityError(
+                f"{draft.source}: singular at the pose of the file: {here} degrees of freedom "
+                f"there, {there} at other poses; write the file at another pose, such as "
+                f"{positions}"
+            )
+    return MobilityError(
+        f"{draft.source}: the linkage moves only infinitesimally: its loops do not close at "
+        f"order {order}; it is rigid: check the origins and axes along its loops"
+    )
+
+
+def _freedom(A: Array) -> Array:
+    """Orthonormal joint rates that a loop matrix (rows, n) leaves free; (n, freedom)."""
+    if not len(A):
+        return np.eye(A.shape[1])
+    _, values, Vt = np.linalg.svd(A)
+    return Vt[int(np.sum(values > DEPENDENT * values.max(initial=0.0))) :].T
+
+
 def _velocities(draft: Draft, chain: Chain) -> Array:
     """Joint rates that close the loops at first order: orthonormal columns (n, mobility)."""
-    A = loop_matrix(chain)
-    n = chain.parent.size
-    if not len(A):
-        return np.eye(n)
-    _, values, Vt = np.linalg.svd(A)
-    rank = int(np.sum(values > DEPENDENT * values[0])) if values.size else 0
-    if rank == n:
+    free = _freedom(loop_matrix(chain))
+    if free.shape[1] == 0:
         raise MobilityError(
             f"{draft.source}: the linkage is rigid: its loops leave no joint free to move; "
             "check the axes of the joints along them"
         )
-    return Vt[rank:].T
+    return free
 
 
 def _coordinates(
@@ -175,15 +203,8 @@ def _idle(draft: Draft, chain: Chain) -> NDArray[np.bool_]:
     sizes = np.abs(series.C[0]).max(axis=(1, 2))
     for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
         if residual > CLOSED * max(1.0, size, sizes[0] ** (order + 1)):
-            raise MobilityError(
-                f"{draft.source}: the linkage moves only infinitesimally: closure fails at "
-                f"order {order}; it is rigid, or singular at the pose of the file: "
-                "write the file at another pose"
-            )
+            raise _stuck(draft, chain, order + 1)
     pose, step = placement.follow(chain, np.zeros(chain.parent.size), series, ray)
     if step == 0.0:
-        raise MobilityError(
-            f"{draft.source}: no closed pose was found near that of the file; "
-            "write the file at a pose further from a singularity"
-        )
+        raise _stuck(draft, chain, len(series.residual) + 1)
     return np.abs(pose.q) <= CLOSED * np.abs(pose.q).max()

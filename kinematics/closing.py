@@ -22,7 +22,7 @@ from kinematics.linkage import Chain, Draft, Notice, frozen
 from kinematics.placement import forward, mismatch
 from kinematics.screws import Ad
 
-__all__ = ["closed", "welded"]
+__all__ = ["closed", "neighbours", "welded"]
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,8 @@ CLOSED = 1e-11
 DISTANCES = (0.1, 0.3, 1.0, 3.0)
 PER_DISTANCE = 8
 SEED = 0
+# A pose is another than the reference pose if a joint has moved by more (radians, lengths).
+NEARBY = 0.2
 
 
 def closed(draft: Draft) -> Draft:
@@ -54,6 +56,15 @@ def closed(draft: Draft) -> Draft:
             moved = _moved(draft, chain, q)
             return replace(moved, notices=(*draft.notices, *notice))
     raise _error(draft)
+
+
+def neighbours(chain: Chain) -> Iterator[Array]:
+    """Joint positions of closed poses some way from the reference pose, which is closed."""
+    gaps = np.tile(np.eye(4), (len(chain.ends), 1, 1))
+    for start in _starts(chain.parent.size):
+        q = _solved(chain, gaps, start)
+        if q is not None and np.abs(q).max() > NEARBY:
+            yield q
 
 
 def welded(draft: Draft) -> Draft:

@@ -231,9 +231,9 @@ def test_parallel_bars_of_one_length_move(tmp_path):
 
 
 def test_parallel_bars_of_unequal_length_only_seem_to_move(tmp_path):
-    """The first order closes, the second does not: rates of order 0 pass, order 1 fails."""
+    """The first order closes, the second does not."""
     path = platform(tmp_path, [(0, 0), (1, 0.3), (2, 0.5)], [(0, 1), (1, 1), (2, 1)])
-    with pytest.raises(MobilityError, match="infinitesimally: closure fails at order 1;"):
+    with pytest.raises(MobilityError, match="infinitesimally: .* at order 2;"):
         kinematics.load(path)
 
 

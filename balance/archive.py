@@ -48,12 +48,10 @@ class Order(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SpaceRecord:
-    """A design space as data; what the attributes have in common with `DesignSpace` agrees.
+    """A design space as data, with or without the linkage it came from.
 
     Attributes:
         source: file of the linkage.
-        sha256: of that file when the record was made; None if it was no file.
-        version: of the package; ``"unknown"`` where it is not installed.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         planar: whether planar parameters are counted.
         bodies: names of the bodies, in the order of the parameters.
@@ -62,19 +60,22 @@ class SpaceRecord:
         motion: the motion asked of the linkage, None if every input is free.
         orders: rank and nullity by order of derivative.
         settled: whether a fresh finite pose confirms that no higher order is needed.
-        basis: null-space basis (parameters, nullity), about the inertial origin, SI units.
+        basis: null-space basis (parameters, nullity): per body the parameters named by
+            ``labels``, about the inertial origin at the reference pose, SI units. Its
+            columns are orthonormal when lengths are measured from the middle of the
+            mechanism in units of ``length``.
         axes: rows are the axes in which planar parameters are expressed (3, 3).
         frames: poses of the link frames of the bodies (bodies, 4, 4).
-        length: the length in units of which the columns of the basis are of size 1, metres.
+        length: characteristic length of the mechanism, metres.
         singular_values: of all conditions, relative to the largest (rank,).
         kept: the smallest singular value that counts.
         dropped: upper bound of the largest one that does not.
         notices: remarks.
+        sha256: of the file when the record was made; None if it was no file, or is not known.
+        version: of the package that made the record.
     """
 
     source: str
-    sha256: str | None
-    version: str
     balance: Balance
     planar: bool
     bodies: tuple[str, ...]
@@ -91,6 +92,8 @@ class SpaceRecord:
     kept: float
     dropped: float
     notices: tuple[Notice, ...]
+    sha256: str | None = None
+    version: str = "unknown"
 
     @property
     def rank(self) -> int:
@@ -113,13 +116,27 @@ class SpaceRecord:
         return parameter_labels(self.planar, self.balance == "force")
 
     def bodies_of(self, y: ArrayLike) -> tuple[BodyInertia, ...]:
-        """The mass distribution ``basis @ y``, body by body; y (nullity,)."""
+        """The mass distribution ``basis @ y``, body by body, as a designer edits it.
+
+        Args:
+            y: coordinates in the basis (nullity,); they need not give physical bodies.
+
+        Returns:
+            Mass, centre of mass and inertia about it, in the inertial frame at the
+            reference pose, in the link frame of the file, and as the file's element.
+        """
         return body_inertias(
             self.bodies, self.basis, y, self.frames, self.axes, self.labels, self.length
         )
 
     def basis_in_link_frames(self) -> Array:
-        """The basis, each body's parameters about the origin and in the axes of its link."""
+        """The basis (parameters, nullity), each body about the origin of its link frame.
+
+        Parameters are those of ``labels``, in the axes of the link frame of the file, SI
+        units; they keep their values when the linkage moves. Planar ones are in the axes
+        ``kinematics.chain.plane_axes(n)``, n being the normal in that frame: x and y if it
+        is the z axis.
+        """
         return in_link_frames(self.basis, self.frames, self.axes, self.labels)
 
     def differences(self, other: SpaceRecord) -> tuple[str, ...]:
@@ -139,7 +156,10 @@ class SpaceRecord:
         return tuple(found)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the record to a file; the file appears whole or not at all.
+        """Write the record to one ``.npz`` file, which `load_space` reads.
+
+        The file appears whole or not at all. Its entry ``header`` is a JSON text with the
+        version, the SHA-256 of the linkage's file and all options.
 
         Raises:
             FileError: it cannot be written.

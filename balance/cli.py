@@ -141,7 +141,7 @@ def _report(arguments: argparse.Namespace) -> int:
     linkage = _load(arguments)
     # The file has been accepted; only now is it worth loading the kernels.
     from balance.designspace import design_space
-    from balance.report import text, to_dict
+    from balance.report import text
 
     space = design_space(
         linkage, arguments.motion, arguments.balance, arguments.max_order,
@@ -150,7 +150,7 @@ def _report(arguments: argparse.Namespace) -> int:
     for notice in space.warnings:
         logging.warning("%s: %s", notice.code, notice.message)
     if arguments.json:
-        print(json.dumps(to_dict(space), indent=2, ensure_ascii=False))
+        print(json.dumps(space.to_dict(), indent=2, ensure_ascii=False))
     elif sys.stdout.isatty():
         _show(space)
     else:

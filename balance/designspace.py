@@ -160,14 +160,12 @@ def _result(
     nullity = orders[-1].nullity
     basis = G @ decision.basis.reshape(bodies, len(G), nullity)
     return DesignSpace(
-        linkage=linkage, motion=motion, balance=balance, planar=chain.planar,
-        bodies=names(linkage.bodies), inputs=linkage.inputs, idle=_idle(linkage, chain),
-        orders=orders, settled=settled,
-        kmax=next(o.order for o in orders if o.rank == conditions.rank),
-        rank=conditions.rank, nullity=nullity,
+        source=linkage.source, linkage=linkage, motion=motion, balance=balance,
+        planar=chain.planar, bodies=names(linkage.bodies), inputs=linkage.inputs,
+        idle=_idle(linkage, chain), orders=orders, settled=settled,
         basis=frozen(basis.reshape(bodies * len(G), nullity)),
-        axes=chain.frame.R, singular_values=decision.singular_values,
-        kept=decision.kept, dropped=decision.dropped,
+        axes=chain.frame.R, frames=linkage.frames, length=chain.frame.length,
+        singular_values=decision.singular_values, kept=decision.kept, dropped=decision.dropped,
         notices=(*linkage.notices, *_notices(decision, settled)),
         _conditions=conditions, _chain=chain,
     )  # fmt: skip

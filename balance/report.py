@@ -1,7 +1,6 @@
-"""What a design space says, as text and as a dictionary; nothing here prints.
+"""What a design space says, as text; nothing here prints.
 
-The dictionary is the contract of ``balance report --json``; its ``schema`` names the
-version. A key whose value is ``None`` is not decided by this version.
+The same as data is `DesignSpace.to_dict`, the contract of ``balance report --json``.
 """
 
 from __future__ import annotations
@@ -11,16 +10,11 @@ from importlib.resources import files
 
 from balance.space import DesignSpace
 
-__all__ = ["facts", "schema", "table", "text", "to_dict"]
-
-
-def to_dict(space: DesignSpace) -> dict[str, object]:
-    """The report as plain data, ready for JSON."""
-    return space.to_dict()
+__all__ = ["facts", "schema", "table", "text"]
 
 
 def schema() -> dict[str, object]:
-    """The JSON schema (draft 2020-12) of `to_dict`."""
+    """The JSON schema (draft 2020-12) of `DesignSpace.to_dict`."""
     text = files("balance").joinpath("report.schema.json").read_text(encoding="utf-8")
     return dict(json.loads(text))
 

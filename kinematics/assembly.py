@@ -18,7 +18,7 @@ from kinematics import closing, placement
 from kinematics.chain import arrange, move, reduce
 from kinematics.closure import expand, loop_matrix
 from kinematics.errors import CoordinateError, MobilityError
-from kinematics.linkage import Chain, Draft, Linkage, Notice, names
+from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
 
 __all__ = ["assemble", "moving_chain"]
@@ -60,6 +60,7 @@ def assemble(draft: Draft, inputs: Sequence[str] | None = None) -> Linkage:
         mobility=len(independent),
         inputs=tuple(draft.joints[j].name for j in independent),
         idle=tuple(draft.joints[j].name for j in idle),
+        frames=frozen(np.reshape([body.frame for body in draft.bodies], (-1, 4, 4))),
         chain=flat,
         spatial_chain=spatial,
     )

@@ -211,6 +211,7 @@ class Linkage(Draft):
         mobility: degrees of freedom.
         inputs: names of the independent coordinates, as many as the mobility.
         idle: names of joints that cannot move.
+        frames: poses of the link frames of the bodies at the reference pose (bodies, 4, 4).
         chain: the linkage as arrays, planar if every link moves in parallel planes.
         spatial_chain: the same without the reduction to the plane.
     """
@@ -218,6 +219,7 @@ class Linkage(Draft):
     mobility: int = 0
     inputs: tuple[str, ...] = ()
     idle: tuple[str, ...] = ()
+    frames: Array = field(kw_only=True)
     chain: Chain = field(kw_only=True)
     spatial_chain: Chain = field(kw_only=True)
 

@@ -6,6 +6,7 @@ import io
 import json
 import pickle
 import zipfile
+from dataclasses import replace
 from hashlib import sha256
 
 import numpy as np
@@ -124,8 +125,7 @@ def test_a_place_that_cannot_be_written_to(tmp_path):
 
 
 def test_a_linkage_without_a_file_has_no_hash():
-    found = space(FIGURES[0])
-    object.__setattr__(found.linkage, "source", "made\0up")
+    found = replace(space(FIGURES[0]), source="made\0up")
     assert found.record().sha256 is None
 
 

@@ -23,8 +23,8 @@ from balance.bodies import BodyInertia, body_inertias, in_link_frames
 from balance.inertia import parameter_labels
 from kinematics.errors import FileError
 from kinematics.linkage import Notice, frozen
-from kinematics.markup import shown
 from kinematics.motion import Motion
+from kinematics.reader.markup import shown
 
 __all__ = ["Balance", "Order", "SpaceRecord", "digest", "load_space"]
 

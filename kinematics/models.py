@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinematics.errors import FileError, LinkageError
-from kinematics.markup import near, shown
+from kinematics.reader.markup import near, shown
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
@@ -104,9 +104,8 @@ def load(
     Args:
         model: path of a URDF file, name of a model in the gallery or of a robot in
             example-robot-data, or a model that yourdfpy has loaded.
-        loops: path of a YAML file that describes the loops, see
-            :mod:`kinematics.sidecar`; by default they are ``<loop>`` elements of the URDF
-            file, or in a YAML file next to it with the same stem.
+        loops: path of a YAML file that describes the loops; by default they are ``<loop>``
+            elements of the URDF file, or in a YAML file next to it with the same stem.
         inputs: names of joints to use as independent coordinates.
         fix_base: turn a floating joint between ground and base into a fixed one.
         bodies: ``"given"``: links with mass or inertia in the file carry parameters;
@@ -122,7 +121,7 @@ def load(
     if bodies not in ("given", "all"):
         raise LinkageError(f"bodies '{shown(str(bodies))}' unknown; choose from given, all")
     closed = (massless,) if isinstance(massless, str) else tuple(massless)
-    from kinematics import urdf
+    from kinematics.reader import urdf
 
     options = urdf.Options(fix_base, bodies, closed)
     if isinstance(model, (str, PathLike)):

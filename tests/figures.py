@@ -1,8 +1,8 @@
 """The table of known results: rank by order and size of the design space of each linkage.
 
-Most come from J. J. de Jong, PhD thesis, University of Twente (four-bar linkages, HPRS,
-3-RSR), the 4-RRR from the IFToMM paper of 2011 on its shaking-force balance. All of them
-come out of finite poses as well; see ``reference.py``.
+Some come from J. J. de Jong, PhD thesis, University of Twente (four-bar linkages, HPRS,
+3-RSR), the 4-RRR from the IFToMM paper of 2011 on its shaking-force balance; the others
+are ours. All of them come out of finite poses as well; see ``reference.py``.
 """
 
 from __future__ import annotations
@@ -17,22 +17,32 @@ class Figure:
     Attributes:
         model: name of a file of the gallery, without suffix.
         ranks: rank of all balance conditions up to order 0, 1, 2 …, until it stays.
-        serial: dimension of the part of the design space that the opened linkage has.
-        parallel: dimension of the part that only loop closure opens.
+        serial: dimension of the part of the design space that the opened linkage has, None
+            where it is not known.
+        parallel: dimension of the part that only loop closure opens, or None.
         motion: relations between the inputs; none for the whole workspace.
         balance: ``"dynamic"``, or ``"force"`` for the linear momentum alone.
         spatial: False counts the planar parameters ``[m, mcx, mcy, Ezz]`` only.
         parameters: how many inertial parameters there are.
+        reach: of the random poses of the reference route, in radians or scaled lengths.
+            Long chains of conditions show only far from the reference pose.
+        radius: of the circle on which the reference route takes its derivatives.
+        samples: points on that circle; more where it passes near a singularity.
+        kept: lower bound of the smallest singular value that the product keeps.
     """
 
     model: str
     ranks: tuple[int, ...]
-    serial: int
-    parallel: int
+    serial: int | None
+    parallel: int | None
     parameters: int
     motion: tuple[str, ...] = ()
     balance: str = "dynamic"
     spatial: bool = False
+    reach: float = 0.3
+    radius: float = 0.08
+    samples: int = 32
+    kept: float = 1e-6
 
     @property
     def kmax(self) -> int:
@@ -65,4 +75,31 @@ FIGURES = (
     Figure("bennett", (6, 10, 13), 16, 1, 30, spatial=True),
     Figure("three_rsr", (15, 39, 43), 27, 0, 70, spatial=True),
     Figure("three_rsr", (11, 28, 33, 34, 35), 33, 2, 70, motion=("u2=u3",), spatial=True),
-)
+    Figure(
+        "six_bar_watt", (3, 6, 9, *range(10, 14)), 7, 0, 20,
+        reach=0.6, radius=0.2, samples=64,
+    ),
+    Figure(
+        "six_bar_stephenson", (3, 6, 9, *range(10, 14)), 7, 0, 20,
+        reach=0.6, radius=0.2, samples=64,
+    ),
+    Figure(
+        "eight_bar", (3, 6, 9, *range(12, 19)), 10, 0, 28, reach=0.6, radius=0.3, samples=64
+    ),
+    # Sixteen orders: the last condition is 9.5e-7 of the first.
+    Figure(
+        "four_bar_chain", (3, 6, 9, 12, 15, *range(18, 29)), 16, 0, 44,
+        reach=0.6, radius=0.2, samples=256, kept=1e-7,
+    ),
+    Figure("three_rrr", (9, 19), 9, 0, 28),
+    Figure("pantograph", (6, 7, 8), 5, 3, 16),
+    Figure("scissor_three_stage", (3, 6), 11, 11, 28),
+    Figure("fuga_i", (6, 11), 5, 0, 16),
+    Figure("fuga_i", (4, 6), 5, 1, 12, balance="force"),
+    Figure("rusr", (6, 12, 15, 18), 12, 0, 30, spatial=True),
+    Figure("four_bar_spherical", (6, 11, 14, 15), 15, 0, 30, spatial=True),
+    Figure("sarrus", (6, 12, 16, 18), 29, 3, 50, spatial=True),
+    Figure("goldberg_five_bar", (6, 12, 15, 18, 20), 19, 1, 40, spatial=True),
+    Figure("delta", (18, 46, 49), None, None, 100, spatial=True),
+    Figure("stewart_6ups", (36, 82), 48, 0, 130, spatial=True, reach=0.1, radius=0.03),
+)  # fmt: skip

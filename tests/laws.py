@@ -13,7 +13,10 @@ from scipy.spatial.transform import Rotation
 import kinematics
 
 MODELS = tuple(kinematics.gallery())
-PLANAR = tuple(n for n in MODELS if n not in ("bennett", "hprs", "three_rsr"))
+SPATIAL = (
+    "bennett delta four_bar_spherical goldberg_five_bar hprs rusr sarrus stewart_6ups three_rsr"
+).split()
+PLANAR = tuple(name for name in MODELS if name not in SPATIAL)
 
 
 def relative(found, expected) -> float:

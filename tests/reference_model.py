@@ -59,9 +59,12 @@ class Mechanism:
     def scaled(self) -> Mechanism:
         """The same linkage with the origin amid its joints and unit length their spread.
 
-        Inertias are left as they are: ranks do not need them.
+        If all joints are in one point, the centres of mass count as well. Inertias are
+        left as they are: ranks do not need them.
         """
         points = np.array([*self.points, *(cut.point for cut in self.cuts)])
+        if not np.ptp(points, axis=0).any():
+            points = np.vstack([points, self.inertias[:, 1:4] / self.inertias[:, :1]])
         centre = points.mean(axis=0)
         length = np.linalg.norm(points - centre, axis=1).max()
         change = np.eye(4)
@@ -164,7 +167,8 @@ def read_cut(loop: ElementTree.Element, known: dict[str | None, tuple[int, Array
         raise ValueError(f"{loop.get('name')}: unknown type {loop.get('type')}")
     if loop.get("type") == "spherical":
         return Cut(first, second, point, None)
-    return Cut(first, second, point, numbers(child(loop, "axis"), "xyz", ""))
+    axis = numbers(child(loop, "axis"), "xyz", "")
+    return Cut(first, second, point, axis / np.linalg.norm(axis))
 
 
 def load(model: str | Path, inputs: Sequence[str] = ()) -> Mechanism:

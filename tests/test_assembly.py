@@ -17,8 +17,8 @@ from balance import design_space, momentum_regressor
 from kinematics.errors import CoordinateError, MobilityError, OpenLoopError
 from kinematics.pose import joint_positions
 
-MOBILITY = {name: 1 for name in MODELS}
-MOBILITY |= {"five_bar": 2, "four_rrr": 3, "hprs": 6, "three_rsr": 3}
+MOBILITY = dict.fromkeys(MODELS, 1) | {"delta": 3, "five_bar": 2, "four_rrr": 3, "fuga_i": 2}
+MOBILITY |= {"hprs": 6, "pantograph": 2, "stewart_6ups": 6, "three_rrr": 3, "three_rsr": 3}
 Z = [0.0, 0.0, 1.0]
 MASS = dict(mass=1.0, inertia=0.1 * np.eye(3))
 

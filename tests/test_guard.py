@@ -10,7 +10,7 @@ from itertools import product
 import pytest
 from urdf_text import FOUR_BAR, INERTIAL, refusal
 
-from kinematics.guard import check
+from kinematics.reader.guard import check
 
 J1_AXIS = '<origin xyz="0 0 0" rpy="0 0 1.5"/><axis xyz="0 0 1"/>'
 J2_PLACE = '<parent link="crank"/><child link="coupler"/>'
@@ -225,7 +225,7 @@ def test_refusal_is_quick_and_light(robot):
     program = (
         "import sys\n"
         "from kinematics.errors import FileError\n"
-        "from kinematics.guard import check\n"
+        "from kinematics.reader.guard import check\n"
         "try:\n    check(sys.argv[1])\n"
         "except FileError as error:\n    print(error)\n"
         "print(sorted({'numpy', 'scipy', 'numba', 'yourdfpy', 'lxml'} & set(sys.modules)))\n"

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from sidecar_text import PAIR, bench, written
 
-from kinematics import urdf
 from kinematics.errors import FileError
+from kinematics.reader import urdf
 
 
 @pytest.fixture
@@ -145,8 +145,8 @@ def test_refusal_loads_nothing_heavy(write):
     program = (
         "import sys\n"
         "from kinematics.errors import FileError\n"
-        "from kinematics.guard import check\n"
-        "from kinematics.sidecar import merge\n"
+        "from kinematics.reader.guard import check\n"
+        "from kinematics.reader.sidecar import merge\n"
         "try:\n    merge(check(sys.argv[1]), sys.argv[1])\n"
         "except FileError as error:\n    print(error)\n"
         "print(sorted({'numpy', 'scipy', 'numba', 'yourdfpy', 'lxml'} & set(sys.modules)))\n"

@@ -18,9 +18,9 @@ from urdf_text import (
     words,
 )
 
-from kinematics import urdf
 from kinematics.linkage import GROUND
-from kinematics.loops import perpendicular
+from kinematics.reader import urdf
+from kinematics.reader.loops import perpendicular
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import time
 import pytest
 from urdf_text import FOUR_BAR, refusal
 
-from kinematics.guard import check
+from kinematics.reader.guard import check
 
 
 @pytest.fixture

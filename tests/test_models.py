@@ -9,9 +9,10 @@ from urdf_text import EYE, UNIT_INERTIA, about, along, joint, link, placed, rand
 
 import kinematics
 from balance.cli import main
-from kinematics import gallery, models, urdf
+from kinematics import gallery, models
 from kinematics.errors import FileError, LinkageError
-from kinematics.urdf import Options
+from kinematics.reader import urdf
+from kinematics.reader.urdf import Options
 
 
 def arm(*kinds, first="base", extra=""):

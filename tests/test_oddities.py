@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from urdf_text import FOUR_BAR, INERTIAL, refusal
 
-from kinematics import urdf
+from kinematics.reader import urdf
 
 PLAIN = FOUR_BAR.replace('<mimic joint="j1" multiplier="1" offset="0"/>', "")
 J2 = '<origin xyz="1 0 0"/><axis xyz="0 0 1"/>'

@@ -51,18 +51,20 @@ def moved(mechanism: Mechanism, reach: float, motion: tuple[str, ...] = (), seed
 def test_design_space_has_its_size(figure: Figure):
     """Stacked over random finite poses, the conditions have the final rank."""
     decision = rank_over_poses(
-        load(figure.model), figure.motion, figure.balance, figure.spatial
+        load(figure.model), figure.motion, figure.balance, figure.spatial, reach=figure.reach
     )
     check(decision, figure.ranks[-1])
-    assert figure.nullity == figure.serial + figure.parallel
+    if figure.serial is not None and figure.parallel is not None:
+        assert figure.nullity == figure.serial + figure.parallel
 
 
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_rank_grows_order_by_order(figure: Figure):
     """The conditions up to each order have the rank of the table, and then two plateaus."""
     decisions = ranks_by_order(
-        load(figure.model), figure.kmax + 2, figure.motion, figure.balance, figure.spatial
-    )
+        load(figure.model), figure.kmax + 2, figure.motion, figure.balance, figure.spatial,
+        radius=figure.radius, samples=figure.samples,
+    )  # fmt: skip
     for decision, rank in zip(decisions, (*figure.ranks, *figure.ranks[-1:] * 2), strict=True):
         check(decision, rank)
 

@@ -22,9 +22,10 @@ from urdf_text import (
 import kinematics
 from balance import design_space
 from balance.cli import main
-from kinematics import gallery, urdf
+from kinematics import gallery
 from kinematics.errors import FileError
 from kinematics.linkage import GROUND
+from kinematics.reader import urdf
 
 
 @pytest.fixture

@@ -19,9 +19,9 @@ from urdf_text import (
     sums,
 )
 
-from kinematics import guard, urdf
 from kinematics.errors import FileError
 from kinematics.linkage import GROUND
+from kinematics.reader import guard, urdf
 
 NO_INERTIA = dict(mass=0.0, inertia=np.zeros((3, 3)))
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from kinematics.errors import FileError
-from kinematics.guard import check
+from kinematics.reader.guard import check
 
 INERTIAL = (
     '<inertial><origin xyz="0.5 0 0" rpy="0 0 0"/><mass value="1"/>'

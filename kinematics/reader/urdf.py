@@ -19,15 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.errors import FileError
-from kinematics.fields import LARGEST, coordinates
-from kinematics.guard import check, checked
 from kinematics.inertial import parameters
 from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, frozen
-from kinematics.loops import Place, attach, freedoms, perpendicular, unit
-from kinematics.markup import Element, near, shown
+from kinematics.reader.fields import LARGEST, coordinates
+from kinematics.reader.guard import check, checked
+from kinematics.reader.loops import Place, attach, freedoms, perpendicular, unit
+from kinematics.reader.markup import Element, near, shown
+from kinematics.reader.sidecar import Sidecar, merge
+from kinematics.reader.yourdf import robot_of, tree_of
 from kinematics.screws import exp, revolute
-from kinematics.sidecar import Sidecar, merge
-from kinematics.yourdf import robot_of, tree_of
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
@@ -59,7 +59,7 @@ def read(path: Path, loops: Path | None = None, options: Options | None = None) 
 
     Args:
         path: the file.
-        loops: a YAML file with its loops; see :mod:`kinematics.sidecar`.
+        loops: a YAML file with its loops; see :mod:`kinematics.reader.sidecar`.
         options: what to change about it.
 
     Returns:

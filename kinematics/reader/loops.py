@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.fields import coordinates
 from kinematics.linkage import GROUND, Joint, Loop, frozen
-from kinematics.markup import Element
+from kinematics.reader.fields import coordinates
+from kinematics.reader.markup import Element
 from kinematics.screws import exp, prismatic, revolute
 
 __all__ = ["Place", "attach", "freedoms", "origin", "perpendicular", "unit"]

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from kinematics.markup import Refusal, shown
+from kinematics.reader.markup import Refusal, shown
 
 if TYPE_CHECKING:
     from yaml.events import Event

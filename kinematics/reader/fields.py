@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from operator import mul
 
-from kinematics.markup import Element, Refusal, shown
+from kinematics.reader.markup import Element, Refusal, shown
 
 __all__ = [
     "DEGREES",

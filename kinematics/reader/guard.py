@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from kinematics.errors import FileError
-from kinematics.fields import (
+from kinematics.reader.fields import (
     DEGREES,
     check_link,
     check_numbers,
@@ -21,7 +21,7 @@ from kinematics.fields import (
     needed,
     only,
 )
-from kinematics.markup import Element, Refusal, build, contents, listed, near, shown
+from kinematics.reader.markup import Element, Refusal, build, contents, listed, near, shown
 
 __all__ = ["check", "checked", "parse", "validate"]
 

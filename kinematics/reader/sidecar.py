@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from kinematics.errors import FileError
-from kinematics.fields import DEGREES, coordinates, needed
-from kinematics.guard import validate
-from kinematics.keyfile import Keys
-from kinematics.markup import Element, Refusal, contents, near, shown
+from kinematics.reader.fields import DEGREES, coordinates, needed
+from kinematics.reader.guard import validate
+from kinematics.reader.keyfile import Keys
+from kinematics.reader.markup import Element, Refusal, contents, near, shown
 
 __all__ = ["Sidecar", "beside", "merge"]
 

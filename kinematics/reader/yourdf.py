@@ -14,8 +14,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from kinematics.errors import FileError
-from kinematics.fields import LARGEST
-from kinematics.markup import Element, shown
+from kinematics.reader.fields import LARGEST
+from kinematics.reader.markup import Element, shown
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
@@ -39,7 +39,7 @@ def robot_of(tree: Element, source: str) -> yourdf.Robot:
     """The tree as yourdfpy reads it.
 
     Args:
-        tree: accepted by :func:`kinematics.guard.check`.
+        tree: accepted by :func:`kinematics.reader.guard.check`.
         source: path of the file, for messages.
 
     Raises:

@@ -11,7 +11,6 @@ chapter 5.)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import comb
 
 import numpy as np
@@ -23,7 +22,7 @@ from balance.momentum import RegressorSeries, parameters_per_body, rows_per_colu
 from balance.rank import FLOOR, Conditions, Decision
 from balance.space import DesignSpace
 from kinematics.assembly import moving_chain
-from kinematics.closure import expand
+from kinematics.closure import Series, expand, expand_from
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
@@ -101,7 +100,7 @@ def _along(
     settled, enough = False, True
     for goal in EXPANSIONS if stop else (last,):
         series = expand(chain, directions, max(goal, EXPANSIONS[0]))
-        fresh = _fresh_rows(chain, force, 1 if goal == EXPANSIONS[0] else FAR)
+        fresh = _fresh_rows(chain, force, 1 if goal == EXPANSIONS[0] else FAR, series)
         reach = radius(series.C[0] @ directions[0])
         regressor = RegressorSeries(chain, series, force)
         for upto in (goal - 1, goal) if stop else (goal,):
@@ -116,22 +115,28 @@ def _along(
     return conditions, ranks, settled, enough
 
 
-def _fresh_rows(chain: Chain, force: bool, steps: int) -> Array:
+def _fresh_rows(chain: Chain, force: bool, steps: int, known: Series) -> Array:
     """Rows at a finite pose, in a direction of its own; (rows, columns).
 
     A step is within the radius of convergence, where a condition of high order that is
     still missing may be too small to see: then several are needed.
+
+    Args:
+        chain: the linkage as arrays.
+        force: whether only linear momentum counts.
+        steps: how many steps away from the reference pose.
+        known: series there; used where a chain has only one direction to move in.
     """
     ray = _generic(101, chain.width)[-1]
-    here, pose = chain, None
-    for _ in range(steps):
-        start = np.zeros(chain.parent.size) if pose is None else pose.q
-        series = expand(here, ray[None], EXPANSIONS[0])
+    series = known if chain.width == 1 else expand(chain, ray[None], EXPANSIONS[0])
+    start, pose = np.zeros(chain.parent.size), None
+    for left in range(steps, 0, -1):
         found, step = follow(chain, start, series, ray)
         if step == 0.0:
             break
-        pose = found
-        here = replace(chain, screws=pose.screws)
+        pose, start = found, found.q
+        if left > 1:
+            series = expand_from(chain, pose.screws, ray[None], EXPANSIONS[0])
     if pose is None:
         raise MobilityError(
             "no closed pose was found near the reference pose to check the conditions at; "

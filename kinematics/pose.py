@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.chain import arrange, flatten, lock, move
-from kinematics.closure import expand
+from kinematics.closure import expand_from
 from kinematics.errors import PoseError
 from kinematics.linkage import Chain, Frame, Linkage, names
 from kinematics.placement import follow, forward
@@ -98,16 +97,15 @@ def _followed(linkage: Linkage, u: Array) -> Array:
     length = float(np.sqrt(ray @ ray))
     if length == 0.0:
         return np.zeros(len(linkage.joints))
-    q, here, done = np.zeros(chain.parent.size), chain, 0.0
+    q, screws, done = np.zeros(chain.parent.size), chain.screws, 0.0
     for _ in range(STEPS):
-        series = expand(here, ray[None] / length, 6)
+        series = expand_from(chain, screws, ray[None] / length, 6)
         pose, step = follow(chain, q, series, ray / length, length - done)
         if step == 0.0:
             break
-        q, done = pose.q, done + step
+        q, screws, done = pose.q, pose.screws, done + step
         if done >= length:
             return q * chain.units
-        here = replace(chain, screws=pose.screws)
     goal = ", ".join(f"{n}={v:.4g}" for n, v in zip(linkage.inputs, u, strict=True))
     raise PoseError(
         f"{linkage.source}: the loops cannot be closed beyond {done / length:.0%} of the way "

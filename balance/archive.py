@@ -55,8 +55,8 @@ class SpaceRecord:
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         planar: whether planar parameters are counted.
         bodies: names of the bodies, in the order of the parameters.
-        inputs: names of the independent coordinates.
-        idle: names of joints that do not move.
+        inputs: names of the independent coordinates, whether or not the motion moves them.
+        idle: names of joints that do not move in the motion.
         motion: the motion asked of the linkage, None if every input is free.
         orders: rank and nullity by order of derivative.
         settled: whether a fresh finite pose confirms that no higher order is needed.

@@ -23,7 +23,7 @@ from balance.rank import FLOOR, Conditions, Decision
 from balance.space import DesignSpace
 from kinematics.assembly import moving_chain
 from kinematics.closure import Series, expand, expand_from
-from kinematics.errors import MobilityError
+from kinematics.errors import MobilityError, MotionError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
 from kinematics.placement import expand_at, follow, radius
@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 
 # Orders to which the motion is expanded, one after the other as they are needed.
 EXPANSIONS = (3, 8, 20)
+# Highest order that may be asked for.
+HIGHEST = 50
 # Steps to the pose that decides whether high orders are complete.
 FAR = 4
 # A kept singular value within this factor of round-off deserves a warning.
@@ -42,7 +44,7 @@ MARGIN = 1e3
 
 def design_space(
     linkage: Linkage,
-    motion: Motion | Sequence[str] | None = None,
+    motion: Motion | str | Sequence[str] | None = None,
     balance: Balance = "dynamic",
     max_order: int | None = None,
     *,
@@ -52,20 +54,28 @@ def design_space(
 
     Args:
         linkage: an assembled linkage.
-        motion: restriction of the inputs, as a `Motion` or as relations such as
-            ``["j4=j7"]``; free by default.
+        motion: restriction of the inputs, as a `Motion`, as a relation such as ``"j4=j7"``
+            or as several of them; free by default.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
         spatial: count all ten parameters per body, even if the linkage is planar.
 
     Raises:
-        MotionError: a relation is wrong.
+        MotionError: a relation is wrong, or the motion is that of other inputs.
         MobilityError: the linkage cannot follow the motion.
+        ValueError: an option has no such value.
     """
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
+    if max_order is not None and not (isinstance(max_order, int) and 0 <= max_order <= HIGHEST):
+        raise ValueError(f"max_order must be a whole number from 0 to {HIGHEST}")
     if motion is not None and not isinstance(motion, Motion):
-        motion = Motion.parse(motion, linkage.inputs)
+        try:
+            motion = Motion.parse(motion, linkage.inputs)
+        except MotionError as error:
+            raise MotionError(
+                error.relation, error.problem, error.valid, linkage.source
+            ) from None
     chain = moving_chain(linkage, motion, spatial)
     try:
         conditions, orders, settled = _gather(chain, balance == "force", max_order)
@@ -171,7 +181,7 @@ def _result(
         basis=frozen(basis.reshape(bodies * len(G), nullity)),
         axes=chain.frame.R, frames=linkage.frames, length=chain.frame.length,
         singular_values=decision.singular_values, kept=decision.kept, dropped=decision.dropped,
-        notices=(*linkage.notices, *_notices(decision, settled)),
+        notices=(*linkage.notices, *_notices(chain, decision, settled)),
         _conditions=conditions, _chain=chain,
     )  # fmt: skip
 
@@ -184,9 +194,11 @@ def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
     return tuple(joint.name for j, joint in enumerate(linkage.joints) if j not in moving)
 
 
-def _notices(decision: Decision, settled: bool) -> list[Notice]:
-    """Remarks on the decision."""
+def _notices(chain: Chain, decision: Decision, settled: bool) -> list[Notice]:
+    """Remarks on the motion and on the decision."""
     found = []
+    if chain.links.max(initial=-1) < 0:
+        found.append(Notice("nothing_moves", "no body with mass moves: nothing to balance"))
     if not settled:
         text = "a pose further on needs more orders than were computed: the rank may be too low"
         found.append(Notice("not_settled", text))

@@ -39,11 +39,18 @@ def facts(space: DesignSpace) -> list[tuple[str, str]]:
     verdict = "balanced" if given.balanced else "not balanced"
     return [
         *lines,
-        ("conditions", f"{space.rank}, complete at order {space.kmax}"),
+        ("conditions", f"{space.rank}, {_state(space)}"),
         ("design space", f"{space.nullity} of {count} dimensions"),
         ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
         ("as given", f"{verdict} (residual {given.residual:.1e})"),
     ]
+
+
+def _state(space: DesignSpace) -> str:
+    """Whether the conditions are all there are."""
+    if space.settled:
+        return f"complete at order {space.kmax}"
+    return f"up to order {space.orders[-1].order}: not complete"
 
 
 def table(space: DesignSpace) -> list[tuple[str, str, str]]:

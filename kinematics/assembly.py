@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics import closing, placement
-from kinematics.chain import arrange, move, reduce
+from kinematics.chain import arrange, move, plane_normal, reduce
 from kinematics.closure import expand, loop_matrix
-from kinematics.errors import CoordinateError, MobilityError
+from kinematics.errors import CoordinateError, MobilityError, MotionError
 from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
 
@@ -29,6 +29,8 @@ IntArray = NDArray[np.int64]
 # First-order closure: singular values of the loop matrix, and rows of its null space, below
 # this part of the largest are zero. Geometry in files is given to about 1e-12.
 DEPENDENT = 1e-8
+# Axes that deviate by less from those of a planar linkage (radians) were probably rounded.
+NEARLY = 1e-4
 # Closure to round-off, at series orders and at finite poses.
 CLOSED = 1e-9
 
@@ -54,6 +56,7 @@ def assemble(draft: Draft, inputs: Sequence[str] | None = None) -> Linkage:
     independent, notices = _coordinates(draft, chain, velocities, wanted)
     chain = move(chain, independent, np.eye(len(independent)))
     spatial, flat, idle = _reduced(draft, chain)
+    notices += _nearly_planar(flat)
     return Linkage(
         **{f.name: getattr(draft, f.name) for f in fields(Draft) if f.name != "notices"},
         notices=(*draft.notices, *notices),
@@ -75,15 +78,34 @@ def moving_chain(
         linkage: an assembled linkage.
         motion: subspace of the inputs, the whole space by default.
         spatial: whether to keep all components of a planar linkage.
+
+    Raises:
+        MotionError: the motion is not one of this linkage's inputs.
+        MobilityError: the linkage cannot follow it.
     """
     if motion is None:
         return linkage.spatial_chain if spatial else linkage.chain
+    if problem := _unfit(linkage, motion):
+        text = ", ".join(motion.relations)
+        raise MotionError(text, problem, linkage.inputs, linkage.source)
     full = arrange(linkage)
     at = {name: j for j, name in enumerate(names(linkage.joints))}
     independent = np.array([at[name] for name in motion.inputs], dtype=np.int64)
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     reduced, flat, _ = _reduced(linkage, move(full, independent, scaled))
     return reduced if spatial else flat
+
+
+def _unfit(linkage: Linkage, motion: Motion) -> str:
+    """Why a motion does not fit the linkage; empty if it does."""
+    if sorted(motion.inputs) != sorted(linkage.inputs):
+        return f"made for the inputs {', '.join(motion.inputs)}"
+    basis = np.asarray(motion.basis, dtype=np.float64)
+    if basis.ndim != 2 or len(basis) != len(motion.inputs) or not np.isfinite(basis).all():
+        return f"its basis must be {len(motion.inputs)} rows of finite numbers"
+    if basis.shape[1] == 0 or np.linalg.matrix_rank(basis) < basis.shape[1]:
+        return "the columns of its basis must be independent"
+    return ""
 
 
 def _stuck(draft: Draft, chain: Chain, order: int) -> MobilityError:
@@ -139,7 +161,7 @@ def _coordinates(
     all_names = names(draft.joints)
     rest = velocities.copy()
     chosen: list[int] = []
-    for name in wanted:
+    for name in _expanded(wanted, all_names):
         if name not in all_names or all_names.index(name) in chosen:
             problem = "named twice" if name in all_names else "no such joint"
             raise CoordinateError(draft.source, [name], problem, all_names)
@@ -148,6 +170,9 @@ def _coordinates(
         if size <= DEPENDENT * max(1.0, float(np.linalg.norm(velocities[j]))):
             can = [all_names[i] for i in _candidates(draft, rest) or chosen]
             problem = "depends on the other inputs, or cannot move, at the reference pose"
+            if len(chosen) == mobility:
+                taken = ", ".join(all_names[i] for i in chosen)
+                problem = f"depends on the other inputs: {taken} take up mobility {mobility}"
             raise CoordinateError(draft.source, [name], problem, can)
         rest = _without(rest, j)
         chosen.append(j)
@@ -166,6 +191,15 @@ def _coordinates(
     return np.array(chosen, dtype=np.int64), notices
 
 
+def _expanded(wanted: Sequence[str], all_names: Sequence[str]) -> list[str]:
+    """Names of coordinates; the name of a joint of several stands for all of them."""
+    found: list[str] = []
+    for name in wanted:
+        parts = [n for n in all_names if n.rpartition(".")[0] == name]
+        found += parts if parts and name not in all_names else [name]
+    return found
+
+
 def _candidates(draft: Draft, rest: Array) -> list[int]:
     """Joints that would serve as the next coordinate, the preferred one first.
 
@@ -181,6 +215,17 @@ def _without(rest: Array, joint: int) -> Array:
     """Velocities with the direction that moves ``joint`` projected out."""
     direction = rest[joint] / np.linalg.norm(rest[joint])
     return rest - np.outer(rest @ direction, direction)
+
+
+def _nearly_planar(chain: Chain) -> list[Notice]:
+    """A remark if the linkage would be planar, were its axes not rounded."""
+    if chain.planar or plane_normal(chain, NEARLY) is None:
+        return []
+    text = (
+        f"the axes are parallel to within {NEARLY:.0e} rad, but not exactly, so the linkage is "
+        "taken as spatial; write angles such as π/2 with 16 digits if it is meant to be planar"
+    )
+    return [Notice("nearly_planar", text)]
 
 
 def _reduced(draft: Draft, chain: Chain) -> tuple[Chain, Chain, IntArray]:

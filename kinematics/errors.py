@@ -92,14 +92,18 @@ class MotionError(LinkageError):
 
     Attributes:
         relation: the text of the relation.
+        problem: what is wrong with it.
         valid: names of the inputs that a relation may use.
     """
 
-    def __init__(self, relation: str, problem: str, valid: Sequence[str]) -> None:
+    def __init__(
+        self, relation: str, problem: str, valid: Sequence[str], linkage: str = ""
+    ) -> None:
         """Compose the message and list the inputs."""
-        self.relation, self.valid = relation, tuple(valid)
+        self.relation, self.problem, self.valid = relation, problem, tuple(valid)
+        where = f"{linkage}: " if linkage else ""
         super().__init__(
-            f"motion '{relation}': {problem}; the inputs are {', '.join(self.valid)}"
+            f"{where}motion '{relation}': {problem}; the inputs are {', '.join(self.valid)}"
         )
 
 

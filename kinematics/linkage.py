@@ -210,7 +210,7 @@ class Linkage(Draft):
     Attributes:
         mobility: degrees of freedom.
         inputs: names of the independent coordinates, as many as the mobility.
-        idle: names of joints that cannot move.
+        idle: names of joints that do not move in any motion.
         frames: poses of the link frames of the bodies at the reference pose (bodies, 4, 4).
         chain: the linkage as arrays, planar if every link moves in parallel planes.
         spatial_chain: the same without the reduction to the plane.

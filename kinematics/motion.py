@@ -39,18 +39,19 @@ class Motion:
         return cls(tuple(inputs), (), frozen(np.eye(len(inputs))))
 
     @classmethod
-    def parse(cls, relations: Sequence[str], inputs: Sequence[str]) -> Motion:
+    def parse(cls, relations: str | Sequence[str], inputs: Sequence[str]) -> Motion:
         """The motion that satisfies linear relations of displacements.
 
         Args:
-            relations: each ``"sum = sum"``, a sum being made of terms ``name``,
-                ``number*name`` and ``0``: ``"j4=j7"``, ``"j4=-2*j7"``, ``"c=-a-b"``.
+            relations: one, or several; each ``"sum = sum"``, a sum being made of terms
+                ``name``, ``number*name`` and ``0``: ``"j4=j7"``, ``"j4=-2*j7"``, ``"c=-a-b"``.
             inputs: names of the independent coordinates.
 
         Raises:
             MotionError: a relation cannot be read, names a joint that is not an input, or
                 the relations leave nothing to move.
         """
+        relations = [relations] if isinstance(relations, str) else relations
         rows = [_row(relation, tuple(inputs)) for relation in relations]
         basis = _solutions(np.array(rows).reshape(-1, len(inputs)))
         if basis.shape[1] == 0 and len(inputs) > 0:
@@ -73,6 +74,9 @@ def _side(relation: str, text: str, inputs: tuple[str, ...]) -> Array:
     zero = re.compile(r"\s*[+-]?\s*0+(?:\.0*)?\s*$")
     row = np.zeros(len(inputs))
     if zero.match(text):
+        if text.strip() in inputs:
+            problem = f"'{text.strip()}' is a number and an input: write 1*{text.strip()}"
+            raise MotionError(relation, problem, inputs)
         return row
     position = 0
     while position < len(text) or position == 0:

@@ -46,6 +46,8 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
             )
         q = [q.get(name, 0.0) for name in linkage.inputs]
     values = np.asarray(q, dtype=np.float64)
+    if not np.isfinite(values).all():
+        raise PoseError(f"{linkage.source}: joint positions must be finite numbers")
     if values.shape == (linkage.mobility,):
         return _followed(linkage, values)
     if values.shape == (len(all_names),):

@@ -1,0 +1,91 @@
+"""What is asked of a linkage must fit it: motions, inputs, orders, rounded angles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from laws import altered
+
+import kinematics
+from balance import design_space
+from balance.report import text
+from kinematics import Motion
+from kinematics.errors import CoordinateError, MotionError, PoseError
+from kinematics.pose import joint_positions
+
+
+def test_one_relation_may_come_without_a_list():
+    linkage = kinematics.load("three_rsr")
+    assert design_space(linkage, "u2=u3").rank == design_space(linkage, ["u2=u3"]).rank == 35
+
+
+@pytest.mark.parametrize(
+    ("motion", "problem"),
+    [
+        (Motion(("u1",), (), np.eye(1)), "made for the inputs u1"),
+        (Motion(("zz", "u1", "u2"), (), np.eye(3)), "made for the inputs zz, u1, u2"),
+        (Motion(("u1", "u2", "u3"), (), np.ones((3, 2))), "must be independent"),
+        (Motion(("u1", "u2", "u3"), (), np.full((3, 1), np.nan)), "finite numbers"),
+        (Motion(("u1", "u2", "u3"), (), np.ones((2, 1))), "3 rows"),
+    ],
+)
+def test_a_motion_of_another_linkage_is_refused(motion, problem):
+    linkage = kinematics.load("three_rsr")
+    with pytest.raises(MotionError, match=problem) as caught:
+        design_space(linkage, motion)
+    assert linkage.source in str(caught.value)
+
+
+def test_a_motion_may_list_the_inputs_in_any_order():
+    linkage = kinematics.load("three_rsr")
+    basis = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0]])
+    assert design_space(linkage, Motion(("u3", "u1", "u2"), (), basis)).rank == 35
+
+
+def test_relations_name_the_file_when_they_are_wrong():
+    linkage = kinematics.load("four_bar_kite")
+    with pytest.raises(MotionError, match="q9") as caught:
+        design_space(linkage, "q9=0")
+    assert str(caught.value).startswith(linkage.source)
+
+
+@pytest.mark.parametrize("order", [-1, 2.5, 51, "3"])
+def test_an_order_is_a_small_whole_number(order):
+    with pytest.raises(ValueError, match="from 0 to 50"):
+        design_space(kinematics.load("four_bar_kite"), max_order=order)
+
+
+def test_a_truncated_answer_says_so():
+    linkage = kinematics.load("four_bar_kite")
+    assert "3, up to order 0: not complete" in text(design_space(linkage, max_order=0))
+    assert "7, complete at order 2" in text(design_space(linkage, max_order=4))
+
+
+def test_a_number_that_is_also_a_name_is_refused():
+    with pytest.raises(MotionError, match=r"1\*0"):
+        Motion.parse("1=0", ["0", "1"])
+    assert Motion.parse("1=1*0", ["0", "1"]).basis.shape == (2, 1)
+
+
+def test_a_joint_of_several_coordinates_stands_for_all_of_them():
+    with pytest.raises(CoordinateError, match=r"elbow2\.2: depends on the other inputs"):
+        kinematics.load("three_rsr", inputs=["elbow2"])
+
+
+def test_positions_must_be_finite():
+    with pytest.raises(PoseError, match="finite"):
+        joint_positions(kinematics.load("four_bar_kite"), [np.nan])
+
+
+def test_rounded_angles_are_told(tmp_path):
+    def rounded(robot):
+        for joint in robot.findall("joint")[1:]:
+            if joint.get("name") == "q2":
+                joint.find("origin").set("rpy", "1.5708 0 0")
+                joint.find("axis").set("xyz", "0 1 0")
+        for loop in robot.findall("loop"):
+            robot.remove(loop)
+
+    linkage = kinematics.load(altered("four_bar_general", tmp_path, rounded))
+    assert not linkage.planar
+    assert "nearly_planar" in [notice.code for notice in linkage.notices]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
-DONE, USAGE, REFUSED = 0, 2, 3
+DONE, REFUSED = 0, 3
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -89,8 +89,7 @@ def moving_chain(
         text = ", ".join(motion.relations)
         raise MotionError(text, problem, linkage.inputs, linkage.source)
     full = arrange(linkage)
-    at = {name: j for j, name in enumerate(names(linkage.joints))}
-    independent = np.array([at[name] for name in motion.inputs], dtype=np.int64)
+    independent = linkage.positions_of(motion.inputs)
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     reduced, flat, _ = _reduced(linkage, move(full, independent, scaled))
     return reduced if spatial else flat

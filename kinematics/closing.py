@@ -19,7 +19,7 @@ from kinematics.closure import loop_matrix
 from kinematics.errors import OpenLoopError
 from kinematics.inertial import displaced
 from kinematics.linkage import Chain, Draft, Notice, frozen
-from kinematics.placement import forward, mismatch
+from kinematics.placement import Pose, forward, mismatch
 from kinematics.screws import Ad
 
 __all__ = ["closed", "neighbours", "welded"]
@@ -107,7 +107,9 @@ def _solved(chain: Chain, gaps: Array, start: Array) -> Array | None:
         return q
     from scipy.optimize import least_squares
 
-    damped = least_squares(lambda x: _openness(chain, gaps, x), start, max_nfev=200)
+    damped = least_squares(
+        lambda q: _openness(chain, gaps, forward(chain, q)), start, max_nfev=200
+    )
     return _polished(chain, gaps, damped.x)
 
 
@@ -116,7 +118,7 @@ def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
     last = 0.5
     for _ in range(10):
         pose = forward(chain, q)
-        if np.abs(_openness(chain, gaps, q)).max() <= CLOSED:
+        if np.abs(_openness(chain, gaps, pose)).max() <= CLOSED:
             return q
         b = mismatch(chain, pose.H, q, gaps)
         step = np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-9)[0]
@@ -127,24 +129,23 @@ def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
     return None
 
 
-def _openness(chain: Chain, gaps: Array, q: Array) -> Array:
+def _openness(chain: Chain, gaps: Array, pose: Pose) -> Array:
     """Entries of ``D - 1`` for every loop, D carrying its successor side to its end side.
 
     Unlike the twist of D they vanish at no other pose than a closed one, not even where D
     is half a turn; then the errors of mimic joints.
     """
-    H = forward(chain, q).H
-    padded = np.concatenate([H, np.eye(4)[None]])  # link -1 is the ground
+    padded = np.concatenate([pose.H, np.eye(4)[None]])  # link -1 is the ground
     ends, successors = padded[chain.ends[:, 0]], padded[chain.ends[:, 1]]
     D = ends @ np.linalg.inv(gaps) @ np.linalg.inv(successors)
-    return np.concatenate([(D - np.eye(4))[:, :3].ravel(), chain.mimics @ q])
+    return np.concatenate([(D - np.eye(4))[:, :3].ravel(), chain.mimics @ pose.q])
 
 
 def _told(draft: Draft, chain: Chain, gaps: Array, q: Array, number: int) -> list[Notice]:
     """What the user should know of the pose that was found."""
     if np.abs(q).max() <= 1e-9:
         return []
-    open_by = np.abs(_openness(chain, gaps, np.zeros(q.size))).max()
+    open_by = np.abs(_openness(chain, gaps, forward(chain, np.zeros(q.size)))).max()
     furthest = int(np.argmax(np.abs(q)))
     joint = draft.joints[furthest]
     unit = "m" if joint.kind == "prismatic" else "rad"

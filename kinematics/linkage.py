@@ -228,6 +228,11 @@ class Linkage(Draft):
         """Whether the linkage moves in parallel planes."""
         return self.chain.planar
 
+    def positions_of(self, joints: Sequence[str]) -> IntArray:
+        """Where joints of these names stand among all joints."""
+        at = {joint.name: j for j, joint in enumerate(self.joints)}
+        return np.array([at[name] for name in joints], dtype=np.int64)
+
 
 def names(items: Sequence[Joint] | Sequence[Body] | Sequence[Loop]) -> tuple[str, ...]:
     """The names of joints, bodies or loops, in order."""

@@ -16,7 +16,6 @@ from kinematics.placement import follow, forward
 __all__ = ["joint_positions", "si_chain"]
 
 Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Loops that are open by more, in radians and characteristic lengths, are not closed.
 OPEN = 1e-8
@@ -63,17 +62,12 @@ def si_chain(linkage: Linkage, spatial: bool) -> Chain:
 
     The axes of a planar chain are those of the plane.
     """
-    chain = move(arrange(linkage, Frame()), _independent(linkage), np.eye(linkage.mobility))
+    independent = linkage.positions_of(linkage.inputs)
+    chain = move(arrange(linkage, Frame()), independent, np.eye(linkage.mobility))
     if spatial or not linkage.planar:
         return chain
     moving = lock(chain, np.isin(names(linkage.joints), linkage.idle))
     return flatten(moving, linkage.chain.frame.R[2])
-
-
-def _independent(linkage: Linkage) -> IntArray:
-    """Indices of the inputs."""
-    at = {name: j for j, name in enumerate(names(linkage.joints))}
-    return np.array([at[name] for name in linkage.inputs], dtype=np.int64)
 
 
 def _checked(linkage: Linkage, q: Array) -> Array:
@@ -93,7 +87,7 @@ def _followed(linkage: Linkage, u: Array) -> Array:
 
     At each step the linkage is expanded anew, as far as its series carries.
     """
-    independent = _independent(linkage)
+    independent = linkage.positions_of(linkage.inputs)
     chain = move(arrange(linkage), independent, np.eye(linkage.mobility))
     ray = u / chain.units[independent]
     length = float(np.sqrt(ray @ ray))

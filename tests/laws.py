@@ -8,15 +8,30 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+from figures import Figure
 from scipy.spatial.transform import Rotation
 
 import kinematics
+from balance import design_space
 
 MODELS = tuple(kinematics.gallery())
 SPATIAL = (
     "bennett delta four_bar_spherical goldberg_five_bar hprs rusr sarrus stewart_6ups three_rsr"
 ).split()
 PLANAR = tuple(name for name in MODELS if name not in SPATIAL)
+
+
+def space(figure: Figure, path=None, max_order=None):
+    """The design space that a row of the table asks for."""
+    return design_space(
+        kinematics.load(path or figure.model), figure.motion or None, figure.balance,
+        max_order, spatial=figure.spatial,
+    )  # fmt: skip
+
+
+def coordinates(found, seed=3):
+    """Random coordinates of a design space; shape (nullity,)."""
+    return np.random.default_rng(seed).standard_normal(found.nullity)
 
 
 def relative(found, expected) -> float:

@@ -11,23 +11,12 @@ from hashlib import sha256
 
 import numpy as np
 import pytest
-from figures import FIGURES, Figure
+from figures import FIGURES
+from laws import coordinates, space
 
 import balance
 import kinematics
 from kinematics.errors import FileError, LinkageError
-
-
-def space(figure: Figure, path=None):
-    return balance.design_space(
-        kinematics.load(path or figure.model), figure.motion or None, figure.balance,
-        spatial=figure.spatial,
-    )  # fmt: skip
-
-
-def coordinates(found, seed=3):
-    return np.random.default_rng(seed).standard_normal(found.nullity)
-
 
 SHARED = (
     "balance planar bodies inputs idle orders settled kmax rank nullity length kept dropped "

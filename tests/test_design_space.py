@@ -7,7 +7,7 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 import reference
-from figures import FIGURES, Figure
+from figures import FIGURES
 from laws import (
     MODELS,
     PLANAR,
@@ -18,6 +18,7 @@ from laws import (
     relative,
     renamed,
     resized,
+    space,
     sums,
 )
 
@@ -27,13 +28,6 @@ from balance.inertia import displaced, from_chain, pseudo_inertia
 from balance.rank import FLOOR
 from kinematics import Motion
 from kinematics.errors import MotionError
-
-
-def space(figure: Figure, path=None, max_order=None):
-    return design_space(
-        kinematics.load(path or figure.model), figure.motion or None, figure.balance,
-        max_order, spatial=figure.spatial,
-    )  # fmt: skip
 
 
 def ranks(found):

@@ -260,16 +260,20 @@ print(json.dumps([status, loaded]), file=sys.stderr)
     assert json.loads(done.stdout)
 
 
-def test_no_path_of_a_machine():
-    pattern = re.compile(r"(?<![\w.:/])/(?:work|home|root|tmp|Users|mnt|opt)/|\b[A-Z]:\\\\")
-    files = [*OURS, ROOT / ".ci" / "run", ROOT / "pyproject.toml"]
-    wrong = [
-        f"{label(path)}:{number}"
+def lines_with(pattern: re.Pattern[str], files: list[Path]) -> list[str]:
+    """Every line of the files in which the pattern occurs, and where."""
+    return [
+        f"{label(path)}:{number}: {line.strip()}"
         for path in files
         for number, line in enumerate(path.read_text("utf-8").splitlines(), 1)
         if pattern.search(line)
     ]
-    assert not wrong
+
+
+def test_no_path_of_a_machine():
+    pattern = re.compile(r"(?<![\w.:/])/(?:work|home|root|tmp|Users|mnt|opt)/|\b[A-Z]:\\\\")
+    files = [*OURS, ROOT / ".ci" / "run", ROOT / "pyproject.toml"]
+    assert not lines_with(pattern, files)
 
 
 def test_product_does_not_know_its_gallery():
@@ -277,13 +281,7 @@ def test_product_does_not_know_its_gallery():
     models = sorted(path.stem for path in ROOT.glob("urdf_models/*.urdf"))
     assert models
     pattern = re.compile(rf"\b(?:{'|'.join(map(re.escape, models))})\b")
-    wrong = [
-        f"{label(path)}:{number}: {line.strip()}"
-        for path in PRODUCT
-        for number, line in enumerate(path.read_text("utf-8").splitlines(), 1)
-        if pattern.search(line)
-    ]
-    assert not wrong
+    assert not lines_with(pattern, PRODUCT)
 
 
 def test_continuous_integration_runs_the_command_of_the_readme():

@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from figures import FIGURES, Figure
+from figures import FIGURES
 from jsonschema import Draft202012Validator
-from laws import altered, displacement, outside, placed, relative
+from laws import altered, coordinates, displacement, outside, placed, relative, space
 
 import balance
 import kinematics
@@ -23,17 +23,6 @@ from kinematics.chain import plane_axes
 SPATIAL = [figure for figure in FIGURES if figure.spatial]
 FLAT = [figure for figure in FIGURES if not figure.spatial]
 VALIDATOR = Draft202012Validator(schema())
-
-
-def space(figure: Figure, path=None):
-    return balance.design_space(
-        kinematics.load(path or figure.model), figure.motion or None, figure.balance,
-        spatial=figure.spatial,
-    )  # fmt: skip
-
-
-def coordinates(found, seed=3):
-    return np.random.default_rng(seed).standard_normal(found.nullity)
 
 
 def weighable(found):

@@ -10,7 +10,6 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from kinematics.errors import FileError
 from kinematics.reader.fields import (
     DEGREES,
     check_link,
@@ -21,7 +20,16 @@ from kinematics.reader.fields import (
     needed,
     only,
 )
-from kinematics.reader.markup import Element, Refusal, build, contents, listed, near, shown
+from kinematics.reader.markup import (
+    Element,
+    Refusal,
+    build,
+    contents,
+    listed,
+    naming,
+    near,
+    shown,
+)
 
 __all__ = ["check", "checked", "parse", "validate"]
 
@@ -42,19 +50,15 @@ def check(path: str | os.PathLike[str], fix_base: bool = False) -> Element:
         FileError: the file is missing, too large, not well-formed, or not a linkage.
     """
     file = os.fsdecode(path)
-    try:
+    with naming(file):
         data = contents(file)
-    except Refusal as refusal:
-        raise FileError(shown(file, 1000), *refusal.args) from None
     return parse(data, file, fix_base)
 
 
 def parse(data: bytes, file: str, fix_base: bool = False) -> Element:
     """As :func:`check`, for the bytes of a file; ``file`` is its name in messages."""
-    try:
+    with naming(file):
         robot = build(data)
-    except Refusal as refusal:
-        raise FileError(shown(file, 1000), *refusal.args) from None
     return checked(robot, file, fix_base)
 
 
@@ -62,10 +66,8 @@ def checked(robot: Element, file: str, fix_base: bool = False) -> Element:
     """As :func:`check`, for a tree; ``file`` is its name in messages."""
     if fix_base:
         robot = _on_fixed_base(robot)
-    try:
+    with naming(file):
         validate(robot)
-    except Refusal as refusal:
-        raise FileError(shown(file, 1000), *refusal.args) from None
     return robot
 
 

@@ -9,11 +9,14 @@ from __future__ import annotations
 import os
 import stat
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from xml.parsers import expat
 
-__all__ = ["Element", "Refusal", "build", "contents", "listed", "near", "shown"]
+from kinematics.errors import FileError
+
+__all__ = ["Element", "Refusal", "build", "contents", "listed", "naming", "near", "shown"]
 
 MAX_BYTES = 64 * 2**20
 MAX_DEPTH = 200
@@ -34,6 +37,15 @@ def shown(text: str, limit: int = 80) -> str:
     """``text`` on one line, printable and short."""
     line = "".join(c if c.isprintable() else " " for c in text)
     return line if len(line) <= limit else line[:limit] + "…"
+
+
+@contextmanager
+def naming(file: str) -> Iterator[None]:
+    """Turns every `Refusal` inside into the `FileError` of this file."""
+    try:
+        yield
+    except Refusal as refusal:
+        raise FileError(shown(file, 1000), *refusal.args) from None
 
 
 def listed(names: Iterable[str]) -> str:

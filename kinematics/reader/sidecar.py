@@ -19,7 +19,7 @@ from kinematics.errors import FileError
 from kinematics.reader.fields import DEGREES, coordinates, needed
 from kinematics.reader.guard import validate
 from kinematics.reader.keyfile import Keys
-from kinematics.reader.markup import Element, Refusal, contents, near, shown
+from kinematics.reader.markup import Element, Refusal, contents, naming, near, shown
 
 __all__ = ["Sidecar", "beside", "merge"]
 
@@ -58,10 +58,8 @@ def beside(source: str) -> str | None:
     """The YAML file with the stem of a URDF file, next to it, if it describes loops."""
     for path in (Path(source).with_suffix(suffix) for suffix in (".yaml", ".yml")):
         if path.is_file():
-            try:
+            with naming(str(path)):
                 data = contents(str(path), MAX_BYTES)
-            except Refusal as refusal:
-                raise FileError(shown(str(path), 1000), *refusal.args) from None
             if any(key.encode() in data for key in _KEYS if key != "type"):
                 return str(path)
     return None
@@ -97,10 +95,8 @@ def merge(
             problem = f"there are loops here and in '{shown(file)}'"
             remedy = "remove the <loop> elements, or do without the other file"
             raise FileError(shown(source, 1000), inline.label, problem, remedy)
-    try:
+    with naming(file):
         return _merged(tree, Keys(contents(file, MAX_BYTES), _KEYS + _IDLE, _RETIRED))
-    except Refusal as refusal:
-        raise FileError(shown(file, 1000), *refusal.args) from None
 
 
 def _merged(tree: Element, keys: Keys) -> Sidecar:

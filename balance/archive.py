@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
-from uuid import uuid4
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.bodies import BodyInertia, body_inertias, in_link_frames
+from balance.files import replacing
 from balance.inertia import parameter_labels
 from kinematics.errors import FileError
 from kinematics.linkage import Notice, frozen
@@ -31,7 +31,8 @@ __all__ = ["Balance", "Order", "SpaceRecord", "digest", "load_space"]
 Array = NDArray[np.float64]
 Balance = Literal["dynamic", "force"]
 
-FORMAT = "balance.space/1"
+FORMAT = "balance.space/2"
+COMPARED = "balance planar bodies inputs rank nullity serial_nullity kmax".split()
 # Files that unpack to more bytes are refused.
 LARGEST = 2**30
 # Spaces whose largest angle has a smaller sine count as one.
@@ -64,6 +65,8 @@ class SpaceRecord:
             ``labels``, about the inertial origin at the reference pose, SI units. Its
             columns are orthonormal when lengths are measured from the middle of the
             mechanism in units of ``length``.
+        serial_nullity: how many columns of the basis, the first ones, span the serial part:
+            the inertia transfers of its joints, with all loops opened.
         axes: rows are the axes in which planar parameters are expressed (3, 3).
         frames: poses of the link frames of the bodies (bodies, 4, 4).
         length: characteristic length of the mechanism, metres.
@@ -85,6 +88,7 @@ class SpaceRecord:
     orders: tuple[Order, ...]
     settled: bool
     basis: Array
+    serial_nullity: int
     axes: Array
     frames: Array
     length: float
@@ -104,6 +108,16 @@ class SpaceRecord:
     def nullity(self) -> int:
         """Dimension of the space."""
         return self.orders[-1].nullity
+
+    @property
+    def serial(self) -> Array:
+        """The columns of the basis that the linkage has with its loops opened."""
+        return self.basis[:, : self.serial_nullity]
+
+    @property
+    def parallel(self) -> Array:
+        """The other columns: what only the closure of the loops opens."""
+        return self.basis[:, self.serial_nullity :]
 
     @property
     def kmax(self) -> int:
@@ -146,11 +160,11 @@ class SpaceRecord:
         """
         found = [
             f"{name}: {mine} here, {its} there"
-            for name in ("balance", "planar", "bodies", "inputs", "rank", "nullity", "kmax")
+            for name in COMPARED
             if (mine := getattr(self, name)) != (its := getattr(other, name))
         ]
         if self.basis.shape == other.basis.shape:
-            sine = _sine(self.basis, other.basis)
+            sine = _sine(self.basis, other.basis, self.labels)
             if not sine <= SAME:
                 found.append(f"basis: the spaces are apart by an angle with sine {sine:.1e}")
         return tuple(found)
@@ -167,14 +181,10 @@ class SpaceRecord:
         arrays = {name: getattr(self, name) for name in _shapes(self)}
         if self.motion:
             arrays["motion"] = self.motion.basis
-        try:
-            _write(Path(os.path.realpath(path)), json.dumps(_header(self)), arrays)
-        except OSError as error:
-            reason = error.strerror or type(error).__name__
-            raise FileError(
-                shown(os.fsdecode(path), 1000), "", f"cannot be written ({reason})",
-                "give a path in a folder that can be written to",
-            ) from None  # fmt: skip
+        with replacing(path) as file:
+            np.savez(
+                file, allow_pickle=False, header=np.array(json.dumps(_header(self))), **arrays
+            )
 
 
 def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
@@ -206,10 +216,13 @@ def digest(source: str) -> str | None:
     return None
 
 
-def _sine(one: Array, other: Array) -> float:
-    """Sine of the largest angle between spaces of one dimension, in any units of the rows."""
-    sizes = np.maximum(np.abs(one), np.abs(other)).max(axis=1, initial=0.0)
-    scale = np.where(sizes > 0.0, sizes, 1.0)[:, None]
+def _sine(one: Array, other: Array, labels: Sequence[str]) -> float:
+    """Sine of the largest angle between spaces of one dimension, in any unit of length."""
+    kinds = np.array([label.rstrip("xyz") for label in labels] * (len(one) // len(labels)))
+    scale = np.ones((len(one), 1))
+    for kind in set(kinds):
+        size = max(np.abs(basis[kinds == kind]).max(initial=0.0) for basis in (one, other))
+        scale[kinds == kind] = size or 1.0
     P, Q = np.linalg.qr(one / scale)[0], np.linalg.qr(other / scale)[0]
     outside = Q - P @ (P.T @ Q)
     return float(np.linalg.norm(outside, 2)) if outside.size else 0.0
@@ -243,26 +256,13 @@ def _header(record: SpaceRecord) -> dict[str, object]:
         "bodies": record.bodies,
         "idle": record.idle,
         "orders": record.orders,
+        "serial_nullity": record.serial_nullity,
         "settled": record.settled,
         "length": record.length,
         "kept": record.kept,
         "dropped": record.dropped,
         "notices": record.notices,
     }
-
-
-def _write(path: Path, header: str, arrays: Mapping[str, Array]) -> None:
-    """Write beside the file, then move into its place."""
-    temporary = path.with_name(f".{uuid4().hex}.tmp")
-    try:
-        with open(temporary, "xb") as file:
-            np.savez(file, allow_pickle=False, header=np.array(header), **arrays)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
 
 
 def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Array]]:
@@ -292,6 +292,7 @@ def _record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
         idle=_texts(header["idle"]),
         motion=motion,
         orders=tuple(Order(*(_a(int, n) for n in order)) for order in header["orders"]),
+        serial_nullity=_a(int, header["serial_nullity"]),
         settled=_a(bool, header["settled"]),
         length=_a(float, header["length"]),
         kept=_a(float, header["kept"]),
@@ -302,6 +303,7 @@ def _record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
     shapes = _shapes(record)
     sums = {rank + nullity for _, rank, nullity in record.orders}
     counted = [order.order for order in record.orders] == list(range(len(record.orders)))
+    counted &= 0 <= record.serial_nullity <= record.nullity
     if record.balance not in get_args(Balance) or sums != {shapes["basis"][0]} or not counted:
         raise ValueError("header")
     for name, shape in shapes.items():

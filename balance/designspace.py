@@ -17,9 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.archive import Balance, Order
+from balance.elimination import FLOOR
 from balance.inertia import from_chain
-from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
-from balance.rank import FLOOR, Conditions, Decision
+from balance.momentum import RegressorSeries, rows_per_column
+from balance.opening import Transfers, transfers
+from balance.rank import Conditions, Decision
 from balance.space import DesignSpace
 from kinematics.assembly import moving_chain
 from kinematics.closure import Series, expand, expand_from
@@ -38,6 +40,7 @@ EXPANSIONS = (3, 8, 20)
 HIGHEST = 50
 # Steps to the pose that decides whether high orders are complete.
 FAR = 4
+NOTHING = np.empty((0, 0))
 # A kept singular value within this factor of round-off deserves a warning.
 MARGIN = 1e3
 
@@ -78,22 +81,26 @@ def design_space(
             ) from None
     chain = moving_chain(linkage, motion, spatial)
     try:
-        conditions, orders, settled = _gather(chain, balance == "force", max_order)
+        exchanged = transfers(chain, balance == "force")
+        conditions, orders, settled = _gather(chain, exchanged, balance == "force", max_order)
     except MobilityError as error:
         raise MobilityError(f"{linkage.source}: {error}") from None
-    return _result(linkage, chain, motion, balance, conditions, orders, settled)
+    return _result(linkage, chain, motion, balance, exchanged, conditions, orders, settled)
 
 
 def _gather(
-    chain: Chain, force: bool, max_order: int | None
+    chain: Chain, exchanged: Transfers, force: bool, max_order: int | None
 ) -> tuple[Conditions, tuple[Order, ...], bool]:
-    """Conditions order by order, until a fresh pose agrees or ``max_order`` is reached."""
+    """Conditions order by order, until they are all there are or ``max_order`` is reached."""
+    none = Conditions.beside(exchanged.rows)
     last = EXPANSIONS[-1] if max_order is None else max_order
     rows = chain.width * rows_per_column(chain.planar, force)
-    size = chain.links.size * parameters_per_body(chain.planar, force)
-    rays = min(comb(chain.width + 1, 2), 1 - (-size // rows))
+    rays = min(comb(chain.width + 1, 2), 1 - (-none.columns.size // rows))
+    size = none.known.shape[1]
     while True:
-        conditions, ranks, settled, enough = _along(rays, chain, force, last, max_order is None)
+        conditions, ranks, settled, enough = _along(
+            rays, chain, force, none, last, max_order is None
+        )
         if enough:
             orders = tuple(Order(k, rank, size - rank) for k, rank in enumerate(ranks))
             return conditions, orders, settled
@@ -101,27 +108,36 @@ def _gather(
 
 
 def _along(
-    rays: int, chain: Chain, force: bool, last: int, stop: bool
+    rays: int, chain: Chain, force: bool, conditions: Conditions, last: int, stop: bool
 ) -> tuple[Conditions, list[int], bool, bool]:
     """Conditions along a number of rays: their ranks, settled or not, rays enough or not."""
     directions = _generic(rays, chain.width)
-    conditions = Conditions.none(chain.links.size * parameters_per_body(chain.planar, force))
     ranks: list[int] = []
     settled, enough = False, True
     for goal in EXPANSIONS if stop else (last,):
         series = expand(chain, directions, max(goal, EXPANSIONS[0]))
-        fresh = _fresh_rows(chain, force, 1 if goal == EXPANSIONS[0] else FAR, series)
         reach = radius(series.C[0] @ directions[0])
         regressor = RegressorSeries(chain, series, force)
+        fresh = NOTHING
         for upto in (goal - 1, goal) if stop else (goal,):
             first = len(ranks)
             rows = regressor.rows(upto)[first - upto - 1 :]
-            conditions, found, settled, enough = conditions.with_orders(
-                rows, first, reach, fresh, stop
-            )
-            ranks += found.tolist()
-            if (settled and stop) or not enough:
-                return conditions, ranks, settled, enough
+            while not settled and len(rows):
+                conditions, found, settled, enough = conditions.with_orders(
+                    rows, first, reach, fresh, stop
+                )
+                if not enough:
+                    return conditions, ranks, False, False
+                ranks += found.tolist()
+                first, rows = first + found.size, rows[found.size :]
+                if not settled and not len(fresh):
+                    steps = 1 if goal == EXPANSIONS[0] else FAR
+                    fresh = _fresh_rows(chain, force, steps, series)
+                    settled = conditions.imply(fresh)
+        if settled and stop:
+            break
+    while settled and stop and len(ranks) > 1 and ranks[-1] == ranks[-2]:
+        ranks.pop()
     return conditions, ranks, settled, enough
 
 
@@ -166,7 +182,7 @@ def _generic(count: int, width: int) -> Array:
 
 def _result(
     linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
-    conditions: Conditions, orders: tuple[Order, ...], settled: bool,
+    exchanged: Transfers, conditions: Conditions, orders: tuple[Order, ...], settled: bool,
 ) -> DesignSpace:  # fmt: skip
     """Everything that the conditions tell, in SI units."""
     decision = conditions.decide()
@@ -179,10 +195,11 @@ def _result(
         planar=chain.planar, bodies=names(linkage.bodies), inputs=linkage.inputs,
         idle=_idle(linkage, chain), orders=orders, settled=settled,
         basis=frozen(basis.reshape(bodies * len(G), nullity)),
+        serial_nullity=decision.known.shape[1],
         axes=chain.frame.R, frames=linkage.frames, length=chain.frame.length,
         singular_values=decision.singular_values, kept=decision.kept, dropped=decision.dropped,
         notices=(*linkage.notices, *_notices(chain, decision, settled)),
-        _conditions=conditions, _chain=chain,
+        _conditions=conditions, _chain=chain, _exchanged=exchanged,
     )  # fmt: skip
 
 

@@ -13,151 +13,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.kernels import kernel
+from balance.elimination import FLOOR, absorb, gather, implied, null_space
 from kinematics.linkage import frozen
 
 __all__ = ["Conditions", "Decision"]
 
 Array = NDArray[np.float64]
 
-# Round-off of a regressor, relative to its largest singular value: measured values lie
-# below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
-FLOOR = 2.0**-40
-# Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
-ROUNDING = 2.0**-46
-
-
-@kernel
-def _absorb(R, rows, begin, end, weight, floor, scale):
-    """Pivoted triangular factor of R and ``weight * rows[begin:end]``, and what was cut off.
-
-    Returns:
-        The factor (rank, columns) with columns in their own order, the order in which they
-        were eliminated, the largest pivot, and the norm of the remainder.
-    """
-    old, p = R.shape
-    m = old + end - begin
-    W = np.empty((p, m))
-    norms = np.zeros(p)
-    permutation = np.arange(p)
-    for j in range(p):
-        for i in range(old):
-            W[j, i] = R[i, j]
-        for i in range(end - begin):
-            W[j, old + i] = weight * rows[begin + i, j]
-        for i in range(m):
-            norms[j] += W[j, i] * W[j, i]
-    rank = 0
-    remainder = 0.0
-    for k in range(min(m, p) + 1):
-        remainder = 0.0
-        pivot = k
-        for j in range(k, p):
-            remainder += norms[j]
-            if norms[j] > norms[pivot]:
-                pivot = j
-        if k == min(m, p):
-            break
-        size = np.sqrt(norms[pivot])
-        scale = max(scale, size)
-        if size <= floor * scale:
-            break
-        if pivot != k:
-            permutation[k], permutation[pivot] = permutation[pivot], permutation[k]
-            norms[pivot] = norms[k]
-            for i in range(m):
-                W[k, i], W[pivot, i] = W[pivot, i], W[k, i]
-        rank = k + 1
-        v = W[k, k:]
-        diagonal = -size if v[0] > 0.0 else size
-        v[0] -= diagonal
-        factor = 1.0 / (diagonal * v[0])
-        for j in range(k + 1, p):
-            u = W[j, k:]
-            dot = 0.0
-            for i in range(v.size):
-                dot += v[i] * u[i]
-            dot *= factor
-            u[0] += dot * v[0]
-            total = 0.0
-            for i in range(1, v.size):
-                u[i] += dot * v[i]
-                total += u[i] * u[i]
-            norms[j] = total
-        v[0] = diagonal
-    out = np.zeros((rank, p))
-    for j in range(p):
-        for i in range(min(j + 1, rank)):
-            out[i, permutation[j]] = W[j, i]
-    return out, permutation, scale, np.sqrt(remainder)
-
-
-@kernel
-def _implied(R, permutation, rows, begin, end, weight, floor, scale):
-    """Whether ``weight * rows[begin:end]`` follow from the factor R.
-
-    One generic combination of the rows is eliminated by the factor: if any of them adds a
-    condition, so does almost every combination.
-    """
-    rank, p = R.shape
-    x = np.zeros(p)
-    for i in range(begin, end):
-        c = weight * np.cos((i - begin + 1.0) ** 2)
-        for j in range(p):
-            x[j] += c * rows[i, j]
-    size = 0.0
-    for j in range(p):
-        size += x[j] * x[j]
-    size = np.sqrt(size)
-    growth = 1.0
-    for i in range(rank):
-        multiplier = x[permutation[i]] / R[i, permutation[i]]
-        growth = max(growth, abs(multiplier))
-        for j in range(p):
-            x[j] -= multiplier * R[i, j]
-    remainder = 0.0
-    for i in range(rank, p):
-        remainder += x[permutation[i]] ** 2
-    return np.sqrt(remainder) <= floor * max(scale, size) + ROUNDING * growth * scale
-
-
-@kernel
-def _gather(
-    R, permutation, scale, dropped, rows, per_ray, width, first, radius, fresh, stop, floor
-):
-    """Absorb the rows of consecutive orders; see `Conditions.with_orders`."""
-    orders, count, p = rows.shape
-    ranks = np.zeros(orders, np.int64)
-    settled = True
-    done = 0
-    for k in range(orders):
-        order = first + k
-        weight = radius**order
-        every = 1
-        for i in range(order):
-            every = every * (width + i) // (i + 1)
-        used = 0
-        while used < every:
-            wanted = 2 * used if used > 0 else -(-(p - R.shape[0]) // per_ray)
-            wanted = min(every, max(wanted, 1))
-            if (wanted if wanted == every else wanted + 1) * per_ray > count:
-                return R, permutation, scale, dropped, ranks[:done], False, False
-            begin, end = used * per_ray, wanted * per_ray
-            R, permutation, scale, remainder = _absorb(
-                R, rows[k], begin, end, weight, floor, scale
-            )
-            dropped = max(dropped, remainder)
-            used = wanted
-            if used < every and _implied(
-                R, permutation, rows[k], end, end + per_ray, weight, floor, scale
-            ):
-                break
-        ranks[k] = R.shape[0]
-        done += 1
-        settled = _implied(R, permutation, fresh, 0, fresh.shape[0], 1.0, floor, scale)
-        if settled and stop:
-            break
-    return R, permutation, scale, dropped, ranks[:done], settled, True
+# Entries of an orthonormal basis that are smaller are round-off.
+NOTHING = 2.0**-48
 
 
 class Decision(NamedTuple):
@@ -167,57 +31,109 @@ class Decision(NamedTuple):
         singular_values: of all conditions, relative to the largest, descending (rank,).
         kept: the smallest of them; 1 if there are none.
         dropped: upper bound of the first one that counts as round-off, relative.
-        basis: orthonormal null space (parameters, nullity).
+        known: orthonormal basis of the solutions known beforehand (unknowns, s).
+        rest: orthonormal basis of the solutions perpendicular to them.
     """
 
     singular_values: Array
     kept: float
     dropped: float
-    basis: Array
+    known: Array
+    rest: Array
+
+    @property
+    def basis(self) -> Array:
+        """Orthonormal null space, those known beforehand first (unknowns, nullity)."""
+        basis = np.concatenate([self.known, self.rest], axis=1)
+        basis[np.abs(basis) < NOTHING] = 0.0
+        return basis
 
 
 class Conditions(NamedTuple):
-    """Linear conditions on ``columns`` unknowns, compressed to a triangular factor.
+    """Linear conditions on unknowns, compressed to a triangular factor.
+
+    Solutions that are known beforehand, by proof, are taken out: as many unknowns as there
+    are known solutions are left out, and the conditions are on the others alone.
 
     Attributes:
         factor: as many rows as there are independent conditions, triangular once its
             columns are taken in the order of ``permutation``.
         permutation: see ``factor``.
+        columns: the unknowns that the columns of ``factor`` stand for.
+        known: known solutions, as the rows of a triangular factor (s, unknowns).
+        without: the s unknowns that are left out.
         scale: largest pivot seen.
         dropped: largest remainder that was cut off as round-off.
     """
 
     factor: Array
     permutation: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    known: Array
+    without: NDArray[np.int64]
     scale: float = 0.0
     dropped: float = 0.0
 
     @classmethod
-    def none(cls, columns: int) -> Conditions:
+    def none(cls, unknowns: int) -> Conditions:
         """No conditions yet."""
-        return cls(np.empty((0, columns)), np.arange(columns))
+        return cls.beside(np.empty((0, unknowns)))
+
+    @classmethod
+    def beside(cls, known: Array) -> Conditions:
+        """No conditions yet, on unknowns of which the rows of ``known`` are solutions."""
+        count = known.shape[1]
+        factor, permutation, _, _ = absorb(
+            np.empty((0, count)), known, np.arange(count), 0, len(known), 1.0, FLOOR, 1.0
+        )
+        s = len(factor)
+        columns = np.sort(permutation[s:])
+        empty = np.empty((0, columns.size))
+        return cls(empty, np.arange(columns.size), columns, factor, permutation[:s])
 
     @property
     def rank(self) -> int:
         """Number of independent conditions."""
         return len(self.factor)
 
+    @property
+    def complete(self) -> bool:
+        """Whether there is no room for another condition."""
+        return len(self.factor) == self.columns.size
+
+    @property
+    def rows(self) -> Array:
+        """The conditions on all unknowns, perpendicular to the known solutions' rows.
+
+        ``F x = 0`` for ``x`` known determines the columns left out from the others.
+        """
+        rows = np.zeros((self.rank, self.known.shape[1]))
+        rows[:, self.columns] = self.factor
+        if self.without.size:
+            W = np.linalg.solve(self.known[:, self.without], self.known[:, self.columns])
+            rows[:, self.without] = -self.factor @ W.T
+        return rows
+
     def and_also(self, rows: Array) -> Conditions:
-        """These conditions and those in ``rows`` (any leading shape, columns last)."""
-        block = rows.reshape(-1, self.factor.shape[1])
-        factor, permutation, scale, remainder = _absorb(
-            self.factor, block, 0, len(block), 1.0, FLOOR, self.scale
+        """These conditions and those in ``rows`` (any leading shape, unknowns last)."""
+        block = rows.reshape(-1, self.known.shape[1])
+        factor, permutation, scale, remainder = absorb(
+            self.factor, block, self.columns, 0, len(block), 1.0, FLOOR, self.scale
         )
-        return Conditions(factor, permutation, scale, max(self.dropped, remainder))
+        return self._replace(
+            factor=factor, permutation=permutation, scale=scale,
+            dropped=max(self.dropped, remainder),
+        )  # fmt: skip
 
     def imply(self, rows: Array) -> bool:
         """Whether rows that were not used follow from these conditions."""
-        block = rows.reshape(-1, self.factor.shape[1])
-        return bool(
-            _implied(
-                self.factor, self.permutation, block, 0, len(block), 1.0, FLOOR, self.scale
+        block = rows.reshape(-1, self.known.shape[1])
+        return self.complete or bool(
+            implied(
+                self.factor, self.permutation, block, self.columns, 0, len(block), 1.0, FLOOR,
+                self.scale,
             )
-        )
+        )  # fmt: skip
 
     def with_orders(
         self, rows: Array, first: int, radius: float, fresh: Array, stop: bool
@@ -229,29 +145,44 @@ class Conditions(NamedTuple):
         are weighted by ``radius**k``.
 
         Args:
-            rows: shape (orders, rays, w, rows per column, columns).
+            rows: shape (orders, rays, w, rows per column, unknowns).
             first: the first of the orders.
             radius: radius of convergence of the series.
-            fresh: rows of a finite pose, which decide whether another order is needed.
-            stop: whether to stop at the order that needs no other.
+            fresh: rows of a finite pose, which decide whether another order is needed;
+                without any, only conditions that are complete settle that.
+            stop: whether to stop at the order that needs no other; without fresh rows, at
+                the first one that adds nothing.
 
         Returns:
-            The conditions, the rank after each order, whether the fresh rows follow from
-            them, and whether there were enough rays.
+            The conditions, the rank after each order, whether it is settled that they are
+            all there are, and whether there were enough rays.
         """
-        orders, rays, width, rows_per_column, columns = rows.shape
-        factor, permutation, scale, dropped, ranks, settled, enough = _gather(
+        orders, rays, width, rows_per_column, unknowns = rows.shape
+        factor, permutation, scale, dropped, ranks, settled, enough = gather(
             self.factor, self.permutation, self.scale, self.dropped,
-            rows.reshape(orders, -1, columns), width * rows_per_column, width, first, radius,
-            fresh, stop, FLOOR,
+            rows.reshape(orders, -1, unknowns), self.columns, width * rows_per_column, width,
+            first, radius, fresh, stop, FLOOR,
         )  # fmt: skip
-        return Conditions(factor, permutation, scale, dropped), ranks, settled, enough
+        conditions = self._replace(
+            factor=factor, permutation=permutation, scale=scale, dropped=dropped
+        )
+        return conditions, ranks, settled, enough
 
     def decide(self) -> Decision:
         """Singular values and null space of the conditions gathered so far."""
+        known = np.linalg.qr(self.known.T)[0]
         if self.rank == 0:
-            return Decision(frozen([]), 1.0, 0.0, np.eye(self.factor.shape[1]))
-        _, values, Vt = np.linalg.svd(self.factor)
+            rest = null_space(self.known, 0.0)
+            return Decision(frozen([]), 1.0, 0.0, known, rest)
+        rows = self.rows
+        if self.complete:
+            values, rest = np.linalg.svd(rows, compute_uv=False), np.empty((len(known), 0))
+        else:
+            _, values, Vt = np.linalg.svd(rows, full_matrices=False)
+            rest = np.zeros((len(known), self.columns.size - self.rank))
+            rest[self.columns] = null_space(self.factor, 0.0)
+            rest -= known @ (known.T @ rest)
+            rest = np.linalg.qr(rest - Vt.T @ (Vt @ rest))[0]
         relative = values / values[0]
         dropped = self.dropped / float(values[0])
-        return Decision(frozen(relative), float(relative[-1]), dropped, Vt[self.rank :].T)
+        return Decision(frozen(relative), float(relative[-1]), dropped, known, rest)

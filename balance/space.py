@@ -11,6 +11,8 @@ import numpy as np
 
 from balance.archive import SpaceRecord, digest
 from balance.inertia import to_chain, violations
+from balance.opening import Transfers
+from balance.partition import Transfer, by_joint
 from balance.rank import Conditions
 from kinematics.linkage import Chain, Linkage, Notice
 
@@ -45,14 +47,25 @@ class DesignSpace(SpaceRecord):
     linkage: Linkage = field(kw_only=True)
     _conditions: Conditions = field(repr=False, kw_only=True)
     _chain: Chain = field(repr=False, kw_only=True)
+    _exchanged: Transfers = field(repr=False, kw_only=True)
+
+    @cached_property
+    def transfers(self) -> tuple[Transfer, ...]:
+        """What may be exchanged across each joint that moves; together, ``serial``.
+
+        Transfers of different joints may depend on one another along a loop, so that their
+        dimensions may add up to more than that of ``serial``.
+        """
+        force = self.balance == "force"
+        return by_joint(self.linkage, self._chain, self._exchanged, force)
 
     @cached_property
     def as_given(self) -> AsGiven:
         """Whether the masses in the file are balanced."""
-        factor = self._conditions.factor
+        rows = self._conditions.rows
         given = np.array([body.inertia for body in self.linkage.bodies])
         z = to_chain(given, self._chain.frame, self.planar, self.balance == "force")
-        by_body = np.einsum("rbp,bp->rb", factor.reshape(self.rank, *z.shape), z)
+        by_body = np.einsum("rbp,bp->rb", rows.reshape(self.rank, *z.shape), z)
         total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
         left = by_body.sum(axis=1)
         residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
@@ -101,8 +114,8 @@ class DesignSpace(SpaceRecord):
             "kmax": self.kmax,
             "rank": self.rank,
             "nullity": self.nullity,
-            "serial": None,
-            "parallel": None,
+            "serial": self.serial_nullity,
+            "parallel": self.nullity - self.serial_nullity,
             "certainty": None,
             "margin": {"kept": self.kept, "dropped": self.dropped},
             "as_given": self.as_given._asdict(),

@@ -19,8 +19,8 @@ import kinematics
 from kinematics.errors import FileError, LinkageError
 
 SHARED = (
-    "balance planar bodies inputs idle orders settled kmax rank nullity length kept dropped "
-    "notices labels"
+    "balance planar bodies inputs idle orders settled kmax rank nullity serial_nullity length "
+    "kept dropped notices labels"
 ).split()
 
 
@@ -81,7 +81,7 @@ def test_a_saved_file_is_whole_and_the_same_each_time(tmp_path, monkeypatch):
         "inputs": ["u1"], "motion": None, "balance": "dynamic", "max_order": 3,
         "spatial": False,
     }  # fmt: skip
-    assert header["format"] == "balance.space/1" and header["directions"] == "deterministic"
+    assert header["format"] == "balance.space/2" and header["directions"] == "deterministic"
 
 
 FREE = """<robot name="free"><link name="ground"/>
@@ -140,6 +140,7 @@ def packed(folder, **changes):
 DAMAGE = [
     {"bodies": "lower1"}, {"bodies": ["lower1"]}, {"bodies": "none"}, {"orders": []},
     {"orders": [[0, 35, 35], [2, 35, 35]]}, {"orders": [[0, 35.0, 35]]}, {"settled": 1},
+    {"serial_nullity": 36},
     {"orders": [[0, 34, 35]]}, {"kept": "1"}, {"notices": [["a"]]}, {"balance": "static"},
     {"spatial": False}, {"motion": None}, {"sha256": 5}, {"source": None}, {"inputs": ["u1"]},
     {"basis": lambda a: a[:, :-1]}, {"basis": lambda a: a.astype(np.float32)},

@@ -1,0 +1,215 @@
+"""Elimination with pivots: the compiled kernels behind every rank and null space.
+
+Householder reflections, largest column first, cut off where what remains is round-off (in
+the spirit of T. F. Chan, 1987). What counts as round-off is for the caller to say.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinematics.kernels import kernel
+
+__all__ = ["FLOOR", "absorb", "gather", "implied", "null_space"]
+
+# Round-off of a regressor, relative to its largest singular value: measured values lie
+# below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
+FLOOR = 2.0**-40
+# Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
+ROUNDING = 2.0**-46
+
+
+@kernel
+def absorb(R, rows, columns, begin, end, weight, floor, scale):
+    """Pivoted triangular factor of R and ``weight * rows[begin:end]``, and what was cut off.
+
+    Of the rows only the entries at ``columns`` are used.
+
+    Returns:
+        The factor (rank, columns) with columns in their own order, the order in which they
+        were eliminated, the largest pivot, and the norm of the remainder.
+    """
+    old, p = R.shape
+    m = old + end - begin
+    W = np.empty((p, m))
+    norms = np.zeros(p)
+    permutation = np.arange(p)
+    for j in range(p):
+        for i in range(old):
+            W[j, i] = R[i, j]
+        for i in range(end - begin):
+            W[j, old + i] = weight * rows[begin + i, columns[j]]
+        for i in range(m):
+            norms[j] += W[j, i] * W[j, i]
+    rank = 0
+    remainder = 0.0
+    for k in range(min(m, p) + 1):
+        remainder = 0.0
+        pivot = k
+        for j in range(k, p):
+            remainder += norms[j]
+            if norms[j] > norms[pivot]:
+                pivot = j
+        if k == min(m, p):
+            break
+        size = np.sqrt(norms[pivot])
+        scale = max(scale, size)
+        if size <= floor * scale:
+            break
+        if pivot != k:
+            permutation[k], permutation[pivot] = permutation[pivot], permutation[k]
+            norms[pivot] = norms[k]
+            for i in range(m):
+                W[k, i], W[pivot, i] = W[pivot, i], W[k, i]
+        rank = k + 1
+        v = W[k, k:]
+        diagonal = -size if v[0] > 0.0 else size
+        v[0] -= diagonal
+        factor = 1.0 / (diagonal * v[0])
+        for j in range(k + 1, p):
+            u = W[j, k:]
+            dot = 0.0
+            for i in range(v.size):
+                dot += v[i] * u[i]
+            dot *= factor
+            u[0] += dot * v[0]
+            total = 0.0
+            for i in range(1, v.size):
+                u[i] += dot * v[i]
+                total += u[i] * u[i]
+            norms[j] = total
+        v[0] = diagonal
+    out = np.zeros((rank, p))
+    for j in range(p):
+        for i in range(min(j + 1, rank)):
+            out[i, permutation[j]] = W[j, i]
+    return out, permutation, scale, np.sqrt(remainder)
+
+
+@kernel
+def implied(R, permutation, rows, columns, begin, end, weight, floor, scale):
+    """Whether ``weight * rows[begin:end]`` follow from the factor R.
+
+    One generic combination of the rows is eliminated by the factor: if any of them adds a
+    condition, so does almost every combination.
+    """
+    rank, p = R.shape
+    x = np.zeros(p)
+    for i in range(begin, end):
+        c = weight * np.cos((i - begin + 1.0) ** 2)
+        for j in range(p):
+            x[j] += c * rows[i, columns[j]]
+    size = 0.0
+    for j in range(p):
+        size += x[j] * x[j]
+    size = np.sqrt(size)
+    growth = 1.0
+    for i in range(rank):
+        multiplier = x[permutation[i]] / R[i, permutation[i]]
+        growth = max(growth, abs(multiplier))
+        for j in range(p):
+            x[j] -= multiplier * R[i, j]
+    remainder = 0.0
+    for i in range(rank, p):
+        remainder += x[permutation[i]] ** 2
+    return np.sqrt(remainder) <= floor * max(scale, size) + ROUNDING * growth * scale
+
+
+@kernel
+def gather(
+    R, permutation, scale, dropped, rows, columns, per_ray, width, first, radius, fresh, stop,
+    floor,
+):  # fmt: skip
+    """Absorb the rows of consecutive orders; see `balance.rank.Conditions.with_orders`."""
+    orders, count, _ = rows.shape
+    p = columns.size
+    ranks = np.zeros(orders, np.int64)
+    settled = False
+    done = 0
+    for k in range(orders):
+        order = first + k
+        weight = radius**order
+        every = 1
+        for i in range(order):
+            every = every * (width + i) // (i + 1)
+        used = 0
+        before = R.shape[0]
+        while used < every and R.shape[0] < p:
+            wanted = 2 * used if used > 0 else -(-(p - R.shape[0]) // per_ray)
+            wanted = min(every, max(wanted, 1))
+            if (wanted if wanted == every else wanted + 1) * per_ray > count:
+                return R, permutation, scale, dropped, ranks[:done], False, False
+            begin, end = used * per_ray, wanted * per_ray
+            R, permutation, scale, remainder = absorb(
+                R, rows[k], columns, begin, end, weight, floor, scale
+            )
+            dropped = max(dropped, remainder)
+            used = wanted
+            if used < every and implied(
+                R, permutation, rows[k], columns, end, end + per_ray, weight, floor, scale
+            ):
+                break
+        ranks[k] = R.shape[0]
+        done += 1
+        settled = R.shape[0] == p
+        if not settled and fresh.shape[0] > 0:
+            settled = implied(
+                R, permutation, fresh, columns, 0, fresh.shape[0], 1.0, floor, scale
+            )
+        if stop and (settled or (fresh.shape[0] == 0 and R.shape[0] == before)):
+            break
+    return R, permutation, scale, dropped, ranks[:done], settled, True
+
+
+@kernel
+def null_space(A, floor):
+    """Orthonormal null space of A, as columns.
+
+    Pivots up to ``floor`` times the largest pivot, or times 1, are round-off.
+    """
+    m, n = A.shape
+    W = A.copy()
+    Q = np.zeros((n, n))
+    for i in range(n):
+        Q[i, i] = 1.0
+    norms = np.zeros(m)
+    for i in range(m):
+        for j in range(n):
+            norms[i] += W[i, j] * W[i, j]
+    scale = 1.0
+    rank = 0
+    for k in range(min(m, n)):
+        pivot = k
+        for i in range(k, m):
+            if norms[i] > norms[pivot]:
+                pivot = i
+        size = np.sqrt(norms[pivot])
+        scale = max(scale, size)
+        if size <= floor * scale:
+            break
+        rank = k + 1
+        norms[pivot] = norms[k]
+        for j in range(n):
+            W[k, j], W[pivot, j] = W[pivot, j], W[k, j]
+        v = W[k, k:].copy()
+        diagonal = -size if v[0] > 0.0 else size
+        v[0] -= diagonal
+        factor = 1.0 / (diagonal * v[0])
+        for i in range(k + 1, m):
+            dot = 0.0
+            for j in range(v.size):
+                dot += W[i, k + j] * v[j]
+            dot *= factor
+            norms[i] = 0.0
+            for j in range(v.size):
+                W[i, k + j] += dot * v[j]
+                if j > 0:
+                    norms[i] += W[i, k + j] * W[i, k + j]
+        for i in range(n):
+            dot = 0.0
+            for j in range(v.size):
+                dot += Q[i, k + j] * v[j]
+            dot *= factor
+            for j in range(v.size):
+                Q[i, k + j] += dot * v[j]
+    return Q[:, rank:].copy()

@@ -1,0 +1,269 @@
+"""The serial design space: the transfers of a linkage, with its loops opened in every way.
+
+Loops are opened by splitting a moving body: every joint stays, and a copy of the body, whose
+parameters count for the body, hangs at its far end. The serial design space is the sum over
+all ways of opening. A joint has the same transfers in all ways that give the same V, and
+fewer if V is larger; so it is enough to walk through the linkage from the ground, to keep
+the smallest V at each body, and to collect the transfers met. A walk that comes back to a
+body does not add any, because V grows along it. (J. J. de Jong, PhD thesis, University of
+Twente, section 5.5.)
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.elimination import FLOOR, null_space
+from balance.momentum import parameters_per_body, rows_per_column
+from balance.transfer import SAME, beyond, contains, product, transferable
+from kinematics.kernels import kernel
+from kinematics.linkage import Chain
+
+__all__ = ["Transfers", "transfers"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@kernel
+def _nodes(parent, ends, links):
+    """Rigid parts: node of each link (the ground last), and the first body on each, or -1."""
+    n = parent.size
+    node = np.arange(n + 1)
+    for loop in range(ends.shape[0]):
+        keep, drop = node[ends[loop, 1]], node[ends[loop, 0]]
+        if drop == n:
+            keep, drop = drop, keep
+        for j in range(n + 1):
+            if node[j] == drop:
+                node[j] = keep
+    body = np.full(n + 1, -1)
+    for b in range(links.size - 1, -1, -1):
+        body[node[links[b]]] = b
+    return node, body
+
+
+@kernel
+def _owners(parent, node, body):
+    """A number for every joint, the same for joints between which there is no body."""
+    n = parent.size
+    group = np.arange(n + 1)
+    for j in range(n):
+        a, b = node[parent[j]], node[j]
+        if a != n and b != n and body[a] < 0 and body[b] < 0:
+            keep, drop = group[a], group[b]
+            for i in range(n + 1):
+                if group[i] == drop:
+                    group[i] = keep
+    owner = np.empty(n, np.int64)
+    for j in range(n):
+        a, b = node[parent[j]], node[j]
+        owner[j] = n + 1 + j
+        if a != n and body[a] < 0:
+            owner[j] = group[a]
+        elif b != n and body[b] < 0:
+            owner[j] = group[b]
+    return owner
+
+
+@kernel
+def _cluster(entry, start, parent, node, body):
+    """The joints from a body through one of its joints up to the next bodies.
+
+    Returns:
+        Joints, the place among them of the one before each, and the rigid part after each;
+        -1 for one that nothing can be carried to: the ground, or a part reached before.
+    """
+    n = parent.size
+    joint, before, target = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    source = np.empty(n, np.int64)
+    joint[0], before[0], source[0] = entry, -1, start
+    count = 1
+    k = 0
+    while k < count:
+        j = joint[k]
+        t = node[j] if node[j] != source[k] else node[parent[j]]
+        for other in range(k):
+            if body[t] < 0 and target[other] == t:
+                t = n
+        target[k] = t if t != n else -1
+        if t != n and body[t] < 0:
+            for other in range(n):
+                a, b = node[parent[other]], node[other]
+                if other != j and a != b and (a == t or b == t) and count < n:
+                    joint[count], before[count], source[count] = other, k, t
+                    count += 1
+        k += 1
+    return joint[:count], before[:count], target[:count]
+
+
+@kernel
+def _shares(before, target, body, passes, size):
+    """Combinations of what passes the joints of a cluster that leave its inner links empty.
+
+    Returns:
+        Parameters that pass each joint; (joints, parameters, combinations).
+    """
+    joints = before.size
+    first = np.zeros(joints + 1, np.int64)
+    row = np.empty(joints, np.int64)
+    inner = 0
+    for k in range(joints):
+        first[k + 1] = first[k] + passes[k].shape[1]
+        row[k] = inner * size
+        if target[k] >= 0 and body[target[k]] < 0:
+            inner += 1
+    A = np.zeros((inner * size, first[joints]))
+    for k in range(joints):
+        K, at = passes[k], first[k]
+        for c in range(K.shape[1]):
+            if body[target[k]] < 0:
+                A[row[k] : row[k] + size, at + c] = K[:, c]
+            if before[k] >= 0:
+                A[row[before[k]] : row[before[k]] + size, at + c] = -K[:, c]
+    mixed = null_space(A, FLOOR)
+    out = np.zeros((joints, size, mixed.shape[1]))
+    for k in range(joints):
+        out[k] = product(passes[k], mixed[first[k] : first[k + 1]])
+    return out
+
+
+@kernel
+def _keep(found, of, count, owner, x):
+    """Add x to the orthonormal transfers of its owner, if it is not in their span."""
+    left = 0.0
+    for _ in range(2):
+        for i in range(count):
+            if of[i] == owner:
+                dot = 0.0
+                for j in range(x.size):
+                    dot += found[i, j] * x[j]
+                for j in range(x.size):
+                    x[j] -= dot * found[i, j]
+    for j in range(x.size):
+        left += x[j] * x[j]
+    left = np.sqrt(left)
+    if left <= SAME:
+        return found, of, count
+    if count == found.shape[0]:
+        more, numbers = np.empty((2 * count + 16, x.size)), np.empty(2 * count + 16, np.int64)
+        more[:count], numbers[:count] = found, of
+        found, of = more, numbers
+    for j in range(x.size):
+        found[count, j] = x[j] / left
+    of[count] = owner
+    return found, of, count + 1
+
+
+@kernel
+def _search(parent, screws, ends, links, size, rows):
+    """All transfers, orthonormal for each owner; see `transfers`.
+
+    Returns:
+        Transfers (count, parameters) and the owner of each; the owner of each joint and the
+        rigid part of each link.
+    """
+    n, dim = screws.shape
+    node, body = _nodes(parent, ends, links)
+    body[n] = -1
+    owner = _owners(parent, node, body)
+    found, of, count = np.empty((0, links.size * size)), np.empty(0, np.int64), 0
+    x = np.empty(links.size * size)
+    # Bodies reached, the owner of the joint they were reached by, what they can attain.
+    at, by, spans = [n], [-1], [np.empty((0, dim))]
+    i = 0
+    while i < len(at):
+        start = at[i]
+        for entry in range(n):
+            a, b = node[parent[entry]], node[entry]
+            if a == b or (a != start and b != start) or owner[entry] == by[i]:
+                continue
+            joint, before, target = _cluster(entry, start, parent, node, body)
+            passes, twists = [], []
+            for k in range(joint.size):
+                s = screws[joint[k]]
+                V = spans[i] if before[k] < 0 else twists[before[k]]
+                if target[k] < 0:
+                    passes.append(np.empty((size, 0)))
+                    twists.append(V)
+                    continue
+                passes.append(transferable(s, V, size, rows))
+                twists.append(beyond(s, V))
+                if body[target[k]] < 0:
+                    continue
+                known = False
+                for other in range(len(at)):
+                    if at[other] == target[k] and contains(twists[k], spans[other]):
+                        known = True
+                        break
+                if not known:
+                    at.append(target[k])
+                    by.append(owner[entry])
+                    spans.append(twists[k])
+            shares = _shares(before, target, body, passes, size)
+            for c in range(shares.shape[2]):
+                x[:] = 0.0
+                for k in range(joint.size):
+                    b = body[target[k]] if target[k] >= 0 else -1
+                    for p in range(size):
+                        if b >= 0:
+                            x[b * size + p] += shares[k, p, c]
+                        if k == 0 and start != n:
+                            x[body[start] * size + p] -= shares[k, p, c]
+                found, of, count = _keep(found, of, count, owner[entry], x)
+        i += 1
+    return found[:count].copy(), of[:count].copy(), owner, node
+
+
+class Transfers(NamedTuple):
+    """What may be exchanged, in the frame and units of the chain.
+
+    Attributes:
+        rows: transfers (count, parameters): added to all bodies, they change no momentum.
+        owner: what carries each of them (count,): a number shared by the joints that it
+            passes through, or ``-1 - part`` between bodies of one rigid part.
+        joints: the number of each joint of the chain (n,).
+        part: rigid part of each link, and last of the ground, whose number is n; (n + 1,).
+    """
+
+    rows: Array
+    owner: IntArray
+    joints: IntArray
+    part: IntArray
+
+
+def transfers(chain: Chain, force: bool = False) -> Transfers:
+    """Every inertia transfer of a linkage whose loops are opened by splitting bodies.
+
+    Args:
+        chain: the linkage without idle joints.
+        force: whether only linear momentum counts, and parameters m, mc.
+    """
+    size = parameters_per_body(chain.planar, force)
+    rows, owner, joints, part = _search(
+        chain.parent, chain.screws, chain.ends, chain.links, size,
+        rows_per_column(chain.planar, force),
+    )  # fmt: skip
+    return _with_rigid_parts(Transfers(rows, owner, joints, part), chain.links, size)
+
+
+def _with_rigid_parts(found: Transfers, links: IntArray, size: int) -> Transfers:
+    """As found, and all that bodies of one rigid part can exchange, or the ground can take."""
+    part, ground = found.part[links], found.joints.size
+    first = {p: b for b, p in reversed(list(enumerate(part.tolist())))}
+    rows, owner = [found.rows], [found.owner]
+    for b, p in enumerate(part.tolist()):
+        if p != ground and b == first[p]:
+            continue
+        block = np.zeros((size, part.size, size))
+        block[:, b] = np.eye(size)
+        if p != ground:
+            block[:, first[p]] = -np.eye(size)
+        rows.append(block.reshape(size, -1))
+        owner.append(np.full(size, -1 - p))
+    if len(rows) == 1:
+        return found
+    return found._replace(rows=np.concatenate(rows), owner=np.concatenate(owner))

@@ -1,0 +1,82 @@
+"""The serial design space joint by joint: which bodies may exchange what."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.inertia import from_chain
+from balance.opening import Transfers
+from kinematics.linkage import Chain, Linkage, frozen, names
+
+__all__ = ["Transfer", "by_joint"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+# Parameters of a transfer below this part of its largest are round-off.
+NOTHING = 1e-12
+
+
+class Transfer(NamedTuple):
+    """What may be exchanged across one joint.
+
+    Attributes:
+        joints: names of the joints of one degree of freedom that it passes through, in the
+            linkage's order: several for a joint of several, and where links without
+            parameters lie between; none where bodies are rigidly joined, or do not move.
+        bodies: names of the bodies that take part, in their order; the ground can take any
+            inertia and is not named.
+        basis: mass distributions of all bodies (parameters, dimension), one column per
+            transfer, in the rows and units of `SpaceRecord.basis`.
+    """
+
+    joints: tuple[str, ...]
+    bodies: tuple[str, ...]
+    basis: Array
+
+    @property
+    def dimension(self) -> int:
+        """How many independent transfers there are."""
+        return self.basis.shape[1]
+
+
+def by_joint(
+    linkage: Linkage, chain: Chain, found: Transfers, force: bool
+) -> tuple[Transfer, ...]:
+    """The transfers of every joint that moves, in SI units, and then those of rigid parts.
+
+    Args:
+        linkage: the linkage.
+        chain: the chain that the transfers are of.
+        found: the transfers.
+        force: whether they are those of force balance.
+    """
+    G = from_chain(chain.frame, chain.planar, force)
+    all_joints = names(linkage.joints)
+    all_bodies = names(linkage.bodies)
+    result = []
+    for owner in dict.fromkeys([*found.joints.tolist(), *found.owner.tolist()]):
+        rows = found.rows[found.owner == owner].reshape(-1, len(all_bodies), len(G))
+        basis = np.einsum("pq,cbq->bpc", G, rows).reshape(-1, len(rows))
+        basis[np.abs(basis) <= NOTHING * np.abs(basis).max(axis=0, initial=0.0)] = 0.0
+        joints = np.flatnonzero(found.joints == owner).astype(np.int64)
+        result.append(
+            Transfer(
+                tuple(all_joints[j] for j in chain.joints[joints]),
+                tuple(all_bodies[b] for b in _taking_part(chain, found, joints, owner)),
+                frozen(basis),
+            )
+        )
+    return tuple(result)
+
+
+def _taking_part(chain: Chain, found: Transfers, joints: IntArray, owner: int) -> list[int]:
+    """Bodies on the rigid parts that the joints join: one of each; or all of one part."""
+    part = found.part[chain.links].tolist()
+    if not joints.size:
+        return [b for b, p in enumerate(part) if p == -1 - owner]
+    joined = {*found.part[joints].tolist(), *found.part[chain.parent[joints]].tolist()}
+    moving = joined - {found.joints.size}
+    return sorted(part.index(p) for p in moving if p in part)

@@ -1,0 +1,176 @@
+"""Inertia transfers: what links can exchange across a joint while no momentum changes.
+
+Let joint j, with screw s, carry a link on another whose attainable twists span V. Take the
+parameters z from the one and give them to the other. At displacement q of the joint the
+momentum changes by ``M(e^{qL} z) s`` per rate of the joint, and by ``(M(e^{qL} z) - M(z)) t``
+per rate of a twist t below it, where ``L z`` is the rate of the parameters of a body that
+moves with s: ``P' = ŝ P + P ŝᵀ`` for the pseudo-inertia P. Both vanish for every q iff
+
+    M(Lᵏ z) s = 0  for k ≥ 0,     M(Lᵏ z) t = 0  for k ≥ 1 and t in V,
+
+and beyond the joint the twists ``Σ ad(s)ᵏ V + ⟨s⟩`` can be attained. What passes through
+links without parameters of their own must pass through all the joints at them. (J. J. de
+Jong, PhD thesis, University of Twente, section 5.5; the recursion in the manner of P. M.
+Wensing, G. Niemeyer and J.-J. E. Slotine, 2017.)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from balance.elimination import FLOOR, null_space
+from kinematics.kernels import kernel
+
+__all__ = ["SAME", "beyond", "contains", "product", "transferable"]
+
+# Directions that deviate less from known ones are known: spaces that meet at a smaller angle
+# than this, but above round-off, would need a linkage drawn to ten digits.
+SAME = 2.0**-30
+
+
+@kernel
+def _momentum(t, z, h):
+    """Momentum h of the parameters z at twist t; without moments if h has no room for them."""
+    if t.size == 3:
+        p = h.size - 2
+        h[p] = z[0] * t[1] - t[0] * z[2]
+        h[p + 1] = z[0] * t[2] + t[0] * z[1]
+        if p:
+            h[0] = z[3] * t[0] + z[1] * t[2] - z[2] * t[1]
+        return
+    p = h.size - 3
+    m, x, y, c = z[0], z[1], z[2], z[3]
+    h[p] = m * t[3] + t[1] * c - t[2] * y
+    h[p + 1] = m * t[4] + t[2] * x - t[0] * c
+    h[p + 2] = m * t[5] + t[0] * y - t[1] * x
+    if p:
+        h[0] = z[4] * t[0] + z[7] * t[1] + z[8] * t[2] + y * t[5] - c * t[4]
+        h[1] = z[7] * t[0] + z[5] * t[1] + z[9] * t[2] + c * t[3] - x * t[5]
+        h[2] = z[8] * t[0] + z[9] * t[1] + z[6] * t[2] + x * t[4] - y * t[3]
+
+
+@kernel
+def _rate(s, z, d):
+    """Rate d of the parameters z of a body that moves with the twist s: d = L z."""
+    d[0] = 0.0
+    if s.size == 3:
+        d[1] = z[0] * s[1] - s[0] * z[2]
+        d[2] = z[0] * s[2] + s[0] * z[1]
+        if z.size == 4:
+            d[3] = 2.0 * (z[1] * s[1] + z[2] * s[2])
+        return
+    a, b, c, u, v, w = s[0], s[1], s[2], s[3], s[4], s[5]
+    m, x, y, k = z[0], z[1], z[2], z[3]
+    d[1] = m * u + b * k - c * y
+    d[2] = m * v + c * x - a * k
+    d[3] = m * w + a * y - b * x
+    if z.size == 10:
+        d[4] = 2.0 * (b * z[8] - c * z[7] + y * v + k * w)
+        d[5] = 2.0 * (c * z[7] - a * z[9] + x * u + k * w)
+        d[6] = 2.0 * (a * z[9] - b * z[8] + x * u + y * v)
+        d[7] = b * z[9] - c * z[5] + c * z[4] - a * z[8] - x * v - y * u
+        d[8] = b * z[6] - c * z[9] + a * z[7] - b * z[4] - x * w - k * u
+        d[9] = c * z[8] - a * z[6] + a * z[5] - b * z[7] - y * w - k * v
+
+
+@kernel
+def transferable(s, V, size, rows):
+    """Orthonormal parameters (size, d) that can pass a joint with twists V (v, 6) below it."""
+    A = np.empty((rows * (1 + V.shape[0]), size))
+    z, d, h = np.zeros(size), np.zeros(size), np.zeros(rows)
+    for c in range(size):
+        z[c] = 1.0
+        _momentum(s, z, h)
+        A[:rows, c] = h
+        _rate(s, z, d)
+        for i in range(V.shape[0]):
+            _momentum(V[i], d, h)
+            A[rows * (1 + i) : rows * (2 + i), c] = h
+        z[c] = 0.0
+    K = null_space(A, FLOOR)
+    while K.shape[1] > 0:
+        # The part of L K that leaves the span of K must vanish.
+        out = np.empty(K.shape)
+        for c in range(K.shape[1]):
+            _rate(s, K[:, c], d)
+            remove(K.T, d)
+            out[:, c] = d
+        stays = null_space(out, FLOOR)
+        if stays.shape[1] == K.shape[1]:
+            break
+        K = product(K, stays)
+    return K
+
+
+@kernel
+def product(A, B):
+    """Matrix product of small matrices."""
+    out = np.zeros((A.shape[0], B.shape[1]))
+    for i in range(A.shape[0]):
+        for k in range(B.shape[0]):
+            for j in range(B.shape[1]):
+                out[i, j] += A[i, k] * B[k, j]
+    return out
+
+
+@kernel
+def remove(W, x):
+    """Take from x its part in the span of the orthonormal rows of W; the size of the rest."""
+    for _ in range(2):
+        for i in range(W.shape[0]):
+            dot = 0.0
+            for j in range(x.size):
+                dot += W[i, j] * x[j]
+            for j in range(x.size):
+                x[j] -= dot * W[i, j]
+    total = 0.0
+    for j in range(x.size):
+        total += x[j] * x[j]
+    return np.sqrt(total)
+
+
+@kernel
+def _bracket(s, t, out):
+    """The twist ad(s) t."""
+    if s.size == 3:
+        out[0] = 0.0
+        out[1] = t[0] * s[2] - s[0] * t[2]
+        out[2] = s[0] * t[1] - t[0] * s[1]
+        return
+    for i in range(3):
+        u, v = (i + 1) % 3, (i + 2) % 3
+        out[i] = s[u] * t[v] - s[v] * t[u]
+        out[3 + i] = s[3 + u] * t[v] - s[3 + v] * t[u] + s[u] * t[3 + v] - s[v] * t[3 + u]
+
+
+@kernel
+def beyond(s, V):
+    """Orthonormal twists (v, 6) attainable beyond a joint with twists V below it."""
+    dim = s.size
+    W, count = np.empty((dim, dim)), V.shape[0]
+    W[:count] = V
+    x = s.copy()
+    size = remove(W[:count], x)
+    if size > FLOOR:
+        W[count] = x / size
+        count += 1
+    i = 0
+    while i < count and count < dim:
+        _bracket(s, W[i], x)
+        size = remove(W[:count], x)
+        if size > FLOOR:
+            W[count] = x / size
+            count += 1
+        i += 1
+    return W[:count].copy()
+
+
+@kernel
+def contains(V, U):
+    """Whether the span of the rows of V contains that of the orthonormal rows of U."""
+    if U.shape[0] > V.shape[0]:
+        return False
+    for i in range(U.shape[0]):
+        if remove(V, U[i].copy()) > SAME:
+            return False
+    return True

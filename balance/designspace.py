@@ -95,8 +95,8 @@ def _gather(
     none = Conditions.beside(exchanged.rows)
     last = EXPANSIONS[-1] if max_order is None else max_order
     rows = chain.width * rows_per_column(chain.planar, force)
-    rays = min(comb(chain.width + 1, 2), 1 - (-none.columns.size // rows))
     size = none.known.shape[1]
+    rays = min(comb(chain.width + 1, 2), 1 - (-size // rows))
     while True:
         conditions, ranks, settled, enough = _along(
             rays, chain, force, none, last, max_order is None
@@ -130,7 +130,8 @@ def _along(
                     return conditions, ranks, False, False
                 ranks += found.tolist()
                 first, rows = first + found.size, rows[found.size :]
-                if not settled and not len(fresh):
+                stalled = ranks[-1:] == ranks[-2:-1]
+                if not settled and not len(fresh) and (stalled or upto == goal):
                     steps = 1 if goal == EXPANSIONS[0] else FAR
                     fresh = _fresh_rows(chain, force, steps, series)
                     settled = conditions.imply(fresh)
@@ -195,7 +196,7 @@ def _result(
         planar=chain.planar, bodies=names(linkage.bodies), inputs=linkage.inputs,
         idle=_idle(linkage, chain), orders=orders, settled=settled,
         basis=frozen(basis.reshape(bodies * len(G), nullity)),
-        serial_nullity=decision.known.shape[1],
+        serial_nullity=decision.known,
         axes=chain.frame.R, frames=linkage.frames, length=chain.frame.length,
         singular_values=decision.singular_values, kept=decision.kept, dropped=decision.dropped,
         notices=(*linkage.notices, *_notices(chain, decision, settled)),

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinematics.kernels import kernel
 
-__all__ = ["FLOOR", "absorb", "gather", "implied", "null_space"]
+__all__ = ["FLOOR", "absorb", "extend", "gather", "implied", "null_space", "solutions"]
 
 # Round-off of a regressor, relative to its largest singular value: measured values lie
 # below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
@@ -213,3 +213,68 @@ def null_space(A, floor):
             for j in range(v.size):
                 Q[i, k + j] += dot * v[j]
     return Q[:, rank:].copy()
+
+
+@kernel
+def orthonormal(rows):
+    """Make independent rows orthonormal, each in turn against those before it.
+
+    A row that lost more than half its size to the others is treated twice (J. W. Daniel et
+    al., 1976).
+    """
+    for i in range(rows.shape[0]):
+        x = rows[i]
+        size = 0.0
+        for j in range(x.size):
+            size += x[j] * x[j]
+        before = np.inf
+        while size < 0.25 * before:
+            before = size
+            for k in range(i):
+                y = rows[k]
+                dot = 0.0
+                for j in range(x.size):
+                    dot += x[j] * y[j]
+                if dot != 0.0:
+                    for j in range(x.size):
+                        x[j] -= dot * y[j]
+            size = 0.0
+            for j in range(x.size):
+                size += x[j] * x[j]
+        for j in range(x.size):
+            x[j] /= np.sqrt(size)
+
+
+@kernel
+def extend(known, without, factor, columns):
+    """Rows of a factor, written for all unknowns so that every row of ``known`` solves them.
+
+    The head of ``known``, its columns ``without``, is upper triangular.
+    """
+    s, count = known.shape
+    rows = np.zeros((factor.shape[0], count))
+    for r in range(factor.shape[0]):
+        for j in range(columns.size):
+            rows[r, columns[j]] = factor[r, j]
+        for k in range(s - 1, -1, -1):
+            total = 0.0
+            for j in range(count):
+                total += known[k, j] * rows[r, j]
+            rows[r, without[k]] = -total / known[k, without[k]]
+    return rows
+
+
+@kernel
+def solutions(known, factor, columns):
+    """Orthonormal solutions as rows: those known, and then the others that a factor leaves."""
+    s, count = known.shape
+    others = columns.size - factor.shape[0]
+    out = np.zeros((s + others, count))
+    out[:s] = known
+    if others > 0:
+        rest = null_space(factor, 0.0)
+        for i in range(others):
+            for j in range(columns.size):
+                out[s + i, columns[j]] = rest[j, i]
+    orthonormal(out)
+    return out

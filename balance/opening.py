@@ -174,6 +174,7 @@ def _search(parent, screws, ends, links, size, rows):
     x = np.empty(links.size * size)
     # Bodies reached, the owner of the joint they were reached by, what they can attain.
     at, by, spans = [n], [-1], [np.empty((0, dim))]
+    crossed = np.zeros(2 * n + 1, np.bool_)
     i = 0
     while i < len(at):
         start = at[i]
@@ -181,6 +182,10 @@ def _search(parent, screws, ends, links, size, rows):
             a, b = node[parent[entry]], node[entry]
             if a == b or (a != start and b != start) or owner[entry] == by[i]:
                 continue
+            # Where every twist can be attained, least can be exchanged: nothing new.
+            if crossed[owner[entry]] and spans[i].shape[0] == dim:
+                continue
+            crossed[owner[entry]] = True
             joint, before, target = _cluster(entry, start, parent, node, body)
             passes, twists = [], []
             for k in range(joint.size):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.elimination import FLOOR, absorb, gather, implied, null_space
+from balance.elimination import FLOOR, absorb, extend, gather, implied, solutions
 from kinematics.linkage import frozen
 
 __all__ = ["Conditions", "Decision"]
@@ -31,22 +31,15 @@ class Decision(NamedTuple):
         singular_values: of all conditions, relative to the largest, descending (rank,).
         kept: the smallest of them; 1 if there are none.
         dropped: upper bound of the first one that counts as round-off, relative.
-        known: orthonormal basis of the solutions known beforehand (unknowns, s).
-        rest: orthonormal basis of the solutions perpendicular to them.
+        known: how many solutions were known beforehand.
+        basis: orthonormal null space, those first (unknowns, nullity).
     """
 
     singular_values: Array
     kept: float
     dropped: float
-    known: Array
-    rest: Array
-
-    @property
-    def basis(self) -> Array:
-        """Orthonormal null space, those known beforehand first (unknowns, nullity)."""
-        basis = np.concatenate([self.known, self.rest], axis=1)
-        basis[np.abs(basis) < NOTHING] = 0.0
-        return basis
+    known: int
+    basis: Array
 
 
 class Conditions(NamedTuple):
@@ -103,16 +96,8 @@ class Conditions(NamedTuple):
 
     @property
     def rows(self) -> Array:
-        """The conditions on all unknowns, perpendicular to the known solutions' rows.
-
-        ``F x = 0`` for ``x`` known determines the columns left out from the others.
-        """
-        rows = np.zeros((self.rank, self.known.shape[1]))
-        rows[:, self.columns] = self.factor
-        if self.without.size:
-            W = np.linalg.solve(self.known[:, self.without], self.known[:, self.columns])
-            rows[:, self.without] = -self.factor @ W.T
-        return rows
+        """The conditions on all unknowns (rank, unknowns); known solutions fulfil them."""
+        return np.asarray(extend(self.known, self.without, self.factor, self.columns))
 
     def and_also(self, rows: Array) -> Conditions:
         """These conditions and those in ``rows`` (any leading shape, unknowns last)."""
@@ -170,19 +155,10 @@ class Conditions(NamedTuple):
 
     def decide(self) -> Decision:
         """Singular values and null space of the conditions gathered so far."""
-        known = np.linalg.qr(self.known.T)[0]
+        basis = solutions(self.known, self.factor, self.columns).T
+        basis[np.abs(basis) < NOTHING] = 0.0
         if self.rank == 0:
-            rest = null_space(self.known, 0.0)
-            return Decision(frozen([]), 1.0, 0.0, known, rest)
-        rows = self.rows
-        if self.complete:
-            values, rest = np.linalg.svd(rows, compute_uv=False), np.empty((len(known), 0))
-        else:
-            _, values, Vt = np.linalg.svd(rows, full_matrices=False)
-            rest = np.zeros((len(known), self.columns.size - self.rank))
-            rest[self.columns] = null_space(self.factor, 0.0)
-            rest -= known @ (known.T @ rest)
-            rest = np.linalg.qr(rest - Vt.T @ (Vt @ rest))[0]
-        relative = values / values[0]
-        dropped = self.dropped / float(values[0])
-        return Decision(frozen(relative), float(relative[-1]), dropped, known, rest)
+            return Decision(frozen([]), 1.0, 0.0, len(self.known), basis)
+        values = np.linalg.svd(self.rows, compute_uv=False)
+        relative, dropped = values / values[0], self.dropped / float(values[0])
+        return Decision(frozen(relative), float(relative[-1]), dropped, len(self.known), basis)

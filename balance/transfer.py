@@ -76,19 +76,23 @@ def _rate(s, z, d):
 @kernel
 def transferable(s, V, size, rows):
     """Orthonormal parameters (size, d) that can pass a joint with twists V (v, 6) below it."""
-    A = np.empty((rows * (1 + V.shape[0]), size))
+    # Where every twist can be attained, the rate itself must vanish.
+    every = V.shape[0] == s.size
+    A = np.empty((rows + (size if every else rows * V.shape[0]), size))
     z, d, h = np.zeros(size), np.zeros(size), np.zeros(rows)
     for c in range(size):
         z[c] = 1.0
         _momentum(s, z, h)
         A[:rows, c] = h
         _rate(s, z, d)
-        for i in range(V.shape[0]):
+        if every:
+            A[rows:, c] = d
+        for i in range(0 if every else V.shape[0]):
             _momentum(V[i], d, h)
             A[rows * (1 + i) : rows * (2 + i), c] = h
         z[c] = 0.0
     K = null_space(A, FLOOR)
-    while K.shape[1] > 0:
+    while K.shape[1] > 0 and not every:
         # The part of L K that leaves the span of K must vanish.
         out = np.empty(K.shape)
         for c in range(K.shape[1]):

@@ -17,6 +17,7 @@ from kinematics.errors import LinkageError
 from kinematics.models import describe, gallery, load
 
 if TYPE_CHECKING:
+    from balance.explain import Explanation
     from balance.space import DesignSpace
     from kinematics.linkage import Linkage
 
@@ -66,6 +67,14 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--max-order", type=_order, metavar="K",
         help="compute exactly the orders 0 to K, instead of as many as needed",
+    )  # fmt: skip
+    report.add_argument(
+        "--explain", action="store_true",
+        help="say what may be moved across each joint, and what the loops add",
+    )  # fmt: skip
+    report.add_argument(
+        "--html", metavar="FILE",
+        help="write a page with the moving linkage and all of this; it needs no network",
     )  # fmt: skip
     report.set_defaults(run=_report)
 
@@ -149,25 +158,33 @@ def _report(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     for notice in space.warnings:
         logging.warning("%s: %s", notice.code, notice.message)
+    explanation = space.explain() if arguments.explain else None
+    if arguments.html:
+        from balance.files import replacing
+        from balance.page import page
+
+        with replacing(arguments.html) as file:
+            file.write(page(space).encode())
     if arguments.json:
-        print(json.dumps(space.to_dict(), indent=2, ensure_ascii=False))
+        print(json.dumps(space.to_dict(explanation), indent=2, ensure_ascii=False))
     elif sys.stdout.isatty():
-        _show(space)
+        _show(space, explanation)
     else:
-        print(text(space))
+        print(text(space, explanation))
     return DONE
 
 
-def _show(space: DesignSpace) -> None:
+def _show(space: DesignSpace, explanation: Explanation | None) -> None:
     """The report on a terminal."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
-    from balance.report import facts, table
+    from balance.report import facts, meaning, table
 
     summary = Table.grid(padding=(0, 2))
     for label, value in facts(space):
-        summary.add_row(f"[bold]{label}", value)
+        summary.add_row(f"[bold]{label}", escape(value))
     head, *rows = table(space)
     orders = Table(*head)
     for row in rows:
@@ -175,6 +192,11 @@ def _show(space: DesignSpace) -> None:
     console = Console()
     console.print(summary)
     console.print(orders)
+    for title, pairs in meaning(explanation) if explanation else []:
+        section = Table("", "", title=title, title_justify="left", show_header=False)
+        for left, right in pairs:
+            section.add_row(escape(left), escape(right))
+        console.print(section)
 
 
 def _models(arguments: argparse.Namespace) -> int:

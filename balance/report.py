@@ -8,9 +8,10 @@ from __future__ import annotations
 import json
 from importlib.resources import files
 
+from balance.explain import Explanation
 from balance.space import DesignSpace
 
-__all__ = ["facts", "schema", "table", "text"]
+__all__ = ["facts", "meaning", "schema", "table", "text"]
 
 
 def schema() -> dict[str, object]:
@@ -40,10 +41,15 @@ def facts(space: DesignSpace) -> list[tuple[str, str]]:
     return [
         *lines,
         ("conditions", f"{space.rank}, {_state(space)}"),
-        ("design space", f"{space.nullity} of {count} dimensions"),
+        ("design space", f"{space.nullity} of {count} dimensions: {_parts(space)}"),
         ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
         ("as given", f"{verdict} (residual {given.residual:.1e})"),
     ]
+
+
+def _parts(space: DesignSpace) -> str:
+    """How the design space is made up."""
+    return f"{space.serial.shape[1]} serial + {space.parallel.shape[1]} parallel"
 
 
 def _state(space: DesignSpace) -> str:
@@ -59,8 +65,23 @@ def table(space: DesignSpace) -> list[tuple[str, str, str]]:
     return [head, *((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)]
 
 
-def text(space: DesignSpace) -> str:
-    """The report as plain text."""
+def text(space: DesignSpace, explanation: Explanation | None = None) -> str:
+    """The report as plain text, with what it means if that is given."""
     lines = [f"{label:<13} {value}" for label, value in facts(space)]
     rows = ["".join(f"{cell:>8}" for cell in row) for row in table(space)]
-    return "\n".join([*lines, "", *rows])
+    found = ["\n".join([*lines, "", *rows])]
+    for title, pairs in meaning(explanation) if explanation else []:
+        width = max(len(label) for label, _ in pairs)
+        found.append("\n".join([f"{title}:", *(f"  {a:<{width}}  {b}" for a, b in pairs)]))
+    return "\n\n".join(found)
+
+
+def meaning(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Sections of the explanation: a title, and pairs of what and how."""
+    moved = [(item.title, item.words) for item in explanation.transfers]
+    freed = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
+    sections = [
+        ("may be moved across each joint", moved),
+        ("freed by the closure of the loops", freed),
+    ]
+    return [(title, pairs) for title, pairs in sections if pairs]

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.archive import SpaceRecord, digest
+from balance.explain import Explanation, explain
 from balance.inertia import to_chain, violations
 from balance.opening import Transfers
 from balance.partition import Transfer, by_joint
@@ -71,6 +72,10 @@ class DesignSpace(SpaceRecord):
         residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
         return AsGiven(residual <= BALANCED, residual)
 
+    def explain(self) -> Explanation:
+        """The space in words: what each joint lets through, and what the loops add."""
+        return explain(self, self.transfers)
+
     @property
     def warnings(self) -> tuple[Notice, ...]:
         """The notices, and then the masses in the file that no body can have."""
@@ -90,11 +95,14 @@ class DesignSpace(SpaceRecord):
         """Write the record of the space to a file; see `SpaceRecord.save`."""
         self.record().save(path)
 
-    def to_dict(self) -> dict[str, object]:
+    def to_dict(self, explanation: Explanation | None = None) -> dict[str, object]:
         """The report as plain data, ready for JSON.
 
         ``balance/report.schema.json`` describes it. A key whose value is ``None`` is not
-        decided by this version.
+        decided by this version, or was not asked for.
+
+        Args:
+            explanation: what ``explain`` found, for the keys ``transfers`` and ``freedoms``.
         """
         linkage = self.linkage
         return {
@@ -117,10 +125,12 @@ class DesignSpace(SpaceRecord):
             "serial": self.serial_nullity,
             "parallel": self.nullity - self.serial_nullity,
             "certainty": None,
+            "transfers": None,
+            "freedoms": None,
             "margin": {"kept": self.kept, "dropped": self.dropped},
             "as_given": self.as_given._asdict(),
             "warnings": [notice._asdict() for notice in self.warnings],
-        }
+        } | (explanation.to_dict() if explanation else {})
 
 
 def _version() -> str:

@@ -17,9 +17,8 @@ class Figure:
     Attributes:
         model: name of a file of the gallery, without suffix.
         ranks: rank of all balance conditions up to order 0, 1, 2 …, until it stays.
-        serial: dimension of the part of the design space that the opened linkage has, None
-            where it is not known.
-        parallel: dimension of the part that only loop closure opens, or None.
+        serial: dimension of the part of the design space that the opened linkage has.
+        parallel: dimension of the part that only loop closure opens.
         motion: relations between the inputs; none for the whole workspace.
         balance: ``"dynamic"``, or ``"force"`` for the linear momentum alone.
         spatial: False counts the planar parameters ``[m, mcx, mcy, Ezz]`` only.
@@ -33,8 +32,8 @@ class Figure:
 
     model: str
     ranks: tuple[int, ...]
-    serial: int | None
-    parallel: int | None
+    serial: int
+    parallel: int
     parameters: int
     motion: tuple[str, ...] = ()
     balance: str = "dynamic"
@@ -100,6 +99,6 @@ FIGURES = (
     Figure("four_bar_spherical", (6, 11, 14, 15), 15, 0, 30, spatial=True),
     Figure("sarrus", (6, 12, 16, 18), 29, 3, 50, spatial=True),
     Figure("goldberg_five_bar", (6, 12, 15, 18, 20), 19, 1, 40, spatial=True),
-    Figure("delta", (18, 46, 49), None, None, 100, spatial=True),
+    Figure("delta", (18, 46, 49), 27, 24, 100, spatial=True),
     Figure("stewart_6ups", (36, 82), 48, 0, 130, spatial=True, reach=0.1, radius=0.03),
 )  # fmt: skip

@@ -16,7 +16,8 @@ from kinematics import gallery
 
 KEYS = (
     "schema model algebra balance bodies parameters joints loops mobility inputs idle motion "
-    "orders kmax rank nullity serial parallel certainty margin as_given warnings"
+    "orders kmax rank nullity serial parallel certainty transfers freedoms margin "
+    "as_given warnings"
 ).split()
 
 
@@ -50,6 +51,8 @@ def test_every_figure_comes_out_of_the_command(figure, capsys):
     assert all(o["rank"] + o["nullity"] == figure.parameters for o in report["orders"])
     assert (report["kmax"], report["rank"]) == (figure.kmax, figure.ranks[-1])
     assert report["nullity"] == figure.nullity
+    assert (report["serial"], report["parallel"]) == (figure.serial, figure.parallel)
+    assert report["transfers"] is report["freedoms"] is None
     assert report["margin"]["kept"] > figure.kept > 1e-12 > report["margin"]["dropped"]
     assert report["motion"] == list(figure.motion)
 

@@ -1,0 +1,90 @@
+"""What a design space means, joint by joint, and what the loops add, in words."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from balance.freedoms import Freedom, parallel_freedoms, summary, transfer_freedoms
+from balance.partition import Transfer
+from balance.sites import Described
+
+__all__ = ["ExplainedTransfer", "Explanation", "explain"]
+
+
+class ExplainedTransfer(NamedTuple):
+    """What may be moved across one joint, as primitives.
+
+    Attributes:
+        joints: see `Transfer`.
+        bodies: see `Transfer`.
+        freedoms: one for each dimension of the transfer.
+    """
+
+    joints: tuple[str, ...]
+    bodies: tuple[str, ...]
+    freedoms: tuple[Freedom, ...]
+
+    @property
+    def dimension(self) -> int:
+        """How many independent transfers there are."""
+        return len(self.freedoms)
+
+    @property
+    def title(self) -> str:
+        """The joint and the bodies in one phrase."""
+        bodies = ", ".join(self.bodies)
+        if not self.joints:
+            return f"{bodies} ({'rigidly joined' if len(self.bodies) > 1 else 'at rest'})"
+        joint = ", ".join(dict.fromkeys(_whole(self.joints)))
+        return f"{joint} ({bodies if len(self.bodies) > 1 else f'ground, {bodies}'})"
+
+    @property
+    def words(self) -> str:
+        """All of it in one line."""
+        return summary(self.freedoms) or "nothing"
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data, ready for JSON."""
+        return {
+            "joints": list(self.joints),
+            "bodies": list(self.bodies),
+            "dimension": self.dimension,
+            "freedoms": [freedom.to_dict() for freedom in self.freedoms],
+        }
+
+
+class Explanation(NamedTuple):
+    """A design space in terms of point masses, displacements and pure-inertia rods.
+
+    Attributes:
+        transfers: joint by joint, what may be moved across it.
+        freedoms: what only the closure of the loops frees.
+    """
+
+    transfers: tuple[ExplainedTransfer, ...]
+    freedoms: tuple[Freedom, ...]
+
+    def to_dict(self) -> dict[str, object]:
+        """The entries ``transfers`` and ``freedoms`` of the report."""
+        return {
+            "transfers": [item.to_dict() for item in self.transfers],
+            "freedoms": [freedom.to_dict() for freedom in self.freedoms],
+        }
+
+
+def explain(space: Described, transfers: tuple[Transfer, ...]) -> Explanation:
+    """The transfers and the parallel part of a design space in readable form."""
+    explained = (
+        ExplainedTransfer(item.joints, item.bodies, transfer_freedoms(space, item))
+        for item in transfers
+    )
+    return Explanation(tuple(explained), parallel_freedoms(space))
+
+
+def _whole(joints: tuple[str, ...]) -> list[str]:
+    """Names in the file: without the number that a joint of several freedoms adds."""
+    stems = [name.rpartition(".") for name in joints]
+    return [
+        stem if number.isdigit() and [s for s, _, _ in stems].count(stem) > 1 else name
+        for name, (stem, _, number) in zip(joints, stems, strict=True)
+    ]

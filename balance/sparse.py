@@ -1,0 +1,144 @@
+"""Few columns of a vocabulary that add up to something new in a space.
+
+Among all combinations ``z = D x`` that lie in the space, the one with the least ``Σ |x|`` has
+few terms (S. S. Chen, D. L. Donoho and M. A. Saunders, 1998): a linear programme finds which,
+and a singular vector of their columns their values, to round-off.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Search"]
+
+Array = NDArray[np.float64]
+
+# Terms below this part of the largest are not in the solution of a linear programme.
+ABSENT = 1e-6
+# Part of a solution that may lie outside the space.
+OUTSIDE = 1e-11
+# Sines of angles between solutions, and parts of columns, that count as zero.
+SAME = 1e-6
+# Entries of all the linear programmes that look for other solutions than are needed.
+WORK = 300_000
+
+
+class Search(NamedTuple):
+    """Sparse x that balance: ``conditions @ x = 0``, with a part ``shadow @ x`` that is new.
+
+    Attributes:
+        columns: of the vocabulary, of unit size in the units of the chain.
+        conditions: how far each column is from the design space.
+        shadow: the coordinates of each in the parallel space (p, columns).
+        parallel: basis of the parallel space, orthonormal in the units of the chain.
+        cost: of each column.
+    """
+
+    columns: Array
+    conditions: Array
+    shadow: Array
+    parallel: Array
+    cost: Array
+
+    @classmethod
+    def of(cls, basis: Array, serial: int, columns: Array, cost: Array) -> Search:
+        """The search in a design space.
+
+        Args:
+            basis: of the space (parameters, nullity).
+            serial: how many of its columns, the first ones, are not new.
+            columns: of the vocabulary (parameters, columns), in the same units.
+            cost: of each column.
+        """
+        Q = np.linalg.qr(basis, "complete")[0]
+        parallel, outside = Q[:, serial : basis.shape[1]], Q[:, basis.shape[1] :]
+        return cls(columns, outside.T @ columns, parallel.T @ columns, parallel, cost)
+
+    def independent(self) -> list[Array]:
+        """As many solutions as there are dimensions that are new, those of few terms first."""
+        pool = self._spanning()
+        entries = 2 * self.conditions.size
+        for w in self._directions(WORK // entries) if len(pool) > 1 else []:
+            other = self.sparse(w)
+            pool += [other] if other is not None else []
+        pool.sort(key=lambda x: (np.count_nonzero(x), self.cost @ np.abs(x)))
+        chosen: list[Array] = []
+        for x in pool:
+            if self._new(chosen, x):
+                chosen.append(x)
+        return chosen
+
+    def _spanning(self) -> list[Array]:
+        """Columns that are solutions, then others that have a part which those do not."""
+        found: list[Array] = []
+        count = len(self.shadow)
+        alone = np.linalg.norm(self.conditions, axis=0) <= OUTSIDE
+        alone &= np.linalg.norm(self.shadow, axis=0) > SAME
+        for k in sorted(np.flatnonzero(alone).tolist(), key=lambda k: self.cost[k]):
+            x = np.zeros(alone.size)
+            x[k] = 1.0
+            if self.balances(x) and self._new(found, x):
+                found.append(x)
+        while len(found) < count:
+            known = _span(self.shadow @ np.array(found).T) if found else np.empty((count, 0))
+            rest = np.linalg.qr(known, "complete")[0][:, known.shape[1] :]
+            left = rest.T @ self.shadow
+            w = rest @ left[:, np.argmax(np.linalg.norm(left, axis=0) / self.cost)]
+            w /= np.linalg.norm(w)
+            few = self.sparse(w)
+            if few is None or not self._new(found, few):
+                few = self.dense(w)
+            found.append(few)
+        return found
+
+    def _new(self, found: list[Array], x: Array) -> bool:
+        """Whether a solution has a part that those found do not have."""
+        return _span(self.shadow @ np.array([*found, x]).T).shape[1] > len(found)
+
+    def _directions(self, most: int) -> list[Array]:
+        """Directions in which columns are new, at most as many, the cheapest columns first."""
+        found = np.empty((0, len(self.shadow)))
+        for k in np.argsort(self.cost, kind="stable"):
+            w, size = self.shadow[:, k], np.linalg.norm(self.shadow[:, k])
+            if len(found) < most and size > SAME:
+                if np.abs(found @ w).max(initial=0.0) < (1.0 - SAME) * size:
+                    found = np.vstack([found, w / size])
+        return list(found)
+
+    def sparse(self, w: Array) -> Array | None:
+        """The cheapest x that balances and has ``w @ shadow @ x = 1``, if one is found.
+
+        A linear programme finds its terms, the singular vector of their columns its values.
+        """
+        from scipy.optimize import linprog
+
+        A = np.vstack([self.conditions, w @ self.shadow])
+        b = np.append(np.zeros(len(self.conditions)), 1.0)
+        cost = np.concatenate([self.cost, self.cost])
+        solved = linprog(cost, A_eq=np.hstack([A, -A]), b_eq=b, method="highs-ds")
+        if solved.x is None:
+            return None
+        x = np.subtract(*solved.x.reshape(2, -1))
+        support = np.flatnonzero(np.abs(x) > ABSENT * np.abs(x).max())
+        x = np.zeros_like(x)
+        x[support] = np.linalg.svd(self.conditions[:, support])[2][-1]
+        return x if abs(w @ self.shadow @ x) > SAME and self.balances(x) else None
+
+    def dense(self, w: Array) -> Array:
+        """Some x for the direction w of the parallel space, whatever terms that takes."""
+        x: Array = np.linalg.lstsq(self.columns, self.parallel @ w)[0].astype(np.float64)
+        return x
+
+    def balances(self, x: Array) -> bool:
+        """Whether a combination lies in the design space, to round-off."""
+        outside = np.linalg.norm(self.conditions @ x)
+        return bool(outside <= OUTSIDE * np.linalg.norm(self.shadow @ x))
+
+
+def _span(vectors: Array) -> Array:
+    """Orthonormal basis of the span of columns (n, m), of any sizes but zero."""
+    left, values, _ = np.linalg.svd(vectors / np.linalg.norm(vectors, axis=0))
+    return left[:, : np.count_nonzero(values > SAME)]

@@ -60,7 +60,9 @@ class SpaceRecord:
         idle: names of joints that do not move in the motion.
         motion: the motion asked of the linkage, None if every input is free.
         orders: rank and nullity by order of derivative.
-        settled: whether a fresh finite pose confirms that no higher order is needed.
+        poses: how many finite poses were added, because the orders were not enough.
+        settled: whether the conditions are all there are: nothing is left to be conditioned,
+            or finite poses that were not used add nothing.
         basis: null-space basis (parameters, nullity): per body the parameters named by
             ``labels``, about the inertial origin at the reference pose, SI units. Its
             columns are orthonormal when lengths are measured from the middle of the
@@ -86,6 +88,7 @@ class SpaceRecord:
     idle: tuple[str, ...]
     motion: Motion | None
     orders: tuple[Order, ...]
+    poses: int
     settled: bool
     basis: Array
     serial_nullity: int
@@ -102,12 +105,12 @@ class SpaceRecord:
     @property
     def rank(self) -> int:
         """Number of independent conditions."""
-        return self.orders[-1].rank
+        return self.singular_values.size
 
     @property
     def nullity(self) -> int:
         """Dimension of the space."""
-        return self.orders[-1].nullity
+        return self.basis.shape[1]
 
     @property
     def serial(self) -> Array:
@@ -120,9 +123,13 @@ class SpaceRecord:
         return self.basis[:, self.serial_nullity :]
 
     @property
-    def kmax(self) -> int:
-        """First order at which the rank has its final value."""
-        return next(order.order for order in self.orders if order.rank == self.rank)
+    def kmax(self) -> int | None:
+        """First order at which the rank has its final value; None if poses decided it."""
+        return (
+            None
+            if self.poses
+            else next(order.order for order in self.orders if order.rank == self.rank)
+        )
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -250,13 +257,14 @@ def _header(record: SpaceRecord) -> dict[str, object]:
             "inputs": record.inputs,
             "motion": record.motion.relations if record.motion else None,
             "balance": record.balance,
-            "max_order": record.orders[-1].order,
+            "max_order": None if record.poses else record.orders[-1].order,
             "spatial": not record.planar,
         },
         "bodies": record.bodies,
         "idle": record.idle,
         "orders": record.orders,
         "serial_nullity": record.serial_nullity,
+        "poses": record.poses,
         "settled": record.settled,
         "length": record.length,
         "kept": record.kept,
@@ -293,6 +301,7 @@ def _record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
         motion=motion,
         orders=tuple(Order(*(_a(int, n) for n in order)) for order in header["orders"]),
         serial_nullity=_a(int, header["serial_nullity"]),
+        poses=_a(int, header["poses"]),
         settled=_a(bool, header["settled"]),
         length=_a(float, header["length"]),
         kept=_a(float, header["kept"]),
@@ -301,10 +310,16 @@ def _record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
         **arrays,
     )
     shapes = _shapes(record)
-    sums = {rank + nullity for _, rank, nullity in record.orders}
-    counted = [order.order for order in record.orders] == list(range(len(record.orders)))
-    counted &= 0 <= record.serial_nullity <= record.nullity
-    if record.balance not in get_args(Balance) or sums != {shapes["basis"][0]} or not counted:
+    sums = {record.rank + record.nullity, *(o.rank + o.nullity for o in record.orders)}
+    last = record.orders[-1].rank
+    fits = (
+        record.balance in get_args(Balance)
+        and sums == {shapes["basis"][0]}
+        and [order.order for order in record.orders] == list(range(len(record.orders)))
+        and 0 <= record.serial_nullity <= record.nullity
+        and (last == record.rank if record.poses == 0 else last <= record.rank)
+    )
+    if not fits or record.poses < 0:
         raise ValueError("header")
     for name, shape in shapes.items():
         object.__setattr__(record, name, _array(arrays[name], shape))

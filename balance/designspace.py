@@ -10,7 +10,8 @@ chapter 5.)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import islice
 from math import comb
 
 import numpy as np
@@ -24,11 +25,12 @@ from balance.opening import Transfers, transfers
 from balance.rank import Conditions, Decision
 from balance.space import DesignSpace
 from kinematics.assembly import moving_chain
-from kinematics.closure import Series, expand, expand_from
+from kinematics.closure import Series, expand
 from kinematics.errors import MobilityError, MotionError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names
 from kinematics.motion import Motion
-from kinematics.placement import expand_at, follow, radius
+from kinematics.placement import Pose, expand_at, radius
+from kinematics.walk import walk
 
 __all__ = ["design_space"]
 
@@ -40,6 +42,8 @@ EXPANSIONS = (3, 8, 20)
 HIGHEST = 50
 # Steps to the pose that decides whether high orders are complete.
 FAR = 4
+# Most poses that are looked at together.
+POSES = 256
 NOTHING = np.empty((0, 0))
 # A kept singular value within this factor of round-off deserves a warning.
 MARGIN = 1e3
@@ -82,10 +86,15 @@ def design_space(
     chain = moving_chain(linkage, motion, spatial)
     try:
         exchanged = transfers(chain, balance == "force")
-        conditions, orders, settled = _gather(chain, exchanged, balance == "force", max_order)
+        force, poses = balance == "force", 0
+        conditions, orders, settled = _gather(chain, exchanged, force, max_order)
+        if not settled and max_order is None:
+            conditions, poses, settled = _with_poses(chain, force, conditions)
     except MobilityError as error:
         raise MobilityError(f"{linkage.source}: {error}") from None
-    return _result(linkage, chain, motion, balance, exchanged, conditions, orders, settled)
+    return _result(
+        linkage, chain, motion, balance, exchanged, conditions, orders, poses, settled
+    )
 
 
 def _gather(
@@ -155,22 +164,55 @@ def _fresh_rows(chain: Chain, force: bool, steps: int, known: Series) -> Array:
         known: series there; used where a chain has only one direction to move in.
     """
     ray = _generic(101, chain.width)[-1]
-    series = known if chain.width == 1 else expand(chain, ray[None], EXPANSIONS[0])
-    start, pose = np.zeros(chain.parent.size), None
-    for left in range(steps, 0, -1):
-        found, step = follow(chain, start, series, ray)
-        if step == 0.0:
-            break
-        pose, start = found, found.q
-        if left > 1:
-            series = expand_from(chain, pose.screws, ray[None], EXPANSIONS[0])
-    if pose is None:
+    poses = list(islice(walk(chain, ray, known if chain.width == 1 else None), steps))
+    if not poses:
         raise MobilityError(
             "no closed pose was found near the reference pose to check the conditions at; "
             "write the file at a pose further from a singularity"
         )
+    return _rows_at(chain, force, poses[-1])
+
+
+def _rows_at(chain: Chain, force: bool, pose: Pose) -> Array:
+    """Rows at a finite pose; (rows, columns)."""
     rows = RegressorSeries(chain, expand_at(chain, pose), force, pose).rows(0)
     return rows.reshape(-1, rows.shape[-1])
+
+
+def _with_poses(
+    chain: Chain, force: bool, conditions: Conditions
+) -> tuple[Conditions, int, bool]:
+    """Conditions at ever more poses, until as many again add none.
+
+    Returns:
+        The conditions, how many poses were used, and whether that settles them.
+    """
+    poses = _wander(chain)
+    used, batch = 0, FAR
+    while batch <= POSES:
+        rows = [_rows_at(chain, force, pose) for pose in islice(poses, batch)]
+        if not rows:
+            break
+        used += len(rows)
+        before = conditions.rank
+        conditions = conditions.and_also(np.concatenate(rows))
+        if conditions.complete or (conditions.rank == before and batch > FAR):
+            return conditions, used, True
+        batch *= 2
+    return conditions, used, False
+
+
+def _wander(chain: Chain) -> Iterator[Pose]:
+    """Poses in many directions in turn, ever further away."""
+    rays = _generic(103, chain.width)[101:]
+    walks = [walk(chain, sign * ray) for ray in rays[: chain.width] for sign in (1.0, -1.0)]
+    while walks:
+        for path in list(walks):
+            pose = next(path, None)
+            if pose is None:
+                walks.remove(path)
+            else:
+                yield pose
 
 
 def _generic(count: int, width: int) -> Array:
@@ -183,18 +225,19 @@ def _generic(count: int, width: int) -> Array:
 
 def _result(
     linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
-    exchanged: Transfers, conditions: Conditions, orders: tuple[Order, ...], settled: bool,
+    exchanged: Transfers, conditions: Conditions, orders: tuple[Order, ...],
+    poses: int, settled: bool,
 ) -> DesignSpace:  # fmt: skip
     """Everything that the conditions tell, in SI units."""
     decision = conditions.decide()
     force, bodies = balance == "force", len(linkage.bodies)
     G = from_chain(chain.frame, chain.planar, force)
-    nullity = orders[-1].nullity
+    nullity = decision.basis.shape[1]
     basis = G @ decision.basis.reshape(bodies, len(G), nullity)
     return DesignSpace(
         source=linkage.source, linkage=linkage, motion=motion, balance=balance,
         planar=chain.planar, bodies=names(linkage.bodies), inputs=linkage.inputs,
-        idle=_idle(linkage, chain), orders=orders, settled=settled,
+        idle=_idle(linkage, chain), orders=orders, poses=poses, settled=settled,
         basis=frozen(basis.reshape(bodies * len(G), nullity)),
         serial_nullity=decision.known,
         axes=chain.frame.R, frames=linkage.frames, length=chain.frame.length,
@@ -218,7 +261,7 @@ def _notices(chain: Chain, decision: Decision, settled: bool) -> list[Notice]:
     if chain.links.max(initial=-1) < 0:
         found.append(Notice("nothing_moves", "no body with mass moves: nothing to balance"))
     if not settled:
-        text = "a pose further on needs more orders than were computed: the rank may be too low"
+        text = "poses further on need more conditions than were found: the rank may be too low"
         found.append(Notice("not_settled", text))
     if decision.kept < MARGIN * FLOOR:
         text = f"the smallest singular value kept, {decision.kept:.1e}, is near round-off"

@@ -54,9 +54,13 @@ def _parts(space: DesignSpace) -> str:
 
 def _state(space: DesignSpace) -> str:
     """Whether the conditions are all there are."""
+    last = space.orders[-1].order
     if space.settled:
+        if space.poses:
+            return f"complete with {space.poses} poses; order {last} was not enough"
         return f"complete at order {space.kmax}"
-    return f"up to order {space.orders[-1].order}: not complete"
+    poses = f" and at {space.poses} poses" if space.poses else ""
+    return f"up to order {last}{poses}: not complete"
 
 
 def table(space: DesignSpace) -> list[tuple[str, str, str]]:

@@ -119,6 +119,7 @@ class DesignSpace(SpaceRecord):
             "idle": list(self.idle),
             "motion": list(self.motion.relations) if self.motion else [],
             "orders": [order._asdict() for order in self.orders],
+            "poses": self.poses,
             "kmax": self.kmax,
             "rank": self.rank,
             "nullity": self.nullity,

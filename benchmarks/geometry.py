@@ -10,7 +10,7 @@ from kinematics.assembly import assemble
 from kinematics.linkage import Linkage, frozen
 from kinematics.models import load
 
-__all__ = ["resized", "variants"]
+__all__ = ["four_bar_chain", "resized", "variants"]
 
 
 def variants(model: str, count: int, seed: int = 0, size: float = 0.02) -> list[Linkage]:
@@ -68,3 +68,68 @@ def resized(model: str, count: int, seed: int = 0) -> list[Linkage]:
             joints.append(replace(joint, screw=frozen(screw), point=point))
         copies.append(assemble(replace(linkage, joints=tuple(joints)), linkage.inputs))
     return copies
+
+
+def four_bar_chain(count: int, seed: int = 0) -> str:
+    """A file with coupled four-bars in a row, all of whose cranks turn all the way round.
+
+    The rocker of each is the crank of the next; one degree of freedom moves them all, so
+    that every condition beyond the first few must come from its higher derivatives, or from
+    poses all around.
+
+    Args:
+        count: how many four-bars.
+        seed: of the random lengths and phases, which are rounded to millimetres.
+    """
+    rng = np.random.default_rng(seed)
+    links, joints, loops = [_link("ground", False), _link("rocker0")], [], []
+    joints.append(_joint("u", "ground", "rocker0", np.zeros(2), ' independent="true"'))
+    foot, tip = np.zeros(2), _polar(rng, 0.9, 1.1)
+    for k in range(count):
+        while True:
+            base, rocker = _polar(rng, 0.5, 0.7), _polar(rng, 0.8, 1.2)
+            coupler = base + rocker - tip
+            lengths = np.sort(np.hypot(*np.array([base, tip, coupler, rocker]).T))
+            # A drag link: the ground is the shortest, and the sum of Grashof holds.
+            if np.hypot(*base) == lengths[0] and lengths[0] + lengths[3] < lengths[1:3].sum():
+                break
+        foot = foot + base
+        links += [_link(f"coupler{k}"), _link(f"rocker{k + 1}")]
+        joints.append(_joint(f"a{k}", f"rocker{k}", f"coupler{k}", tip))
+        joints.append(_joint(f"o{k}", "ground", f"rocker{k + 1}", foot))
+        loops.append(
+            f'<loop name="b{k}" type="revolute">'
+            f'<predecessor link="coupler{k}"><origin xyz="{_xyz(coupler)}"/></predecessor>'
+            f'<successor link="rocker{k + 1}"><origin xyz="{_xyz(rocker)}"/></successor>'
+            '<axis xyz="0 0 1"/></loop>'
+        )
+        tip = _polar(rng, 0.9, 1.1)
+    return "\n".join([f'<robot name="chain{count}">', *links, *joints, *loops, "</robot>"])
+
+
+def _polar(rng: np.random.Generator, low: float, high: float) -> np.ndarray:
+    """A vector in any direction, its length between two bounds, to the millimetre."""
+    angle, length = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(low, high)
+    return np.round(length * np.array([np.cos(angle), np.sin(angle)]), 3)
+
+
+def _xyz(point: np.ndarray) -> str:
+    """A point of the plane as an attribute."""
+    return f"{point[0]:.3f} {point[1]:.3f} 0"
+
+
+def _link(name: str, massive: bool = True) -> str:
+    """A link with or without mass."""
+    inertial = (
+        '<inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    return f'<link name="{name}">{inertial if massive else ""}</link>'
+
+
+def _joint(name: str, parent: str, child: str, origin: np.ndarray, marks: str = "") -> str:
+    """A joint that turns about the normal."""
+    return (
+        f'<joint name="{name}" type="continuous"{marks}><parent link="{parent}"/>'
+        f'<child link="{child}"/><origin xyz="{_xyz(origin)}"/><axis xyz="0 0 1"/></joint>'
+    )

@@ -19,8 +19,8 @@ import kinematics
 from kinematics.errors import FileError, LinkageError
 
 SHARED = (
-    "balance planar bodies inputs idle orders settled kmax rank nullity serial_nullity length "
-    "kept dropped notices labels"
+    "balance planar bodies inputs idle orders poses settled kmax rank nullity serial_nullity "
+    "length kept dropped notices labels"
 ).split()
 
 

@@ -16,7 +16,7 @@ from kinematics import gallery
 
 KEYS = (
     "schema model algebra balance bodies parameters joints loops mobility inputs idle motion "
-    "orders kmax rank nullity serial parallel certainty transfers freedoms margin "
+    "orders poses kmax rank nullity serial parallel certainty transfers freedoms margin "
     "as_given warnings"
 ).split()
 

@@ -59,7 +59,7 @@ def by_joint(
     result = []
     for owner in dict.fromkeys([*found.joints.tolist(), *found.owner.tolist()]):
         rows = found.rows[found.owner == owner].reshape(-1, len(all_bodies), len(G))
-        basis = np.einsum("pq,cbq->bpc", G, rows).reshape(-1, len(rows))
+        basis = np.einsum("pq,cbq->bpc", G, rows).reshape(len(all_bodies) * len(G), len(rows))
         basis[np.abs(basis) <= NOTHING * np.abs(basis).max(axis=0, initial=0.0)] = 0.0
         joints = np.flatnonzero(found.joints == owner).astype(np.int64)
         result.append(

@@ -159,6 +159,17 @@ class Conditions(NamedTuple):
         basis[np.abs(basis) < NOTHING] = 0.0
         if self.rank == 0:
             return Decision(frozen([]), 1.0, 0.0, len(self.known), basis)
-        values = np.linalg.svd(self.rows, compute_uv=False)
+        values = _singular_values(self.rows)
         relative, dropped = values / values[0], self.dropped / float(values[0])
         return Decision(frozen(relative), float(relative[-1]), dropped, len(self.known), basis)
+
+
+def _singular_values(A: Array) -> Array:
+    """Singular values, descending."""
+    try:
+        return np.linalg.svd(A, compute_uv=False)
+    except np.linalg.LinAlgError:
+        # Divide and conquer fails on rare matrices, for which the QR iteration does not.
+        from scipy.linalg import svd
+
+        return np.asarray(svd(A, compute_uv=False, lapack_driver="gesvd"))

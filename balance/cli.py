@@ -17,13 +17,14 @@ from kinematics.errors import LinkageError
 from kinematics.models import describe, gallery, load
 
 if TYPE_CHECKING:
+    from balance.exact import Exact
     from balance.explain import Explanation
     from balance.space import DesignSpace
     from kinematics.linkage import Linkage
 
 __all__ = ["main"]
 
-DONE, REFUSED = 0, 3
+DONE, REFUSED, UNDECIDED = 0, 3, 4
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -75,6 +76,14 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--html", metavar="FILE",
         help="write a page with the moving linkage and all of this; it needs no network",
+    )  # fmt: skip
+    report.add_argument(
+        "--exact", action="store_true",
+        help="also compute the ranks by exact arithmetic, from the decimals of the file",
+    )  # fmt: skip
+    report.add_argument(
+        "--require", choices=("proved", "verified"),
+        help="exit with 4 if the answer is less certain than that",
     )  # fmt: skip
     report.set_defaults(run=_report)
 
@@ -156,7 +165,8 @@ def _report(arguments: argparse.Namespace) -> int:
         linkage, arguments.motion, arguments.balance, arguments.max_order,
         spatial=arguments.spatial,
     )  # fmt: skip
-    for notice in space.warnings:
+    exact = space.exact() if arguments.exact else None
+    for notice in (*space.warnings, *(exact.notices if exact else ())):
         logging.warning("%s: %s", notice.code, notice.message)
     explanation = space.explain() if arguments.explain else None
     if arguments.html:
@@ -166,15 +176,24 @@ def _report(arguments: argparse.Namespace) -> int:
         with replacing(arguments.html) as file:
             file.write(page(space).encode())
     if arguments.json:
-        print(json.dumps(space.to_dict(explanation), indent=2, ensure_ascii=False))
+        print(json.dumps(space.to_dict(explanation, exact), indent=2, ensure_ascii=False))
     elif sys.stdout.isatty():
-        _show(space, explanation)
+        _show(space, explanation, exact)
     else:
-        print(text(space, explanation))
-    return DONE
+        print(text(space, explanation, exact))
+    return DONE if _sure(space, arguments) else UNDECIDED
 
 
-def _show(space: DesignSpace, explanation: Explanation | None) -> None:
+def _sure(space: DesignSpace, arguments: argparse.Namespace) -> bool:
+    """Whether the answer is as certain as the user wants it."""
+    from balance.certainty import LEVELS
+
+    if arguments.require:
+        return LEVELS.index(space.certainty.level) >= LEVELS.index(arguments.require)
+    return space.settled or arguments.max_order is not None
+
+
+def _show(space: DesignSpace, explanation: Explanation | None, exact: Exact | None) -> None:
     """The report on a terminal."""
     from rich.console import Console
     from rich.markup import escape
@@ -185,7 +204,7 @@ def _show(space: DesignSpace, explanation: Explanation | None) -> None:
     summary = Table.grid(padding=(0, 2))
     for label, value in facts(space):
         summary.add_row(f"[bold]{label}", escape(value))
-    head, *rows = table(space)
+    head, *rows = table(space, exact)
     orders = Table(*head)
     for row in rows:
         orders.add_row(*row)

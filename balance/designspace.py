@@ -128,7 +128,8 @@ def _along(
         reach = radius(series.C[0] @ directions[0])
         regressor = RegressorSeries(chain, series, force)
         fresh = NOTHING
-        for upto in (goal - 1, goal) if stop else (goal,):
+        # With several coordinates the last order costs most, and is needed least.
+        for upto in (goal - 1, goal) if stop and chain.width > 1 else (goal,):
             first = len(ranks)
             rows = regressor.rows(upto)[first - upto - 1 :]
             while not settled and len(rows):
@@ -188,7 +189,7 @@ def _with_poses(
         The conditions, how many poses were used, and whether that settles them.
     """
     poses = _wander(chain)
-    used, batch = 0, FAR
+    used, batch, complete = 0, FAR, False
     while batch <= POSES:
         rows = [_rows_at(chain, force, pose) for pose in islice(poses, batch)]
         if not rows:
@@ -196,10 +197,12 @@ def _with_poses(
         used += len(rows)
         before = conditions.rank
         conditions = conditions.and_also(np.concatenate(rows))
-        if conditions.complete or (conditions.rank == before and batch > FAR):
+        # As many again make a complete answer a well-conditioned one.
+        if complete or (conditions.rank == before and batch > FAR):
             return conditions, used, True
+        complete = conditions.complete
         batch *= 2
-    return conditions, used, False
+    return conditions, used, complete
 
 
 def _wander(chain: Chain) -> Iterator[Pose]:

@@ -108,6 +108,8 @@ def _shares(before, target, body, passes, size):
         Parameters that pass each joint; (joints, parameters, combinations).
     """
     joints = before.size
+    if joints == 1:
+        return passes[0].reshape((1, size, passes[0].shape[1]))
     first = np.zeros(joints + 1, np.int64)
     row = np.empty(joints, np.int64)
     inner = 0

@@ -167,7 +167,8 @@ class Conditions(NamedTuple):
 def _singular_values(A: Array) -> Array:
     """Singular values, descending."""
     try:
-        return np.linalg.svd(A, compute_uv=False)
+        values: Array = np.linalg.svd(A, compute_uv=False).astype(np.float64, copy=False)
+        return values
     except np.linalg.LinAlgError:
         # Divide and conquer fails on rare matrices, for which the QR iteration does not.
         from scipy.linalg import svd

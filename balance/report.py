@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from importlib.resources import files
 
+from balance.exact import Exact
 from balance.explain import Explanation
 from balance.space import DesignSpace
 
@@ -43,8 +44,17 @@ def facts(space: DesignSpace) -> list[tuple[str, str]]:
         ("conditions", f"{space.rank}, {_state(space)}"),
         ("design space", f"{space.nullity} of {count} dimensions: {_parts(space)}"),
         ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
+        *([("near-special", near)] if (near := _nearness(space)) else []),
+        ("certainty", f"{space.certainty.level}: {space.certainty.reason}"),
         ("as given", f"{verdict} (residual {given.residual:.1e})"),
     ]
+
+
+def _nearness(space: DesignSpace) -> str:
+    """How far the next linkage of lower rank is; empty if that is not known."""
+    if space.nearest_drop is None:
+        return ""
+    return f"the rank drops near a change of {space.nearest_drop:.1e} of the size"
 
 
 def _parts(space: DesignSpace) -> str:
@@ -63,16 +73,24 @@ def _state(space: DesignSpace) -> str:
     return f"up to order {last}{poses}: not complete"
 
 
-def table(space: DesignSpace) -> list[tuple[str, str, str]]:
+def table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[str, ...]]:
     """Rows of the table by order, its head first."""
-    head = ("order", "rank", "nullity")
-    return [head, *((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)]
+    if exact is None:
+        rows = ((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)
+        return [("order", "rank", "nullity"), *rows]
+    known = {o.order: (str(o.rank), str(o.nullity)) for o in space.orders}
+    return [
+        ("order", "rank", "nullity", "exact"),
+        *((str(k), *known.get(k, ("", "")), str(rank)) for k, rank in enumerate(exact.ranks)),
+    ]
 
 
-def text(space: DesignSpace, explanation: Explanation | None = None) -> str:
-    """The report as plain text, with what it means if that is given."""
+def text(
+    space: DesignSpace, explanation: Explanation | None = None, exact: Exact | None = None
+) -> str:
+    """The report as plain text, with what it means and exact ranks if these are given."""
     lines = [f"{label:<13} {value}" for label, value in facts(space)]
-    rows = ["".join(f"{cell:>8}" for cell in row) for row in table(space)]
+    rows = ["".join(f"{cell:>8}" for cell in row) for row in table(space, exact)]
     found = ["\n".join([*lines, "", *rows])]
     for title, pairs in meaning(explanation) if explanation else []:
         width = max(len(label) for label, _ in pairs)

@@ -10,8 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from balance.archive import SpaceRecord, digest
+from balance.certainty import Certainty, certify
+from balance.exact import Exact, exact_ranks
 from balance.explain import Explanation, explain
 from balance.inertia import to_chain, violations
+from balance.nearness import nearest_drop
 from balance.opening import Transfers
 from balance.partition import Transfer, by_joint
 from balance.rank import Conditions
@@ -72,6 +75,25 @@ class DesignSpace(SpaceRecord):
         residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
         return AsGiven(residual <= BALANCED, residual)
 
+    @cached_property
+    def certainty(self) -> Certainty:
+        """How sure the rank is, and why: proved, verified or estimated."""
+        basis = self._conditions.decide().basis
+        return certify(self, self.linkage, self._chain, basis)
+
+    @cached_property
+    def nearest_drop(self) -> float | None:
+        """Smallest change of geometry that lowers the rank, to first order.
+
+        In characteristic lengths and radians; None where poses decided the rank, where no
+        change that keeps the loops closed lowers it, and where there is nothing to lower.
+        """
+        if self.kmax is None or self.rank == 0:
+            return None
+        force = self.balance == "force"
+        found = nearest_drop(self.linkage, self._chain, force, self.kmax, self.rank)
+        return found if np.isfinite(found) else None
+
     def explain(self) -> Explanation:
         """The space in words: what each joint lets through, and what the loops add."""
         return explain(self, self.transfers)
@@ -95,14 +117,30 @@ class DesignSpace(SpaceRecord):
         """Write the record of the space to a file; see `SpaceRecord.save`."""
         self.record().save(path)
 
-    def to_dict(self, explanation: Explanation | None = None) -> dict[str, object]:
+    def exact(self) -> Exact:
+        """The ranks by exact arithmetic, from the decimals of the file.
+
+        Raises:
+            ExactError: the linkage is not from a file with closed loops, its loops do not
+                close exactly, or the motion relates axes without a rational ratio.
+        """
+        last = self.orders[-1].order if not self.settled else None
+        return exact_ranks(
+            self.linkage, self.motion, self.balance, last, spatial=not self.planar,
+            expected=self.rank,
+        )  # fmt: skip
+
+    def to_dict(
+        self, explanation: Explanation | None = None, exact: Exact | None = None
+    ) -> dict[str, object]:
         """The report as plain data, ready for JSON.
 
-        ``balance/report.schema.json`` describes it. A key whose value is ``None`` is not
-        decided by this version, or was not asked for.
+        ``balance/report.schema.json`` describes it. A key whose value is ``None`` was not
+        asked for.
 
         Args:
             explanation: what ``explain`` found, for the keys ``transfers`` and ``freedoms``.
+            exact: what ``exact`` found, for that key.
         """
         linkage = self.linkage
         return {
@@ -125,10 +163,16 @@ class DesignSpace(SpaceRecord):
             "nullity": self.nullity,
             "serial": self.serial_nullity,
             "parallel": self.nullity - self.serial_nullity,
-            "certainty": None,
+            "certainty": self.certainty.level,
+            "evidence": self.certainty.to_dict(),
+            "exact": exact.to_dict() if exact else None,
             "transfers": None,
             "freedoms": None,
-            "margin": {"kept": self.kept, "dropped": self.dropped},
+            "margin": {
+                "kept": self.kept,
+                "dropped": self.dropped,
+                "change": self.nearest_drop,
+            },
             "as_given": self.as_given._asdict(),
             "warnings": [notice._asdict() for notice in self.warnings],
         } | (explanation.to_dict() if explanation else {})

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 __all__ = [
     "CoordinateError",
+    "ExactError",
     "FileError",
     "LinkageError",
     "MobilityError",
@@ -21,6 +22,10 @@ __all__ = [
 
 class LinkageError(ValueError):
     """Base class: the linkage, or what was asked of it, cannot be used."""
+
+
+class ExactError(LinkageError):
+    """A linkage, or a motion, that exact arithmetic cannot take."""
 
 
 class FileError(LinkageError):

@@ -10,10 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from kinematics.reader.markup import Element
 
 __all__ = [
     "GROUND",
@@ -134,6 +137,7 @@ class Draft:
         mimics: joints that follow others.
         named_inputs: joints that the file marks as independent.
         notices: what the reader has to tell.
+        tree: the elements of the file it was read from, with their decimals, or None.
     """
 
     name: str
@@ -144,6 +148,7 @@ class Draft:
     mimics: tuple[Mimic, ...] = ()
     named_inputs: tuple[str, ...] = ()
     notices: tuple[Notice, ...] = ()
+    tree: Element | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,17 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.errors import MotionError
 from kinematics.linkage import frozen
+from kinematics.rational import LONGEST, decimal, null_space
 
 __all__ = ["Motion"]
 
 Array = NDArray[np.float64]
 
+# Sums of factors up to this one do not overflow.
+LARGEST = 1e300
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 
 
@@ -53,26 +57,38 @@ class Motion:
         """
         relations = [relations] if isinstance(relations, str) else relations
         rows = [_row(relation, tuple(inputs)) for relation in relations]
-        basis = _solutions(np.array(rows).reshape(-1, len(inputs)))
+        basis = _solutions(np.array(rows, dtype=np.float64).reshape(-1, len(inputs)))
         if basis.shape[1] == 0 and len(inputs) > 0:
             raise MotionError(", ".join(relations), "leaves no input to move", inputs)
         return cls(tuple(inputs), tuple(relations), frozen(basis))
 
+    def coefficients(self) -> list[list[Fraction]]:
+        """The relations as rows of rational coefficients, one per input.
 
-def _row(relation: str, inputs: tuple[str, ...]) -> Array:
+        They are those of the text; those of a motion without text make up the space to
+        which its basis is perpendicular.
+        """
+        if self.relations:
+            return [_row(relation, self.inputs) for relation in self.relations]
+        columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
+        return null_space(columns, len(self.inputs))
+
+
+def _row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:
     """Coefficients of left side minus right side."""
     sides = relation.split("=")
     if len(sides) != 2:
         raise MotionError(relation, "must hold one '='", inputs)
-    return _side(relation, sides[0], inputs) - _side(relation, sides[1], inputs)
+    left, right = (_side(relation, side, inputs) for side in sides)
+    return [a - b for a, b in zip(left, right, strict=True)]
 
 
-def _side(relation: str, text: str, inputs: tuple[str, ...]) -> Array:
+def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
     """Coefficients of one sum of terms."""
     known = "|".join(re.escape(name) for name in sorted(inputs, key=len, reverse=True))
     term = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*\s*)?({known})(?![\w.])\s*")
     zero = re.compile(r"\s*[+-]?\s*0+(?:\.0*)?\s*$")
-    row = np.zeros(len(inputs))
+    row = [Fraction(0)] * len(inputs)
     if zero.match(text):
         if text.strip() in inputs:
             problem = f"'{text.strip()}' is a number and an input: write 1*{text.strip()}"
@@ -83,11 +99,10 @@ def _side(relation: str, text: str, inputs: tuple[str, ...]) -> Array:
         match = term.match(text, position)
         if match is None or (position > 0 and not match[1]):
             raise MotionError(relation, _complaint(text[position:]), inputs)
-        sign = -1.0 if match[1] == "-" else 1.0
-        factor = float(match[2] or 1.0)
-        if not factor < np.inf:
-            raise MotionError(relation, f"'{match[2]}' is too large", inputs)
-        row[inputs.index(match[3])] += sign * factor
+        word = match[2] or "1"
+        if len(word) > LONGEST or not float(word) <= LARGEST:
+            raise MotionError(relation, f"'{word[:LONGEST]}' is too large", inputs)
+        row[inputs.index(match[3])] += decimal(word) * (-1 if match[1] == "-" else 1)
         position = match.end()
     return row
 

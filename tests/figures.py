@@ -74,6 +74,11 @@ FIGURES = (
     Figure("bennett", (6, 10, 13), 16, 1, 30, spatial=True),
     Figure("three_rsr", (15, 39, 43), 27, 0, 70, spatial=True),
     Figure("three_rsr", (11, 28, 33, 34, 35), 33, 2, 70, motion=("u2=u3",), spatial=True),
+    Figure("bennett_rational", (6, 10, 13), 16, 1, 30, spatial=True),
+    Figure("three_rsr_rational", (16, 41, 43), 27, 0, 70, spatial=True),
+    Figure(
+        "three_rsr_rational", (11, 28, 33, 34, 35), 33, 2, 70, motion=("u2=u3",), spatial=True
+    ),
     Figure(
         "six_bar_watt", (3, 6, 9, *range(10, 14)), 7, 0, 20,
         reach=0.6, radius=0.2, samples=64,

@@ -16,7 +16,8 @@ from balance import design_space
 
 MODELS = tuple(kinematics.gallery())
 SPATIAL = (
-    "bennett delta four_bar_spherical goldberg_five_bar hprs rusr sarrus stewart_6ups three_rsr"
+    "bennett bennett_rational delta four_bar_spherical goldberg_five_bar hprs rusr sarrus "
+    "stewart_6ups three_rsr three_rsr_rational"
 ).split()
 PLANAR = tuple(name for name in MODELS if name not in SPATIAL)
 

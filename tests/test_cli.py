@@ -16,8 +16,8 @@ from kinematics import gallery
 
 KEYS = (
     "schema model algebra balance bodies parameters joints loops mobility inputs idle motion "
-    "orders poses kmax rank nullity serial parallel certainty transfers freedoms margin "
-    "as_given warnings"
+    "orders poses kmax rank nullity serial parallel certainty evidence exact transfers "
+    "freedoms margin as_given warnings"
 ).split()
 
 

@@ -21,7 +21,7 @@ from kinematics.reader.fields import coordinates
 from kinematics.reader.markup import Element
 from kinematics.screws import exp, prismatic, revolute
 
-__all__ = ["Place", "attach", "freedoms", "origin", "perpendicular", "unit"]
+__all__ = ["FREEDOMS", "Place", "attach", "freedoms", "origin", "perpendicular", "unit"]
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 # the rest is round-off of the products of rotations that placed them.
 ROUND_OFF = 1e-12
 
-_FREEDOMS = {
+FREEDOMS = {
     "fixed": (),
     "revolute": ("turn n",),
     "continuous": ("turn n",),
@@ -39,6 +39,7 @@ _FREEDOMS = {
     "planar": ("slide u", "slide w", "turn n"),
     "spherical": ("turn n", "turn u", "turn w"),
 }
+"""The single freedoms of each type of joint, along its axes n, u and w = n × u."""
 
 
 class Place(NamedTuple):
@@ -96,7 +97,7 @@ def freedoms(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Arr
     """
     directions = {"n": n, "u": u, "w": np.cross(n, u)}
     steps = []
-    for motion, axis in (step.split() for step in _FREEDOMS[kind]):
+    for motion, axis in (step.split() for step in FREEDOMS[kind]):
         if motion == "turn":
             steps.append(("revolute", revolute(directions[axis], point)))
         else:

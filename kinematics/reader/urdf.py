@@ -13,6 +13,7 @@ from __future__ import annotations
 import heapq
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -71,7 +72,8 @@ def read(path: Path, loops: Path | None = None, options: Options | None = None) 
     options = options or Options()
     source = os.fsdecode(path)
     side = merge(check(path, options.fix_base), source, loops)
-    return _draft(robot_of(side.tree, source), side, source, options)
+    draft = _draft(robot_of(side.tree, source), side, source, options)
+    return replace(draft, tree=side.tree)
 
 
 def adopt(model: URDF, loops: Path | None = None, options: Options | None = None) -> Draft:

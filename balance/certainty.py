@@ -1,0 +1,128 @@
+"""How sure a design space is: proved, verified or estimated, and the numbers behind it."""
+
+from __future__ import annotations
+
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.archive import SpaceRecord
+from balance.exact import Exact, exact_ranks
+from balance.exactserial import exact_transfers
+from balance.momentum import RegressorSeries
+from balance.proof import Proof, independent
+from kinematics.errors import LinkageError
+from kinematics.linkage import Chain, Linkage
+from kinematics.placement import expand_at
+from kinematics.walk import walk
+
+__all__ = ["LEVELS", "Certainty", "certify"]
+
+Array = NDArray[np.float64]
+
+LEVELS = ("estimated", "verified", "proved")
+# Momentum of a distribution of size 1 that counts as none, relative to the conditions.
+BALANCED = 1e-11
+# Walks away from the reference pose, and steps of each.
+WALKS, STEPS = 3, 4
+
+
+class Certainty(NamedTuple):
+    """What is known of a design space beyond floating-point arithmetic.
+
+    Attributes:
+        level: ``"proved"``: exact lower bounds of rank and nullity add up to the number of
+            parameters; ``"verified"``: there is a parallel part, and all momenta vanish at
+            finite poses that were not used, to 1e-11 of the size of the conditions; exact
+            arithmetic, where it can be done, finds the same rank; ``"estimated"``: neither.
+        reason: why, in one line.
+        rank: lower bound of the rank by exact arithmetic, None if it cannot be done.
+        nullity: lower bound of the nullity by exact arithmetic, or None.
+        residual: largest momentum left at the poses tried, relative to the conditions.
+        poses: how many were tried.
+        proof: of the rank and nullity, if they are proved.
+    """
+
+    level: str
+    reason: str
+    rank: int | None
+    nullity: int | None
+    residual: float
+    poses: int
+    proof: Proof | None = None
+
+    def to_dict(self) -> dict[str, object]:
+        """The entry ``evidence`` of the report: all but the level and the proof."""
+        rest = ("level", "proof")
+        return {name: value for name, value in self._asdict().items() if name not in rest}
+
+
+def certify(space: SpaceRecord, linkage: Linkage, chain: Chain, basis: Array) -> Certainty:
+    """The certainty of a design space.
+
+    Args:
+        space: the design space.
+        linkage: the linkage it is of.
+        chain: its joints that move.
+        basis: of the design space, in the units of the chain (parameters, nullity).
+    """
+    residual, poses = _residual(chain, space.balance == "force", basis)
+    verified = space.settled and space.nullity > space.serial_nullity and residual <= BALANCED
+    try:
+        exact = exact_ranks(
+            linkage, space.motion, space.balance, spatial=not space.planar, expected=space.rank
+        )
+    except LinkageError as error:
+        reason = f"not by exact arithmetic: {error}"
+        return Certainty(LEVELS[verified], reason, None, None, residual, poses)
+    moving = set(chain.joints.tolist())
+    idle = [j for j in range(len(linkage.joints)) if j not in moving]
+    found = independent(exact, exact_transfers(exact.chain, idle))
+    doubt = _doubt(space, exact, len(found), idle)
+    bounds = exact.rank, len(found)
+    if not doubt:
+        proof = Proof(exact.chain, exact.witness, found)
+        reason = "exact lower bounds of rank and nullity add up to the number of parameters"
+        return Certainty("proved", reason, *bounds, residual, poses, proof)
+    if exact.rank == space.rank and verified:
+        reason = "balanced at finite poses, and of the same rank by exact arithmetic"
+        return Certainty("verified", reason, *bounds, residual, poses)
+    return Certainty("estimated", doubt, *bounds, residual, poses)
+
+
+def _doubt(space: SpaceRecord, exact: Exact, nullity: int, idle: list[int]) -> str:
+    """Why exact arithmetic does not prove the rank; empty if it does."""
+    if exact.rank + nullity == exact.parameters and exact.rank != space.rank:
+        return (
+            f"exact arithmetic proves rank {exact.rank}: what makes the difference is below "
+            f"round-off"
+        )
+    if exact.rank > space.rank:
+        return f"exact arithmetic finds rank {exact.rank} or more"
+    if exact.rank < space.rank:
+        return f"exact arithmetic finds rank {exact.rank} only, at the orders it computed"
+    if exact.rank + nullity < exact.parameters:
+        return "there are solutions that no inertia transfer explains"
+    if not exact.regular:
+        return "that its loops close at all orders is not proved"
+    held = {
+        j for j in idle if j not in exact.chain.dependent and not any(exact.chain.columns[j])
+    }
+    return "" if held == set(idle) else "that its idle joints stay at rest is not proved"
+
+
+def _residual(chain: Chain, force: bool, basis: Array) -> tuple[float, int]:
+    """Largest momentum left at fresh poses, relative to the conditions; how many poses."""
+    rng = np.random.default_rng(106)
+    worst, poses = 0.0, 0
+    for _ in range(WALKS):
+        ray = rng.standard_normal(chain.width)
+        for pose in islice(walk(chain, ray / np.sqrt(ray @ ray)), STEPS):
+            X = RegressorSeries(chain, expand_at(chain, pose), force, pose).rows(0)
+            X = X.reshape(-1, X.shape[-1])
+            left = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)
+            worst = max(worst, float(left / (np.linalg.norm(X) or 1.0)))
+            poses += 1
+    return worst, poses

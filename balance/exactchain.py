@@ -1,0 +1,235 @@
+"""A linkage and its motion in rational numbers: what exact ranks are computed from.
+
+Structure, and which joints are independent, come from the assembled linkage; numbers come
+from the decimals of its file. Axes keep the lengths that they have there, so the relations
+of a motion, and of joints that follow others, are rescaled by the lengths of their axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.assembly import moving_chain
+from kinematics.errors import ExactError
+from kinematics.linkage import GROUND, Linkage
+from kinematics.motion import Motion
+from kinematics.rational import (
+    Vector,
+    bracket,
+    cross,
+    dot,
+    echelon,
+    null_space,
+    root,
+)
+from kinematics.reader.geometry import Geometry
+
+__all__ = ["ExactChain", "exact_chain", "regular"]
+
+IntArray = NDArray[np.int64]
+
+
+class ExactChain(NamedTuple):
+    """A linkage and its motion in rational numbers; n joints, w columns.
+
+    Attributes:
+        parent: link before each joint, -1 for the ground (n,).
+        screws: joint screws of any length at the reference pose; inertial frame, SI units.
+        ends: the two links welded by each loop.
+        mimics: rows of linear relations between the rates of the screws (g, n).
+        dependent: joints whose rates follow from the loops.
+        columns: rates of the screws of the other joints (n, w).
+        links: link of each body.
+        rows: what is taken of the momentum ``[ξ; p]``: (3 or fewer rows in a plane, 6).
+        parameters: parameters of a body that are counted, as combinations of the ten
+            ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]``.
+    """
+
+    parent: tuple[int, ...]
+    screws: tuple[Vector, ...]
+    ends: tuple[tuple[int, int], ...]
+    mimics: tuple[Vector, ...]
+    dependent: tuple[int, ...]
+    columns: tuple[Vector, ...]
+    links: tuple[int, ...]
+    rows: tuple[Vector, ...]
+    parameters: tuple[Vector, ...]
+
+    @property
+    def width(self) -> int:
+        """Number of columns: degrees of freedom of the motion."""
+        return len(self.columns[0])
+
+
+def exact_chain(
+    linkage: Linkage,
+    geometry: Geometry,
+    motion: Motion | None = None,
+    force: bool = False,
+    spatial: bool = False,
+) -> ExactChain:
+    """A linkage under a motion in rational numbers; idle joints are kept.
+
+    Raises:
+        ExactError: the lengths of axes that a relation joins have no rational ratio, or the
+            linkage is planar only up to rounding.
+    """
+    count = len(linkage.joints)
+    moving = moving_chain(linkage, motion, spatial)
+    independent = linkage.positions_of(linkage.inputs if motion is None else motion.inputs)
+    basis = _columns(linkage, geometry, motion, independent)
+    columns = [(Fraction(0),) * len(basis) for _ in range(count)]
+    for row, joint in enumerate(independent):
+        columns[joint] = tuple(vector[row] for vector in basis)
+    if moving.planar:
+        rows, parameters = _in_plane(linkage, geometry, moving.joints, moving.frame.R[2])
+    else:
+        rows, parameters = _units(6), _units(10)
+    if force:
+        rows, parameters = rows[len(rows) // 3 if moving.planar else 3 :], parameters[:-1]
+        parameters = parameters if moving.planar else parameters[:4]
+    return ExactChain(
+        parent=tuple(joint.parent for joint in linkage.joints),
+        screws=geometry.screws,
+        ends=tuple((loop.end, loop.successor) for loop in linkage.loops),
+        mimics=_mimics(linkage, geometry),
+        dependent=tuple(j for j in range(count) if j not in set(independent.tolist())),
+        columns=tuple(columns),
+        links=tuple(body.link for body in linkage.bodies),
+        rows=rows,
+        parameters=parameters,
+    )
+
+
+def _units(count: int) -> tuple[Vector, ...]:
+    return tuple(tuple(Fraction(int(i == j)) for j in range(count)) for i in range(count))
+
+
+def _ratio(linkage: Linkage, geometry: Geometry, joint: int, other: int, why: str) -> Fraction:
+    """Length of the axis of ``joint`` over that of ``other``."""
+    ratio = root(geometry.squares[joint] / geometry.squares[other])
+    if ratio is None:
+        first, second = linkage.joints[joint].name, linkage.joints[other].name
+        raise ExactError(
+            f"{linkage.source}: {why}: the lengths of the axes of '{first}' and '{second}' "
+            "have no rational ratio; write axes of equal or rational length"
+        )
+    return ratio
+
+
+def _columns(
+    linkage: Linkage, geometry: Geometry, motion: Motion | None, independent: IntArray
+) -> list[list[Fraction]]:
+    """Rates of the screws of the independent joints, for each column of the motion.
+
+    A rate of a joint is that of its screw times the length of the axis: so are the
+    coefficients of relations between them, up to a factor.
+    """
+    relations = [] if motion is None else motion.coefficients()
+    texts = motion.relations if motion and motion.relations else ("motion",) * len(relations)
+    rows = []
+    for text, row in zip(texts, relations, strict=True):
+        joints = [int(independent[i]) for i, c in enumerate(row) if c]
+        rows.append([
+            c * _ratio(linkage, geometry, int(j), joints[0], f"motion '{text}'") if c else c
+            for c, j in zip(row, independent, strict=True)
+        ])  # fmt: skip
+    return null_space(rows, independent.size)
+
+
+def _mimics(linkage: Linkage, geometry: Geometry) -> tuple[Vector, ...]:
+    """Relations between the rates of the screws of joints that follow others."""
+    rows = []
+    for mimic, ratio in zip(linkage.mimics, geometry.ratios, strict=True):
+        row = [Fraction(0)] * len(linkage.joints)
+        row[mimic.joint] = Fraction(1)
+        why = f"joint '{linkage.joints[mimic.joint].name}' is a mimic"
+        if ratio:
+            lengths = _ratio(linkage, geometry, mimic.source, mimic.joint, why)
+            row[mimic.source] = -ratio * lengths
+        rows.append(tuple(row))
+    return tuple(rows)
+
+
+def _in_plane(
+    linkage: Linkage, geometry: Geometry, joints: IntArray, normal: NDArray[np.float64]
+) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
+    """Rows ``[ξ·n, p·a, p·b]`` and parameters ``[m, mc·a, mc·b, n·E n]`` of a plane.
+
+    The axes a, b, n are at right angles, and of any length.
+    """
+    zero = (Fraction(0),) * 3
+    moving = [geometry.screws[j] for j in joints]
+    turning = [screw for screw in moving if any(screw[:3])]
+    n = _normal(turning, [s[3:] for s in moving if not any(s[:3])], normal)
+    for screw in moving:
+        out = dot(screw[:3], screw[3:]) if any(screw[:3]) else dot(screw[3:], n)
+        if out or any(cross(screw[:3], n)):
+            raise ExactError(
+                f"{linkage.source}: planar only up to rounding: its axes are not exactly "
+                "parallel; write them with rational directions, or count all parameters "
+                "(spatial)"
+            )
+    nearest = max(range(3), key=lambda i: abs(n[i]))
+    helper = _units(3)[(nearest + 1) % 3]
+    a = tuple(x - dot(helper, n) / dot(n, n) * y for x, y in zip(helper, n, strict=True))
+    b = cross(n, a)
+    squares = tuple(n[i] * n[j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    one, six = (Fraction(1), *zero), (Fraction(0),) * 6
+    parameters = (one + six, (one[1], *a) + six, (one[1], *b) + six, (*zero, one[1]) + squares)
+    return (n + zero, zero + a, zero + b), parameters
+
+
+def _normal(
+    turning: Sequence[Vector], slides: Sequence[Vector], normal: NDArray[np.float64]
+) -> Vector:
+    """A normal of the plane in which screws move; ``normal`` is the rounded one."""
+    if turning:
+        n = turning[0][:3]
+    else:
+        free = null_space(slides, 3)
+        sizes = [abs(float(dot(v, v))) ** 0.5 for v in free]
+        along = [abs(float(x @ normal)) for x in np.array(free, dtype=np.float64)]
+        n = tuple(free[int(np.argmax(np.array(along) / sizes))])
+    largest = max(n, key=abs)
+    return tuple(-x for x in n) if largest < 0 else n
+
+
+def regular(chain: ExactChain) -> bool:
+    """Whether loops close at all orders because their constraints are independent.
+
+    The displacement around a loop stays in the group that its screws generate. Where the
+    loop matrix has as many independent rows as all those groups have dimensions, the
+    closed poses are a manifold.
+    """
+    return len(chain.dependent) == len(chain.mimics) + sum(
+        _dimension([chain.screws[j] for j in _around(chain, *ends)]) for ends in chain.ends
+    )
+
+
+def _around(chain: ExactChain, end: int, successor: int) -> list[int]:
+    """Joints of a loop, without those that lie below both of its links."""
+    sides: list[set[int]] = [set(), set()]
+    for side, start in zip(sides, (end, successor), strict=True):
+        link = start
+        while link != GROUND:
+            side.add(link)
+            link = chain.parent[link]
+    return sorted(sides[0] ^ sides[1])
+
+
+def _dimension(screws: Sequence[Vector]) -> int:
+    """Dimension of the Lie algebra that screws generate."""
+    basis = echelon(screws)[0]
+    while len(basis) < 6:
+        wider = echelon(basis + [list(bracket(a, b)) for a, b in combinations(basis, 2)])[0]
+        if len(wider) == len(basis):
+            break
+        basis = wider
+    return len(basis)

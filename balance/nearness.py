@@ -1,0 +1,122 @@
+"""How far a geometry is from one of lower rank, to first order.
+
+The smallest singular value that counts, σ, vanishes where the geometry is special in one
+more way. Its derivative along a change of geometry is ``uᵀ (∂X/∂g) v`` with its singular
+vectors u and v (G. W. Stewart and J.-G. Sun, 1990), so the nearest such geometry is about
+``σ / |∂σ/∂g|`` away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.momentum import RegressorSeries
+from kinematics.closure import expand
+from kinematics.linkage import Chain, Linkage, frozen
+from kinematics.placement import radius
+
+__all__ = ["nearest_drop"]
+
+Array = NDArray[np.float64]
+
+# Step of the differences, in characteristic lengths and radians.
+STEP = 1e-6
+# Part of a step by which loops may open: beyond it, the change is not one of the linkage.
+OPEN = 1e-3
+# Most rays taken.
+RAYS = 24
+# Joints closer than this part of the size are at one point, axes as close are one.
+SAME = 1e-9
+
+
+def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: int) -> float:
+    """Smallest change of geometry that lowers the rank, to first order.
+
+    The joints at one point are moved together, and those on one axis are turned together,
+    where the loops still close.
+
+    Args:
+        linkage: the linkage.
+        chain: its joints that move.
+        force: whether only linear momentum counts.
+        order: of the derivatives that decide the rank.
+        rank: of the conditions.
+
+    Returns:
+        Root of the sum of squares of the changes, in characteristic lengths and radians;
+        infinite if no such change lowers the smallest singular value.
+    """
+    count = min(comb(chain.width + order, order + 1), RAYS)
+    rays = np.random.default_rng(107).standard_normal((count, chain.width))
+    rays /= np.sqrt(np.sum(rays**2, axis=1, keepdims=True))
+    series = expand(chain, rays, order)
+    weights = radius(series.C[0] @ rays[0]) ** np.arange(order + 1.0)
+    U, values, Vt = np.linalg.svd(_rows(chain, rays, weights, force)[0], full_matrices=False)
+    if not 0 < rank <= values.size:
+        return np.inf
+    u, v = U[:, rank - 1], Vt[rank - 1]
+    square = 0.0
+    for change in _changes(linkage, chain):
+        found = []
+        for sign in (1.0, -1.0):
+            screws = frozen(chain.screws + sign * STEP * change)
+            X, left = _rows(replace(chain, screws=screws), rays, weights, force)
+            if left > OPEN * STEP:
+                break
+            found.append(u @ (X @ v))
+        else:
+            square += ((found[0] - found[1]) / (2.0 * STEP)) ** 2
+    return float(values[rank - 1] / np.sqrt(square)) if square > 0.0 else np.inf
+
+
+def _rows(chain: Chain, rays: Array, weights: Array, force: bool) -> tuple[Array, float]:
+    """All conditions, each order with its weight, and by how much the loops open."""
+    series = expand(chain, rays, weights.size - 1)
+    X = RegressorSeries(chain, series, force).rows(weights.size - 1)
+    X *= weights.reshape(-1, 1, 1, 1, 1)
+    return X.reshape(-1, X.shape[-1]), float(np.max(series.residual * weights, initial=0.0))
+
+
+def _changes(linkage: Linkage, chain: Chain) -> Iterator[Array]:
+    """Rates of all screws for each change of the geometry; (n, 6 or 3)."""
+    frame, planar = chain.frame, chain.planar
+    points = np.array([linkage.joints[j].point for j in chain.joints])
+    points = (points - frame.origin) @ frame.R.T / frame.length
+    spatial = np.zeros((len(points), 6))
+    spatial[:, slice(2, 5) if planar else slice(0, 6)] = chain.screws
+    for group in _groups(points):
+        for axis in np.eye(3)[: 2 if planar else 3]:
+            yield _rates(spatial, group, np.concatenate([np.zeros(3), axis]), planar)
+    turning = np.where(np.any(spatial[:, :3] != 0.0, axis=1)[:, None], spatial, np.nan)
+    for group in [] if planar else _groups(turning):
+        n = spatial[group[0], :3]
+        for axis in np.linalg.svd(n[None])[2][1:]:
+            twist = np.concatenate([axis, np.cross(points[group[0]], axis)])
+            yield _rates(spatial, group, twist, planar)
+
+
+def _groups(rows: Array) -> list[list[int]]:
+    """Indices of rows that are equal; those with NaN belong to none."""
+    groups: list[list[int]] = []
+    for i, row in enumerate(rows):
+        same = next((g for g in groups if np.abs(rows[g[0]] - row).max() <= SAME), None)
+        if same is not None:
+            same.append(i)
+        elif not np.isnan(row).any():
+            groups.append([i])
+    return groups
+
+
+def _rates(spatial: Array, group: list[int], twist: Array, planar: bool) -> Array:
+    """Rates of the screws if those of a group move with a twist."""
+    out = np.zeros_like(spatial)
+    w, v = twist[:3], twist[3:]
+    for j in group:
+        n, m = spatial[j, :3], spatial[j, 3:]
+        out[j] = np.concatenate([np.cross(w, n), np.cross(v, n) + np.cross(w, m)])
+    return out[:, 2:5] if planar else out

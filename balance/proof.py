@@ -1,0 +1,96 @@
+"""A proof that a design space has the dimension it has, as data that anyone can check.
+
+The rank of the conditions is at least that of a minor that does not vanish modulo a prime;
+the nullity is at least the number of inertia transfers that are independent modulo a prime,
+each of zero momentum by identity. Where both add up to the number of parameters, they are
+the rank and the nullity. All numbers in it are whole or rational, none is rounded.
+"""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from hashlib import sha256
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.exact import Exact, Witness
+from balance.exactchain import ExactChain
+from balance.exactserial import ExactTransfer
+from balance.modular import eliminate
+
+__all__ = ["Proof", "independent"]
+
+FORMAT = "balance.proof/1"
+
+
+class Proof(NamedTuple):
+    """Lower bounds on rank and nullity that add up to the number of parameters.
+
+    Attributes:
+        chain: the linkage in rational numbers.
+        witness: rays, and rows and columns of a minor, of the conditions along them.
+        transfers: as many independent ones as the nullity is.
+    """
+
+    chain: ExactChain
+    witness: Witness
+    transfers: tuple[ExactTransfer, ...]
+
+    @property
+    def rank(self) -> int:
+        """Number of independent conditions."""
+        return len(self.witness.pivots)
+
+    @property
+    def nullity(self) -> int:
+        """Dimension of the design space."""
+        return len(self.transfers)
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data, ready for JSON; rational numbers as texts, such as ``"-3/4"``.
+
+        ``sha256`` is that of everything else, as compact JSON with sorted keys.
+        """
+        body = {
+            "format": FORMAT,
+            "chain": {name: _plain(value) for name, value in self.chain._asdict().items()},
+            "prime": self.witness.prime,
+            "rays": _plain(self.witness.rays),
+            "pivots": [pivot._asdict() for pivot in self.witness.pivots],
+            "transfers": [
+                {name: _plain(value) for name, value in transfer._asdict().items()}
+                for transfer in self.transfers
+            ],
+            "rank": self.rank,
+            "nullity": self.nullity,
+        }
+        text = json.dumps(body, sort_keys=True, separators=(",", ":"))
+        return body | {"sha256": sha256(text.encode()).hexdigest()}
+
+
+def _plain(value: object) -> object:
+    """Tuples as lists, rational numbers as texts."""
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return str(value) if isinstance(value, Fraction) else value
+
+
+def independent(found: Exact, transfers: list[ExactTransfer]) -> tuple[ExactTransfer, ...]:
+    """As many of the transfers as are independent modulo the prime of the witness.
+
+    They are independent then as rational vectors as well.
+    """
+    chain, p = found.chain, found.witness.prime
+    size = len(chain.parameters)
+    A: NDArray[np.int64] = np.zeros((len(chain.links) * size, len(transfers)), np.int64)
+    for column, transfer in enumerate(transfers):
+        for i, x in enumerate(transfer.z):
+            value = x.numerator * pow(x.denominator, -1, p) % p
+            A[transfer.target * size + i, column] = value
+            if transfer.source >= 0:
+                A[transfer.source * size + i, column] = -value % p
+    rank = eliminate(A, len(transfers), p)
+    return tuple(transfers[int(np.flatnonzero(row)[0])] for row in A[:rank])

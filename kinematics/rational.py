@@ -1,0 +1,161 @@
+"""Rational numbers in place of rounded ones: decimals, roots, π, and rotations.
+
+A decimal is a rational number; an angle is not the angle of a rational rotation, and a
+pitch per radian is not rational. Those are replaced by the nearest fractions with a
+denominator of ``2**BITS``. A rational half-angle tangent t gives a rotation that is exactly
+orthogonal (A. Cayley, 1846): ``cos θ = (1 - t²) / (1 + t²)``, ``sin θ = 2t / (1 + t²)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cache
+from math import isqrt
+
+from kinematics.errors import ExactError
+
+__all__ = [
+    "BITS",
+    "DIGITS",
+    "LONGEST",
+    "Vector",
+    "bracket",
+    "cross",
+    "decimal",
+    "dot",
+    "echelon",
+    "null_space",
+    "pi",
+    "quarters",
+    "root",
+    "rounded",
+    "tangent",
+]
+
+Vector = tuple[Fraction, ...]
+
+BITS = 64
+"""Replacements are multiples of ``2**-BITS``."""
+# Digits beyond which an angle that rounds a multiple of π/2 is meant to be one.
+DIGITS = 12
+# A number of more characters is not one that somebody measured.
+LONGEST = 400
+# Terms of series are kept to so many more bits.
+_GUARD = 64
+
+
+def decimal(word: str) -> Fraction:
+    """The number that a decimal text stands for; what underflows in double precision is 0.
+
+    Raises:
+        ExactError: the text is too long.
+    """
+    if len(word) > LONGEST:
+        raise ExactError(f"a number of {len(word)} characters; write at most {LONGEST}")
+    return Fraction(word) if float(word) else Fraction(0)
+
+
+def root(value: Fraction) -> Fraction | None:
+    """The square root of a number, or None if it is not rational."""
+    a, b = isqrt(value.numerator), isqrt(value.denominator)
+    return Fraction(a, b) if a * a == value.numerator and b * b == value.denominator else None
+
+
+def rounded(value: Fraction) -> Fraction:
+    """The nearest multiple of ``2**-BITS``."""
+    return Fraction(round(value * (1 << BITS)), 1 << BITS)
+
+
+@cache
+def pi() -> Fraction:
+    """π to within ``2**-(BITS + 100)``: ``16 arctan(1/5) - 4 arctan(1/239)`` (J. Machin)."""
+    one = 1 << (BITS + 2 * _GUARD)
+
+    def arctan(inverse: int) -> int:
+        total, power, k = 0, one // inverse, 0
+        while power:
+            total += (-1) ** k * (power // (2 * k + 1))
+            power //= inverse * inverse
+            k += 1
+        return total
+
+    return Fraction(16 * arctan(5) - 4 * arctan(239), one)
+
+
+def quarters(angle: Fraction) -> tuple[int, Fraction]:
+    """Quarter turns in an angle, and what is left of it, at most π/4 in size."""
+    count = round(angle / (pi() / 2))
+    return count, angle - count * pi() / 2
+
+
+def tangent(angle: Fraction) -> Fraction:
+    """Tangent of half an angle of at most π/4 in size, to ``2**-BITS``."""
+    half = angle / 2
+    one = 1 << (BITS + _GUARD)
+    x = round(half * one)
+    sine = cosine = 0
+    term, k = one, 0
+    while term:
+        if k % 2:
+            sine += term * (-1) ** (k // 2)
+        else:
+            cosine += term * (-1) ** (k // 2)
+        k += 1
+        # Towards zero, so that the terms of a negative angle end too.
+        size = abs(term) * abs(x) // (one * k)
+        term = size if (term < 0) == (x < 0) else -size
+    return rounded(Fraction(sine, cosine))
+
+
+def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
+    """Inner product."""
+    return sum((x * y for x, y in zip(a, b, strict=True) if x and y), Fraction(0))
+
+
+def cross(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
+    """Cross product (3,)."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def bracket(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
+    """Lie bracket of twists ``[ω_a × ω_b; v_a × ω_b + ω_a × v_b]`` (6,)."""
+    moments = zip(cross(a[3:], b[:3]), cross(a[:3], b[3:]), strict=True)
+    return cross(a[:3], b[:3]) + tuple(x + y for x, y in moments)
+
+
+def echelon(rows: Sequence[Sequence[Fraction]]) -> tuple[list[list[Fraction]], list[int]]:
+    """Reduced row echelon form: its non-zero rows, and the column of each pivot."""
+    left = [list(row) for row in rows]
+    done: list[list[Fraction]] = []
+    pivots: list[int] = []
+    for column in range(len(left[0]) if left else 0):
+        row = next((row for row in left if row[column]), None)
+        if row is None:
+            continue
+        left.remove(row)
+        row = [x / row[column] for x in row]
+        for group in (left, done):
+            group[:] = [
+                [x - other[column] * y for x, y in zip(other, row, strict=True)]
+                for other in group
+            ]
+        done.append(row)
+        pivots.append(column)
+    return done, pivots
+
+
+def null_space(rows: Sequence[Sequence[Fraction]], columns: int) -> list[list[Fraction]]:
+    """Independent vectors of ``columns`` entries with which every row has product 0."""
+    reduced, pivots = echelon(rows)
+    found = []
+    for free in (c for c in range(columns) if c not in pivots):
+        vector = [Fraction(int(c == free)) for c in range(columns)]
+        for row, pivot in zip(reduced, pivots, strict=True):
+            vector[pivot] = -row[free]
+        found.append(vector)
+    return found

@@ -1,0 +1,333 @@
+"""The joint screws of a file as rational numbers, from its decimals.
+
+Directions keep the length that they have in the file, for a unit vector is rarely rational.
+What is not rational itself is replaced, and a notice says so: angles in ``rpy`` and in the
+offsets of mimic joints, pitches of screws. A multiple of π/2 that is written with twelve
+digits or more is taken as meant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from kinematics.errors import ExactError
+from kinematics.linkage import Linkage, Notice
+from kinematics.rational import (
+    BITS,
+    DIGITS,
+    Vector,
+    cross,
+    decimal,
+    dot,
+    pi,
+    quarters,
+    root,
+    rounded,
+    tangent,
+)
+from kinematics.reader.fields import coordinates
+from kinematics.reader.loops import FREEDOMS
+from kinematics.reader.markup import Element, shown
+
+__all__ = ["Geometry", "exact_geometry"]
+
+Matrix = tuple[Vector, ...]
+
+# Screws that differ by more, relative to the largest, are those of another pose.
+SAME = 1e-9
+# A direction whose squared length differs from 1 by less was rounded from a unit vector.
+ROUNDED = Fraction(1, 10**4)
+_AXES = tuple(tuple(Fraction(int(i == j)) for j in range(3)) for i in range(3))
+
+
+class Geometry(NamedTuple):
+    """Joints of a linkage in rational numbers, at the pose of the file.
+
+    Attributes:
+        screws: ``[n; r × n + λ n]``, or ``[0; n]`` if prismatic, of each joint, with n of
+            any length; (6,) each, inertial frame, SI units.
+        squares: squared length of each n. A rate of the screw is that of the joint over
+            the length.
+        ratios: of each mimic, in the units of its joint over those of its source.
+        notices: what was replaced.
+    """
+
+    screws: tuple[Vector, ...]
+    squares: tuple[Fraction, ...]
+    ratios: tuple[Fraction, ...]
+    notices: tuple[Notice, ...]
+
+
+class Pose(NamedTuple):
+    """A displacement: rotation (3, 3) by rows, and position (3,)."""
+
+    R: Matrix = _AXES
+    d: Vector = (Fraction(0),) * 3
+
+    def turn(self, a: Vector) -> Vector:
+        """``R a``."""
+        return tuple(dot(row, a) for row in self.R)
+
+    def __matmul__(self, other: Pose) -> Pose:
+        """The displacement ``other``, followed by this one."""
+        columns = [self.turn(column) for column in zip(*other.R, strict=True)]
+        return Pose(tuple(zip(*columns, strict=True)), _sum(self.d, self.turn(other.d)))
+
+
+def exact_geometry(linkage: Linkage) -> Geometry:
+    """The joint screws of a linkage, from the decimals of its file.
+
+    Args:
+        linkage: read from a file whose loops are closed.
+
+    Raises:
+        ExactError: the linkage was not read from a file, or the file's pose was not its
+            reference pose.
+    """
+    source = shown(linkage.source, 1000)
+    if linkage.tree is None:
+        raise ExactError(
+            f"{source}: exact arithmetic works from the decimals of a URDF file; load one"
+        )
+    found = _Reading(linkage.tree)
+    joints = [found.joints.get(joint.name) for joint in linkage.joints]
+    screws = tuple(joint[1] for joint in joints if joint)
+    if len(screws) < len(joints) or not _agree(linkage, screws):
+        raise ExactError(
+            f"{source}: exact arithmetic needs a file whose loops close at its own pose: the "
+            "reference pose is another; write the file at a closed pose"
+        )
+    ratios = tuple(
+        found.mimics[linkage.joints[mimic.joint].name][1] for mimic in linkage.mimics
+    )
+    squares = tuple(dot(n, n) for n in (_direction(screw) for screw in screws))
+    return Geometry(screws, squares, ratios, tuple(found.notices))
+
+
+def _agree(linkage: Linkage, screws: tuple[Vector, ...]) -> bool:
+    """Whether the screws are those of the reference pose of the linkage."""
+    known = np.array([joint.screw for joint in linkage.joints])
+    found = np.array([[float(x) for x in screw] for screw in screws])
+    lengths = [float(dot(n, n)) ** 0.5 for n in map(_direction, screws)]
+    difference = np.abs(found / np.reshape(lengths, (-1, 1)) - known)
+    return bool(difference.max() <= SAME * max(1.0, np.abs(known).max()))
+
+
+def _direction(screw: Vector) -> Vector:
+    """The part n of a screw."""
+    return screw[:3] if any(screw[:3]) else screw[3:]
+
+
+def _sum(a: Vector, b: Vector) -> Vector:
+    return tuple(x + y for x, y in zip(a, b, strict=True))
+
+
+def _scaled(factor: Fraction, a: Vector) -> Vector:
+    return tuple(factor * x for x in a)
+
+
+def _numbers(item: Element | None, attribute: str, default: str) -> Vector:
+    text = item.attributes.get(attribute, default) if item is not None else default
+    return tuple(decimal(word) for word in text.split())
+
+
+def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
+    """The part of ``direction`` perpendicular to n; by default that of the next axis."""
+    if direction is None or not any(cross(n, direction)):
+        nearest = max(range(3), key=lambda i: abs(n[i]))
+        direction = _AXES[(nearest + 1) % 3]
+    return _sum(direction, _scaled(-dot(direction, n) / dot(n, n), n))
+
+
+def _rotation(n: Vector, quarter: int, t: Fraction) -> Matrix:
+    """Rotation about n by quarter turns and by the angle of half-angle tangent t.
+
+    ``R = 1 + sin θ n̂ + (1 - cos θ) n̂²`` with the unit vector along n, whose length must be
+    rational.
+    """
+    c, s = (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
+    for _ in range(quarter % 4):
+        c, s = -s, c
+    square = dot(n, n)
+    length = root(square) or Fraction(1)
+    columns = []
+    for axis in _AXES:
+        once = cross(n, axis)
+        twice = cross(n, once)
+        moved = _sum(axis, _scaled(s / length, once))
+        columns.append(_sum(moved, _scaled((1 - c) / square, twice)))
+    return tuple(zip(*columns, strict=True))
+
+
+class _Reading:
+    """Places of links and screws of joints, gathered from the tree of a file."""
+
+    def __init__(self, tree: Element) -> None:
+        self.notices: list[Notice] = []
+        self.joints: dict[str, tuple[str, Vector]] = {}
+        self.mimics = dict(self._mimics(tree))
+        self.places = self._placed(tree)
+        for loop in tree.every("loop"):
+            self._loop(loop)
+
+    def _note(self, label: str, text: str) -> None:
+        self.notices.append(Notice("not_exact", f"{label}: {text}"))
+
+    def _mimics(self, tree: Element) -> Iterator[tuple[str, tuple[str, Fraction, Fraction]]]:
+        """Source, ratio and offset of each joint that follows another."""
+        for joint in tree.every("joint"):
+            mimic = joint.first("mimic")
+            if mimic is not None and joint.attributes["type"] != "fixed":
+                ratio, offset = (
+                    _numbers(mimic, name, default)[0]
+                    for name, default in (("multiplier", "1"), ("offset", "0"))
+                )
+                yield joint.name, (mimic.attributes["joint"], ratio, offset)
+
+    def _position(self, name: str) -> Fraction:
+        """Position of a joint at the pose of the file."""
+        factor, total = Fraction(1), Fraction(0)
+        while name in self.mimics:
+            name, ratio, offset = self.mimics[name]
+            total += factor * offset
+            factor *= ratio
+        return total
+
+    def _placed(self, tree: Element) -> dict[str, Pose]:
+        """Poses of all links, and the screws of the joints of the tree."""
+        hanging: dict[str, list[Element]] = {}
+        for joint in tree.every("joint"):
+            hanging.setdefault(_side(joint, "parent"), []).append(joint)
+        carried = {_side(joint, "child") for joint in tree.every("joint")}
+        ready = [link.name for link in tree.every("link") if link.name not in carried]
+        places = dict.fromkeys(ready, Pose())
+        while ready:
+            link = ready.pop()
+            for joint in hanging.get(link, ()):
+                child = _side(joint, "child")
+                places[child] = self._joint(joint, places[link])
+                ready.append(child)
+        return places
+
+    def _joint(self, joint: Element, pose: Pose) -> Pose:
+        """Add the screws of a joint of the tree; the pose of the link after it."""
+        frame = pose @ self._origin(joint.label, joint.first("origin"))
+        kind = joint.attributes["type"]
+        if kind == "fixed":
+            return frame
+        axis = self._axis(joint, joint.first("axis"))
+        second = joint.first("axis2")
+        across = _perpendicular(axis, _numbers(second, "xyz", "") if second else None)
+        n, u = frame.turn(axis), frame.turn(across)
+        pitch = self._pitch(joint)
+        self._add(joint, n, u, frame.d, pitch)
+        offset = self._position(joint.name)
+        return self._moved(joint, frame, n, pitch, offset) if offset else frame
+
+    def _axis(self, item: Element, axis: Element | None) -> Vector:
+        n = _numbers(axis, "xyz", "1 0 0")
+        if 0 < abs(dot(n, n) - 1) < ROUNDED:
+            self._note(item.label, "its axis is a unit vector only to its digits: as written")
+        return n
+
+    def _pitch(self, joint: Element) -> Fraction:
+        """Metres per radian."""
+        thread = joint.first("screw_thread_pitch")
+        pitch = _numbers(thread, "value", "0")[0]
+        if pitch:
+            text = f"its pitch is not rational in metres per radian: within 2^-{BITS} of it"
+            self._note(joint.label, text)
+        return rounded(pitch / (2 * pi()))
+
+    def _add(
+        self, item: Element, n: Vector, u: Vector, point: Vector, pitch: Fraction = Fraction(0)
+    ) -> None:
+        """The screws of a joint or loop about n, u and ``n × u`` through a point."""
+        directions: Mapping[str, Vector] = {"n": n, "u": u, "w": cross(n, u)}
+        kind = item.attributes["type"]
+        for name, step in zip(coordinates(item.name, kind), FREEDOMS[kind], strict=True):
+            motion, along = step.split()
+            a = directions[along]
+            if motion == "turn":
+                screw = a + _sum(cross(point, a), _scaled(pitch, a))
+            else:
+                screw = (Fraction(0),) * 3 + a
+            self.joints[name] = motion, screw
+
+    def _origin(self, label: str, origin: Element | None) -> Pose:
+        """Pose of an ``<origin>``: ``R = Rz(yaw) Ry(pitch) Rx(roll)``."""
+        pose = Pose(_AXES, _numbers(origin, "xyz", "0 0 0"))
+        if origin is not None:
+            words = origin.attributes.get("rpy", "0 0 0").split()
+            for axis, word in zip(reversed(_AXES), reversed(words), strict=True):
+                pose = pose @ Pose(self._turn(label, axis, decimal(word), word))
+        return pose
+
+    def _turn(self, label: str, n: Vector, angle: Fraction, word: str = "") -> Matrix:
+        """Rotation about n, whose length is rational, by an angle."""
+        quarter, rest = quarters(angle)
+        if not angle:
+            return _AXES
+        if word and abs(rest) <= _uncertainty(word):
+            self._note(label, f"the angle {shown(word)} is taken as {quarter} π/2")
+            return _rotation(n, quarter, Fraction(0))
+        text = f"the angle {shown(word or str(float(angle)))} has no rational rotation"
+        self._note(label, f"{text}: within 2^-{BITS} rad of it")
+        return _rotation(n, quarter, tangent(rest))
+
+    def _moved(
+        self, joint: Element, frame: Pose, n: Vector, pitch: Fraction, offset: Fraction
+    ) -> Pose:
+        """The frame of a joint, moved along it to its position in the file."""
+        length = root(dot(n, n))
+        if length is None:
+            raise ExactError(
+                f"{joint.label}: at {float(offset):.6g} along an axis of irrational length; "
+                "write the axis as a coordinate axis, or do without the offset"
+            )
+        if joint.attributes["type"] == "prismatic":
+            return Pose(frame.R, _sum(frame.d, _scaled(offset / length, n)))
+        turned = Pose(self._turn(joint.label, n, offset)) @ Pose(frame.R)
+        return Pose(turned.R, _sum(frame.d, _scaled(pitch * offset / length, n)))
+
+    def _loop(self, loop: Element) -> None:
+        """Add the screws of a loop."""
+        before, after = (self._end(loop, role) for role in ("predecessor", "successor"))
+        axis = self._axis(loop, loop.first("axis"))
+        n, u = before.turn(axis), before.turn(_perpendicular(axis))
+        centre, kind = before.d, loop.attributes["type"]
+        if kind == "universal":
+            second = loop.first("axis2")
+            given = self._axis(loop, second) if second else _perpendicular(axis)
+            u = _perpendicular(n, after.turn(given))
+        elif kind == "planar":
+            d = _sum(after.d, _scaled(Fraction(-1), before.d))
+            centre = _sum(after.d, _scaled(-dot(n, d) / dot(n, n), n))
+        self._add(loop, n, u, centre)
+
+    def _end(self, loop: Element, role: str) -> Pose:
+        side = loop.first(role) or loop
+        pose = self._origin(loop.label, side.first("origin"))
+        return self.places[side.attributes["link"]] @ pose
+
+
+def _side(joint: Element, role: str) -> str:
+    """Name of the parent or child link."""
+    side = joint.first(role) or joint
+    return side.attributes["link"]
+
+
+def _uncertainty(word: str) -> Fraction:
+    """How far a decimal of twelve digits or more may be from what it was rounded from.
+
+    One unit of its last digit, or of double precision if that is more; 0 for fewer digits.
+    """
+    mantissa, _, exponent = word.lower().partition("e")
+    if len(mantissa.lstrip("+-").replace(".", "").strip("0")) < DIGITS:
+        return Fraction(0)
+    places = len(mantissa.partition(".")[2]) - int(exponent or 0)
+    return max(Fraction(10) ** -places, abs(decimal(word)) / 2**52)

@@ -69,11 +69,15 @@ def certify(space: SpaceRecord, linkage: Linkage, chain: Chain, basis: Array) ->
         basis: of the design space, in the units of the chain (parameters, nullity).
     """
     residual, poses = _residual(chain, space.balance == "force", basis)
-    verified = space.settled and space.nullity > space.serial_nullity and residual <= BALANCED
+    parallel = space.nullity - space.serial_nullity
+    verified = space.settled and parallel > 0 and residual <= BALANCED
+    # A complete rank needs no more orders than it took; what looks free is put to the test.
+    last = space.kmax if parallel == 0 else None
     try:
         exact = exact_ranks(
-            linkage, space.motion, space.balance, spatial=not space.planar, expected=space.rank
-        )
+            linkage, space.motion, space.balance, last, spatial=not space.planar,
+            expected=space.rank,
+        )  # fmt: skip
     except LinkageError as error:
         reason = f"not by exact arithmetic: {error}"
         return Certainty(LEVELS[verified], reason, None, None, residual, poses)

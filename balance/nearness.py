@@ -15,7 +15,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.momentum import RegressorSeries
+from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
 from kinematics.closure import expand
 from kinematics.linkage import Chain, Linkage, frozen
 from kinematics.placement import radius
@@ -28,8 +28,8 @@ Array = NDArray[np.float64]
 STEP = 1e-6
 # Part of a step by which loops may open: beyond it, the change is not one of the linkage.
 OPEN = 1e-3
-# Most rays taken.
-RAYS = 24
+# Entries of all matrices to compare: more take more than a few seconds.
+COSTLY = 3e8
 # Joints closer than this part of the size are at one point, axes as close are one.
 SAME = 1e-9
 
@@ -49,9 +49,15 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
 
     Returns:
         Root of the sum of squares of the changes, in characteristic lengths and radians;
-        infinite if no such change lowers the smallest singular value.
+        infinite if no such change lowers the smallest singular value, or the linkage is too
+        large to try them.
     """
-    count = min(comb(chain.width + order, order + 1), RAYS)
+    columns = chain.links.size * parameters_per_body(chain.planar, force)
+    per_ray = chain.width * rows_per_column(chain.planar, force)
+    count = min(comb(chain.width + order, order + 1), 2 - (-columns // per_ray))
+    changes = list(_changes(linkage, chain))
+    if len(changes) * count * (order + 1) * per_ray * columns > COSTLY:
+        return np.inf
     rays = np.random.default_rng(107).standard_normal((count, chain.width))
     rays /= np.sqrt(np.sum(rays**2, axis=1, keepdims=True))
     series = expand(chain, rays, order)
@@ -61,7 +67,7 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
         return np.inf
     u, v = U[:, rank - 1], Vt[rank - 1]
     square = 0.0
-    for change in _changes(linkage, chain):
+    for change in changes:
         found = []
         for sign in (1.0, -1.0):
             screws = frozen(chain.screws + sign * STEP * change)

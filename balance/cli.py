@@ -173,8 +173,9 @@ def _report(arguments: argparse.Namespace) -> int:
         from balance.files import replacing
         from balance.page import page
 
+        content = page(space, explanation).encode()
         with replacing(arguments.html) as file:
-            file.write(page(space).encode())
+            file.write(content)
     if arguments.json:
         print(json.dumps(space.to_dict(explanation, exact), indent=2, ensure_ascii=False))
     elif sys.stdout.isatty():

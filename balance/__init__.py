@@ -11,16 +11,31 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from balance.archive import SpaceRecord, load_space
     from balance.bodies import BodyInertia
+    from balance.certainty import Certainty
     from balance.designspace import design_space
+    from balance.exact import Exact, exact_ranks
+    from balance.explain import Explanation
+    from balance.freedoms import Freedom
     from balance.inertia import mass_properties, parameters, pseudo_inertia, violations
     from balance.momentum import momentum_regressor
+    from balance.multipole import Primitive
+    from balance.partition import Transfer
+    from balance.proof import Proof
     from balance.space import DesignSpace
 
 __all__ = [
     "BodyInertia",
+    "Certainty",
     "DesignSpace",
+    "Exact",
+    "Explanation",
+    "Freedom",
+    "Primitive",
+    "Proof",
     "SpaceRecord",
+    "Transfer",
     "design_space",
+    "exact_ranks",
     "load_space",
     "mass_properties",
     "momentum_regressor",
@@ -31,9 +46,17 @@ __all__ = [
 
 _HOMES = {
     "BodyInertia": "bodies",
+    "Certainty": "certainty",
     "DesignSpace": "space",
+    "Exact": "exact",
+    "Explanation": "explain",
+    "Freedom": "freedoms",
+    "Primitive": "multipole",
+    "Proof": "proof",
     "SpaceRecord": "archive",
+    "Transfer": "partition",
     "design_space": "designspace",
+    "exact_ranks": "exact",
     "load_space": "archive",
     "mass_properties": "inertia",
     "momentum_regressor": "momentum",

@@ -78,8 +78,9 @@ def _cluster(entry, start, parent, node, body):
         -1 for one that nothing can be carried to: the ground, or a part reached before.
     """
     n = parent.size
-    joint, before, target = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    source = np.empty(n, np.int64)
+    # A joint between links without bodies is met from either side.
+    joint, before = np.empty(2 * n, np.int64), np.empty(2 * n, np.int64)
+    target, source = np.empty(2 * n, np.int64), np.empty(2 * n, np.int64)
     joint[0], before[0], source[0] = entry, -1, start
     count = 1
     k = 0
@@ -93,7 +94,7 @@ def _cluster(entry, start, parent, node, body):
         if t != n and body[t] < 0:
             for other in range(n):
                 a, b = node[parent[other]], node[other]
-                if other != j and a != b and (a == t or b == t) and count < n:
+                if other != j and a != b and (a == t or b == t):
                     joint[count], before[count], source[count] = other, k, t
                     count += 1
         k += 1
@@ -108,7 +109,7 @@ def _shares(before, target, body, passes, size):
         Parameters that pass each joint; (joints, parameters, combinations).
     """
     joints = before.size
-    if joints == 1:
+    if joints == 1 and body[target[0]] >= 0:
         return passes[0].reshape((1, size, passes[0].shape[1]))
     first = np.zeros(joints + 1, np.int64)
     row = np.empty(joints, np.int64)

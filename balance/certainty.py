@@ -98,17 +98,20 @@ def certify(space: SpaceRecord, linkage: Linkage, chain: Chain, basis: Array) ->
 
 def _doubt(space: SpaceRecord, exact: Exact, nullity: int, idle: list[int]) -> str:
     """Why exact arithmetic does not prove the rank; empty if it does."""
+    assert exact.rank + nullity <= exact.parameters
+    if not space.settled and not space.poses:
+        return f"orders up to {space.orders[-1].order} only: more conditions may follow"
     if exact.rank + nullity == exact.parameters and exact.rank != space.rank:
         return (
             f"exact arithmetic proves rank {exact.rank}: what makes the difference is below "
-            f"round-off"
+            "round-off"
         )
     if exact.rank > space.rank:
         return f"exact arithmetic finds rank {exact.rank} or more"
     if exact.rank < space.rank:
         return f"exact arithmetic finds rank {exact.rank} only, at the orders it computed"
     if exact.rank + nullity < exact.parameters:
-        return "there are solutions that no inertia transfer explains"
+        return "there are solutions that no inertia transfer from body to body explains"
     if not exact.regular:
         return "that its loops close at all orders is not proved"
     held = {

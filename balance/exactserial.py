@@ -50,8 +50,8 @@ class _Reached(NamedTuple):
 def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTransfer]:
     """Transfers between bodies one joint, or one chain of joints without bodies, apart.
 
-    Where links without parameters branch, and between bodies that idle joints weld, there
-    are more transfers than are found here.
+    Bodies that are welded, or at rest, exchange everything, through no joint. Where links
+    without parameters branch, there are more transfers than are found here.
 
     Args:
         chain: the linkage.
@@ -63,7 +63,7 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
         bodies.setdefault(parts[link], b)
     ground = parts[GROUND]
     bodies[ground] = -1
-    found: list[ExactTransfer] = []
+    found = list(_rigid(chain, parts, bodies))
     reached, crossed = [_Reached(ground, (), [])], set()
     for state in reached:
         for joints, part in _ways(chain, parts, bodies, state.part, set(idle)):
@@ -87,6 +87,16 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
                 if not any(_contains(twists, other) for other in known):
                     reached.append(_Reached(part, state.below + joints, twists))
     return found
+
+
+def _rigid(
+    chain: ExactChain, parts: dict[int, int], bodies: dict[int, int]
+) -> Iterator[ExactTransfer]:
+    """All that bodies can exchange with the first one of their part, or with the ground."""
+    for b, link in enumerate(chain.links):
+        if bodies[parts[link]] != b:
+            for z in _units(len(chain.parameters)):
+                yield ExactTransfer((), (), bodies[parts[link]], b, z)
 
 
 def _units(count: int) -> Iterator[Vector]:

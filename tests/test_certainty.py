@@ -1,0 +1,178 @@
+"""How sure an answer is: what is proved, what is verified, and what is an estimate."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from checker import check
+from figures import FIGURES, Figure
+from jsonschema import Draft202012Validator
+from laws import altered, space
+from proofs import arm, proof_of
+
+import kinematics
+from balance import design_space
+from balance.cli import main
+from balance.rank import FLOOR
+from balance.report import schema
+from benchmarks.geometry import four_bar_chain, variants
+
+# The table has it with the forces alone.
+FOUR_RRR = Figure("four_rrr", (9, 24), 12, 0, 36)
+ROWS = (*FIGURES, FOUR_RRR)
+
+
+@pytest.mark.parametrize("figure", ROWS, ids=str)
+def test_what_has_no_parallel_part_is_proved_and_the_rest_verified(figure):
+    found = space(figure)
+    certainty = found.certainty
+    assert certainty.level == ("verified" if figure.parallel else "proved")
+    assert certainty.reason and "\n" not in certainty.reason
+    assert (certainty.rank, certainty.nullity) == (found.rank, figure.serial)
+    assert certainty.poses > 0 and certainty.residual < 1e-11
+    assert (certainty.proof is None) == (figure.parallel > 0)
+    if certainty.proof:
+        assert (certainty.proof.rank, certainty.proof.nullity) == (found.rank, found.nullity)
+        check(proof_of(found))
+    report = found.to_dict()
+    assert report["certainty"] == certainty.level
+    assert report["evidence"]["reason"] == certainty.reason
+
+
+def test_serial_arms_are_proved(tmp_path):
+    """Five for the first joint, and three for each of the two that are skew to it."""
+    found = design_space(kinematics.load(arm(tmp_path)))
+    assert (found.nullity, found.certainty.level) == (11, "proved")
+    check(proof_of(found))
+
+
+@pytest.mark.parametrize("digits", range(2, 15))
+def test_a_margin_falls_with_what_makes_it_down_to_the_floor(digits, tmp_path):
+    """The base of an antiparallelogram longer by a part δ of 10^-digits.
+
+    The eighth singular value is 0.0326 δ of the first: beyond δ = 2.8e-11 it is less than
+    the floor of 2^-40 = 9.1e-13, below which nothing counts as a condition.
+    """
+
+    def lengthened(robot):
+        longer = f"{10**digits + 1}"
+        robot.find("joint[@name='q4']/origin").set("xyz", f"{longer[0]}.{longer[1:]} 0 0")
+        shorter = (
+            f"-0.488{'0' * (digits - 4)}1" if digits > 3 else f"-{0.488 + 10**-digits:.3f}"
+        )
+        robot.find("loop/successor/origin").set("xyz", f"{shorter} -0.384 0")
+
+    model = "four_bar_antiparallelogram"
+    found = design_space(kinematics.load(altered(model, tmp_path, lengthened)))
+    assert found.exact().rank == 8
+    margin, certainty = 0.032615 * 10.0**-digits, found.certainty
+    assert (certainty.rank, certainty.nullity) == (8, 4)
+    if margin > FLOOR:
+        assert (found.rank, certainty.level) == (8, "proved")
+        assert found.kept == pytest.approx(margin, rel=0.01)
+        thin = [notice.code for notice in found.notices] == ["thin_margin"]
+        assert thin == (found.kept < 1e3 * FLOOR)
+        check(proof_of(found))
+    else:
+        assert digits > 10 and FLOOR == 2.0**-40
+        assert (found.rank, certainty.level) == (7, "estimated")
+        assert "proves rank 8" in certainty.reason and certainty.proof is None
+
+
+def with_axis(name, axis):
+    def change(robot):
+        robot.find(f"joint[@name='{name}']/axis").set("xyz", axis)
+
+    return change
+
+
+def test_what_exact_arithmetic_refuses_falls_back_and_says_so(tmp_path):
+    rounded = with_axis("q2", "0.360000000001 0.48 0.8")
+    found = design_space(kinematics.load(altered("bennett_rational", tmp_path, rounded)))
+    assert (found.rank, found.certainty.level) == (13, "verified")
+    assert "not exactly representable" in found.certainty.reason
+    tilted = with_axis("q2", "0 0.0000000001 1")
+    found = design_space(kinematics.load(altered("four_bar_general", tmp_path, tilted)))
+    assert (found.rank, found.certainty.level) == (8, "estimated")
+    assert "planar only up to rounding" in found.certainty.reason
+    from yourdfpy import URDF
+
+    found = design_space(kinematics.load(URDF.load(str(arm(tmp_path)), load_meshes=False)))
+    assert (found.nullity, found.certainty.level) == (11, "estimated")
+    assert "decimals of a URDF file" in found.certainty.reason
+    assert found.certainty.rank is found.certainty.nullity is found.certainty.proof is None
+    found = design_space(variants("four_bar_general", 1)[0])
+    assert (found.rank, found.certainty.level) == (8, "estimated")
+
+
+def test_masses_and_names_do_not_make_a_linkage_another_one():
+    linkage = kinematics.load("four_bar_general")
+    bodies = tuple(replace(body, inertia=2.0 * body.inertia) for body in linkage.bodies)
+    one, other = (design_space(x).certainty for x in (linkage, replace(linkage, bodies=bodies)))
+    assert one == other and one.level == "proved"
+
+
+@pytest.mark.parametrize("figure", [f for f in ROWS if f.kmax > 1 and not f.motion], ids=str)
+def test_orders_that_are_not_enough_are_an_estimate(figure):
+    found = space(figure, max_order=figure.kmax - 1)
+    certainty = found.certainty
+    assert certainty.level == "estimated" and certainty.reason and certainty.proof is None
+    assert not found.settled and certainty.residual > 1e-8
+    assert certainty.rank > found.rank
+
+
+@pytest.mark.parametrize(
+    "words, code",
+    [
+        ("four_bar_general --require proved", 0),
+        ("four_bar_general --require verified", 0),
+        ("four_bar_kite --require proved", 4),
+        ("four_bar_kite --require verified", 0),
+        ("four_bar_general --max-order 2 --require verified", 4),
+        ("four_bar_general --max-order 2", 0),
+        ("four_bar_kite --max-order 1 --require verified", 4),
+        ("hprs --require proved", 0),
+    ],
+)
+def test_the_certainty_that_is_required(words, code, capsys):
+    """The answer is printed all the same."""
+    assert main(["report", *words.split(), "--json"]) == code
+    assert json.loads(capsys.readouterr().out)["certainty"] in (
+        "proved",
+        "verified",
+        "estimated",
+    )
+
+
+def test_no_other_certainty_can_be_required(capsys):
+    assert main(["report", "four_bar_kite", "--require", "estimated"]) == 2
+    assert "estimated" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", ["four_bar_kite", "three_rsr --motion u2=u3", "hprs"])
+def test_exact_ranks_stand_in_the_report(words, capsys):
+    assert main(["report", *words.split(), "--exact", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    Draft202012Validator(schema()).validate(report)
+    orders, exact_orders = report["orders"], report["exact"]["orders"]
+    assert exact_orders[: len(orders)] == orders and report["exact"]["agreed"]
+    assert exact_orders[-1]["rank"] == report["rank"]
+    assert len(set(report["exact"]["primes"])) == 2
+    assert bool(report["exact"]["replaced"]) == ("kite" not in words)
+    assert main(["report", *words.split(), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == report | {"exact": None}
+
+
+@pytest.mark.parametrize("count, seed", [(12, 0), (20, 1)])
+def test_poses_find_what_orders_alone_do_not(count, seed, tmp_path):
+    """Of 8 n + 4 parameters, a point mass is free at each of the 3 n + 1 joints."""
+    path = tmp_path / "chain.urdf"
+    path.write_text(four_bar_chain(count, seed), encoding="utf-8")
+    found = design_space(kinematics.load(path))
+    assert found.kmax is None and found.poses > 0 and found.settled
+    assert max(order.rank for order in found.orders) < found.rank == 5 * count + 3
+    certainty = found.certainty
+    assert (certainty.level, certainty.rank) == ("proved", found.rank)
+    assert certainty.nullity == found.nullity == 3 * count + 1
+    if count == 12:
+        check(proof_of(found))

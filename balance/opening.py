@@ -102,7 +102,7 @@ def _cluster(entry, start, parent, node, body):
 
 
 @kernel
-def _shares(before, target, body, passes, size):
+def _shares(before, target, body, passes, size, floor):
     """Combinations of what passes the joints of a cluster that leave its inner links empty.
 
     Returns:
@@ -127,7 +127,7 @@ def _shares(before, target, body, passes, size):
                 A[row[k] : row[k] + size, at + c] = K[:, c]
             if before[k] >= 0:
                 A[row[before[k]] : row[before[k]] + size, at + c] = -K[:, c]
-    mixed = null_space(A, FLOOR)
+    mixed = null_space(A, floor)
     out = np.zeros((joints, size, mixed.shape[1]))
     for k in range(joints):
         out[k] = product(passes[k], mixed[first[k] : first[k + 1]])
@@ -162,7 +162,7 @@ def _keep(found, of, count, owner, x):
 
 
 @kernel
-def _search(parent, screws, ends, links, size, rows):
+def _search(parent, screws, ends, links, size, rows, floor):
     """All transfers, orthonormal for each owner; see `transfers`.
 
     Returns:
@@ -198,8 +198,8 @@ def _search(parent, screws, ends, links, size, rows):
                     passes.append(np.empty((size, 0)))
                     twists.append(V)
                     continue
-                passes.append(transferable(s, V, size, rows))
-                twists.append(beyond(s, V))
+                passes.append(transferable(s, V, size, rows, floor))
+                twists.append(beyond(s, V, floor))
                 if body[target[k]] < 0:
                     continue
                 known = False
@@ -211,7 +211,7 @@ def _search(parent, screws, ends, links, size, rows):
                     at.append(target[k])
                     by.append(owner[entry])
                     spans.append(twists[k])
-            shares = _shares(before, target, body, passes, size)
+            shares = _shares(before, target, body, passes, size, floor)
             for c in range(shares.shape[2]):
                 x[:] = 0.0
                 for k in range(joint.size):
@@ -243,17 +243,18 @@ class Transfers(NamedTuple):
     part: IntArray
 
 
-def transfers(chain: Chain, force: bool = False) -> Transfers:
+def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transfers:
     """Every inertia transfer of a linkage whose loops are opened by splitting bodies.
 
     Args:
         chain: the linkage without idle joints.
         force: whether only linear momentum counts, and parameters m, mc.
+        floor: relative size of round-off.
     """
     size = parameters_per_body(chain.planar, force)
     rows, owner, joints, part = _search(
         chain.parent, chain.screws, chain.ends, chain.links, size,
-        rows_per_column(chain.planar, force),
+        rows_per_column(chain.planar, force), floor,
     )  # fmt: skip
     return _with_rigid_parts(Transfers(rows, owner, joints, part), chain.links, size)
 

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 # Entries of an orthonormal basis that are smaller are round-off.
 NOTHING = 2.0**-48
+# What is kept within this factor of round-off is uncertain.
+MARGIN = 1e3
 
 
 class Decision(NamedTuple):
@@ -30,6 +32,7 @@ class Decision(NamedTuple):
     Attributes:
         singular_values: of all conditions, relative to the largest, descending (rank,).
         kept: the smallest of them; 1 if there are none.
+        thin: whether that is near round-off.
         dropped: upper bound of the first one that counts as round-off, relative.
         known: how many solutions were known beforehand.
         basis: orthonormal null space, those first (unknowns, nullity).
@@ -37,6 +40,7 @@ class Decision(NamedTuple):
 
     singular_values: Array
     kept: float
+    thin: bool
     dropped: float
     known: int
     basis: Array
@@ -55,6 +59,7 @@ class Conditions(NamedTuple):
         columns: the unknowns that the columns of ``factor`` stand for.
         known: known solutions, as the rows of a triangular factor (s, unknowns).
         without: the s unknowns that are left out.
+        floor: pivots up to this part of the largest are round-off.
         scale: largest pivot seen.
         dropped: largest remainder that was cut off as round-off.
     """
@@ -64,6 +69,7 @@ class Conditions(NamedTuple):
     columns: NDArray[np.int64]
     known: Array
     without: NDArray[np.int64]
+    floor: float = FLOOR
     scale: float = 0.0
     dropped: float = 0.0
 
@@ -73,16 +79,16 @@ class Conditions(NamedTuple):
         return cls.beside(np.empty((0, unknowns)))
 
     @classmethod
-    def beside(cls, known: Array) -> Conditions:
+    def beside(cls, known: Array, floor: float = FLOOR) -> Conditions:
         """No conditions yet, on unknowns of which the rows of ``known`` are solutions."""
         count = known.shape[1]
         factor, permutation, _, _ = absorb(
-            np.empty((0, count)), known, np.arange(count), 0, len(known), 1.0, FLOOR, 1.0
+            np.empty((0, count)), known, np.arange(count), 0, len(known), 1.0, floor, 1.0
         )
         s = len(factor)
         columns = np.sort(permutation[s:])
         empty = np.empty((0, columns.size))
-        return cls(empty, np.arange(columns.size), columns, factor, permutation[:s])
+        return cls(empty, np.arange(columns.size), columns, factor, permutation[:s], floor)
 
     @property
     def rank(self) -> int:
@@ -95,6 +101,12 @@ class Conditions(NamedTuple):
         return len(self.factor) == self.columns.size
 
     @property
+    def thin(self) -> bool:
+        """Whether the smallest pivot is near round-off."""
+        pivots = self.factor[np.arange(self.rank), self.permutation[: self.rank]]
+        return bool(np.abs(pivots).min(initial=np.inf) < MARGIN * self.floor * self.scale)
+
+    @property
     def rows(self) -> Array:
         """The conditions on all unknowns (rank, unknowns); known solutions fulfil them."""
         return np.asarray(extend(self.known, self.without, self.factor, self.columns))
@@ -103,7 +115,7 @@ class Conditions(NamedTuple):
         """These conditions and those in ``rows`` (any leading shape, unknowns last)."""
         block = rows.reshape(-1, self.known.shape[1])
         factor, permutation, scale, remainder = absorb(
-            self.factor, block, self.columns, 0, len(block), 1.0, FLOOR, self.scale
+            self.factor, block, self.columns, 0, len(block), 1.0, self.floor, self.scale
         )
         return self._replace(
             factor=factor, permutation=permutation, scale=scale,
@@ -115,8 +127,8 @@ class Conditions(NamedTuple):
         block = rows.reshape(-1, self.known.shape[1])
         return self.complete or bool(
             implied(
-                self.factor, self.permutation, block, self.columns, 0, len(block), 1.0, FLOOR,
-                self.scale,
+                self.factor, self.permutation, block, self.columns, 0, len(block), 1.0,
+                self.floor, self.scale,
             )
         )  # fmt: skip
 
@@ -146,7 +158,7 @@ class Conditions(NamedTuple):
         factor, permutation, scale, dropped, ranks, settled, enough = gather(
             self.factor, self.permutation, self.scale, self.dropped,
             rows.reshape(orders, -1, unknowns), self.columns, width * rows_per_column, width,
-            first, radius, fresh, stop, FLOOR,
+            first, radius, fresh, stop, self.floor,
         )  # fmt: skip
         conditions = self._replace(
             factor=factor, permutation=permutation, scale=scale, dropped=dropped
@@ -158,10 +170,12 @@ class Conditions(NamedTuple):
         basis = solutions(self.known, self.factor, self.columns).T
         basis[np.abs(basis) < NOTHING] = 0.0
         if self.rank == 0:
-            return Decision(frozen([]), 1.0, 0.0, len(self.known), basis)
+            return Decision(frozen([]), 1.0, False, 0.0, len(self.known), basis)
         values = _singular_values(self.rows)
         relative, dropped = values / values[0], self.dropped / float(values[0])
-        return Decision(frozen(relative), float(relative[-1]), dropped, len(self.known), basis)
+        kept = float(relative[-1])
+        thin = kept < MARGIN * self.floor
+        return Decision(frozen(relative), kept, thin, dropped, len(self.known), basis)
 
 
 def _singular_values(A: Array) -> Array:

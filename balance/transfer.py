@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.elimination import FLOOR, null_space
+from balance.elimination import null_space
 from kinematics.kernels import kernel
 
 __all__ = ["SAME", "beyond", "contains", "product", "transferable"]
@@ -74,7 +74,7 @@ def _rate(s, z, d):
 
 
 @kernel
-def transferable(s, V, size, rows):
+def transferable(s, V, size, rows, floor):
     """Orthonormal parameters (size, d) that can pass a joint with twists V (v, 6) below it."""
     # Where every twist can be attained, the rate itself must vanish.
     every = V.shape[0] == s.size
@@ -91,7 +91,7 @@ def transferable(s, V, size, rows):
             _momentum(V[i], d, h)
             A[rows * (1 + i) : rows * (2 + i), c] = h
         z[c] = 0.0
-    K = null_space(A, FLOOR)
+    K = null_space(A, floor)
     while K.shape[1] > 0 and not every:
         # The part of L K that leaves the span of K must vanish.
         out = np.empty(K.shape)
@@ -99,7 +99,7 @@ def transferable(s, V, size, rows):
             _rate(s, K[:, c], d)
             remove(K.T, d)
             out[:, c] = d
-        stays = null_space(out, FLOOR)
+        stays = null_space(out, floor)
         if stays.shape[1] == K.shape[1]:
             break
         K = product(K, stays)
@@ -148,21 +148,21 @@ def _bracket(s, t, out):
 
 
 @kernel
-def beyond(s, V):
+def beyond(s, V, floor):
     """Orthonormal twists (v, 6) attainable beyond a joint with twists V below it."""
     dim = s.size
     W, count = np.empty((dim, dim)), V.shape[0]
     W[:count] = V
     x = s.copy()
     size = remove(W[:count], x)
-    if size > FLOOR:
+    if size > floor:
         W[count] = x / size
         count += 1
     i = 0
     while i < count and count < dim:
         _bracket(s, W[i], x)
         size = remove(W[:count], x)
-        if size > FLOOR:
+        if size > floor:
             W[count] = x / size
             count += 1
         i += 1

@@ -17,7 +17,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 import numpy as np  # noqa: E402 - after the number of threads is fixed
 
 HERE = Path(__file__).parent
-HELPERS = {"__init__", "__main__", "geometry"}
+HELPERS = {"__init__", "__main__", "against", "geometry"}
 
 
 def main(argv: list[str] | None = None) -> int:

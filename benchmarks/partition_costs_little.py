@@ -13,7 +13,7 @@ from kinematics.linkage import Chain
 from kinematics.models import gallery
 
 
-def _none(chain: Chain, force: bool = False) -> Transfers:
+def _none(chain: Chain, force: bool, floor: float) -> Transfers:
     """No transfer at all, so that the whole null space is found as one."""
     empty = np.empty(0, np.int64)
     parameters = len(chain.links) * (4 if chain.planar else 10)

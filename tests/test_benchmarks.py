@@ -10,14 +10,15 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-HELPERS = {"__init__", "__main__", "geometry"}
+HELPERS = {"__init__", "__main__", "against", "geometry"}
 MODULES = sorted(p.stem for p in (ROOT / "benchmarks").glob("*.py") if p.stem not in HELPERS)
 
 
 def classes(name: str) -> list[type]:
     """The benchmark classes of a module."""
     module = import_module(f"benchmarks.{name}")
-    return [c for c in vars(module).values() if getattr(c, "__module__", "") == module.__name__]
+    found = [c for c in vars(module).values() if isinstance(c, type)]
+    return [c for c in found if c.__module__ == module.__name__]
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -62,9 +62,10 @@ def design_space(
                 error.relation, error.problem, error.valid, linkage.source
             ) from None
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
-    exchanged = transfers(chain, force, round_off(chain))
+    floor = round_off(chain)
+    exchanged = transfers(chain, force, floor)
     try:
-        gathered = gather_conditions(chain, exchanged.rows, force, max_order)
+        gathered = gather_conditions(chain, exchanged.rows, force, floor, max_order)
     except MobilityError as error:
         raise MobilityError(f"{linkage.source}: {error}") from None
     return _result(linkage, chain, motion, balance, exchanged, gathered)
@@ -103,7 +104,7 @@ def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
 def _notices(chain: Chain, settled: bool, decision: Decision) -> list[Notice]:
     """Remarks on the motion and on the decision."""
     found = []
-    if chain.links.max(initial=-1) < 0:
+    if max(chain.links.tolist()) < 0:
         found.append(Notice("nothing_moves", "no body with mass moves: nothing to balance"))
     if not settled:
         text = "poses further on need more conditions than were found: the rank may be too low"

@@ -15,6 +15,8 @@ __all__ = ["FLOOR", "absorb", "extend", "gather", "implied", "null_space", "solu
 # Round-off of a regressor, relative to its largest singular value: measured values lie
 # below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
 FLOOR = 2.0**-40
+# Entries of orthonormal vectors that are smaller are round-off.
+NOTHING = 2.0**-48
 # Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
 ROUNDING = 2.0**-46
 
@@ -277,4 +279,8 @@ def solutions(known, factor, columns):
             for j in range(columns.size):
                 out[s + i, columns[j]] = rest[j, i]
     orthonormal(out)
+    for i in range(out.shape[0]):
+        for j in range(count):
+            if abs(out[i, j]) < NOTHING:
+                out[i, j] = 0.0
     return out

@@ -9,7 +9,7 @@ poses all around are added.
 from __future__ import annotations
 
 from itertools import islice
-from math import comb
+from math import comb, hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -60,12 +60,12 @@ def round_off(chain: Chain) -> float:
 
     The coordinates of a linkage far from the origin of its file are rounded accordingly.
     """
-    away = float(np.sqrt(chain.frame.origin @ chain.frame.origin)) / chain.frame.length
+    away = hypot(*chain.frame.origin.tolist()) / chain.frame.length
     return max(FLOOR, 2.0**-50 * away)
 
 
 def gather_conditions(
-    chain: Chain, known: Array, force: bool, max_order: int | None
+    chain: Chain, known: Array, force: bool, floor: float, max_order: int | None
 ) -> Gathered:
     """Conditions until they are all there are.
 
@@ -73,12 +73,13 @@ def gather_conditions(
         chain: the linkage without idle joints.
         known: rows of parameters that fulfil all conditions.
         force: whether only linear momentum counts.
+        floor: relative size of round-off.
         max_order: orders to compute exactly, instead of as many as needed.
 
     Raises:
         MobilityError: no finite pose is found to check the conditions at.
     """
-    none = Conditions.beside(known, round_off(chain))
+    none = Conditions.beside(known, floor)
     last = EXPANSIONS[-1] if max_order is None else max_order
     rows = chain.width * rows_per_column(chain.planar, force)
     rays = min(comb(chain.width + 1, 2), 1 - (-known.shape[1] // rows))

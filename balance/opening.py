@@ -262,9 +262,12 @@ def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transf
 def _with_rigid_parts(found: Transfers, links: IntArray, size: int) -> Transfers:
     """As found, and all that bodies of one rigid part can exchange, or the ground can take."""
     part, ground = found.part[links], found.joints.size
-    first = {p: b for b, p in reversed(list(enumerate(part.tolist())))}
+    parts = part.tolist()
+    if ground not in parts and len(set(parts)) == len(parts):
+        return found
+    first = {p: b for b, p in reversed(list(enumerate(parts)))}
     rows, owner = [found.rows], [found.owner]
-    for b, p in enumerate(part.tolist()):
+    for b, p in enumerate(parts):
         if p != ground and b == first[p]:
             continue
         block = np.zeros((size, part.size, size))
@@ -273,6 +276,4 @@ def _with_rigid_parts(found: Transfers, links: IntArray, size: int) -> Transfers
             block[:, first[p]] = -np.eye(size)
         rows.append(block.reshape(size, -1))
         owner.append(np.full(size, -1 - p))
-    if len(rows) == 1:
-        return found
     return found._replace(rows=np.concatenate(rows), owner=np.concatenate(owner))

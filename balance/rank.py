@@ -20,8 +20,6 @@ __all__ = ["Conditions", "Decision"]
 
 Array = NDArray[np.float64]
 
-# Entries of an orthonormal basis that are smaller are round-off.
-NOTHING = 2.0**-48
 # What is kept within this factor of round-off is uncertain.
 MARGIN = 1e3
 
@@ -160,15 +158,15 @@ class Conditions(NamedTuple):
             rows.reshape(orders, -1, unknowns), self.columns, width * rows_per_column, width,
             first, radius, fresh, stop, self.floor,
         )  # fmt: skip
-        conditions = self._replace(
-            factor=factor, permutation=permutation, scale=scale, dropped=dropped
-        )
+        conditions = Conditions(
+            factor, permutation, self.columns, self.known, self.without, self.floor, scale,
+            dropped,
+        )  # fmt: skip
         return conditions, ranks, settled, enough
 
     def decide(self) -> Decision:
         """Singular values and null space of the conditions gathered so far."""
         basis = solutions(self.known, self.factor, self.columns).T
-        basis[np.abs(basis) < NOTHING] = 0.0
         if self.rank == 0:
             return Decision(frozen([]), 1.0, False, 0.0, len(self.known), basis)
         values = _singular_values(self.rows)

@@ -10,7 +10,16 @@ import numpy as np
 
 from kinematics.kernels import kernel
 
-__all__ = ["FLOOR", "absorb", "extend", "gather", "implied", "null_space", "solutions"]
+__all__ = [
+    "FLOOR",
+    "absorb",
+    "extend",
+    "gather",
+    "implied",
+    "null_space",
+    "smallest_pivot",
+    "solutions",
+]
 
 # Round-off of a regressor, relative to its largest singular value: measured values lie
 # below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
@@ -161,6 +170,15 @@ def gather(
         if stop and (settled or (fresh.shape[0] == 0 and R.shape[0] == before)):
             break
     return R, permutation, scale, dropped, ranks[:done], settled, True
+
+
+@kernel
+def smallest_pivot(R, permutation):
+    """Size of the smallest pivot of a triangular factor; infinite without any."""
+    size = np.inf
+    for i in range(R.shape[0]):
+        size = min(size, abs(R[i, permutation[i]]))
+    return size
 
 
 @kernel

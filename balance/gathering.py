@@ -92,7 +92,7 @@ def gather_conditions(
     conditions, ranks, settled, reach = found
     poses = 0
     if max_order is None and not conditions.complete:
-        if not settled or conditions.thin or reach < NEAR:
+        if not settled or reach < NEAR or conditions.thin:
             conditions, poses, settled = _with_poses(chain, force, conditions)
     return Gathered(conditions, tuple(ranks), poses, settled)
 
@@ -158,10 +158,9 @@ def _fresh_rows(chain: Chain, force: bool, steps: int, known: Series) -> Array:
 
 
 def _rows_at(chain: Chain, force: bool, pose: Pose) -> Array:
-    """Rows at a finite pose, of size 1 as a block; (rows, columns)."""
+    """Rows at a finite pose; (rows, columns)."""
     rows = RegressorSeries(chain, expand_at(chain, pose), force, pose).rows(0)
-    rows = rows.reshape(-1, rows.shape[-1])
-    return np.asarray(rows / (np.sqrt(np.sum(rows**2)) or 1.0))
+    return rows.reshape(-1, rows.shape[-1])
 
 
 def _with_poses(
@@ -180,7 +179,10 @@ def _with_poses(
             break
         used += len(rows)
         before = conditions.rank
-        conditions = conditions.and_also(np.concatenate(rows))
+        # Where a joint is near a dead centre rows are large, and must not drown the others.
+        sizes = [np.linalg.norm(block) or 1.0 for block in rows]
+        block = np.concatenate([block / size for block, size in zip(rows, sizes, strict=True)])
+        conditions = conditions.and_also(block)
         # As many again make a complete answer a well-conditioned one.
         if settled or (conditions.rank == before and batch > FAR and not conditions.thin):
             return conditions, used, True

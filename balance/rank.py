@@ -13,7 +13,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.elimination import FLOOR, absorb, extend, gather, implied, solutions
+from balance.elimination import (
+    FLOOR,
+    absorb,
+    extend,
+    gather,
+    implied,
+    smallest_pivot,
+    solutions,
+)
 from kinematics.linkage import frozen
 
 __all__ = ["Conditions", "Decision"]
@@ -101,8 +109,8 @@ class Conditions(NamedTuple):
     @property
     def thin(self) -> bool:
         """Whether the smallest pivot is near round-off."""
-        pivots = self.factor[np.arange(self.rank), self.permutation[: self.rank]]
-        return bool(np.abs(pivots).min(initial=np.inf) < MARGIN * self.floor * self.scale)
+        smallest = smallest_pivot(self.factor, self.permutation)
+        return bool(smallest < MARGIN * self.floor * self.scale)
 
     @property
     def rows(self) -> Array:

@@ -100,7 +100,7 @@ def text(
 
 def meaning(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]:
     """Sections of the explanation: a title, and pairs of what and how."""
-    moved = [(item.title, item.words) for item in explanation.transfers]
+    moved = [(item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers]
     freed = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
     sections = [
         ("may be moved across each joint", moved),

@@ -127,6 +127,8 @@ class Exact(NamedTuple):
             ],
             "primes": list(self.primes),
             "agreed": self.agreed,
+            "settled": self.settled,
+            "regular": self.regular,
             "replaced": [notice.message for notice in self.notices],
         }
 

@@ -18,6 +18,9 @@ from kinematics.rational import Vector, bracket, cross, dot, echelon, null_space
 __all__ = ["ExactTransfer", "exact_transfers"]
 
 Rows = list[list[Fraction]]
+# Ways through links without parameters that are tried from one body: transfers along the
+# others are missed, and a bound that is too low is still one.
+MOST = 200
 ZERO = Fraction(0)
 
 
@@ -126,10 +129,11 @@ def _ways(
             if j in idle or ends[0] == ends[1] or passed[-1] not in ends:
                 continue
             part = ends[0] if ends[1] == passed[-1] else ends[1]
+            if part in passed:
+                continue
             if part in bodies:
-                if j not in joints:
-                    yield (*joints, j), part
-            elif part not in passed:
+                yield (*joints, j), part
+            elif len(ways) < MOST:
                 ways.append(((*joints, j), (*passed, part)))
 
 

@@ -17,11 +17,13 @@ class ExplainedTransfer(NamedTuple):
     Attributes:
         joints: see `Transfer`.
         bodies: see `Transfer`.
+        ground: see `Transfer`.
         freedoms: one for each dimension of the transfer.
     """
 
     joints: tuple[str, ...]
     bodies: tuple[str, ...]
+    ground: bool
     freedoms: tuple[Freedom, ...]
 
     @property
@@ -32,11 +34,10 @@ class ExplainedTransfer(NamedTuple):
     @property
     def title(self) -> str:
         """The joint and the bodies in one phrase."""
-        bodies = ", ".join(self.bodies)
-        if not self.joints:
-            return f"{bodies} ({'rigidly joined' if len(self.bodies) > 1 else 'at rest'})"
-        joint = ", ".join(dict.fromkeys(_whole(self.joints)))
-        return f"{joint} ({bodies if len(self.bodies) > 1 else f'ground, {bodies}'})"
+        around = ", ".join([*(["ground"] if self.ground else []), *self.bodies])
+        if self.joints:
+            return f"{', '.join(dict.fromkeys(_whole(self.joints)))} ({around})"
+        return f"{', '.join(self.bodies)} ({'at rest' if self.ground else 'rigidly joined'})"
 
     @property
     def words(self) -> str:
@@ -75,16 +76,23 @@ class Explanation(NamedTuple):
 def explain(space: Described, transfers: tuple[Transfer, ...]) -> Explanation:
     """The transfers and the parallel part of a design space in readable form."""
     explained = (
-        ExplainedTransfer(item.joints, item.bodies, transfer_freedoms(space, item))
+        ExplainedTransfer(item.joints, item.bodies, item.ground, transfer_freedoms(space, item))
         for item in transfers
     )
     return Explanation(tuple(explained), parallel_freedoms(space))
 
 
 def _whole(joints: tuple[str, ...]) -> list[str]:
-    """Names in the file: without the number that a joint of several freedoms adds."""
+    """Names in the file: without the numbers, from 0, that a joint of several freedoms adds."""
     stems = [name.rpartition(".") for name in joints]
+    numbers: dict[str, set[str]] = {}
+    for stem, _, number in stems:
+        numbers.setdefault(stem, set()).add(number)
+    several = {
+        stem for stem, found in numbers.items()
+        if len(found) > 1 and found == {str(k) for k in range(len(found))}
+    }  # fmt: skip
     return [
-        stem if number.isdigit() and [s for s, _, _ in stems].count(stem) > 1 else name
-        for name, (stem, _, number) in zip(joints, stems, strict=True)
+        stem if stem in several else name
+        for name, (stem, _, _) in zip(joints, stems, strict=True)
     ]

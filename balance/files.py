@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import shutil
+import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 from uuid import uuid4
@@ -19,24 +21,56 @@ __all__ = ["replacing"]
 def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """A file to write to, which takes its place at ``path`` once all is written.
 
+    What is not a regular file, such as a pipe or a device, is written to as it is. A file
+    that is replaced hands on its mode.
+
     Raises:
         FileError: it cannot be written; what stood there before is left as it was.
     """
     target = Path(os.path.realpath(path))
+    if _is_stream(target):
+        try:
+            with open(path, "wb") as file:
+                yield file
+        except OSError as error:
+            raise _unwritable(path, error) from None
+        return
     temporary = target.with_name(f".{uuid4().hex}.tmp")
     try:
         with open(temporary, "xb") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
+        with suppress(FileNotFoundError):
+            shutil.copymode(target, temporary)
         os.replace(temporary, target)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
-        reason = error.strerror or type(error).__name__
-        raise FileError(
-            shown(os.fsdecode(path), 1000), "", f"cannot be written ({reason})",
-            "give a path in a folder that can be written to",
-        ) from None  # fmt: skip
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise _unwritable(path, error) from None
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
+    reason = error.strerror or type(error).__name__
+    return FileError(
+        shown(os.fsdecode(path), 1000), "", f"cannot be written ({reason})",
+        "give a path in a folder that can be written to",
+    )  # fmt: skip
+
+
+def _is_stream(target: Path) -> bool:
+    """Whether a path is a pipe or a device, or what this process prints to."""
+    try:
+        found = target.stat()
+    except OSError:
+        return False
+    if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
+        return True
+    for number in (1, 2):
+        with suppress(OSError):
+            if os.path.samestat(found, os.fstat(number)):
+                return True
+    return False

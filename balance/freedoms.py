@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.elements import elements
-from balance.inertia import from_chain
 from balance.multipole import Primitive
 from balance.partition import Transfer
 from balance.sites import Described
@@ -91,7 +90,7 @@ def _reading(space: Described, transfer: Transfer, own: Sequence[Term]) -> list[
     terms = [term.on(body) for body in transfer.bodies for term in own]
     D = _columns(space, terms)
     scale = np.linalg.norm(D, axis=0)
-    columns = _in_chain(space, transfer.basis)
+    columns = transfer.scaled
     coordinates = np.linalg.lstsq(D / scale, columns / np.linalg.norm(columns, axis=0))[0]
     return [_with_values(terms, _relative(x / scale)) for x in _echelon(coordinates.T)]
 
@@ -141,7 +140,7 @@ def parallel_freedoms(space: Described) -> tuple[Freedom, ...]:
     D = _columns(space, terms)
     scale = np.linalg.norm(D, axis=0)
     costs = np.array([term.cost for term in terms])
-    search = Search.of(_in_chain(space, space.basis), space.serial_nullity, D / scale, costs)
+    search = Search.of(space.scaled_basis, space.serial_nullity, D / scale, costs)
     return tuple(
         _combined(space, some, in_words(some))
         for x in search.independent()
@@ -154,14 +153,6 @@ def _columns(space: Described, terms: Sequence[Term]) -> Array:
     first = np.cumsum([0, *(len(term.primitives) for term in terms[:-1])])
     D = vectors(space, [p for term in terms for p in term.primitives], True)
     return np.add.reduceat(D, first, axis=1)
-
-
-def _in_chain(space: Described, columns: Array) -> Array:
-    """Columns of parameters in the units of the chain, instead of SI units."""
-    G = from_chain(space._chain.frame, space.planar, space.balance == "force")
-    blocks = columns.reshape(len(space.bodies), len(G), -1)
-    found: Array = np.linalg.solve(G, blocks).astype(np.float64)
-    return found.reshape(columns.shape)
 
 
 def _with_values(terms: Sequence[Term], x: Array) -> list[Term]:

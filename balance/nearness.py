@@ -24,6 +24,8 @@ __all__ = ["nearest_drop"]
 
 Array = NDArray[np.float64]
 
+# A change that is found to first order, and is larger than this, means nothing.
+LARGE = 0.3
 # Step of the differences, in characteristic lengths and radians.
 STEP = 1e-6
 # Part of a step by which loops may open: beyond it, the change is not one of the linkage.
@@ -49,8 +51,7 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
 
     Returns:
         Root of the sum of squares of the changes, in characteristic lengths and radians;
-        infinite if no such change lowers the smallest singular value, or the linkage is too
-        large to try them.
+        infinite if there is none near, or the linkage is too large to try them.
     """
     columns = chain.links.size * parameters_per_body(chain.planar, force)
     per_ray = chain.width * rows_per_column(chain.planar, force)
@@ -77,7 +78,8 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
             found.append(u @ (X @ v))
         else:
             square += ((found[0] - found[1]) / (2.0 * STEP)) ** 2
-    return float(values[rank - 1] / np.sqrt(square)) if square > 0.0 else np.inf
+    nearest = float(values[rank - 1] / np.sqrt(square)) if square > 0.0 else np.inf
+    return nearest if nearest < LARGE else np.inf
 
 
 def _rows(chain: Chain, rays: Array, weights: Array, force: bool) -> tuple[Array, float]:

@@ -15,7 +15,7 @@ __all__ = ["Transfer", "by_joint"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-# Parameters of a transfer below this part of its largest are round-off.
+# Parameters of a transfer of size 1 that are smaller are round-off.
 NOTHING = 1e-12
 
 
@@ -26,15 +26,18 @@ class Transfer(NamedTuple):
         joints: names of the joints of one degree of freedom that it passes through, in the
             linkage's order: several for a joint of several, and where links without
             parameters lie between; none where bodies are rigidly joined, or do not move.
-        bodies: names of the bodies that take part, in their order; the ground can take any
-            inertia and is not named.
+        bodies: names of the bodies that take part, in their order.
+        ground: whether the ground takes part too, which can take any inertia.
         basis: mass distributions of all bodies (parameters, dimension), one column per
             transfer, in the rows and units of `SpaceRecord.basis`.
+        scaled: the same in the units of the chain, where columns are orthonormal.
     """
 
     joints: tuple[str, ...]
     bodies: tuple[str, ...]
+    ground: bool
     basis: Array
+    scaled: Array
 
     @property
     def dimension(self) -> int:
@@ -59,14 +62,16 @@ def by_joint(
     result = []
     for owner in dict.fromkeys([*found.joints.tolist(), *found.owner.tolist()]):
         rows = found.rows[found.owner == owner].reshape(-1, len(all_bodies), len(G))
-        basis = np.einsum("pq,cbq->bpc", G, rows).reshape(len(all_bodies) * len(G), len(rows))
-        basis[np.abs(basis) <= NOTHING * np.abs(basis).max(axis=0, initial=0.0)] = 0.0
+        scaled = np.where(np.abs(rows) <= NOTHING, 0.0, rows)
+        basis = np.einsum("pq,cbq->bpc", G, scaled)
         joints = np.flatnonzero(found.joints == owner).astype(np.int64)
         result.append(
             Transfer(
                 tuple(all_joints[j] for j in chain.joints[joints]),
                 tuple(all_bodies[b] for b in _taking_part(chain, found, joints, owner)),
-                frozen(basis),
+                _touches_ground(chain, found, joints, owner),
+                frozen(basis.reshape(len(all_bodies) * len(G), len(rows))),
+                frozen(scaled.reshape(len(rows), len(all_bodies) * len(G)).T),
             )
         )
     return tuple(result)
@@ -80,3 +85,10 @@ def _taking_part(chain: Chain, found: Transfers, joints: IntArray, owner: int) -
     joined = {*found.part[joints].tolist(), *found.part[chain.parent[joints]].tolist()}
     moving = joined - {found.joints.size}
     return sorted(part.index(p) for p in moving if p in part)
+
+
+def _touches_ground(chain: Chain, found: Transfers, joints: IntArray, owner: int) -> bool:
+    """Whether one of the joints is at the ground, or the rigid part is the ground."""
+    ground = found.joints.size
+    around = [*found.part[joints].tolist(), *found.part[chain.parent[joints]].tolist()]
+    return ground in around or owner == -1 - ground

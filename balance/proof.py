@@ -89,8 +89,9 @@ def independent(found: Exact, transfers: list[ExactTransfer]) -> tuple[ExactTran
     for column, transfer in enumerate(transfers):
         for i, x in enumerate(transfer.z):
             value = x.numerator * pow(x.denominator, -1, p) % p
-            A[transfer.target * size + i, column] = value
-            if transfer.source >= 0:
-                A[transfer.source * size + i, column] = -value % p
+            for body, sign in ((transfer.target, 1), (transfer.source, -1)):
+                if body >= 0:
+                    place = body * size + i, column
+                    A[place] = (A[place] + sign * value) % p
     rank = eliminate(A, len(transfers), p)
     return tuple(transfers[int(np.flatnonzero(row)[0])] for row in A[:rank])

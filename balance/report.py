@@ -54,7 +54,7 @@ def _nearness(space: DesignSpace) -> str:
     """How far the next linkage of lower rank is; empty if that is not known."""
     if space.nearest_drop is None:
         return ""
-    return f"the rank drops near a change of {space.nearest_drop:.1e} of the size"
+    return f"to first order, a change by {space.nearest_drop:.1e} of the size lowers the rank"
 
 
 def _parts(space: DesignSpace) -> str:
@@ -104,6 +104,6 @@ def meaning(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]
     freed = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
     sections = [
         ("may be moved across each joint", moved),
-        ("freed by the closure of the loops", freed),
+        ("freed by what couples the joints", freed),
     ]
     return [(title, pairs) for title, pairs in sections if pairs]

@@ -49,6 +49,11 @@ class Described(Protocol):
         ...
 
     @property
+    def scaled_basis(self) -> Array:
+        """The same in the units of the chain, where its columns are orthonormal."""
+        ...
+
+    @property
     def serial_nullity(self) -> int:
         """How many columns of it, the first ones, are serial."""
         ...

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from balance.archive import SpaceRecord, digest
 from balance.certainty import Certainty, certify
@@ -18,9 +19,11 @@ from balance.nearness import nearest_drop
 from balance.opening import Transfers
 from balance.partition import Transfer, by_joint
 from balance.rank import Conditions
-from kinematics.linkage import Chain, Linkage, Notice
+from kinematics.linkage import Chain, Linkage, Notice, frozen
 
 __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
+
+Array = NDArray[np.float64]
 
 SCHEMA = "balance.report/1"
 # Masses in files are rounded: a given distribution counts as balanced up to this part of
@@ -54,6 +57,11 @@ class DesignSpace(SpaceRecord):
     _exchanged: Transfers = field(repr=False, kw_only=True)
 
     @cached_property
+    def scaled_basis(self) -> Array:
+        """The basis in the units of the chain, where its columns are orthonormal."""
+        return frozen(self._conditions.decide().basis)
+
+    @cached_property
     def transfers(self) -> tuple[Transfer, ...]:
         """What may be exchanged across each joint that moves; together, ``serial``.
 
@@ -73,20 +81,21 @@ class DesignSpace(SpaceRecord):
         total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
         left = by_body.sum(axis=1)
         residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
+        if not np.isfinite(residual):  # lengths that no double precision can square
+            residual = 1.0
         return AsGiven(residual <= BALANCED, residual)
 
     @cached_property
     def certainty(self) -> Certainty:
         """How sure the rank is, and why: proved, verified or estimated."""
-        basis = self._conditions.decide().basis
-        return certify(self, self.linkage, self._chain, basis)
+        return certify(self, self.linkage, self._chain, self.scaled_basis)
 
     @cached_property
     def nearest_drop(self) -> float | None:
         """Smallest change of geometry that lowers the rank, to first order.
 
         In characteristic lengths and radians; None where poses decided the rank, where no
-        change that keeps the loops closed lowers it, and where there is nothing to lower.
+        small change that keeps the loops closed lowers it, and where there is none.
         """
         if self.kmax is None or self.rank == 0:
             return None

@@ -68,13 +68,24 @@ def vectors(space: Described, primitives: Iterable[Primitive], scaled: bool) -> 
             instead of SI units.
     """
     some = list(primitives)
-    z = np.array([primitive.parameters() for primitive in some]).reshape(-1, 10)
-    frame = space._chain.frame if scaled else Frame(space.axes)
-    z = to_chain(z, frame, space.planar, space.balance == "force")
+    # Measured from the middle of the mechanism from the start: nothing large cancels.
+    found = [_scaled(p, space._chain.frame) if scaled else p for p in some]
+    z = np.array([primitive.parameters() for primitive in found]).reshape(-1, 10)
+    z = to_chain(z, Frame(space.axes), space.planar, space.balance == "force")
     out = np.zeros((len(some), len(space.bodies), z.shape[1]))
     at = {name: b for b, name in enumerate(space.bodies)}
     out[np.arange(len(some)), [at[primitive.body] for primitive in some]] = z
     return out.reshape(len(some), -1).T
+
+
+def _scaled(primitive: Primitive, frame: Frame) -> Primitive:
+    """A primitive in lengths of the chain, from its origin."""
+    power = {"mass": 0, "displacement": 1, "rod": 2}[primitive.kind]
+    point = primitive.point
+    return primitive._replace(
+        value=primitive.value / frame.length**power,
+        point=None if point is None else (point - frame.origin) / frame.length,
+    )
 
 
 def vocabulary(space: Described) -> list[Term]:

@@ -21,7 +21,9 @@ Array = NDArray[np.float64]
 ORDER = 3
 
 
-def walk(chain: Chain, ray: Array, known: Series | None = None) -> Iterator[Pose]:
+def walk(
+    chain: Chain, ray: Array, known: Series | None = None, reach: float = np.inf
+) -> Iterator[Pose]:
     """Closed poses along a ray, each predicted by its predecessor's series.
 
     The walk ends where no further pose is found on the same branch.
@@ -30,11 +32,12 @@ def walk(chain: Chain, ray: Array, known: Series | None = None) -> Iterator[Pose
         chain: the linkage at its reference pose.
         ray: direction in the coordinates of the chain (w,).
         known: series along the ray at the reference pose, if there is one already.
+        reach: longest step.
     """
     series = expand(chain, ray[None], ORDER) if known is None else known
     q = np.zeros(chain.parent.size)
     while True:
-        pose, step = follow(chain, q, series, ray)
+        pose, step = follow(chain, q, series, ray, reach)
         if step == 0.0:
             return
         yield pose

@@ -87,7 +87,7 @@ def with_axis(name, axis):
 
 
 def test_what_exact_arithmetic_refuses_falls_back_and_says_so(tmp_path):
-    rounded = with_axis("q2", "0.360000000001 0.48 0.8")
+    rounded = with_axis("q2", "0.360000000000001 0.48 0.8")
     found = design_space(kinematics.load(altered("bennett_rational", tmp_path, rounded)))
     assert (found.rank, found.certainty.level) == (13, "verified")
     assert "not exactly representable" in found.certainty.reason

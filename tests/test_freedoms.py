@@ -9,11 +9,11 @@ from functools import cache
 import numpy as np
 import pytest
 from figures import FIGURES, Figure
-from laws import altered, outside, placed, relative, renamed, space, unit_vector
+from laws import altered, outside, placed, relative, renamed, resized, space, unit_vector
 from urdf_text import UNIT_INERTIA, about, joint, link, pose_of
 
 import kinematics
-from balance import design_space
+from balance import design_space, momentum_regressor
 from balance.freedoms import parallel_freedoms, summary, transfer_freedoms
 from balance.multipole import rod
 from balance.sparse import Search
@@ -314,3 +314,21 @@ def test_nothing_is_moved_across_joints_that_pass_nothing():
     empty = found.transfers[0]._replace(basis=np.zeros((12, 0)))
     assert transfer_freedoms(found, empty) == ()
     assert summary(()) == ""
+
+
+@pytest.mark.parametrize("factor, away", [(1.0, 1e3), (1e-6, 0.0), (1e6, 1e3), (1e-3, 1e2)])
+def test_words_and_transfers_hold_at_any_size_and_place(tmp_path, factor, away):
+    model = "four_bar_antiparallelogram"
+    H = np.eye(4)
+    H[:3, 3] = away * factor * np.array([0.6, 0.8, 0.0])
+    found = design_space(kinematics.load(altered(model, tmp_path, resized(factor), placed(H))))
+    usual = design_space(kinematics.load(model)).explain()
+    meaning = found.explain()
+    assert [t.words for t in meaning.transfers] == [t.words for t in usual.transfers]
+    assert [f.words for f in meaning.freedoms] == [f.words for f in usual.freedoms]
+    if away * factor > 1e6:  # the pose itself is not known to more digits out there
+        return
+    X = momentum_regressor(found.linkage, {"u1": 0.4})
+    moved = np.concatenate([transfer.basis for transfer in found.transfers], axis=1)
+    size = np.abs(X) @ np.abs(moved)
+    assert np.all(np.abs(X @ moved) <= 1e-12 * (1.0 + away) * size.max(axis=-1, keepdims=True))

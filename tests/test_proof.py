@@ -170,3 +170,25 @@ def test_what_passes_a_joint_by_itself_does_not_where_others_are_below(tmp_path)
         forged["transfers"][places[1]]["z"] = proof["transfers"][places[0]]["z"]
         verdicts.append(accepted(sealed(forged)))
     assert verdicts.count(False) >= 2
+
+
+MASSLESS_LOOP = """
+<link name="m1"/><link name="m2"/>
+<joint name="xa" type="prismatic"><parent link="crank"/><child link="m1"/>
+  <axis xyz="1 0 0"/></joint>
+<joint name="xb" type="prismatic"><parent link="m1"/><child link="m2"/>
+  <axis xyz="0 1 0"/></joint>
+<loop name="xd" type="prismatic"><predecessor link="m2"/><successor link="crank"/>
+  <axis xyz="1 1 0"/></loop>
+</robot>"""
+
+
+def test_what_a_body_gives_to_itself_is_no_transfer(tmp_path):
+    """A ring of links without mass on one body adds no solution, and proves none."""
+    text = kinematics.gallery()["four_bar_antiparallelogram"].read_text("utf-8")
+    path = tmp_path / "ring.urdf"
+    path.write_text(text.replace("</robot>", MASSLESS_LOOP), encoding="utf-8")
+    found = design_space(kinematics.load(path))
+    certainty = found.certainty
+    assert (found.rank, found.serial_nullity, found.nullity) == (7, 4, 5)
+    assert (certainty.level, certainty.rank, certainty.nullity) == ("verified", 7, 4)

@@ -6,13 +6,16 @@
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import logging
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
+from balance.readings import with_both
 from kinematics.errors import LinkageError
 from kinematics.models import describe, gallery, load
 
@@ -39,6 +42,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     # Matrices are small: a pool of threads would cost more than it gains.
     for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     logging.basicConfig(format="%(message)s", stream=sys.stderr, level=logging.WARNING)
     try:
         arguments = _parser().parse_args(argv)
@@ -47,7 +53,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return int(arguments.run(arguments))
     except LinkageError as error:
-        print(f"balance: {error}", file=sys.stderr)
+        notes = getattr(error, "__notes__", ())
+        print(f"balance: {'; '.join([str(error), *notes])}", file=sys.stderr)
         return REFUSED
     except BrokenPipeError:
         sys.stderr.close()
@@ -115,6 +122,16 @@ def _add_model_options(parser: argparse.ArgumentParser) -> None:
         "--massless", type=_names, default=[], metavar="L1,L2",
         help="links that carry no parameters, whatever the file says",
     )  # fmt: skip
+    reading = parser.add_mutually_exclusive_group()
+    reading.add_argument(
+        "--nominal", dest="angles", action="store_const", const="nominal", default="nominal",
+        help="read angles that look rounded, such as 1.5708, as the multiples of π/12 they "
+        "round (the default)",
+    )  # fmt: skip
+    reading.add_argument(
+        "--as-written", dest="angles", action="store_const", const="as_written",
+        help="take all angles and axes by their digits, in loops that do not quite close too",
+    )  # fmt: skip
     parser.add_argument(
         "--inputs", type=_names, metavar="J1,J2",
         help="joints to use as independent coordinates",
@@ -147,29 +164,35 @@ def _names(text: str) -> list[str]:
     return names
 
 
-def _load(arguments: argparse.Namespace) -> Linkage:
-    """The linkage that the shared options describe."""
+def _load(arguments: argparse.Namespace, angles: str) -> Linkage:
+    """The linkage that the shared options describe, with rounded angles read as told."""
     return load(
         arguments.model, arguments.loops, arguments.inputs, fix_base=arguments.fix_base,
-        bodies=arguments.bodies, massless=arguments.massless,
+        bodies=arguments.bodies, massless=arguments.massless, angles=angles,
+    )  # fmt: skip
+
+
+def _space(arguments: argparse.Namespace, angles: str) -> DesignSpace:
+    """The design space that the options describe, with rounded angles read as told."""
+    linkage = _load(arguments, angles)
+    # The file has been accepted; only now is it worth loading the kernels.
+    from balance.designspace import design_space
+
+    return design_space(
+        linkage, arguments.motion, arguments.balance, arguments.max_order,
+        spatial=arguments.spatial,
     )  # fmt: skip
 
 
 def _report(arguments: argparse.Namespace) -> int:
-    linkage = _load(arguments)
-    # The file has been accepted; only now is it worth loading the kernels.
-    from balance.designspace import design_space
+    space = with_both(partial(_space, arguments), arguments.angles)
     from balance.report import text
 
-    space = design_space(
-        linkage, arguments.motion, arguments.balance, arguments.max_order,
-        spatial=arguments.spatial,
-    )  # fmt: skip
     exact = space.exact() if arguments.exact else None
     for notice in (*space.warnings, *(exact.notices if exact else ())):
         logging.warning("%s: %s", notice.code, notice.message)
     explanation = space.explain() if arguments.explain else None
-    if arguments.html:
+    if arguments.html is not None:
         from balance.files import replacing
         from balance.page import page
 

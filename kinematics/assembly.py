@@ -14,28 +14,30 @@ from dataclasses import fields
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics import closing, placement
+from kinematics import closing
 from kinematics.chain import arrange, move, plane_normal, reduce
-from kinematics.closure import expand, loop_matrix
+from kinematics.closure import loop_matrix
+from kinematics.coordinates import coordinates
 from kinematics.errors import CoordinateError, MobilityError, MotionError
-from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen, names
+from kinematics.freedom import first_order
+from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen
 from kinematics.motion import Motion
+from kinematics.placement import Pose
+from kinematics.rounding import doubtful, mended
+from kinematics.singular import CLOSED, crowded, generic, settled
 
 __all__ = ["assemble", "moving_chain"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# First-order closure: singular values of the loop matrix, and rows of its null space, below
-# this part of the largest are zero. Geometry in files is given to about 1e-12.
-DEPENDENT = 1e-8
 # Axes that deviate by less from those of a planar linkage (radians) were probably rounded.
 NEARLY = 1e-4
-# Closure to round-off, at series orders and at finite poses.
-CLOSED = 1e-9
 
 
-def assemble(draft: Draft, inputs: Sequence[str] | None = None) -> Linkage:
+def assemble(
+    draft: Draft, inputs: Sequence[str] | None = None, *, exactly: bool = False
+) -> Linkage:
     """Close the loops of a draft and choose its independent coordinates.
 
     Args:
@@ -43,30 +45,82 @@ def assemble(draft: Draft, inputs: Sequence[str] | None = None) -> Linkage:
         inputs: names of joints to use as coordinates, instead of those that the file marks
             or, where neither does, of well-conditioned ones. Fewer than the mobility are
             completed with passive joints; a notice says which.
+        exactly: whether axes count as written, even where overconstrained loops close with
+            them only to rounding; otherwise they are moved until the loops close.
 
     Raises:
         OpenLoopError: a loop does not close.
-        MobilityError: nothing can move, or it moves only infinitesimally.
+        MobilityError: nothing can move, or it moves only infinitesimally, or several
+            branches of motion meet at the pose of the file.
         CoordinateError: an input is unknown or depends on the others.
     """
-    draft = closing.welded(closing.closed(draft))
-    chain = arrange(draft)
-    velocities = _velocities(draft, chain)
+    draft = closing.welded(closing.closed(draft, None if exactly else mended))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
-    independent, notices = _coordinates(draft, chain, velocities, wanted)
-    chain = move(chain, independent, np.eye(len(independent)))
-    spatial, flat, idle = _reduced(draft, chain)
+    try:
+        linkage, rounded, near = _assembled(draft, wanted)
+    except (CoordinateError, MobilityError) as error:
+        better = _better(draft, not exactly, error)
+    else:
+        if not rounded and not near:
+            return linkage
+        better = _better(draft, rounded and not exactly)
+        if better is draft:
+            return linkage
+    return _assembled(better, wanted)[0]
+
+
+def _better(
+    draft: Draft, mend: bool, problem: CoordinateError | MobilityError | None = None
+) -> Draft:
+    """The draft with axes that were rounded put right, or at a pose that is not singular.
+
+    Raises:
+        MobilityError: that cannot be done, or nothing tells how.
+        CoordinateError: there is nothing to do: the problem given is another.
+    """
+    found = mended(draft) if mend else ""
+    if not isinstance(found, str):
+        return found
+    regular = settled(draft)
+    if regular is draft and problem is not None:
+        if found:
+            raise MobilityError(f"{draft.source}: its loops do not close: {found}") from None
+        raise problem
+    return regular
+
+
+def _assembled(draft: Draft, wanted: Sequence[str]) -> tuple[Linkage, bool, bool]:
+    """The linkage at the pose of a draft.
+
+    Also whether its axes look rounded, and whether a singular pose is near.
+    """
+    chain = arrange(draft)
+    free, values = first_order(loop_matrix(chain))
+    mobility = free.shape[1]
+    if mobility == 0:
+        raise MobilityError(
+            f"{draft.source}: the linkage is rigid: its loops leave no joint free to move; "
+            "check the axes of the joints along them"
+        )
+    independent, notices = coordinates(draft, free, wanted)
+    chain = move(chain, independent, np.eye(mobility))
+    idle, near = np.all(chain.columns == 0.0, axis=1), False
+    if len(chain.ends) or len(chain.mimics):
+        pose = _moved(draft, chain)
+        idle, near = _still(pose), crowded(chain, values, pose)
+    spatial, flat = reduce(chain, idle)
     notices += _nearly_planar(flat)
-    return Linkage(
+    linkage = Linkage(
         **{f.name: getattr(draft, f.name) for f in fields(Draft) if f.name != "notices"},
         notices=(*draft.notices, *notices),
-        mobility=len(independent),
+        mobility=mobility,
         inputs=tuple(draft.joints[j].name for j in independent),
-        idle=tuple(draft.joints[j].name for j in idle),
+        idle=tuple(draft.joints[j].name for j in np.flatnonzero(idle)),
         frames=frozen(np.reshape([body.frame for body in draft.bodies], (-1, 4, 4))),
         chain=flat,
         spatial_chain=spatial,
     )
+    return linkage, doubtful(values, flat.planar), near
 
 
 def moving_chain(
@@ -91,7 +145,11 @@ def moving_chain(
     full = arrange(linkage)
     independent = linkage.positions_of(motion.inputs)
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
-    reduced, flat, _ = _reduced(linkage, move(full, independent, scaled))
+    moved = move(full, independent, scaled)
+    idle = np.all(moved.columns == 0.0, axis=1)
+    if len(moved.ends) or len(moved.mimics):
+        idle = _still(_moved(linkage, moved))
+    reduced, flat = reduce(moved, idle)
     return reduced if spatial else flat
 
 
@@ -107,115 +165,6 @@ def _unfit(linkage: Linkage, motion: Motion) -> str:
     return ""
 
 
-def _stuck(draft: Draft, chain: Chain, order: int) -> MobilityError:
-    """The error for a pose with more freedom at first order than the loops really leave.
-
-    If poses nearby have less, the pose of the file is singular; otherwise, or if there are
-    none, the linkage cannot move.
-    """
-    here = _freedom(loop_matrix(chain)).shape[1]
-    for q in closing.neighbours(chain):
-        there = _freedom(loop_matrix(chain, placement.forward(chain, q).screws)).shape[1]
-        if 0 < there < here:
-            positions = ", ".join(
-                f"{joint.name}={value:.3g}"
-                for joint, value in zip(draft.joints, q * chain.units, strict=True)
-                if not joint.in_loop and abs(value) > 1e-3
-            )
-            return MobilityError(
-                f"{draft.source}: singular at the pose of the file: {here} degrees of freedom "
-                f"there, {there} at other poses; write the file at another pose, such as "
-                f"{positions}"
-            )
-    return MobilityError(
-        f"{draft.source}: the linkage moves only infinitesimally: its loops do not close at "
-        f"order {order}; it is rigid: check the origins and axes along its loops"
-    )
-
-
-def _freedom(A: Array) -> Array:
-    """Orthonormal joint rates that a loop matrix (rows, n) leaves free; (n, freedom)."""
-    if not len(A):
-        return np.eye(A.shape[1])
-    _, values, Vt = np.linalg.svd(A)
-    return Vt[int(np.sum(values > DEPENDENT * values.max(initial=0.0))) :].T
-
-
-def _velocities(draft: Draft, chain: Chain) -> Array:
-    """Joint rates that close the loops at first order: orthonormal columns (n, mobility)."""
-    free = _freedom(loop_matrix(chain))
-    if free.shape[1] == 0:
-        raise MobilityError(
-            f"{draft.source}: the linkage is rigid: its loops leave no joint free to move; "
-            "check the axes of the joints along them"
-        )
-    return free
-
-
-def _coordinates(
-    draft: Draft, chain: Chain, velocities: Array, wanted: Sequence[str]
-) -> tuple[IntArray, list[Notice]]:
-    """Independent joints: the wanted ones, completed by well-conditioned ones."""
-    mobility = velocities.shape[1]
-    all_names = names(draft.joints)
-    rest = velocities.copy()
-    chosen: list[int] = []
-    for name in _expanded(wanted, all_names):
-        if name not in all_names or all_names.index(name) in chosen:
-            problem = "named twice" if name in all_names else "no such joint"
-            raise CoordinateError(draft.source, [name], problem, all_names)
-        j = all_names.index(name)
-        size = float(np.linalg.norm(rest[j]))
-        if size <= DEPENDENT * max(1.0, float(np.linalg.norm(velocities[j]))):
-            can = [all_names[i] for i in _candidates(draft, rest) or chosen]
-            problem = "depends on the other inputs, or cannot move, at the reference pose"
-            if len(chosen) == mobility:
-                taken = ", ".join(all_names[i] for i in chosen)
-                problem = f"depends on the other inputs: {taken} take up mobility {mobility}"
-            raise CoordinateError(draft.source, [name], problem, can)
-        rest = _without(rest, j)
-        chosen.append(j)
-    named = len(chosen)
-    while len(chosen) < mobility:
-        j = _candidates(draft, rest)[0]
-        rest = _without(rest, j)
-        chosen.append(j)
-    notices = []
-    if named and named < mobility:
-        added = ", ".join(all_names[j] for j in chosen[named:])
-        text = f"{named} inputs named, mobility {mobility}: completed with passive {added}"
-        notices.append(Notice("inputs_completed", text))
-    if not named:
-        chosen.sort()
-    return np.array(chosen, dtype=np.int64), notices
-
-
-def _expanded(wanted: Sequence[str], all_names: Sequence[str]) -> list[str]:
-    """Names of coordinates; the name of a joint of several stands for all of them."""
-    found: list[str] = []
-    for name in wanted:
-        parts = [n for n in all_names if n.rpartition(".")[0] == name]
-        found += parts if parts and name not in all_names else [name]
-    return found
-
-
-def _candidates(draft: Draft, rest: Array) -> list[int]:
-    """Joints that would serve as the next coordinate, the preferred one first.
-
-    Any joint whose remaining freedom is at least a third of the largest is well enough
-    conditioned; joints of the tree come before those of loops, earlier ones before later.
-    """
-    sizes = np.linalg.norm(rest, axis=1)
-    good = np.flatnonzero(sizes >= max(sizes.max(initial=0.0) / 3.0, DEPENDENT))
-    return sorted(good.tolist(), key=lambda j: (draft.joints[j].in_loop, j))
-
-
-def _without(rest: Array, joint: int) -> Array:
-    """Velocities with the direction that moves ``joint`` projected out."""
-    direction = rest[joint] / np.linalg.norm(rest[joint])
-    return rest - np.outer(rest @ direction, direction)
-
-
 def _nearly_planar(chain: Chain) -> list[Notice]:
     """A remark if the linkage would be planar, were its axes not rounded."""
     if chain.planar or plane_normal(chain, NEARLY) is None:
@@ -227,29 +176,24 @@ def _nearly_planar(chain: Chain) -> list[Notice]:
     return [Notice("nearly_planar", text)]
 
 
-def _reduced(draft: Draft, chain: Chain) -> tuple[Chain, Chain, IntArray]:
-    """Spatial chain without idle joints, the same in its plane if it has one, idle joints.
+def _moved(draft: Draft, chain: Chain) -> Pose:
+    """A finite pose in a generic direction of the chain's columns.
 
     Raises:
         MobilityError: closure fails at a higher order or at a finite pose.
     """
-    if not len(chain.ends) and not len(chain.mimics):
-        idle = ~np.any(chain.columns != 0.0, axis=1)
-    else:
-        idle = _idle(draft, chain)
-    return *reduce(chain, idle), np.flatnonzero(idle)
+    order, pose = generic(chain)
+    if pose is None:
+        moving = np.setdiff1d(np.arange(chain.parent.size), chain.dependent)
+        raise MobilityError(
+            f"{draft.source}: its loops do not close at order {order} of a motion of "
+            f"{', '.join(draft.joints[j].name for j in moving)}; choose another motion",
+            order=order,
+        )
+    return pose
 
 
-def _idle(draft: Draft, chain: Chain) -> NDArray[np.bool_]:
-    """Joints that do not move along a generic direction of the chain's columns."""
-    ray = np.random.default_rng(2).standard_normal(chain.width)
-    ray /= np.linalg.norm(ray)
-    series = expand(chain, ray[None], 4)
-    sizes = np.abs(series.C[0]).max(axis=(1, 2))
-    for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
-        if residual > CLOSED * max(1.0, size, sizes[0] ** (order + 1)):
-            raise _stuck(draft, chain, order + 1)
-    pose, step = placement.follow(chain, np.zeros(chain.parent.size), series, ray)
-    if step == 0.0:
-        raise _stuck(draft, chain, len(series.residual) + 1)
-    return np.abs(pose.q) <= CLOSED * np.abs(pose.q).max()
+def _still(pose: Pose) -> NDArray[np.bool_]:
+    """Joints that do not move up to a generic pose, and so in no motion."""
+    still: NDArray[np.bool_] = np.abs(pose.q) <= CLOSED * np.abs(pose.q).max()
+    return still

@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 
 from kinematics.linkage import Chain, Draft, Frame, frozen
 
-__all__ = ["arrange", "flatten", "lock", "move", "plane_axes", "plane_normal", "reduce"]
+__all__ = [
+    "arrange",
+    "clusters",
+    "extent",
+    "flatten",
+    "lock",
+    "move",
+    "plane_axes",
+    "plane_normal",
+    "reduce",
+]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -53,25 +63,42 @@ def arrange(draft: Draft, frame: Frame | None = None) -> Chain:
     )
 
 
+def extent(draft: Draft) -> Frame:
+    """Coordinates amid the joints, in units of the distance of what is furthest.
+
+    Unlike those of `arrange` they do not degenerate where all axes nearly meet in a point.
+    """
+    points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
+    origin = points.mean(axis=0)
+    far = np.linalg.norm(np.concatenate([points, _centres(draft)]) - origin, axis=1)
+    return Frame(frozen(np.eye(3)), frozen(origin), float(far.max()) or 1.0)
+
+
 def _frame(draft: Draft) -> Frame:
     """Origin amid the joints; length from the distances of their axes to it.
 
-    The distances vanish where all axes meet in a point, or nothing turns: then those of
-    the centres of mass, and of the joints themselves, stand in for them.
+    The distances vanish where all axes meet in a point, but for rounding, or nothing turns:
+    then those of the centres of mass, and of the joints themselves, stand in for them.
     """
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
     origin = points.mean(axis=0)
     turning = [j.screw for j in draft.joints if j.kind != "prismatic"]
     arms = np.array([np.cross(s[:3], s[3:] + np.cross(s[:3], origin)) for s in turning])
-    massive = [body.inertia for body in draft.bodies if body.inertia[0] > 0.0]
-    centres = np.array([z[1:4] / z[0] - origin for z in massive])
-    extent = float(np.abs(points).max(initial=0.0))
-    for candidate in (arms, centres, points - origin):
+    centres = _centres(draft)
+    largest = max(float(np.abs(a).max(initial=0.0)) for a in (points, centres))
+    least = max(1e-9 * largest, 1e-4 * extent(draft).length)
+    for candidate in (arms, centres - origin, points - origin):
         if len(candidate):
             length = float(np.sqrt(np.mean(np.sum(candidate**2, axis=1))))
-            if length > 1e-9 * extent:
+            if length > least:
                 return Frame(frozen(np.eye(3)), frozen(origin), length)
     return Frame(frozen(np.eye(3)), frozen(origin), 1.0)
+
+
+def _centres(draft: Draft) -> Array:
+    """Centres of mass (count, 3), of the bodies that have one."""
+    massive = [body.inertia for body in draft.bodies if body.inertia[0] > 0.0]
+    return np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
 
 
 def lock(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
@@ -164,7 +191,7 @@ def move(chain: Chain, independent: IntArray, basis: Array) -> Chain:
     columns = np.zeros((n, basis.shape[1]))
     columns[independent] = basis
     active = columns != 0.0
-    for group in _clusters(chain):
+    for group in clusters(chain):
         active[np.intersect1d(group, dependent)] = active[group].any(axis=0)
     moves = active.copy()
     for j in range(n):
@@ -185,7 +212,7 @@ def reduce(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain]:
     return reduced, reduced if normal is None else flatten(reduced, normal)
 
 
-def _clusters(chain: Chain) -> list[list[int]]:
+def clusters(chain: Chain) -> list[list[int]]:
     """Groups of joints that the loops and the mimic relations couple."""
     groups: list[set[int]] = []
     for e, f in chain.ends:

@@ -8,13 +8,13 @@ pose found becomes the reference pose.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.chain import arrange
+from kinematics.chain import arrange, extent
 from kinematics.closure import loop_matrix
 from kinematics.errors import OpenLoopError
 from kinematics.inertial import displaced
@@ -22,12 +22,14 @@ from kinematics.linkage import Chain, Draft, Notice, frozen
 from kinematics.placement import Pose, forward, mismatch
 from kinematics.screws import Ad
 
-__all__ = ["closed", "neighbours", "welded"]
+__all__ = ["NEARBY", "closed", "moved", "neighbours", "welded"]
 
 Array = NDArray[np.float64]
 
 # Mismatch, in radians and characteristic lengths, at which loops count as closed.
 CLOSED = 1e-11
+# Loops that stay open by no more may be meant to close, but for rounded axes.
+ALMOST = 1e-2
 # Starts: the pose of the file, then so many from each of these distances (radians, lengths).
 DISTANCES = (0.1, 0.3, 1.0, 3.0)
 PER_DISTANCE = 8
@@ -36,11 +38,19 @@ SEED = 0
 NEARBY = 0.2
 
 
-def closed(draft: Draft) -> Draft:
+def closed(
+    draft: Draft, mend: Callable[[Draft, float, float], Draft | str] | None = None
+) -> Draft:
     """The draft at a pose that closes its loops; the draft itself if its own pose does.
 
     A notice tells how far the loops were open, which start led to the solution, and which
     joint moved furthest.
+
+    Args:
+        draft: the linkage as its file describes it.
+        mend: what may be done with loops that no pose closes, but almost: it is given the
+            draft with its welds moved to close them, and by what angle and what
+            distance at most, and returns a draft, or why it cannot.
 
     Raises:
         OpenLoopError: no start leads to a closed pose.
@@ -49,13 +59,19 @@ def closed(draft: Draft) -> Draft:
         return draft
     chain = arrange(draft)
     gaps = np.array([_in_frame(chain, loop.gap) for loop in draft.loops])
+    hint = ""
     for number, start in enumerate(_starts(len(draft.joints))):
         q = _solved(chain, gaps, start)
         if q is not None:
             notice = _told(draft, chain, gaps, q, number)
-            moved = _moved(draft, chain, q)
-            return replace(moved, notices=(*draft.notices, *notice))
-    raise _error(draft)
+            there = moved(draft, chain, q)
+            return replace(there, notices=(*draft.notices, *notice))
+        if number == 0 and mend is not None:
+            found = _almost(draft, mend)
+            if isinstance(found, Draft):
+                return found
+            hint = found
+    raise _error(draft, hint)
 
 
 def neighbours(chain: Chain) -> Iterator[Array]:
@@ -105,12 +121,42 @@ def _solved(chain: Chain, gaps: Array, start: Array) -> Array | None:
     """Joint positions near ``start`` that close the loops, or None."""
     if (q := _polished(chain, gaps, start)) is not None:
         return q
+    return _polished(chain, gaps, _damped(chain, gaps, start))
+
+
+def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
+    """Joint positions near ``start`` that leave the loops open as little as possible."""
     from scipy.optimize import least_squares
 
-    damped = least_squares(
+    q: Array = least_squares(
         lambda q: _openness(chain, gaps, forward(chain, q)), start, max_nfev=200
-    )
-    return _polished(chain, gaps, damped.x)
+    ).x
+    return q
+
+
+def _almost(draft: Draft, mend: Callable[[Draft, float, float], Draft | str]) -> Draft | str:
+    """The draft mended, if no pose closes its loops but almost; otherwise why it is not.
+
+    Steps leave out directions in which the loops hardly open: those are freedoms that
+    rounded axes block.
+    """
+    chain = arrange(draft, extent(draft))
+    gaps = np.array([_in_frame(chain, loop.gap) for loop in draft.loops])
+    home = np.zeros(len(draft.joints))
+    for far in (False, True):
+        q = _damped(chain, gaps, home) if far else home
+        for _ in range(10):
+            pose = forward(chain, q)
+            b = mismatch(chain, pose.H, q, gaps)
+            step = np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-3)[0]
+            q = q - step * min(1.0, 0.5 / max(float(np.abs(step).max()), 1e-300))
+        D = _openness(chain, gaps, forward(chain, q))[: 12 * len(gaps)].reshape(-1, 3, 4)
+        angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
+        if max(angle, distance) <= ALMOST:
+            told = _told(draft, chain, gaps, q, 0) if np.abs(q).max() > ALMOST else []
+            there = replace(moved(draft, chain, q), notices=(*draft.notices, *told))
+            return mend(there, angle, distance * chain.frame.length)
+    return ""
 
 
 def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
@@ -158,7 +204,7 @@ def _told(draft: Draft, chain: Chain, gaps: Array, q: Array, number: int) -> lis
     return [Notice("assembled", text)]
 
 
-def _error(draft: Draft) -> OpenLoopError:
+def _error(draft: Draft, hint: str) -> OpenLoopError:
     """The error for the loop that is furthest open in the file."""
     worst, distance, angle = draft.loops[0], 0.0, 0.0
     for loop in draft.loops:
@@ -169,7 +215,7 @@ def _error(draft: Draft) -> OpenLoopError:
         if gap + turn > distance + angle:
             worst, distance, angle = loop, gap, turn
     starts = 1 + len(DISTANCES) * PER_DISTANCE
-    return OpenLoopError(draft.source, worst.name, distance, angle, starts)
+    return OpenLoopError(draft.source, worst.name, distance, angle, starts, hint)
 
 
 def _in_frame(chain: Chain, H: Array) -> Array:
@@ -186,7 +232,7 @@ def _from_frame(chain: Chain, H: Array) -> Array:
     return out
 
 
-def _moved(draft: Draft, chain: Chain, q: Array) -> Draft:
+def moved(draft: Draft, chain: Chain, q: Array) -> Draft:
     """The draft with the joint positions q as its reference pose and its gaps closed."""
     H = np.array([_from_frame(chain, h) for h in forward(chain, q).H])
     before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]

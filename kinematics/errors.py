@@ -56,7 +56,13 @@ class OpenLoopError(LinkageError):
     """
 
     def __init__(
-        self, linkage: str, loop: str, distance: float, angle: float, starts: int
+        self,
+        linkage: str,
+        loop: str,
+        distance: float,
+        angle: float,
+        starts: int,
+        remedy: str = "",
     ) -> None:
         """Compose the message from the size of the gap."""
         self.linkage, self.loop, self.starts = linkage, loop, starts
@@ -64,12 +70,22 @@ class OpenLoopError(LinkageError):
         super().__init__(
             f"{linkage}: loop '{loop}': does not close: its frames are {distance:.3g} m and "
             f"{angle:.3g} rad apart, and no pose near any of {starts} starts closes it; "
-            "correct the origins of the loop, or the joints along it"
+            f"{remedy or 'correct the origins of the loop, or the joints along it'}"
         )
 
 
 class MobilityError(LinkageError):
-    """The linkage cannot move, or cannot be moved away from its pose."""
+    """The linkage cannot move, or cannot be moved away from its pose.
+
+    Attributes:
+        order: at which the loops stop closing, if the linkage moves only infinitesimally.
+        joints: names of the joints at fault, as far as they are known.
+    """
+
+    def __init__(self, text: str, order: int = 0, joints: Sequence[str] = ()) -> None:
+        """Keep the facts beside the message."""
+        self.order, self.joints = order, tuple(joints)
+        super().__init__(text)
 
 
 class CoordinateError(LinkageError):

@@ -10,7 +10,8 @@ from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinematics.errors import FileError, LinkageError
+from kinematics.errors import FileError, LinkageError, MobilityError, OpenLoopError
+from kinematics.reader.angles import READINGS, ROUNDED
 from kinematics.reader.markup import near, shown
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from kinematics.linkage import Linkage
 
 __all__ = ["describe", "find", "gallery", "load", "robots"]
+
+BODIES = ("given", "all")
 
 
 def gallery() -> dict[str, Path]:
@@ -98,6 +101,7 @@ def load(
     fix_base: bool = False,
     bodies: str = "given",
     massless: Sequence[str] = (),
+    angles: str = "nominal",
 ) -> Linkage:
     """Read a linkage from a URDF file, close its loops and choose its coordinates.
 
@@ -111,19 +115,27 @@ def load(
         bodies: ``"given"``: links with mass or inertia in the file carry parameters;
             ``"all"``: every moving link does.
         massless: names of links that carry no parameters whatever the file says.
+        angles: what is meant by an angle that looks rounded, such as 1.5708. ``"nominal"``:
+            the multiple of π/12 within 1e-4 rad of it. ``"as_written"``: its digits, and no
+            axis is moved to close loops that close only to rounding. A notice names such
+            angles. A model that yourdfpy has loaded holds matrices in place of angles, and
+            they are taken as they are.
 
     Returns:
         The linkage at its reference pose: that of the file, with its loops closed.
 
     Raises:
-        LinkageError: the file or the linkage cannot be used; the subclass says why.
+        LinkageError: the file or the linkage cannot be used; the subclass says why. A note
+            on an error of closure or mobility names the angles that look rounded.
     """
-    if bodies not in ("given", "all"):
-        raise LinkageError(f"bodies '{shown(str(bodies))}' unknown; choose from given, all")
+    for option, value, known in (("bodies", bodies, BODIES), ("angles", angles, READINGS)):
+        if value not in known:
+            wrong = f"{option} '{shown(str(value))}' unknown"
+            raise LinkageError(f"{wrong}; choose from {', '.join(known)}")
     closed = (massless,) if isinstance(massless, str) else tuple(massless)
     from kinematics.reader import urdf
 
-    options = urdf.Options(fix_base, bodies, closed)
+    options = urdf.Options(fix_base, bodies, closed, angles)
     if isinstance(model, (str, PathLike)):
         draft = urdf.read(find(model), loops, options)
     elif hasattr(model, "robot"):
@@ -132,4 +144,10 @@ def load(
         raise TypeError(f"model is a path, a name or a yourdfpy.URDF, not {type(model)}")
     from kinematics.assembly import assemble
 
-    return assemble(draft, inputs)
+    try:
+        return assemble(draft, inputs, exactly=angles == "as_written")
+    except (OpenLoopError, MobilityError) as error:
+        for notice in draft.notices:
+            if notice.code == ROUNDED:
+                error.add_note(notice.message.removeprefix(f"{shown(draft.source, 1000)}: "))
+        raise

@@ -17,7 +17,6 @@ from kinematics.errors import ExactError
 
 __all__ = [
     "BITS",
-    "DIGITS",
     "LONGEST",
     "Vector",
     "bracket",
@@ -37,8 +36,6 @@ Vector = tuple[Fraction, ...]
 
 BITS = 64
 """Replacements are multiples of ``2**-BITS``."""
-# Digits beyond which an angle that rounds a multiple of π/2 is meant to be one.
-DIGITS = 12
 # A number of more characters is not one that somebody measured.
 LONGEST = 400
 # Terms of series are kept to so many more bits.

@@ -2,8 +2,8 @@
 
 Directions keep the length that they have in the file, for a unit vector is rarely rational.
 What is not rational itself is replaced, and a notice says so: angles in ``rpy`` and in the
-offsets of mimic joints, pitches of screws. A multiple of π/2 that is written with twelve
-digits or more is taken as meant.
+offsets of mimic joints, pitches of screws. What is within 1e-12 rad of a
+multiple of π/12 is taken for it; multiples of π/2 have rational rotations.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from kinematics.errors import ExactError
 from kinematics.linkage import Linkage, Notice
 from kinematics.rational import (
     BITS,
-    DIGITS,
     Vector,
     cross,
     decimal,
@@ -29,6 +28,7 @@ from kinematics.rational import (
     rounded,
     tangent,
 )
+from kinematics.reader.angles import exact_angle
 from kinematics.reader.fields import coordinates
 from kinematics.reader.loops import FREEDOMS
 from kinematics.reader.markup import Element, shown
@@ -38,7 +38,7 @@ __all__ = ["Geometry", "exact_geometry"]
 Matrix = tuple[Vector, ...]
 
 # Screws that differ by more, relative to the largest, are those of another pose.
-SAME = 1e-9
+SAME = 1e-12
 # A direction whose squared length differs from 1 by less was rounded from a unit vector.
 ROUNDED = Fraction(1, 10**4)
 _AXES = tuple(tuple(Fraction(int(i == j)) for j in range(3)) for i in range(3))
@@ -182,10 +182,10 @@ class _Reading:
         for joint in tree.every("joint"):
             mimic = joint.first("mimic")
             if mimic is not None and joint.attributes["type"] != "fixed":
-                ratio, offset = (
-                    _numbers(mimic, name, default)[0]
-                    for name, default in (("multiplier", "1"), ("offset", "0"))
-                )
+                ratio = decimal(mimic.attributes.get("multiplier", "1").strip())
+                turning = joint.attributes["type"] != "prismatic"
+                read = exact_angle if turning else decimal
+                offset = read(mimic.attributes.get("offset", "0").strip())
                 yield joint.name, (mimic.attributes["joint"], ratio, offset)
 
     def _position(self, name: str) -> Fraction:
@@ -264,19 +264,20 @@ class _Reading:
         if origin is not None:
             words = origin.attributes.get("rpy", "0 0 0").split()
             for axis, word in zip(reversed(_AXES), reversed(words), strict=True):
-                pose = pose @ Pose(self._turn(label, axis, decimal(word), word))
+                pose = pose @ Pose(self._turn(label, axis, exact_angle(word), word))
         return pose
 
     def _turn(self, label: str, n: Vector, angle: Fraction, word: str = "") -> Matrix:
         """Rotation about n, whose length is rational, by an angle."""
         quarter, rest = quarters(angle)
-        if not angle:
-            return _AXES
-        if word and abs(rest) <= _uncertainty(word):
-            self._note(label, f"the angle {shown(word)} is taken as {quarter} π/2")
+        text = f"the angle {shown(word or str(float(angle)))}"
+        if not rest:
+            if angle or (word and decimal(word)):
+                self._note(label, f"{text} is taken as {quarter} π/2")
             return _rotation(n, quarter, Fraction(0))
-        text = f"the angle {shown(word or str(float(angle)))} has no rational rotation"
-        self._note(label, f"{text}: within 2^-{BITS} rad of it")
+        if word and angle != decimal(word):
+            text += f", taken as {round(angle / (pi() / 12))} π/12,"
+        self._note(label, f"{text} has no rational rotation: within 2^-{BITS} rad of it")
         return _rotation(n, quarter, tangent(rest))
 
     def _moved(
@@ -300,13 +301,16 @@ class _Reading:
         axis = self._axis(loop, loop.first("axis"))
         n, u = before.turn(axis), before.turn(_perpendicular(axis))
         centre, kind = before.d, loop.attributes["type"]
+        gap = _sum(after.d, _scaled(Fraction(-1), before.d))
+        if any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
+            size = float(dot(gap, gap)) ** 0.5
+            self._note(loop.label, f"open by {size:.1e} m in its decimals: closed there")
         if kind == "universal":
             second = loop.first("axis2")
             given = self._axis(loop, second) if second else _perpendicular(axis)
             u = _perpendicular(n, after.turn(given))
         elif kind == "planar":
-            d = _sum(after.d, _scaled(Fraction(-1), before.d))
-            centre = _sum(after.d, _scaled(-dot(n, d) / dot(n, n), n))
+            centre = _sum(after.d, _scaled(-dot(n, gap) / dot(n, n), n))
         self._add(loop, n, u, centre)
 
     def _end(self, loop: Element, role: str) -> Pose:
@@ -319,15 +323,3 @@ def _side(joint: Element, role: str) -> str:
     """Name of the parent or child link."""
     side = joint.first(role) or joint
     return side.attributes["link"]
-
-
-def _uncertainty(word: str) -> Fraction:
-    """How far a decimal of twelve digits or more may be from what it was rounded from.
-
-    One unit of its last digit, or of double precision if that is more; 0 for fewer digits.
-    """
-    mantissa, _, exponent = word.lower().partition("e")
-    if len(mantissa.lstrip("+-").replace(".", "").strip("0")) < DIGITS:
-        return Fraction(0)
-    places = len(mantissa.partition(".")[2]) - int(exponent or 0)
-    return max(Fraction(10) ** -places, abs(decimal(word)) / 2**52)

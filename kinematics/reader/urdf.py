@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from kinematics.errors import FileError
 from kinematics.inertial import parameters
 from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, frozen
+from kinematics.reader.angles import ROUNDED, nominal, remark, rounded
 from kinematics.reader.fields import LARGEST, coordinates
 from kinematics.reader.guard import check, checked
 from kinematics.reader.loops import Place, attach, freedoms, perpendicular, unit
@@ -48,11 +49,13 @@ class Options(NamedTuple):
         bodies: ``"given"``: moving links with mass or inertia in the file carry parameters;
             ``"all"``: every moving link does.
         massless: links that carry no parameters whatever the file says.
+        angles: ``"nominal"`` or ``"as_written"``; see :mod:`kinematics.reader.angles`.
     """
 
     fix_base: bool = False
     bodies: str = "given"
     massless: tuple[str, ...] = ()
+    angles: str = "nominal"
 
 
 def read(path: Path, loops: Path | None = None, options: Options | None = None) -> Draft:
@@ -71,7 +74,9 @@ def read(path: Path, loops: Path | None = None, options: Options | None = None) 
     """
     options = options or Options()
     source = os.fsdecode(path)
-    side = merge(check(path, options.fix_base), source, loops)
+    side = _read_angles(
+        merge(check(path, options.fix_base), source, loops), source, options.angles
+    )
     draft = _draft(robot_of(side.tree, source), side, source, options)
     return replace(draft, tree=side.tree)
 
@@ -79,14 +84,24 @@ def read(path: Path, loops: Path | None = None, options: Options | None = None) 
 def adopt(model: URDF, loops: Path | None = None, options: Options | None = None) -> Draft:
     """As :func:`read`, for a model that yourdfpy has loaded.
 
-    yourdfpy drops ``<loop>`` elements, screw pitches and input marks. The reference pose is
-    the one with all joints at zero, whatever the configuration of the model.
+    yourdfpy drops ``<loop>`` elements, screw pitches and input marks, and it has made
+    matrices of the angles, which are taken as they are. The reference pose is the one with
+    all joints at zero, whatever the configuration of the model.
     """
     options = options or Options()
     source = model.robot.name or "URDF"
     tree = checked(tree_of(model), source, options.fix_base)
     side = merge(tree, source, loops, search=False)
     return _draft(model.robot, side, source, options)
+
+
+def _read_angles(side: Sidecar, source: str, reading: str) -> Sidecar:
+    """What the files say, with angles that look rounded read as the user wants."""
+    found = rounded(side.tree)
+    tree = nominal(side.tree) if reading == "nominal" else side.tree
+    text = f"{shown(source, 1000)}: {remark(found, reading)}"
+    told = ((ROUNDED, text),) if found else ()
+    return side._replace(tree=tree, remarks=(*side.remarks, *told))
 
 
 def _draft(robot: yourdf.Robot, side: Sidecar, source: str, options: Options) -> Draft:

@@ -64,14 +64,17 @@ def arrange(draft: Draft, frame: Frame | None = None) -> Chain:
 
 
 def extent(draft: Draft) -> Frame:
-    """Coordinates amid the joints, in units of the distance of what is furthest.
+    """Coordinates amid the joints, in units of the distance of the furthest.
 
-    Unlike those of `arrange` they do not degenerate where all axes nearly meet in a point.
+    Unlike those of `arrange` they do not degenerate where all axes nearly meet in a point:
+    then half of the centres of mass are further away, and the middle one counts.
     """
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
     origin = points.mean(axis=0)
-    far = np.linalg.norm(np.concatenate([points, _centres(draft)]) - origin, axis=1)
-    return Frame(frozen(np.eye(3)), frozen(origin), float(far.max()) or 1.0)
+    far = float(np.linalg.norm(points - origin, axis=1).max())
+    centres = np.linalg.norm(_centres(draft) - origin, axis=1)
+    length = max(far, float(np.median(centres)) if centres.size else 0.0)
+    return Frame(frozen(np.eye(3)), frozen(origin), length or 1.0)
 
 
 def _frame(draft: Draft) -> Frame:

@@ -86,8 +86,8 @@ def test_entities_are_never_expanded(robot, text):
 def test_limits(robot):
     deep = "<robot name='a'>" + "<link name='l'>" * 300 + "</link>" * 300 + "</robot>"
     assert "200 levels deep" in refusal(robot(deep)).problem
-    many = "<robot name='a'>" + "<material/>" * 200_000 + "</robot>"
-    assert "more than 200000 elements" in refusal(robot(many)).problem
+    many = "<robot name='a'>" + "<material/>" * 100_000 + "</robot>"
+    assert "more than 100000 elements" in refusal(robot(many)).problem
     wide = f"<robot name='a'><link name='{'l' * 100_001}'/></robot>"
     assert "100000 characters" in refusal(robot(wide)).problem
     long = refusal(robot(FOUR_BAR.replace('xyz="0 0 0"', f'xyz="{"9" * 90_000}"')))
@@ -97,9 +97,9 @@ def test_limits(robot):
 def test_too_large(tmp_path):
     path = tmp_path / "large.urdf"
     with path.open("wb") as stream:
-        stream.truncate(64 * 2**20 + 1)
+        stream.truncate(16 * 2**20 + 1)
     error = refusal(path)
-    assert error.problem == "larger than 64 MB" and "meshes" in error.remedy
+    assert error.problem == "larger than 16 MB" and "meshes" in error.remedy
 
 
 def test_files_that_cannot_be_read(tmp_path, robot):

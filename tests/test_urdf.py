@@ -308,9 +308,7 @@ def test_ignored_elements_cannot_hurt(tmp_path):
     assert draft.source == str(path)
 
 
-@pytest.mark.parametrize(
-    "name", ["a b", "&#9;tab", "&quot;&lt;&amp;", "関節", "𝛼", "a:b", "&#10;"]
-)
+@pytest.mark.parametrize("name", ["a b", "&quot;&lt;&amp;", "関節", "𝛼", "a:b"])
 def test_names_survive(read, name):
     draft = read(
         link("a"),

@@ -16,6 +16,7 @@ from kinematics.reader.markup import Element, Refusal, shown
 __all__ = [
     "DEGREES",
     "LARGEST",
+    "WIDEST",
     "check_link",
     "check_numbers",
     "check_origin",
@@ -23,11 +24,14 @@ __all__ = [
     "coordinates",
     "needed",
     "only",
+    "turns",
 ]
 
 # Beyond these, squares and products of the numbers leave the range of floating point.
 LARGEST = 1e30
 SMALLEST_AXIS = 1e-100
+# Beyond this many radians the digits that tell the direction are lost.
+WIDEST = 1e4
 # Cosine of the angle between the axes of a universal joint, in files of six digits.
 PERPENDICULAR = 1e-6
 
@@ -51,6 +55,11 @@ def coordinates(name: str, kind: str) -> list[str]:
     """Names of the coordinates of a joint: ``name``, or ``name.0``, ``name.1`` …."""
     count = DEGREES[kind]
     return [name] if count == 1 else [f"{name}.{k}" for k in range(count)]
+
+
+def turns(joint: Element) -> bool:
+    """Whether the position of a joint of one degree of freedom is an angle."""
+    return joint.attributes["type"] in _TURNING
 
 
 def only(owner: Element, tag: str, inside: Element | None = None) -> Element | None:
@@ -97,6 +106,10 @@ def check_origin(owner: Element, inside: Element) -> None:
             raise Refusal(owner.label, problem, "write the rotation as rpy")
     check_numbers(owner, origin, "xyz", 3)
     check_numbers(owner, origin, "rpy", 3)
+    if max(map(abs, origin.vector("rpy", "0 0 0"))) > WIDEST:
+        where = f'<origin rpy="{shown(origin.attributes["rpy"])}"> (line {origin.line})'
+        problem = f"{where} has an angle beyond {WIDEST:g} rad"
+        raise Refusal(owner.label, problem, "write angles in radians, between -π and π")
 
 
 def _check_axis(owner: Element, tag: str) -> None:

@@ -12,6 +12,8 @@ from dataclasses import replace
 
 from kinematics.reader.fields import (
     DEGREES,
+    LARGEST,
+    WIDEST,
     check_link,
     check_numbers,
     check_origin,
@@ -19,6 +21,7 @@ from kinematics.reader.fields import (
     coordinates,
     needed,
     only,
+    turns,
 )
 from kinematics.reader.markup import (
     Element,
@@ -30,9 +33,12 @@ from kinematics.reader.markup import (
     near,
     shown,
 )
+from kinematics.reader.strays import check_strays
 
 __all__ = ["check", "checked", "parse", "validate"]
 
+# The cost of a linkage grows with the third power of its joints.
+MAX_FREEDOMS = 1000
 _LOOP_PARTS = ("predecessor", "successor", "axis", "axis2")
 
 
@@ -80,8 +86,7 @@ def validate(robot: Element) -> None:
     if robot.tag != "robot":
         raise Refusal(robot.label, "the root element is not <robot>", "give a URDF file")
     _check_xacro(robot)
-    for item in robot.every("coupling"):
-        raise Refusal(item.label, "<coupling> is not supported", "use <mimic> on a joint")
+    check_strays(robot)
     links, joints, loops = (robot.every(tag) for tag in ("link", "joint", "loop"))
     if not links:
         raise Refusal(robot.label, "no <link>", "give a URDF file with links and joints")
@@ -91,6 +96,7 @@ def validate(robot: Element) -> None:
     _check_floating(robot)
     for item in joints + loops:
         check_type(item)
+    _check_count(joints + loops)
     known = {link.name: link for link in links}
     carrier = _carriers(known, joints)
     _check_tree(known, carrier)
@@ -101,8 +107,12 @@ def validate(robot: Element) -> None:
 
 def _check_xacro(robot: Element) -> None:
     remedy = "run xacro first (xacro robot.xacro > robot.urdf)"
+    prefixes = {"xacro"}
     for item in robot.walk():
-        if item.tag.startswith("xacro:"):
+        for attribute, value in item.attributes.items():
+            if attribute.startswith("xmlns:") and "xacro" in value:
+                prefixes.add(attribute.removeprefix("xmlns:"))
+        if ":" in item.tag and item.tag.partition(":")[0] in prefixes:
             raise Refusal(item.label, "a xacro element, not URDF", remedy)
         for attribute, value in item.attributes.items():
             if "${" in value:
@@ -163,6 +173,9 @@ def _check_names(*groups: Sequence[Element]) -> None:
         for item in group:
             if not item.name.strip():
                 raise Refusal(item.label, "no name", f'add name="…" to <{item.tag}>')
+            if odd := [c for c in item.name if not c.isprintable()]:
+                problem = f"its name has the unprintable character U+{ord(odd[0]):04X}"
+                raise Refusal(item.label, problem, f"rename this {item.tag}")
             several = DEGREES.get(item.attributes.get("type", ""), 0) > 1
             derived = coordinates(item.name, item.attributes["type"]) if several else []
             for name in [item.name, *derived]:
@@ -170,6 +183,16 @@ def _check_names(*groups: Sequence[Element]) -> None:
                     problem = f"the name '{shown(name)}' is taken by {taken[name].label}"
                     raise Refusal(item.label, problem, f"rename this {item.tag}")
                 taken[name] = item
+
+
+def _check_count(items: Sequence[Element]) -> None:
+    """Joints and loops have no more freedoms than can be handled."""
+    count = 0
+    for item in items:
+        count += DEGREES[item.attributes["type"]]
+        if count > MAX_FREEDOMS:
+            problem = f"joints and loops of more than {MAX_FREEDOMS} degrees of freedom"
+            raise Refusal(item.label, problem, "analyse a part of it, or fix joints")
 
 
 def _check_link_name(
@@ -245,17 +268,31 @@ def _check_mimics(joints: Sequence[Element]) -> None:
                 problem = f"<mimic> needs joints of one degree of freedom; {end.label} is "
                 problem += end.attributes["type"]
                 raise Refusal(joint.label, problem, "remove the <mimic>, or fix this joint too")
-    settled: set[str] = set()
+    at: dict[str, float] = {}
     for start in source:
-        path: set[str] = set()
+        path: dict[str, None] = {}
         name = start
-        while name in source and name not in settled:
+        while name in source and name not in at:
             if name in path:
                 problem = "mimics itself" if source[name] == name else "mimics in a circle"
                 raise Refusal(named[name].label, problem, "let one of the joints be free")
-            path.add(name)
+            path[name] = None
             name = source[name]
-        settled |= path
+        for follower in reversed(path):
+            at[follower] = _followed(named[follower], at.get(source[follower], 0.0))
+
+
+def _followed(joint: Element, position: float) -> float:
+    """Position of a joint that mimics one at ``position``, in the pose of the file."""
+    mimic = joint.first("mimic") or joint
+    (ratio,), (offset,) = mimic.vector("multiplier", "1"), mimic.vector("offset", "0")
+    place = ratio * position + offset
+    unit, most = ("rad", WIDEST) if turns(joint) else ("m", LARGEST)
+    if not abs(place) <= most:
+        problem = f"its <mimic> places it at {place:.3g} {unit}, which is out of range"
+        remedy = "correct the offsets and multipliers of the mimic joints"
+        raise Refusal(joint.label, problem, remedy)
+    return place
 
 
 def _check_loop(

@@ -18,13 +18,20 @@ from kinematics.errors import FileError
 
 __all__ = ["Element", "Refusal", "build", "contents", "listed", "naming", "near", "shown"]
 
-MAX_BYTES = 64 * 2**20
+MAX_BYTES = 16 * 2**20
 MAX_DEPTH = 200
-MAX_ELEMENTS = 200_000
+MAX_ELEMENTS = 100_000
 MAX_VALUE = 100_000
+# A tag or a comment that goes on for longer is not parsed to its end.
+MAX_TOKEN = 2**20
+_CHUNK = 2**16
 
 _POINTER = b"version https://git-lfs"
+_WIDE = (b"\xff\xfe\0\0", b"\0\0\xfe\xff")
 _REMEDIES = {
+    expat.errors.XML_ERROR_UNKNOWN_ENCODING: "save it as UTF-8",
+    expat.errors.XML_ERROR_INCORRECT_ENCODING: "save it as UTF-8",
+    expat.errors.XML_ERROR_UNDEFINED_ENTITY: "write the character itself",
     expat.errors.XML_ERROR_MISPLACED_XML_PI: "remove what precedes <?xml, blank lines too",
 }
 
@@ -122,10 +129,7 @@ def contents(path: str, limit: int = MAX_BYTES) -> bytes:
         Refusal: it is missing, not a regular file, unreadable, empty, or too large.
     """
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
-            raise Refusal("", "not a file", "give the path of a file")
-        with open(path, "rb") as stream:
-            data = stream.read(limit + 1)
+        data = _regular(path, limit + 1)
     except FileNotFoundError:
         raise Refusal("", "no such file", "check the path") from None
     except (OSError, ValueError) as error:
@@ -136,9 +140,30 @@ def contents(path: str, limit: int = MAX_BYTES) -> bytes:
         raise Refusal("", f"larger than {size}", "keep meshes in files of their own")
     if not data.strip():
         raise Refusal("", "empty file", "export or save it again")
+    if data.startswith(_WIDE):
+        raise Refusal("", "text in UTF-32", "save it as UTF-8")
     if data.startswith(_POINTER):
         remedy = "fetch the file itself with 'git lfs pull'"
         raise Refusal("", "a pointer of Git LFS in place of the file", remedy)
+    return data
+
+
+def _regular(path: str, size: int) -> bytes:
+    """Up to ``size`` bytes of a regular file, which does not change meanwhile.
+
+    Without waiting: a pipe may have taken the place of the file since it was looked at.
+    """
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        raise Refusal("", "not a file", "give the path of a file")
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    with open(os.open(path, flags), "rb") as stream:
+        before = os.fstat(stream.fileno())
+        if not stat.S_ISREG(before.st_mode):
+            raise Refusal("", "not a file", "give the path of a file")
+        data = stream.read(size)
+        after = os.fstat(stream.fileno())
+    if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
+        raise Refusal("", "changed while it was read", "read it again once it is written")
     return data
 
 
@@ -150,7 +175,7 @@ def build(data: bytes) -> Element:
     """
     builder = _Builder()
     try:
-        builder.parser.Parse(data, True)
+        builder.feed(data)
     except expat.ExpatError as error:
         where = f"not well-formed XML at line {error.lineno}, column {error.offset + 1}"
         problem = f"{where} ({expat.ErrorString(error.code)})"
@@ -176,6 +201,16 @@ class _Builder:
         self.open: list[tuple[str, dict[str, str], int, list[Element], list[str]]] = []
         self.closed: list[Element] = []
 
+    def feed(self, data: bytes) -> None:
+        """Parse bit by bit, so that what has no end is left in the middle."""
+        for start in range(0, len(data), _CHUNK):
+            end = start + _CHUNK
+            self.parser.Parse(data[start:end], end >= len(data))
+            if end - max(self.parser.CurrentByteIndex, 0) > MAX_TOKEN + _CHUNK:
+                label = f"line {self.parser.CurrentLineNumber}"
+                problem = f"a tag or a comment of more than {MAX_TOKEN // 2**20} MB"
+                raise Refusal(label, problem, "shorten it")
+
     def doctype(self, *_: object) -> None:
         label = f"<!DOCTYPE> (line {self.parser.CurrentLineNumber})"
         raise Refusal(label, "entities are not accepted", "remove the DOCTYPE")
@@ -191,6 +226,10 @@ class _Builder:
             raise Refusal(label, f"more than {MAX_DEPTH} levels deep", "nest less deeply")
         if max(map(len, attributes.values()), default=0) > MAX_VALUE:
             raise Refusal(label, f"a value of more than {MAX_VALUE} characters", "shorten it")
+        for name in (tag, *attributes):
+            if ":" in name and not all(name.split(":", 1)):
+                problem = f"the name '{shown(name)}' begins or ends with a colon"
+                raise Refusal(label, problem, "remove the colon")
         self.open.append((tag, attributes, line, [], []))
 
     def characters(self, text: str) -> None:

@@ -20,6 +20,7 @@ from kinematics.reader.fields import DEGREES, coordinates, needed
 from kinematics.reader.guard import validate
 from kinematics.reader.keyfile import Keys
 from kinematics.reader.markup import Element, Refusal, contents, naming, near, shown
+from kinematics.reader.masses import unphysical
 
 __all__ = ["Sidecar", "beside", "merge"]
 
@@ -41,7 +42,7 @@ _JOINTS = ("SPHERICAL", "FIXED", *_UNIVERSAL)
 
 
 class Sidecar(NamedTuple):
-    """What a URDF file and the file beside it say.
+    """What a URDF file and the file beside it say, and what is odd about them.
 
     Attributes:
         tree: the robot with all its loops.
@@ -81,6 +82,14 @@ def merge(
         FileError: the YAML file cannot be read or does not fit the tree, or both hold
             loops.
     """
+    side = _sought(tree, source, loops, search)
+    return side._replace(remarks=(*side.remarks, *unphysical(tree, source)))
+
+
+def _sought(
+    tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool
+) -> Sidecar:
+    """As :func:`merge`, without remarks on the URDF file itself."""
     inline = tree.first("loop")
     if loops is None:
         file = beside(source) if search else None
@@ -195,7 +204,8 @@ def _looped(tree: Element, keys: Keys) -> Element:
     kinds = ["6d"] * len(pairs)
     if "type" in keys.items:
         kinds = keys.kinds("type", "closed_loop", _LOOPS)
-    loops: dict[frozenset[str], Element] = {}
+    loops: list[Element] = []
+    taken: dict[str, str] = {}
     for pair, kind in zip(pairs, kinds, strict=True):
         names = keys.names("closed_loop", pair)
         if len(names) != 2:
@@ -206,12 +216,16 @@ def _looped(tree: Element, keys: Keys) -> Element:
             if after.get(name, frames[name]) != frames[name]:
                 problem = f"'{shown(name)}' is a link, and a joint that carries another link"
                 raise keys.wrong("closed_loop", problem, "rename one of them")
-        ends = frozenset(map(frames.__getitem__, names))
-        if ends in loops:
-            problem = f"'{shown('/'.join(names))}' joins the frames of '{loops[ends].name}'"
-            raise keys.wrong("closed_loop", problem, "join each pair of frames once")
+        own = "/".join(names)
+        for name in names:
+            if taken.get(frames[name], own) != own:
+                problem = f"'{shown(name)}' of '{shown(own)}' is a frame of "
+                problem += f"'{shown(taken[frames[name]])}' too"
+                remedy = "give each pair frames of its own, on links fixed in the same place"
+                raise keys.wrong("closed_loop", problem, remedy)
+            taken[frames[name]] = own
         roles = zip(("predecessor", "successor"), names, strict=True)
         sides = tuple(Element(role, {"link": frames[name]}) for role, name in roles)
-        attributes = {"name": "/".join(names), "type": _LOOPS[kind]}
-        loops[ends] = Element("loop", attributes, sides, pair.line)
-    return replace(tree, children=(*tree.children, *loops.values()))
+        attributes = {"name": own, "type": _LOOPS[kind]}
+        loops.append(Element("loop", attributes, sides, pair.line))
+    return replace(tree, children=(*tree.children, *loops))

@@ -106,7 +106,9 @@ def _of_body(space: Described, body: str, places: Sequence[Site]) -> list[Term]:
         axes = [Direction(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
         axes = axes[:2] if space.planar else axes
         origin = Site("the origin", np.zeros(3), space.axes[0], "x")
-        found += _all(space, body, places[:1] or [origin], [axes])
+        known = {term.name for term in found}
+        more = _all(space, body, places[:1] or [origin], [axes])
+        found += [term for term in more if term.name not in known]
     return found
 
 

@@ -1,8 +1,8 @@
 """The table of known results: rank by order and size of the design space of each linkage.
 
 Some come from J. J. de Jong, PhD thesis, University of Twente (four-bar linkages, HPRS,
-3-RSR), the 4-RRR from the IFToMM paper of 2011 on its shaking-force balance; the others
-are ours. All of them come out of finite poses as well; see ``reference.py``.
+3-RSR), the 4-RRR and 2-RRR from the IFToMM paper of 2011 on shaking-force balance; the
+others are ours. All of them come out of finite poses as well; see ``reference.py``.
 """
 
 from __future__ import annotations
@@ -106,4 +106,13 @@ FIGURES = (
     Figure("goldberg_five_bar", (6, 12, 15, 18, 20), 19, 1, 40, spatial=True),
     Figure("delta", (18, 46, 49), 27, 24, 100, spatial=True),
     Figure("stewart_6ups", (36, 82), 48, 0, 130, spatial=True, reach=0.1, radius=0.03),
+    Figure("four_rrr_pair", (4, 8), 12, 7, 27, motion=("c1=-a1-b1",), balance="force"),
+    Figure("four_rrr_parallel", (4, 6), 12, 9, 27, motion=("c1=-a1-b1",), balance="force"),
+    Figure("two_rrr", (6,), 6, 3, 15, balance="force"),
 )  # fmt: skip
+
+# Balanced masses for the geometry of another model, whose figures are theirs as well.
+DESIGNS = {
+    "four_bar_antiparallelogram_balanced": "four_bar_antiparallelogram",
+    "four_bar_kite_balanced": "four_bar_kite",
+}

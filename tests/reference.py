@@ -195,12 +195,14 @@ def selection(balance: str, spatial: bool) -> tuple[list[int], list[int]]:
 
 
 def motion_basis(mechanism: Mechanism, relations: Sequence[str] = ()) -> Array:
-    """Orthonormal basis of the input rates that obey relations like ``"u2=u3"``."""
+    """Orthonormal basis of the input rates that obey relations like ``"u2=u3"``.
+
+    Each side is a Python expression of the inputs, whose values are unit vectors.
+    """
     names = [mechanism.joints[i] for i in mechanism.inputs]
-    conditions = np.zeros((len(relations), len(names)))
-    for row, relation in zip(conditions, relations, strict=True):
-        left, right = (names.index(side.strip()) for side in relation.split("="))
-        row[left], row[right] = 1, -1
+    units = dict(zip(names, np.eye(len(names)), strict=True))
+    sides = [[eval(side, {}, units) for side in text.split("=")] for text in relations]
+    conditions = np.array([left - right for left, right in sides])
     return null_space(conditions) if relations else np.eye(len(names))
 
 

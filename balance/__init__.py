@@ -17,11 +17,14 @@ if TYPE_CHECKING:
     from balance.explain import Explanation
     from balance.freedoms import Freedom
     from balance.inertia import mass_properties, parameters, pseudo_inertia, violations
+    from balance.loads import shaking
     from balance.momentum import momentum_regressor
     from balance.multipole import Primitive
     from balance.partition import Transfer
     from balance.proof import Proof
     from balance.space import DesignSpace
+    from balance.trajectory import Trajectory
+    from balance.verdict import Verification
 
 __all__ = [
     "BodyInertia",
@@ -33,7 +36,9 @@ __all__ = [
     "Primitive",
     "Proof",
     "SpaceRecord",
+    "Trajectory",
     "Transfer",
+    "Verification",
     "design_space",
     "exact_ranks",
     "load_space",
@@ -41,6 +46,7 @@ __all__ = [
     "momentum_regressor",
     "parameters",
     "pseudo_inertia",
+    "shaking",
     "violations",
 ]
 
@@ -54,7 +60,9 @@ _HOMES = {
     "Primitive": "multipole",
     "Proof": "proof",
     "SpaceRecord": "archive",
+    "Trajectory": "trajectory",
     "Transfer": "partition",
+    "Verification": "verdict",
     "design_space": "designspace",
     "exact_ranks": "exact",
     "load_space": "archive",
@@ -62,6 +70,7 @@ _HOMES = {
     "momentum_regressor": "momentum",
     "parameters": "inertia",
     "pseudo_inertia": "inertia",
+    "shaking": "loads",
     "violations": "inertia",
 }
 

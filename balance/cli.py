@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
+from balance import verifying
 from balance.readings import with_both
 from kinematics.errors import LinkageError
 from kinematics.models import describe, gallery, load
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
-DONE, REFUSED, UNDECIDED = 0, 3, 4
+DONE, NEGATIVE, REFUSED, UNDECIDED = 0, 1, 3, 4
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -93,6 +94,17 @@ def _parser() -> argparse.ArgumentParser:
         help="exit with 4 if the answer is less certain than that",
     )  # fmt: skip
     report.set_defaults(run=_report)
+
+    verify = verbs.add_parser(
+        "verify",
+        help="shaking force and moment over finite motions, by an independent program",
+        description="Whether a linkage with the masses of its file shakes its base: base "
+        "reaction without gravity, by Pinocchio and by our own series. Exits with 0 if it is "
+        "balanced, 1 if not, 4 if the two disagree.",
+    )
+    _add_model_options(verify)
+    verifying.add_options(verify)
+    verify.set_defaults(run=_verify)
 
     models = verbs.add_parser("models", help="list the linkages that come with the package")
     models.add_argument("--json", action="store_true", help="print one JSON object")
@@ -164,11 +176,15 @@ def _names(text: str) -> list[str]:
     return names
 
 
-def _load(arguments: argparse.Namespace, angles: str) -> Linkage:
-    """The linkage that the shared options describe, with rounded angles read as told."""
+def _load(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:
+    """The linkage that the shared options describe, with rounded angles read as told.
+
+    ``other`` is the path or name of another model, to be read with the same options.
+    """
     return load(
-        arguments.model, arguments.loops, arguments.inputs, fix_base=arguments.fix_base,
-        bodies=arguments.bodies, massless=arguments.massless, angles=angles,
+        other or arguments.model, None if other else arguments.loops, arguments.inputs,
+        fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
+        angles=angles,
     )  # fmt: skip
 
 
@@ -206,6 +222,19 @@ def _report(arguments: argparse.Namespace) -> int:
     else:
         print(text(space, explanation, exact))
     return DONE if _sure(space, arguments) else UNDECIDED
+
+
+def _verify(arguments: argparse.Namespace) -> int:
+    load_as = partial(_load, arguments, arguments.angles)
+    with verifying.progress() as progress:
+        found = verifying.verified(arguments, load_as, progress)
+    if arguments.json:
+        print(json.dumps(found.to_dict(), indent=2, ensure_ascii=False))
+    else:
+        print(found.text())
+    if not found.first.agreed:
+        return UNDECIDED
+    return DONE if found.first.balanced else NEGATIVE
 
 
 def _sure(space: DesignSpace, arguments: argparse.Namespace) -> bool:

@@ -37,6 +37,8 @@ _ATTRIBUTES = {
     "screw_thread_pitch": ("value",),
 }
 _WORDS = frozenset(_PARTS) - {"robot"} | frozenset(_ATTRIBUTES)
+# Attributes of joints and loops, next to which other tools write theirs.
+_OWN = ("independent", "name", "type")
 # Elements of other tools, in which some of these words mean something else.
 _FOREIGN = {
     "calibration", "collision", "contact", "dynamics", "gazebo", "joint_properties", "limit",
@@ -78,7 +80,7 @@ def _check_attributes(item: Element) -> None:
     for name in item.attributes:
         plain = name.rpartition(":")[2]
         if item.tag in ("joint", "loop"):
-            meant = _meant(plain, ("independent",)) if name != "independent" else ""
+            meant = "" if name in _OWN else _meant(plain, _OWN)
             if not meant:
                 continue
         elif not known or name in known or name.startswith(("xmlns", "quat")):
@@ -103,15 +105,19 @@ def _check_text(item: Element) -> None:
 def _check_child(host: Element, item: Element) -> None:
     """A child that is no part of its host is of another tool, and holds no parts."""
     word = item.tag.rpartition(":")[2]
-    if item.tag in _UNSUPPORTED:
-        problem = f"<{item.tag}> is not supported"
-        raise Refusal(item.label, problem, _UNSUPPORTED[item.tag])
+    unsupported = item.tag if item.tag in _UNSUPPORTED else ""
+    if host.tag in ("joint", "robot") and len(word) > len("loop"):
+        unsupported = unsupported or _meant(word, ("loop_joint",))
+    if unsupported:
+        problem = f"<{shown(item.tag)}> is not supported"
+        raise Refusal(item.label, problem, _UNSUPPORTED[unsupported])
     if host.tag in ("loop", "predecessor", "successor") or (host.tag, word) == (
         "link",
         "origin",
     ):
         return
-    parts = _PARTS.get(host.tag, ())
+    # What holds nothing at all holds nothing that looks like a part, either.
+    parts = _PARTS.get(host.tag, tuple(sorted(_WORDS)))
     where = f"<{shown(item.tag)}> in <{host.tag}>"
     if (meant := _meant(word, parts)) and item.tag not in _FOREIGN:
         raise Refusal(item.label, f"{where} is not read", f"write <{meant}>, or remove it")

@@ -13,16 +13,19 @@ from balance.cli import main
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
 
-def fenced(mark: str) -> str:
-    """Contents of the code fence after an HTML comment."""
-    return re.search(rf"<!-- {mark} -->\n```\w+\n(.*?)```", README, re.DOTALL)[1]
+def fenced(mark: str) -> list[str]:
+    """Contents of the code fences after HTML comments."""
+    return re.findall(rf"<!-- {mark} -->\n```\w+\n(.*?)```", README, re.DOTALL)
 
 
-def test_the_example_prints_what_it_says():
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        exec(compile(fenced("example"), "README.md", "exec"), {})
-    assert printed.getvalue() == fenced("output")
+def test_the_examples_print_what_they_say():
+    examples, outputs = fenced("example"), fenced("output")
+    assert len(examples) == len(outputs) == 2
+    for example, output in zip(examples, outputs, strict=True):
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(example, "README.md", "exec"), {})
+        assert printed.getvalue() == output
 
 
 def test_the_first_command_runs(capsys):
@@ -35,5 +38,6 @@ def test_the_options_shown_exist(capsys):
     shown = set(
         re.findall(r"--[a-z-]+", README.split("## On the command line")[1].split("##")[0])
     )
-    assert main(["report", "--help"]) == 0
+    for verb in ("report", "verify"):
+        assert main([verb, "--help"]) == 0
     assert shown <= set(re.findall(r"--[a-z-]+", capsys.readouterr().out))

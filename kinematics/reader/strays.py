@@ -116,9 +116,11 @@ def _check_child(host: Element, item: Element) -> None:
         "origin",
     ):
         return
-    # What holds nothing at all holds nothing that looks like a part, either.
-    parts = _PARTS.get(host.tag, tuple(sorted(_WORDS)))
     where = f"<{shown(item.tag)}> in <{host.tag}>"
+    if host.tag not in _PARTS:
+        remedy = f"remove it: <{host.tag}> holds attributes only"
+        raise Refusal(item.label, f"{where} is not read", remedy)
+    parts = _PARTS[host.tag]
     if (meant := _meant(word, parts)) and item.tag not in _FOREIGN:
         raise Refusal(item.label, f"{where} is not read", f"write <{meant}>, or remove it")
     if word in _WORDS:

@@ -105,7 +105,7 @@ def _check_text(item: Element) -> None:
 def _check_child(host: Element, item: Element) -> None:
     """A child that is no part of its host is of another tool, and holds no parts."""
     word = item.tag.rpartition(":")[2]
-    unsupported = item.tag if item.tag in _UNSUPPORTED else ""
+    unsupported = word if word in _UNSUPPORTED else ""
     if host.tag in ("joint", "robot") and len(word) > len("loop"):
         unsupported = unsupported or _meant(word, ("loop_joint",))
     if unsupported:

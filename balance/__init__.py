@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from balance.bodies import BodyInertia
     from balance.certainty import Certainty
     from balance.designspace import design_space
-    from balance.exact import Exact, exact_ranks
-    from balance.explain import Explanation
-    from balance.freedoms import Freedom
+    from balance.exact.proof import Proof
+    from balance.exact.ranks import Exact, exact_ranks
     from balance.inertia import mass_properties, parameters, pseudo_inertia, violations
     from balance.loads import shaking
+    from balance.meaning.explain import Explanation
+    from balance.meaning.freedoms import Freedom
+    from balance.meaning.multipole import Primitive
     from balance.momentum import momentum_regressor
-    from balance.multipole import Primitive
     from balance.partition import Transfer
-    from balance.proof import Proof
     from balance.space import DesignSpace
     from balance.trajectory import Trajectory
     from balance.verdict import Verification
@@ -54,17 +54,17 @@ _HOMES = {
     "BodyInertia": "bodies",
     "Certainty": "certainty",
     "DesignSpace": "space",
-    "Exact": "exact",
-    "Explanation": "explain",
-    "Freedom": "freedoms",
-    "Primitive": "multipole",
-    "Proof": "proof",
+    "Exact": "exact.ranks",
+    "Explanation": "meaning.explain",
+    "Freedom": "meaning.freedoms",
+    "Primitive": "meaning.multipole",
+    "Proof": "exact.proof",
     "SpaceRecord": "archive",
     "Trajectory": "trajectory",
     "Transfer": "partition",
     "Verification": "verdict",
     "design_space": "designspace",
-    "exact_ranks": "exact",
+    "exact_ranks": "exact.ranks",
     "load_space": "archive",
     "mass_properties": "inertia",
     "momentum_regressor": "momentum",

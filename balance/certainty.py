@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.archive import SpaceRecord
-from balance.exact import Exact, exact_ranks
-from balance.exactserial import exact_transfers
+from balance.exact.proof import Proof, independent
+from balance.exact.ranks import Exact, exact_ranks
+from balance.exact.serial import exact_transfers
 from balance.momentum import RegressorSeries
-from balance.proof import Proof, independent
 from kinematics.errors import LinkageError
 from kinematics.linkage import Chain, Linkage
 from kinematics.placement import expand_at

@@ -21,8 +21,8 @@ from kinematics.errors import LinkageError
 from kinematics.models import describe, gallery, load
 
 if TYPE_CHECKING:
-    from balance.exact import Exact
-    from balance.explain import Explanation
+    from balance.exact.ranks import Exact
+    from balance.meaning.explain import Explanation
     from balance.space import DesignSpace
     from kinematics.linkage import Linkage
 
@@ -210,7 +210,7 @@ def _report(arguments: argparse.Namespace) -> int:
     explanation = space.explain() if arguments.explain else None
     if arguments.html is not None:
         from balance.files import replacing
-        from balance.page import page
+        from balance.web.page import page
 
         content = page(space, explanation).encode()
         with replacing(arguments.html) as file:

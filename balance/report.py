@@ -8,8 +8,8 @@ from __future__ import annotations
 import json
 from importlib.resources import files
 
-from balance.exact import Exact
-from balance.explain import Explanation
+from balance.exact.ranks import Exact
+from balance.meaning.explain import Explanation
 from balance.space import DesignSpace
 
 __all__ = ["facts", "meaning", "schema", "table", "text"]

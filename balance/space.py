@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from balance.archive import SpaceRecord, digest
 from balance.certainty import Certainty, certify
-from balance.exact import Exact, exact_ranks
-from balance.explain import Explanation, explain
+from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
+from balance.meaning.explain import Explanation, explain
 from balance.nearness import nearest_drop
 from balance.opening import Transfers
 from balance.partition import Transfer, by_joint

@@ -120,7 +120,7 @@ def verified(
 
 def _write(found: Verified, arguments: argparse.Namespace) -> None:
     """The pictures that were asked for."""
-    from balance.traces import picture, webpage
+    from balance.web.traces import picture, webpage
 
     shown = [found.first, *([found.second] if found.second else [])]
     if arguments.plot:

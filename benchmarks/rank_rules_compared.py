@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from balance import design_space
-from balance.exact import Exact, exact_ranks
+from balance.exact.ranks import Exact, exact_ranks
 from balance.momentum import RegressorSeries
 from kinematics.assembly import assemble
 from kinematics.closure import expand

@@ -12,9 +12,10 @@ from laws import altered, exact_rank
 from urdf_text import INERTIAL, joint, link, pose_of
 
 import kinematics
-from balance import design_space, exact, modular
-from balance.exact import PLATEAU, conditions, exact_ranks
-from balance.exactchain import exact_chain
+from balance import design_space
+from balance.exact import modular, ranks
+from balance.exact.chain import exact_chain
+from balance.exact.ranks import PLATEAU, conditions, exact_ranks
 from kinematics import Motion
 from kinematics.errors import ExactError
 from kinematics.reader.geometry import exact_geometry
@@ -60,7 +61,7 @@ def test_the_primes_are_primes():
 @pytest.mark.parametrize("prime, used, agreed", [(5, False, True), (11, True, False)])
 def test_a_prime_that_will_not_do_does_no_harm(prime, used, agreed, monkeypatch):
     """5 divides the denominators of decimals; modulo 11 a rank falls short."""
-    monkeypatch.setattr(exact, "PRIMES", (prime, *modular.PRIMES))
+    monkeypatch.setattr(ranks, "PRIMES", (prime, *modular.PRIMES))
     found = exact_ranks(kinematics.load("four_bar_general"))
     assert (prime in found.primes, found.agreed) == (used, agreed)
     assert found.ranks == (3, 6, 7, 8, 8, 8, 8)

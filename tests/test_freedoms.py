@@ -14,10 +14,10 @@ from urdf_text import UNIT_INERTIA, about, joint, link, pose_of
 
 import kinematics
 from balance import design_space, momentum_regressor
-from balance.freedoms import parallel_freedoms, summary, transfer_freedoms
-from balance.multipole import rod
-from balance.sparse import Search
-from balance.vocabulary import in_words, vectors, vocabulary
+from balance.meaning.freedoms import parallel_freedoms, summary, transfer_freedoms
+from balance.meaning.multipole import rod
+from balance.meaning.sparse import Search
+from balance.meaning.vocabulary import in_words, vectors, vocabulary
 
 CLOSED = tuple(figure for figure in FIGURES if figure.parallel != 0)
 AXIS = "a point mass on the axis, a displacement along the axis, a rod along the axis"

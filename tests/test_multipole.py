@@ -10,7 +10,7 @@ from laws import point_masses, relative, sums, unit_vector
 from scipy.spatial.transform import Rotation
 
 from balance import pseudo_inertia
-from balance.multipole import RODS, Primitive, displacement, multipole, point_mass, rod
+from balance.meaning.multipole import RODS, Primitive, displacement, multipole, point_mass, rod
 
 SEEDS = range(20)
 

@@ -14,12 +14,12 @@ import pytest
 from laws import MODELS
 from urdf_text import FOUR_BAR
 
-import balance.scene
+import balance.web.scene
 import kinematics
 from balance import design_space
 from balance.cli import main
-from balance.page import page
-from balance.scene import scene
+from balance.web.page import page
+from balance.web.scene import scene
 
 CASES = [("four_bar_antiparallelogram", None), ("three_rsr", "u2=u3"), ("hprs", None)]
 VOID = {"meta", "link", "br", "img", "input"}
@@ -217,7 +217,7 @@ def test_sliders_are_named_by_their_inputs(motion, labels):
 
 
 def test_many_links_get_fewer_steps(monkeypatch):
-    monkeypatch.setattr(balance.scene, "NUMBERS", 12 * 4 * 2 * 5)
+    monkeypatch.setattr(balance.web.scene, "NUMBERS", 12 * 4 * 2 * 5)
     found = scene(design_space(kinematics.load("four_bar_general")))
     assert len(found["columns"][0]["values"]) == 2 * 4 + 1
 

@@ -13,7 +13,7 @@ from test_page import HOSTILE, hostile
 
 import kinematics
 from balance import design_space
-from balance.page import page
+from balance.web.page import page
 from kinematics.pose import joint_positions
 from kinematics.screws import hat
 

@@ -13,7 +13,8 @@ from proofs import accepted, arm, arm_text, proof_of, sealed
 from urdf_text import INERTIAL
 
 import kinematics
-from balance import design_space, exact
+from balance import design_space
+from balance.exact import ranks
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +106,7 @@ def test_other_pivots_are_refused_where_their_minor_vanishes(model):
     found = design_space(kinematics.load(model)).certainty.proof
     plain, p = json.loads(json.dumps(found.to_dict())), found.witness.prime
     order = max(pivot.order for pivot in found.witness.pivots)
-    X, _ = exact.conditions(found.chain, np.array(found.witness.rays), order, p)
+    X, _ = ranks.conditions(found.chain, np.array(found.witness.rays), order, p)
     size = len(found.chain.parameters)
     rng = np.random.default_rng(7)
     limits = dict(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from laws import outside
 
-from balance.sparse import Search
+from balance.meaning.sparse import Search
 
 SEEDS = range(10)
 

@@ -7,8 +7,8 @@ import test_page_browser
 from test_page_browser import FLAGS
 
 import kinematics
-from balance.traces import webpage
 from balance.verify import beside, verify
+from balance.web.traces import webpage
 
 pytestmark = test_page_browser.pytestmark
 DRAWN = "return document.querySelectorAll('#traces .scatterlayer path.js-line').length"

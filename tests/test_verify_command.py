@@ -19,8 +19,8 @@ import kinematics
 from balance import mass_properties, verifying
 from balance.cli import main
 from balance.loads import masses
-from balance.traces import LINES, panels, picture, webpage
 from balance.verify import verify
+from balance.web.traces import LINES, panels, picture, webpage
 
 FEW = ["--trajectories", "1"]
 BALANCED, SHAKING = "four_bar_kite_balanced", "four_bar_general"

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from balance.exactchain import ExactChain
+from balance.exact.chain import ExactChain
 from kinematics.linkage import GROUND
 from kinematics.rational import Vector, bracket, cross, dot, echelon, null_space
 

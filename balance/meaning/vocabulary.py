@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.inertia import to_chain
-from balance.multipole import Primitive
-from balance.sites import Described, Direction, Site, directions, distinct, sites
+from balance.meaning.multipole import Primitive
+from balance.meaning.sites import Described, Direction, Site, directions, distinct, sites
 from kinematics.linkage import Frame
 
 __all__ = ["NOUNS", "Term", "in_words", "simple", "vectors", "vocabulary"]

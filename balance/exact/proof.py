@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.exact import Exact, Witness
-from balance.exactchain import ExactChain
-from balance.exactserial import ExactTransfer
-from balance.modular import eliminate
+from balance.exact.chain import ExactChain
+from balance.exact.modular import eliminate
+from balance.exact.ranks import Exact, Witness
+from balance.exact.serial import ExactTransfer
 
 __all__ = ["Proof", "independent"]
 

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.archive import Balance
-from balance.exactchain import ExactChain, exact_chain, regular
-from balance.modular import PRIMES, gather, momentum, series
+from balance.exact.chain import ExactChain, exact_chain, regular
+from balance.exact.modular import PRIMES, gather, momentum, series
 from kinematics.errors import ExactError
 from kinematics.linkage import Linkage, Notice
 from kinematics.motion import Motion

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.elements import elements
-from balance.multipole import Primitive
+from balance.meaning.elements import elements
+from balance.meaning.multipole import Primitive
+from balance.meaning.sites import Described
+from balance.meaning.sparse import Search
+from balance.meaning.vocabulary import Term, in_words, simple, vectors, vocabulary
 from balance.partition import Transfer
-from balance.sites import Described
-from balance.sparse import Search
-from balance.vocabulary import Term, in_words, simple, vectors, vocabulary
 from kinematics.linkage import frozen
 
 __all__ = ["Freedom", "parallel_freedoms", "summary", "transfer_freedoms"]

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.multipole import Primitive
+from balance.meaning.multipole import Primitive
+from balance.meaning.sites import Described
+from balance.meaning.vocabulary import NOUNS, Term
 from balance.partition import Transfer
-from balance.sites import Described
-from balance.vocabulary import NOUNS, Term
 from kinematics.chain import plane_axes
 from kinematics.linkage import Joint
 

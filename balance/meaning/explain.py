@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from balance.freedoms import Freedom, parallel_freedoms, summary, transfer_freedoms
+from balance.meaning.freedoms import Freedom, parallel_freedoms, summary, transfer_freedoms
+from balance.meaning.sites import Described
 from balance.partition import Transfer
-from balance.sites import Described
 
 __all__ = ["ExplainedTransfer", "Explanation", "explain"]
 

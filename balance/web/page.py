@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.designspace import design_space
-from balance.explain import ExplainedTransfer, Explanation
-from balance.freedoms import Freedom
-from balance.multipole import Primitive
+from balance.meaning.explain import ExplainedTransfer, Explanation
+from balance.meaning.freedoms import Freedom
+from balance.meaning.multipole import Primitive
 from balance.report import facts, table
-from balance.scene import scene
 from balance.space import DesignSpace
+from balance.web.scene import scene
 from kinematics.linkage import Notice
 
 __all__ = ["page"]

@@ -1,0 +1,1 @@
+"""Exact arithmetic: ranks modulo primes, transfers in rational numbers, and proofs of both."""

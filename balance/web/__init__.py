@@ -1,0 +1,1 @@
+"""Pages and pictures: HTML files that need no network, and figures."""

@@ -110,6 +110,8 @@ ROWS = {
         "</loop></gazebo>"), "loop 'q3'", "a loop inside another element", "into <robot>"),
     "misplaced inertial": (after("</loop>", "<inertial/>"), "<inertial> (line",
         "<inertial> in <robot> is not read", "move it into its <link>"),
+    "misplaced and misspelt": (after("</loop>", '<xais xyz="0 0 1"/>'), "<xais> (line",
+        "<xais> in <robot> is not read", "write <axis> and move it into its <joint> or <loop>"),
     "numbers as text": (changed(ORIGIN, "<origin>1 0 0</origin>"), "<origin> (line",
         "the text '1 0 0' in <origin> is not read", "as elements and attributes"),
     "quoted element": (changed(AXIS, f"<![CDATA[{AXIS}]]>"), JOINT2, "the text '<axis",

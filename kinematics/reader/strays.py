@@ -123,12 +123,13 @@ def _check_child(host: Element, item: Element) -> None:
     parts = _PARTS[host.tag]
     if (meant := _meant(word, parts)) and item.tag not in _FOREIGN:
         raise Refusal(item.label, f"{where} is not read", f"write <{meant}>, or remove it")
-    if word in _WORDS:
-        places = [f"<{tag}>" for tag, inside in _PARTS.items() if word in inside]
-        remedy = f"move it into its {' or '.join(places)}, or remove it"
-        raise Refusal(item.label, f"{where} is not read", remedy)
     if word in _FOREIGN:
         return
+    if meant := word if word in _WORDS else _meant(word, tuple(sorted(_WORDS))):
+        places = [f"<{tag}>" for tag, inside in _PARTS.items() if meant in inside]
+        spelt = "" if word == meant else f"write <{meant}> and "
+        remedy = f"{spelt}move it into its {' or '.join(places)}, or remove it"
+        raise Refusal(item.label, f"{where} is not read", remedy)
     sought = _ELSEWHERE.get(host.tag, _WORDS)
     for inner in item.walk():
         if inner.tag in sought and (host.tag != "robot" or inner.children):

@@ -11,6 +11,8 @@ from kinematics.linkage import GROUND, Draft, Linkage
 
 # Round-off of products of rotations and of sums, relative to the extents.
 SMALL = 1e-9
+# Loops that are open by round-off are closed without a word: joints move by 1e-9 at most.
+UNTOLD = 1e-8
 
 
 def compare(draft: Draft, said: Reading, tolerance: float = SMALL) -> None:
@@ -157,10 +159,10 @@ def compare_closed(linkage: Linkage, draft: Draft, tolerance: float) -> None:
     assert len(linkage.inputs) == linkage.mobility
     assert {*linkage.inputs, *linkage.idle} <= {j.name for j in draft.joints}
     codes = {notice.code for notice in linkage.notices}
+    size = max(float(np.abs(j.screw).max()) for j in (*linkage.joints, *draft.joints))
     if not codes & {"assembled", "closes_to_rounding", "left_singular_pose"}:
         for ours, theirs in zip(linkage.joints, draft.joints, strict=True):
-            assert np.array_equal(ours.screw, theirs.screw)
-    size = max(float(np.abs(j.screw).max()) for j in (*linkage.joints, *draft.joints))
+            assert np.abs(ours.screw - theirs.screw).max() <= UNTOLD * (1.0 + size)
     for ours, theirs in zip(_forms(linkage), _forms(draft), strict=True):
         assert abs(ours - theirs) <= tolerance * (1.0 + size)
     if "welded" not in codes:

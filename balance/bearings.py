@@ -58,7 +58,7 @@ def bearings(chain: Chain, loads: Loads) -> Bearings:
     """Wrenches in all joints, with motors at the inputs only.
 
     Args:
-        chain: all joints of a spatial chain; see `balance.trajectory.input_chain`.
+        chain: all joints of a spatial chain; see `kinematics.pose.input_chain`.
         loads: what `balance.loads.inertia_loads` gives.
     """
     samples, n = loads.screws.shape[:2]

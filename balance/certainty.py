@@ -12,10 +12,9 @@ from balance.archive import SpaceRecord
 from balance.exact.proof import Proof, independent
 from balance.exact.ranks import Exact, exact_ranks
 from balance.exact.serial import exact_transfers
-from balance.momentum import RegressorSeries
+from balance.momentum import rows_at
 from kinematics.errors import LinkageError
 from kinematics.linkage import Chain, Linkage
-from kinematics.placement import expand_at
 from kinematics.walk import walk
 
 __all__ = ["LEVELS", "Certainty", "certify"]
@@ -145,8 +144,7 @@ def _residual(chain: Chain, force: bool, basis: Array) -> tuple[float, int]:
         for sign in (1.0, -1.0):
             way = walk(chain, sign * ray / np.sqrt(ray @ ray), reach=STEP)
             for pose in islice(way, STEPS):
-                X = RegressorSeries(chain, expand_at(chain, pose), force, pose).rows(0)
-                X = X.reshape(-1, X.shape[-1])
+                X = rows_at(chain, pose, force)
                 left = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)
                 worst = max(worst, float(left / (np.linalg.norm(X) or 1.0)))
                 poses += 1

@@ -1,9 +1,9 @@
 """The design space: every mass distribution that leaves a linkage balanced.
 
 The total momentum vanishes in every motion if and only if, for every coordinate w, all
-derivatives of ``h_w = X_w z`` vanish at the reference pose. What the opened
-linkage allows is known before (`balance.opening`); the rest is a matter of rank. (J. J. de
-Jong, PhD thesis, University of Twente, chapter 5.)
+derivatives of ``h_w = X_w z`` vanish at the reference pose. What the opened linkage allows is
+known before (`balance.opening`); the rest is a matter of rank. (J. J. de Jong, PhD thesis,
+University of Twente, chapter 5.)
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from balance.opening import Transfers, transfers
 from balance.rank import Decision
 from balance.space import DesignSpace
 from kinematics.assembly import moving_chain
-from kinematics.errors import MobilityError, MotionError
+from kinematics.errors import MobilityError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names
-from kinematics.motion import Motion
+from kinematics.motion import Motion, restriction
 
 __all__ = ["design_space"]
 
@@ -54,13 +54,7 @@ def design_space(
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     if max_order is not None and not (isinstance(max_order, int) and 0 <= max_order <= HIGHEST):
         raise ValueError(f"max_order must be a whole number from 0 to {HIGHEST}")
-    if motion is not None and not isinstance(motion, Motion):
-        try:
-            motion = Motion.parse(motion, linkage.inputs)
-        except MotionError as error:
-            raise MotionError(
-                error.relation, error.problem, error.valid, linkage.source
-            ) from None
+    motion = restriction(linkage, motion)
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
     floor = round_off(chain)
     exchanged = transfers(chain, force, floor)
@@ -89,6 +83,7 @@ def _result(
         axes=chain.frame.R, frames=linkage.frames, length=chain.frame.length,
         singular_values=decision.singular_values, kept=decision.kept, dropped=decision.dropped,
         notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),
+        scaled_basis=frozen(decision.basis),
         _conditions=gathered.conditions, _chain=chain, _exchanged=exchanged,
     )  # fmt: skip
 

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.elimination import FLOOR
-from balance.momentum import RegressorSeries, rows_per_column
+from balance.momentum import RegressorSeries, rows_at, rows_per_column
 from balance.rank import Conditions
 from kinematics.closure import Series, expand
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain
-from kinematics.placement import Pose, expand_at, radius
+from kinematics.placement import radius
 from kinematics.walk import walk, wander
 
 __all__ = ["Gathered", "gather_conditions", "round_off"]
@@ -154,13 +154,7 @@ def _fresh_rows(chain: Chain, force: bool, steps: int, known: Series) -> Array:
             "no closed pose was found near the reference pose to check the conditions at; "
             "write the file at a pose further from a singularity"
         )
-    return _rows_at(chain, force, poses[-1])
-
-
-def _rows_at(chain: Chain, force: bool, pose: Pose) -> Array:
-    """Rows at a finite pose; (rows, columns)."""
-    rows = RegressorSeries(chain, expand_at(chain, pose), force, pose).rows(0)
-    return rows.reshape(-1, rows.shape[-1])
+    return rows_at(chain, poses[-1], force)
 
 
 def _with_poses(
@@ -174,7 +168,7 @@ def _with_poses(
     poses = wander(chain, _generic(101 + chain.width, chain.width)[101:])
     used, batch, settled, before = 0, FAR, False, -1
     while batch <= POSES:
-        rows = [_rows_at(here, force, pose) for here, pose in islice(poses, batch)]
+        rows = [rows_at(here, pose, force) for here, pose in islice(poses, batch)]
         if not rows:
             break
         used += len(rows)

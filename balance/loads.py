@@ -18,12 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.inertia import to_chain
 from balance.momentum import RegressorSeries
-from balance.trajectory import input_chain
 from kinematics.closure import expand_from
 from kinematics.errors import LinkageError, PoseError
 from kinematics.linkage import Chain, Frame, Linkage
 from kinematics.placement import forward
-from kinematics.pose import joint_positions
+from kinematics.pose import input_chain, joint_positions
 
 __all__ = ["Loads", "inertia_loads", "masses", "shaking", "to_si"]
 

@@ -33,7 +33,13 @@ from kinematics.linkage import Chain, Linkage
 from kinematics.placement import Pose, expand_at, forward
 from kinematics.pose import joint_positions, si_chain
 
-__all__ = ["RegressorSeries", "momentum_regressor", "parameters_per_body", "rows_per_column"]
+__all__ = [
+    "RegressorSeries",
+    "momentum_regressor",
+    "parameters_per_body",
+    "rows_at",
+    "rows_per_column",
+]
 
 Array = NDArray[np.float64]
 
@@ -264,6 +270,12 @@ class RegressorSeries:
         return X
 
 
+def rows_at(chain: Chain, pose: Pose, force: bool = False) -> Array:
+    """The regressor at a finite pose, all columns below each other; (rows, parameters)."""
+    rows = RegressorSeries(chain, expand_at(chain, pose), force, pose).rows(0)
+    return rows.reshape(-1, rows.shape[-1])
+
+
 def momentum_regressor(
     linkage: Linkage, q: ArrayLike | Mapping[str, float], *, spatial: bool | None = None
 ) -> Array:
@@ -286,4 +298,5 @@ def momentum_regressor(
     """
     chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)
     pose = forward(chain, joint_positions(linkage, q)[chain.joints])
-    return RegressorSeries(chain, expand_at(chain, pose), pose=pose).rows(0)[0, 0]
+    X = rows_at(chain, pose)
+    return X.reshape(chain.width, -1, X.shape[1])

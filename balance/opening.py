@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from balance.elimination import FLOOR, null_space
 from balance.momentum import parameters_per_body, rows_per_column
-from balance.transfer import SAME, beyond, contains, product, transferable
+from balance.transfer import SAME, beyond, contains, product, remove, transferable
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain
 
@@ -137,18 +137,7 @@ def _shares(before, target, body, passes, size, floor):
 @kernel
 def _keep(found, of, count, owner, x):
     """Add x to the orthonormal transfers of its owner, if it is not in their span."""
-    left = 0.0
-    for _ in range(2):
-        for i in range(count):
-            if of[i] == owner:
-                dot = 0.0
-                for j in range(x.size):
-                    dot += found[i, j] * x[j]
-                for j in range(x.size):
-                    x[j] -= dot * found[i, j]
-    for j in range(x.size):
-        left += x[j] * x[j]
-    left = np.sqrt(left)
+    left = remove(found[:count][of[:count] == owner], x)
     if left <= SAME:
         return found, of, count
     if count == found.shape[0]:

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum import momentum_regressor
 from kinematics.linkage import GROUND, Linkage
-from kinematics.motion import Motion
+from kinematics.motion import Motion, restriction
 from kinematics.placement import forward
 from kinematics.pose import joint_positions, si_chain
 from kinematics.screws import wrench_axis
@@ -100,12 +100,11 @@ def momentum_wrenches(
         PoseError: the pose does not close the loops, or cannot be reached.
         MotionError: a relation of the motion is wrong.
     """
-    if not isinstance(motion, Motion):
-        motion = Motion.parse(motion or (), linkage.inputs)
+    moving = restriction(linkage, motion) or Motion.free(linkage.inputs)
     X = momentum_regressor(linkage, q, spatial=True)
     z = np.array([body.inertia for body in linkage.bodies]).reshape(-1, 10)
     by_input = np.einsum("urbp,bp->ubr", X.reshape(*X.shape[:2], *z.shape), z)
-    return np.einsum("uw,ubr->wbr", motion.basis, by_input)
+    return np.einsum("uw,ubr->wbr", moving.basis, by_input)
 
 
 def momentum_lines(

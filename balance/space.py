@@ -19,7 +19,7 @@ from balance.nearness import nearest_drop
 from balance.opening import Transfers
 from balance.partition import Transfer, by_joint
 from balance.rank import Conditions
-from kinematics.linkage import Chain, Linkage, Notice, frozen
+from kinematics.linkage import Chain, Linkage, Notice
 
 __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
 
@@ -49,17 +49,19 @@ class DesignSpace(SpaceRecord):
 
     Attributes:
         linkage: the linkage.
+        scaled_basis: the basis in the units of the chain, where its columns are orthonormal.
     """
 
     linkage: Linkage = field(kw_only=True)
+    scaled_basis: Array = field(repr=False, kw_only=True)
     _conditions: Conditions = field(repr=False, kw_only=True)
     _chain: Chain = field(repr=False, kw_only=True)
     _exchanged: Transfers = field(repr=False, kw_only=True)
 
-    @cached_property
-    def scaled_basis(self) -> Array:
-        """The basis in the units of the chain, where its columns are orthonormal."""
-        return frozen(self._conditions.decide().basis)
+    @property
+    def chain(self) -> Chain:
+        """The joints that move as arrays, with the units of ``scaled_basis``."""
+        return self._chain
 
     @cached_property
     def transfers(self) -> tuple[Transfer, ...]:
@@ -102,6 +104,15 @@ class DesignSpace(SpaceRecord):
         force = self.balance == "force"
         found = nearest_drop(self.linkage, self._chain, force, self.kmax, self.rank)
         return found if np.isfinite(found) else None
+
+    @property
+    def brief(self) -> str:
+        """The answer in short, in words."""
+        count, algebra = self.rank + self.nullity, "planar" if self.planar else "spatial"
+        return (
+            f"rank {self.rank} of {count} {algebra} parameters, nullity {self.nullity}, mobility "
+            f"{self.linkage.mobility}, {'' if self.as_given.balanced else 'not '}balanced as given"
+        )
 
     def explain(self) -> Explanation:
         """The space in words: what each joint lets through, and what the loops add."""

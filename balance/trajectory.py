@@ -17,20 +17,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.table import columns, unfit
-from kinematics.chain import arrange, move
 from kinematics.closure import expand_from, factor, fill_loop_matrix
 from kinematics.errors import MotionError, PoseError
 from kinematics.linkage import Chain, Linkage, frozen
 from kinematics.motion import Motion
 from kinematics.placement import follow, forward
-from kinematics.pose import joint_positions
+from kinematics.pose import input_chain, joint_positions
 
 __all__ = [
     "FIRM",
     "Trajectory",
     "driven",
     "from_csv",
-    "input_chain",
     "random_motions",
     "rest_to_rest",
 ]
@@ -80,12 +78,6 @@ class Trajectory:
     qdd: Array
     closure: float
     firmness: float
-
-
-def input_chain(linkage: Linkage) -> Chain:
-    """All joints of a linkage as a spatial chain whose columns are its inputs."""
-    independent = linkage.positions_of(linkage.inputs)
-    return move(arrange(linkage), independent, np.eye(linkage.mobility))
 
 
 def driven(
@@ -296,7 +288,10 @@ def _track(
     time, u, ud, udd = path
     inputs = linkage.positions_of(linkage.inputs)
     scale = chain.units[inputs]
-    start = joint_positions(linkage, u[0]) / chain.units if u.size else np.zeros(len(inputs))
+    # Random motions start at the reference pose, where nothing has to be closed.
+    start = np.zeros(chain.parent.size)
+    if u[:1].any():
+        start = joint_positions(linkage, u[0]) / chain.units
     pose = forward(chain, start)
     q, qd, qdd = (np.zeros((time.size, chain.parent.size)) for _ in range(3))
     closure, firmness = 0.0, 1.0

@@ -19,9 +19,10 @@ from __future__ import annotations
 import numpy as np
 
 from balance.elimination import null_space
+from kinematics.closure import add_bracket
 from kinematics.kernels import kernel
 
-__all__ = ["SAME", "beyond", "contains", "product", "transferable"]
+__all__ = ["SAME", "beyond", "contains", "product", "remove", "transferable"]
 
 # Directions that deviate less from known ones are known: spaces that meet at a smaller angle
 # than this, but above round-off, would need a linkage drawn to ten digits.
@@ -134,20 +135,6 @@ def remove(W, x):
 
 
 @kernel
-def _bracket(s, t, out):
-    """The twist ad(s) t."""
-    if s.size == 3:
-        out[0] = 0.0
-        out[1] = t[0] * s[2] - s[0] * t[2]
-        out[2] = s[0] * t[1] - t[0] * s[1]
-        return
-    for i in range(3):
-        u, v = (i + 1) % 3, (i + 2) % 3
-        out[i] = s[u] * t[v] - s[v] * t[u]
-        out[3 + i] = s[3 + u] * t[v] - s[3 + v] * t[u] + s[u] * t[3 + v] - s[v] * t[3 + u]
-
-
-@kernel
 def beyond(s, V, floor):
     """Orthonormal twists (v, 6) attainable beyond a joint with twists V below it."""
     dim = s.size
@@ -160,7 +147,8 @@ def beyond(s, V, floor):
         count += 1
     i = 0
     while i < count and count < dim:
-        _bracket(s, W[i], x)
+        x[:] = 0.0
+        add_bracket(s, W[i], 1.0, x)
         size = remove(W[:count], x)
         if size > floor:
             W[count] = x / size

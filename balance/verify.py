@@ -20,14 +20,15 @@ from balance.archive import Balance
 from balance.bearings import bearings
 from balance.inertia import mass_properties
 from balance.loads import inertia_loads, masses, to_si
-from balance.trajectory import FIRM, Trajectory, driven, input_chain, random_motions
+from balance.trajectory import FIRM, Trajectory, driven, random_motions
 from balance.verdict import Run, Verification
-from kinematics.errors import LinkageError, MotionError, PoseError
+from kinematics.errors import LinkageError, PoseError
 from kinematics.inertial import displaced, inertia_tensor
-from kinematics.linkage import Joint, Linkage, frozen
-from kinematics.motion import Motion
+from kinematics.linkage import Chain, Joint, Linkage, frozen
+from kinematics.motion import Motion, restriction
+from kinematics.pose import input_chain
 
-__all__ = ["TOLERANCE", "Twin", "beside", "restriction", "verify"]
+__all__ = ["TOLERANCE", "Twin", "beside", "verify"]
 
 Array = NDArray[np.float64]
 
@@ -74,7 +75,7 @@ def verify(
     """
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
-    twin = Twin(linkage, masses(linkage, z))
+    twin, chain = Twin(linkage, masses(linkage, z)), input_chain(linkage)
     ways: Iterable[Trajectory] = along or ()
     if along is None:
         restricted = restriction(linkage, motion)
@@ -82,14 +83,12 @@ def verify(
     count = trajectories if along is None else len(along)
     runs = []
     for way in ways:
-        runs.append(_run(linkage, twin, way))
+        runs.append(_run(linkage, twin, chain, way))
         if progress is not None:
             progress(len(runs), count)
     return Verification(
-        model=linkage.name, source=linkage.source, balance=balance, tolerance=tolerance,
-        inputs=linkage.inputs, joints=tuple(joint.name for joint in linkage.joints),
-        length=input_chain(linkage).frame.length, seed=seed if along is None else None,
-        runs=tuple(runs),
+        linkage=linkage, balance=balance, tolerance=tolerance, length=chain.frame.length,
+        seed=seed if along is None else None, runs=tuple(runs), notices=linkage.notices,
     )  # fmt: skip
 
 
@@ -105,7 +104,7 @@ def beside(first: Verification, linkage: Linkage, **options: Any) -> Verificatio
         options: as for `verify`.
     """
     along = None
-    if linkage.inputs == first.inputs:
+    if linkage.inputs == first.linkage.inputs:
         with suppress(PoseError):
             ways = [run.trajectory for run in first.runs]
             along = [driven(linkage, way.time, way.u, way.ud, way.udd) for way in ways]
@@ -114,23 +113,8 @@ def beside(first: Verification, linkage: Linkage, **options: Any) -> Verificatio
     return verify(linkage, along=along, **options)
 
 
-def restriction(linkage: Linkage, motion: Motion | str | Sequence[str] | None) -> Motion | None:
-    """The motion that is meant by relations; None if it is free.
-
-    Raises:
-        MotionError: a relation is wrong.
-    """
-    if motion is None or isinstance(motion, Motion):
-        return motion
-    try:
-        return Motion.parse(motion, linkage.inputs)
-    except MotionError as error:
-        raise MotionError(error.relation, error.problem, error.valid, linkage.source) from None
-
-
-def _run(linkage: Linkage, twin: Twin, way: Trajectory) -> Run:
+def _run(linkage: Linkage, twin: Twin, chain: Chain, way: Trajectory) -> Run:
     """All loads along one motion, in SI units."""
-    chain = input_chain(linkage)
     scale = chain.units[linkage.positions_of(linkage.inputs)]
     loads = inertia_loads(chain, twin.z, way.q / chain.units, way.ud / scale, way.udd / scale)
     held = bearings(chain, loads)

@@ -9,12 +9,13 @@ from time import monotonic
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.files import replacing
+from balance.readings import with_both
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
     from balance.verdict import Verification
-    from kinematics.linkage import Linkage
+    from kinematics.linkage import Linkage, Notice
 
 __all__ = ["Verified", "add_options", "progress", "verified"]
 
@@ -32,6 +33,11 @@ class Verified(NamedTuple):
 
     first: Verification
     second: Verification | None
+
+    @property
+    def notices(self) -> tuple[Notice, ...]:
+        """What the readers of the files had to tell."""
+        return (*self.first.notices, *(self.second.notices if self.second else ()))
 
     def to_dict(self) -> dict[str, object]:
         """The report as plain data, ready for JSON."""
@@ -91,29 +97,40 @@ def verified(
 
     Args:
         arguments: the options.
-        load: gives the linkage, or another with ``other=`` its path or name.
+        load: gives the linkage for a reading of rounded angles; with ``other=`` a path or a
+            name, that one.
         advance: called with the number of motions done and of all of them.
 
     Raises:
         LinkageError: a linkage, a motion, a file or a library cannot be used.
     """
-    linkage = load()
-    another = load(other=arguments.against) if arguments.against else None
-    # The files have been accepted; only now is it worth loading the kernels.
-    from balance.trajectory import from_csv
-    from balance.verify import TOLERANCE, beside, restriction, verify
-
     options = {
         "motion": arguments.motion, "balance": arguments.balance,
         "trajectories": arguments.trajectories, "seed": arguments.seed,
-        "tolerance": TOLERANCE if arguments.tolerance is None else arguments.tolerance,
         "progress": advance,
     }  # fmt: skip
-    along = None
-    if arguments.csv:
-        along = [from_csv(linkage, arguments.csv, restriction(linkage, arguments.motion))]
-    first = verify(linkage, along=along, **options)
-    found = Verified(first, beside(first, another, **options) if another else None)
+    if arguments.tolerance is not None:
+        options["tolerance"] = arguments.tolerance
+
+    def alone(angles: str) -> Verification:
+        linkage = load(angles)
+        # The file has been accepted; only now is it worth loading the kernels.
+        from balance.trajectory import from_csv
+        from balance.verify import verify
+        from kinematics.motion import restriction
+
+        along = None
+        if arguments.csv:
+            along = [from_csv(linkage, arguments.csv, restriction(linkage, arguments.motion))]
+        return verify(linkage, along=along, **options)
+
+    def second(angles: str) -> Verification:
+        from balance.verify import beside
+
+        return beside(first, load(angles, other=arguments.against), **options)
+
+    first = with_both(alone, arguments.angles)
+    found = Verified(first, with_both(second, arguments.angles) if arguments.against else None)
     _write(found, arguments)
     return found
 

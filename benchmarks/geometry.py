@@ -10,7 +10,7 @@ from kinematics.assembly import assemble
 from kinematics.linkage import Linkage, frozen
 from kinematics.models import load
 
-__all__ = ["four_bar_chain", "resized", "variants"]
+__all__ = ["four_bar_chain", "placed", "resized", "variants"]
 
 
 def variants(model: str, count: int, seed: int = 0, size: float = 0.02) -> list[Linkage]:
@@ -59,15 +59,26 @@ def resized(model: str, count: int, seed: int = 0) -> list[Linkage]:
     copies = []
     for _ in range(count):
         factor, shift = rng.uniform(0.5, 2.0), rng.standard_normal(3)
-        joints = []
-        for joint in linkage.joints:
-            screw = joint.screw.copy()
-            if joint.kind != "prismatic":
-                screw[3:] = factor * screw[3:] + np.cross(shift, screw[:3])
-            point = frozen(factor * joint.point + shift)
-            joints.append(replace(joint, screw=frozen(screw), point=point))
-        copies.append(assemble(replace(linkage, joints=tuple(joints)), linkage.inputs))
+        copies.append(placed(linkage, factor, shift))
     return copies
+
+
+def placed(linkage: Linkage, size: float, shift: np.ndarray) -> Linkage:
+    """A linkage ``size`` times as large about the inertial origin, and then moved.
+
+    Args:
+        linkage: the linkage, with its bodies left as they are.
+        size: factor of all lengths.
+        shift: where the inertial origin goes (3,), metres.
+    """
+    joints = []
+    for joint in linkage.joints:
+        screw = joint.screw.copy()
+        if joint.kind != "prismatic":
+            screw[3:] = size * screw[3:] + np.cross(shift, screw[:3])
+        point = frozen(size * joint.point + shift)
+        joints.append(replace(joint, screw=frozen(screw), point=point))
+    return assemble(replace(linkage, joints=tuple(joints)), linkage.inputs)
 
 
 def four_bar_chain(count: int, seed: int = 0) -> str:

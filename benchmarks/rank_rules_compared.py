@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from decimal import Decimal
 from functools import partial
 from itertools import product
@@ -26,10 +25,10 @@ from scipy.spatial.transform import Rotation
 from balance import design_space
 from balance.exact.ranks import Exact, exact_ranks
 from balance.momentum import RegressorSeries
-from kinematics.assembly import assemble
+from benchmarks.geometry import placed
 from kinematics.closure import expand
 from kinematics.errors import LinkageError
-from kinematics.linkage import Joint, Linkage, frozen
+from kinematics.linkage import Joint, Linkage
 from kinematics.models import gallery, load
 from kinematics.pose import si_chain
 
@@ -85,9 +84,9 @@ class RankRulesCompared:
         with TemporaryDirectory() as folder:
             for linkage, exact in _judged(model, Path(folder)):
                 for size, offset in product(SIZES, OFFSETS):
-                    placed = _placed(linkage, size, offset)
+                    moved = _away(linkage, size, offset)
                     for order in _orders(exact):
-                        self._compare(placed, exact, order)
+                        self._compare(moved, exact, order)
 
     def _compare(self, linkage: Linkage, exact: Exact, order: int) -> None:
         """One case."""
@@ -130,17 +129,10 @@ def _orders(exact: Exact) -> Iterator[int]:
     yield from range(exact.kmax, max(exact.kmax, HIGHEST) + 1, 4)
 
 
-def _placed(linkage: Linkage, size: float, offset: float) -> Linkage:
+def _away(linkage: Linkage, size: float, offset: float) -> Linkage:
     """A linkage ``size`` times as large, and ``offset`` of its lengths away."""
     shift = size * offset * linkage.chain.frame.length * np.array([2.0, -1.0, 2.0]) / 3.0
-    joints = []
-    for joint in linkage.joints:
-        screw = joint.screw.copy()
-        if joint.kind != "prismatic":
-            screw[3:] = size * screw[3:] + np.cross(shift, screw[:3])
-        point = frozen(size * joint.point + shift)
-        joints.append(replace(joint, screw=frozen(screw), point=point))
-    return assemble(replace(linkage, joints=tuple(joints)), linkage.inputs)
+    return placed(linkage, size, shift)
 
 
 def _stacked(linkage: Linkage, rays: int, order: int) -> Array:

@@ -30,6 +30,7 @@ from kinematics.linkage import Chain, frozen
 
 __all__ = [
     "Series",
+    "add_bracket",
     "expand",
     "expand_from",
     "factor",
@@ -119,7 +120,7 @@ def fill_loop_matrix(parent, screws, ends, mimics, joints, A):
 
 
 @kernel
-def _add_bracket(V, s, factor, out):
+def add_bracket(V, s, factor, out):
     """Add ``factor ad(V) s`` to ``out``; spatial or planar by the number of components."""
     if s.size == 3:
         out[1] += factor * (s[0] * V[2] - V[0] * s[2])
@@ -165,7 +166,7 @@ def _series_kernel(dim):
                             s[0, j, i] = screws[j, i]
                     elif parent[j] >= 0:
                         for a in range(k):
-                            _add_bracket(v[a, parent[j]], s[k - 1 - a, j], 1.0 / k, s[k, j])
+                            add_bracket(v[a, parent[j]], s[k - 1 - a, j], 1.0 / k, s[k, j])
                 if k == 0 and ray > 0:
                     for j in range(n):
                         for w in range(width):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.errors import CoordinateError
-from kinematics.linkage import Draft, Notice, names
+from kinematics.linkage import Draft, Joint, Notice, names
 
 __all__ = ["coordinates"]
 
@@ -42,7 +42,7 @@ def coordinates(
     all_names = names(draft.joints)
     rest = velocities.copy()
     chosen: list[int] = []
-    for name in _expanded(wanted, all_names):
+    for name in _expanded(wanted, draft.joints):
         if name not in all_names or all_names.index(name) in chosen:
             problem = "named twice" if name in all_names else "no such joint"
             raise CoordinateError(draft.source, [name], problem, all_names)
@@ -83,12 +83,11 @@ def _unfit(joint: int, velocities: Array, rest: Array, taken: Sequence[str]) -> 
     return f"depends on the other inputs ({', '.join(taken)}) at the reference pose"
 
 
-def _expanded(wanted: Sequence[str], all_names: Sequence[str]) -> list[str]:
+def _expanded(wanted: Sequence[str], joints: Sequence[Joint]) -> list[str]:
     """Names of coordinates; the name of a joint of several stands for all of them."""
     found: list[str] = []
     for name in wanted:
-        parts = [n for n in all_names if n.rpartition(".")[0] == name]
-        found += parts if parts and name not in all_names else [name]
+        found += [joint.name for joint in joints if joint.whole == name] or [name]
     return found
 
 

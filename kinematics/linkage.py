@@ -63,6 +63,7 @@ class Joint:
         screw: ``[n; r × n + λ n]``, or ``[0; n]`` if prismatic; shape (6,), SI units.
         point: a point of the joint, for drawing and for scaling; shape (3,), metres.
         in_loop: whether the joint belongs to a loop closure rather than to the tree.
+        numbered: whether it is part of a joint of several degrees.
     """
 
     name: str
@@ -71,6 +72,12 @@ class Joint:
     screw: Array
     point: Array
     in_loop: bool = False
+    numbered: bool = False
+
+    @property
+    def whole(self) -> str:
+        """Name in the file of the joint that it is, or is part of."""
+        return self.name.rpartition(".")[0] if self.numbered else self.name
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.errors import MotionError
-from kinematics.linkage import frozen
+from kinematics.linkage import Linkage, frozen
 from kinematics.rational import LONGEST, decimal, null_space
 
-__all__ = ["Motion"]
+__all__ = ["Motion", "restriction"]
 
 Array = NDArray[np.float64]
 
@@ -72,6 +72,26 @@ class Motion:
             return [_row(relation, self.inputs) for relation in self.relations]
         columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
         return null_space(columns, len(self.inputs))
+
+
+def restriction(
+    linkage: Linkage, relations: Motion | str | Sequence[str] | None
+) -> Motion | None:
+    """The motion of a linkage that is meant by relations of its inputs; None if it is free.
+
+    Args:
+        linkage: an assembled linkage.
+        relations: as for `Motion.parse`; a motion, or None, is taken as it is.
+
+    Raises:
+        MotionError: a relation is wrong.
+    """
+    if relations is None or isinstance(relations, Motion):
+        return relations
+    try:
+        return Motion.parse(relations, linkage.inputs)
+    except MotionError as error:
+        raise MotionError(error.relation, error.problem, error.valid, linkage.source) from None
 
 
 def _row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:

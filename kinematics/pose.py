@@ -13,7 +13,7 @@ from kinematics.errors import PoseError
 from kinematics.linkage import Chain, Frame, Linkage, names
 from kinematics.placement import follow, forward
 
-__all__ = ["joint_positions", "si_chain"]
+__all__ = ["input_chain", "joint_positions", "si_chain"]
 
 Array = NDArray[np.float64]
 
@@ -57,13 +57,23 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
     )
 
 
+def input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:
+    """All joints as a spatial chain whose columns are the inputs.
+
+    Args:
+        linkage: an assembled linkage.
+        frame: coordinates to use; by default those of `kinematics.chain.arrange`.
+    """
+    independent = linkage.positions_of(linkage.inputs)
+    return move(arrange(linkage, frame), independent, np.eye(linkage.mobility))
+
+
 def si_chain(linkage: Linkage, spatial: bool) -> Chain:
     """All joints as a chain in SI units about the inertial origin, planar unless ``spatial``.
 
     The axes of a planar chain are those of the plane.
     """
-    independent = linkage.positions_of(linkage.inputs)
-    chain = move(arrange(linkage, Frame()), independent, np.eye(linkage.mobility))
+    chain = input_chain(linkage, Frame())
     if spatial or not linkage.planar:
         return chain
     moving = lock(chain, np.isin(names(linkage.joints), linkage.idle))
@@ -87,9 +97,8 @@ def _followed(linkage: Linkage, u: Array) -> Array:
 
     At each step the linkage is expanded anew, as far as its series carries.
     """
-    independent = linkage.positions_of(linkage.inputs)
-    chain = move(arrange(linkage), independent, np.eye(linkage.mobility))
-    ray = u / chain.units[independent]
+    chain = input_chain(linkage)
+    ray = u / chain.units[linkage.positions_of(linkage.inputs)]
     length = float(np.sqrt(ray @ ray))
     if length == 0.0:
         return np.zeros(len(linkage.joints))

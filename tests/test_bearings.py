@@ -10,9 +10,9 @@ import kinematics
 from balance import shaking
 from balance.bearings import bearings
 from balance.loads import inertia_loads, to_si
-from balance.trajectory import input_chain
 from balance.verify import Twin
 from kinematics.closure import loop_matrix
+from kinematics.pose import input_chain
 
 STEP = 1e-3
 

@@ -7,7 +7,7 @@ import pytest
 from checker import check
 from figures import FIGURES, Figure
 from jsonschema import Draft202012Validator
-from laws import altered, space
+from laws import altered, known, space
 from proofs import arm, proof_of
 
 import kinematics
@@ -24,7 +24,7 @@ ROWS = (*FIGURES, FOUR_RRR)
 
 @pytest.mark.parametrize("figure", ROWS, ids=str)
 def test_what_has_no_parallel_part_is_proved_and_the_rest_verified(figure):
-    found = space(figure)
+    found = known(figure)
     certainty = found.certainty
     assert certainty.level == ("verified" if figure.parallel else "proved")
     assert certainty.reason and "\n" not in certainty.reason
@@ -161,6 +161,23 @@ def test_exact_ranks_stand_in_the_report(words, capsys):
     assert bool(report["exact"]["replaced"]) == ("kite" not in words)
     assert main(["report", *words.split(), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == report | {"exact": None}
+
+
+def test_where_exact_ranks_are_refused_the_report_stands(tmp_path, capsys, caplog):
+    rounded = with_axis("q2", "0.360000000000001 0.48 0.8")
+    path = str(altered("bennett_rational", tmp_path, rounded))
+    assert main(["report", path, "--json"]) == 0
+    plain = json.loads(capsys.readouterr().out)
+    assert main(["report", path, "--exact", "--require", "verified", "--json"]) == 4
+    report = json.loads(capsys.readouterr().out)
+    Draft202012Validator(schema()).validate(report)
+    notice = report["warnings"].pop()
+    assert report == plain and report["exact"] is None
+    assert notice["code"] == "exact_refused"
+    assert "not exactly representable" in notice["message"]
+    assert main(["report", path, "--exact"]) == 4
+    assert "conditions    13" in capsys.readouterr().out
+    assert caplog.messages[-1] == f"exact_refused: {notice['message']}"
 
 
 @pytest.mark.parametrize("count, seed", [(12, 0), (20, 1)])

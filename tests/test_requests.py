@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from laws import altered
+from urdf_text import UNIT_INERTIA, joint, link, saved
 
 import kinematics
 from balance import design_space
@@ -72,6 +75,36 @@ def test_a_joint_of_several_coordinates_stands_for_all_of_them():
         kinematics.load("three_rsr", inputs=["elbow2"])
 
 
+def dotted(robot):
+    """The change that calls joints and loops as if they were the degrees of one joint."""
+    for k, item in enumerate(robot.findall("joint") + robot.findall("loop")):
+        item.set("name", f"a.{k}")
+
+
+def test_dots_in_the_names_of_joints_do_not_change_the_words(tmp_path):
+    """Else all five joints would go by the name a."""
+    linkages = [kinematics.load(m) for m in ("five_bar", altered("five_bar", tmp_path, dotted))]
+    names = dict(zip(*([joint.name for joint in x.joints] for x in linkages), strict=True))
+    plain, found = (design_space(x, balance="force").explain() for x in linkages)
+    words = [f.words for f in plain.freedoms] + [t.title for t in plain.transfers]
+    assert sum("-" in text for text in words) > 0
+    expected = [re.sub(r"[uq]\d", lambda name: names[name[0]], text) for text in words]
+    assert [f.words for f in found.freedoms] + [t.title for t in found.transfers] == expected
+
+
+def test_a_dot_does_not_make_a_joint_part_of_another(tmp_path):
+    parts = [link(name, **UNIT_INERTIA) for name in "xyz"]
+    parts += [joint("a", "universal", "ground", "x"), joint("a.b", "revolute", "x", "y")]
+    parts += [joint("c.b", "revolute", "y", "z", marks='independent="true"')]
+    path = saved(tmp_path, link("ground"), *parts)
+    inputs = ["a", "c.b", "a.b"]
+    assert kinematics.load(path, inputs=inputs).inputs == ("a.0", "a.1", "c.b", "a.b")
+    with pytest.raises(CoordinateError, match="input c: no such joint"):
+        kinematics.load(path, inputs=["c"])
+    titles = [t.title for t in design_space(kinematics.load(path)).explain().transfers]
+    assert titles == ["a (ground, x)", "a.b (x, y)", "c.b (y, z)"]
+
+
 def test_positions_must_be_finite():
     with pytest.raises(PoseError, match="finite"):
         joint_positions(kinematics.load("four_bar_kite"), [np.nan])
@@ -79,10 +112,10 @@ def test_positions_must_be_finite():
 
 def test_rounded_angles_are_told(tmp_path):
     def rounded(robot):
-        for joint in robot.findall("joint")[1:]:
-            if joint.get("name") == "q2":
-                joint.find("origin").set("rpy", "1.5708 0 0")
-                joint.find("axis").set("xyz", "0 1 0")
+        for item in robot.findall("joint")[1:]:
+            if item.get("name") == "q2":
+                item.find("origin").set("rpy", "1.5708 0 0")
+                item.find("axis").set("xyz", "0 1 0")
         for loop in robot.findall("loop"):
             robot.remove(loop)
 

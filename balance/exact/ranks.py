@@ -26,7 +26,7 @@ from balance.exact.chain import ExactChain, exact_chain, regular
 from balance.exact.modular import PRIMES, gather, momentum, series
 from kinematics.errors import ExactError
 from kinematics.linkage import Linkage, Notice
-from kinematics.motion import Motion
+from kinematics.motion import Motion, restriction
 from kinematics.reader.geometry import exact_geometry
 
 __all__ = ["Exact", "Pivot", "Witness", "conditions", "exact_ranks"]
@@ -169,10 +169,9 @@ def exact_ranks(
         MotionError: a relation is wrong, or the motion is that of other inputs.
         MobilityError: the linkage cannot follow the motion.
     """
-    if motion is not None and not isinstance(motion, Motion):
-        motion = Motion.parse(motion, linkage.inputs)
     geometry = exact_geometry(linkage)
-    chain = exact_chain(linkage, geometry, motion, balance == "force", spatial)
+    moving = restriction(linkage, motion)
+    chain = exact_chain(linkage, geometry, moving, balance == "force", spatial)
     ladder = LADDER if chain.width == 1 else LADDER_OF_MANY
     for order in ladder if max_order is None else (max_order,):
         first, second, rays = _twice(linkage, chain, order)

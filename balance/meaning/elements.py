@@ -11,9 +11,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.meaning.multipole import Primitive
+from balance.meaning.multipole import NOUNS, Primitive
 from balance.meaning.sites import Described
-from balance.meaning.vocabulary import NOUNS, Term
+from balance.meaning.vocabulary import Term
 from balance.partition import Transfer
 from kinematics.chain import plane_axes
 from kinematics.linkage import Joint

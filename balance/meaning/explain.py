@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import NamedTuple
 
 from balance.meaning.freedoms import Freedom, parallel_freedoms, summary, transfer_freedoms
@@ -15,29 +16,21 @@ class ExplainedTransfer(NamedTuple):
     """What may be moved across one joint, as primitives.
 
     Attributes:
+        title: the joint, by its name in the file, and the bodies in one phrase.
         joints: see `Transfer`.
         bodies: see `Transfer`.
-        ground: see `Transfer`.
         freedoms: one for each dimension of the transfer.
     """
 
+    title: str
     joints: tuple[str, ...]
     bodies: tuple[str, ...]
-    ground: bool
     freedoms: tuple[Freedom, ...]
 
     @property
     def dimension(self) -> int:
         """How many independent transfers there are."""
         return len(self.freedoms)
-
-    @property
-    def title(self) -> str:
-        """The joint and the bodies in one phrase."""
-        around = ", ".join([*(["ground"] if self.ground else []), *self.bodies])
-        if self.joints:
-            return f"{', '.join(dict.fromkeys(_whole(self.joints)))} ({around})"
-        return f"{', '.join(self.bodies)} ({'at rest' if self.ground else 'rigidly joined'})"
 
     @property
     def words(self) -> str:
@@ -76,23 +69,26 @@ class Explanation(NamedTuple):
 def explain(space: Described, transfers: tuple[Transfer, ...]) -> Explanation:
     """The transfers and the parallel part of a design space in readable form."""
     explained = (
-        ExplainedTransfer(item.joints, item.bodies, item.ground, transfer_freedoms(space, item))
+        ExplainedTransfer(
+            _title(space, item), item.joints, item.bodies, transfer_freedoms(space, item)
+        )
         for item in transfers
     )
     return Explanation(tuple(explained), parallel_freedoms(space))
 
 
-def _whole(joints: tuple[str, ...]) -> list[str]:
-    """Names in the file: without the numbers, from 0, that a joint of several freedoms adds."""
-    stems = [name.rpartition(".") for name in joints]
-    numbers: dict[str, set[str]] = {}
-    for stem, _, number in stems:
-        numbers.setdefault(stem, set()).add(number)
-    several = {
-        stem for stem, found in numbers.items()
-        if len(found) > 1 and found == {str(k) for k in range(len(found))}
-    }  # fmt: skip
-    return [
-        stem if stem in several else name
-        for name, (stem, _, _) in zip(joints, stems, strict=True)
-    ]
+def _title(space: Described, transfer: Transfer) -> str:
+    """The joints and bodies of a transfer in one phrase."""
+    if not transfer.joints:
+        how = "at rest" if transfer.ground else "rigidly joined"
+        return f"{', '.join(transfer.bodies)} ({how})"
+    around = ", ".join([*(["ground"] if transfer.ground else []), *transfer.bodies])
+    return f"{', '.join(_joints(space, transfer))} ({around})"
+
+
+def _joints(space: Described, transfer: Transfer) -> list[str]:
+    """Names of the joints; that in the file where several degrees of one joint move."""
+    joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
+    counts = Counter(joint.whole for joint in joints)
+    found = [joint.whole if counts[joint.whole] > 1 else joint.name for joint in joints]
+    return list(dict.fromkeys(found))

@@ -17,7 +17,9 @@ from kinematics.inertial import pseudo_inertia
 from kinematics.linkage import frozen
 
 __all__ = [
+    "NOUNS",
     "RODS",
+    "UNITS",
     "Multipole",
     "Primitive",
     "displacement",
@@ -28,6 +30,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
+# What primitives are called, and what their values are in.
+NOUNS = {"mass": "point mass", "displacement": "displacement", "rod": "rod"}
+UNITS = {"mass": "kg", "displacement": "kg m", "rod": "kg m²"}
 # Six directions of which every symmetric tensor is a sum: along the axes and between them.
 RODS = frozen(
     [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0.5**0.5, 0.5**0.5], [0.5**0.5, 0, 0.5**0.5],

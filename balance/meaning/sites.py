@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.opening import Transfers
 from kinematics.linkage import Chain, Joint, Linkage
 
 __all__ = ["Described", "Direction", "Site", "directions", "distinct", "sites"]
@@ -81,6 +82,9 @@ class Described(Protocol):
     @property
     def _chain(self) -> Chain: ...
 
+    @property
+    def _exchanged(self) -> Transfers: ...
+
 
 class Direction(NamedTuple):
     """A direction with a name.
@@ -124,7 +128,7 @@ class Site(NamedTuple):
 def sites(space: Described, body: int) -> list[Site]:
     """The moving joints at a body, one for every centre; those of loops come last."""
     chain, joints = space._chain, space.linkage.joints
-    part = _parts(chain)
+    part = space._exchanged.part
     found: list[Site] = []
     for j, joint in enumerate(joints[k] for k in chain.joints):
         here = part[chain.links[body]] in (part[j], part[chain.parent[j]])
@@ -137,19 +141,8 @@ def sites(space: Described, body: int) -> list[Site]:
 
 def _site(joint: Joint) -> Site:
     """A joint by name, centre and axis; one of several degrees goes by its own name."""
-    stem, _, number = joint.name.rpartition(".")
     axis = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
-    name = stem if number.isdigit() else joint.name
-    return Site(name, joint.point, axis / np.linalg.norm(axis), joint.name)
-
-
-def _parts(chain: Chain) -> list[int]:
-    """Number of the rigid part of each link; the ground's is last."""
-    part = list(range(chain.parent.size + 1))
-    for end, successor in chain.ends:
-        old, new = part[end], part[successor]
-        part = [new if p == old else p for p in part]
-    return part
+    return Site(joint.whole, joint.point, axis / np.linalg.norm(axis), joint.name)
 
 
 def directions(space: Described, place: int, places: Sequence[Site]) -> list[Direction]:

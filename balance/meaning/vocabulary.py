@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.inertia import to_chain
-from balance.meaning.multipole import Primitive
+from balance.meaning.multipole import UNITS, Primitive
 from balance.meaning.sites import Described, Direction, Site, directions, distinct, sites
 from kinematics.linkage import Frame
 
-__all__ = ["NOUNS", "Term", "in_words", "simple", "vectors", "vocabulary"]
+__all__ = ["Term", "in_words", "simple", "vectors", "vocabulary"]
 
 Array = NDArray[np.float64]
 
@@ -27,8 +27,6 @@ Array = NDArray[np.float64]
 SAME = 1e-9
 # Part of the largest by which a value that is written as a simple fraction may miss it.
 SIMPLE = 1e-9
-NOUNS = {"mass": "point mass", "displacement": "displacement", "rod": "rod"}
-UNITS = {"mass": "kg", "displacement": "kg m", "rod": "kg m²"}
 # What a term costs in the search for few: the plainer, the cheaper.
 PLAIN, CROSSING, OBLIQUE = 1.0, 1.02, 1.05
 

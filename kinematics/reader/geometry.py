@@ -2,8 +2,8 @@
 
 Directions keep the length that they have in the file, for a unit vector is rarely rational.
 What is not rational itself is replaced, and a notice says so: angles in ``rpy`` and in the
-offsets of mimic joints, pitches of screws. What is within 1e-12 rad of a
-multiple of π/12 is taken for it; multiples of π/2 have rational rotations.
+offsets of mimic joints, pitches of screws. What is within 1e-12 rad of a multiple of π/12 is
+taken for it; multiples of π/2 have rational rotations.
 """
 
 from __future__ import annotations

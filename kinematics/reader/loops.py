@@ -137,9 +137,10 @@ def attach(
     centre = reached[:3, 3] if kind == "planar" else before[:3, 3]
     joints: list[Joint] = []
     steps = freedoms(kind, n, u, centre)
-    for name, (motion, screw) in zip(coordinates(loop.name, kind), steps, strict=True):
+    names, point = coordinates(loop.name, kind), frozen(centre)
+    for name, (motion, screw) in zip(names, steps, strict=True):
         parent = first + len(joints) - 1 if joints else start
-        joints.append(Joint(name, motion, parent, frozen(screw), frozen(centre), in_loop=True))
+        joints.append(Joint(name, motion, parent, frozen(screw), point, True, len(names) > 1))
     last = first + len(joints) - 1 if joints else start
     if last == GROUND:
         return joints, Loop(loop.name, end, GROUND, _gap(after, reached, extent))

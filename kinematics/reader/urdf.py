@@ -187,7 +187,8 @@ def _tree_joints(
         element = elements[joint.name]
         names = coordinates(joint.name, element.attributes["type"])
         for name, (kind, screw) in zip(names, _steps(element, frame), strict=True):
-            joints.append(Joint(name, kind, link, frozen(screw), frozen(frame[:3, 3])))
+            point, several = frozen(frame[:3, 3]), len(names) > 1
+            joints.append(Joint(name, kind, link, frozen(screw), point, numbered=several))
             link = len(joints) - 1
         if offsets.get(joint.name):
             frame = exp(joints[link].screw, offsets[joint.name]) @ frame

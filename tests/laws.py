@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -24,10 +25,19 @@ PLANAR = tuple(name for name in MODELS if name not in SPATIAL)
 
 def space(figure: Figure, path=None, max_order=None):
     """The design space that a row of the table asks for."""
-    return design_space(
-        kinematics.load(path or figure.model), figure.motion or None, figure.balance,
-        max_order, spatial=figure.spatial,
-    )  # fmt: skip
+    return space_of(figure, kinematics.load(path or figure.model), max_order)
+
+
+def space_of(figure: Figure, linkage, max_order=None):
+    """The same of a linkage that is there already."""
+    motion = figure.motion or None
+    return design_space(linkage, motion, figure.balance, max_order, spatial=figure.spatial)
+
+
+@cache
+def known(figure: Figure):
+    """The design space of a row of the table: results cannot be changed, so tests share it."""
+    return space(figure)
 
 
 def coordinates(found, seed=3):

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from reference_model import GROUND, Array, Mechanism, hat, load, point_mass
+from reference_model import GROUND, Array, Cut, Mechanism, hat, load, point_mass
 from scipy.linalg import expm, null_space
 
 __all__ = [
@@ -47,7 +47,7 @@ class Decision(NamedTuple):
     dropped: float
 
 
-def displacements(mechanism: Mechanism, q: Array) -> tuple[list[Array], Array]:
+def displacements(mechanism: Mechanism, q: Array) -> tuple[Array, Array]:
     """Displacements of all links, and the twist of each joint where it has moved to.
 
     Args:
@@ -56,50 +56,55 @@ def displacements(mechanism: Mechanism, q: Array) -> tuple[list[Array], Array]:
 
     Returns:
         ``H`` of every link, the ground last so that ``H[GROUND]`` is it; and the twists,
-        shape (n, 4, 4).
+        shapes (n + 1, 4, 4) and (n, 4, 4).
     """
     steps = expm(mechanism.twists * q[:, None, None])
-    placed: list[Array] = [np.eye(4)] * (len(q) + 1)
-    moved = np.empty_like(steps)
+    placed = np.empty((len(q) + 1, 4, 4), steps.dtype)
+    placed[GROUND] = np.eye(4)
     for i, parent in enumerate(mechanism.parents):
-        before = placed[parent]
-        moved[i] = before @ mechanism.twists[i] @ np.linalg.inv(before)
-        placed[i] = before @ steps[i]
-    return placed, moved
+        placed[i] = placed[parent] @ steps[i]
+    before = placed[list(mechanism.parents)]
+    return placed, before @ mechanism.twists @ np.linalg.inv(before)
 
 
-def carriers(mechanism: Mechanism, link: int) -> list[int]:
-    """The joints between the ground and ``link``."""
-    path = []
-    while link != GROUND:
-        path.append(link)
-        link = mechanism.parents[link]
-    return path
+def carriers(mechanism: Mechanism, links: Sequence[int]) -> Array:
+    """Whether each joint is between the ground and each of some links; shape (links, n)."""
+    found = np.zeros((len(mechanism.parents) + 1, len(mechanism.parents)), bool)
+    for i, parent in enumerate(mechanism.parents):
+        found[i] = found[parent]
+        found[i, i] = True
+    return found[list(links)]
 
 
 def closure(mechanism: Mechanism, q: Array) -> tuple[Array, Array]:
     """Residual of all cuts, and its derivative by q; shapes (rows,) and (rows, n)."""
     placed, moved = displacements(mechanism, q)
-    residual: list[Array] = [np.empty(0, moved.dtype)]
-    slope: list[Array] = [np.empty((0, len(q)), moved.dtype)]
-    for cut in mechanism.cuts:
-        ends = [placed[link] @ [*cut.point, 1] for link in (cut.first, cut.second)]
-        rates = np.zeros((2, 4, len(q)), moved.dtype)
-        for rate, end, link in zip(rates, ends, cut[:2], strict=True):
-            path = carriers(mechanism, link)
-            rate[:, path] = (moved[path] @ end).T
-        residual.append((ends[0] - ends[1])[:3])
-        slope.append((rates[0] - rates[1])[:3])
-        if cut.axis is None:
-            continue
-        ends = [placed[link][:3, :3] @ cut.axis for link in (cut.first, cut.second)]
-        rates = np.zeros((2, len(q), 3), moved.dtype)
-        for rate, end, link in zip(rates, ends, cut[:2], strict=True):
-            path = carriers(mechanism, link)
-            rate[path] = moved[path, :3, :3] @ end
-        residual.append(np.cross(ends[0], ends[1]))
-        slope.append((np.cross(rates[0], ends[1]) + np.cross(ends[0], rates[1])).T)
-    return np.concatenate(residual), np.concatenate(slope)
+    hinges = [cut for cut in mechanism.cuts if cut.axis is not None]
+    points = [[*cut.point, 1] for cut in mechanism.cuts]
+    ends, rates = carried(mechanism, placed, moved, mechanism.cuts, points)
+    gap, slope = ends[0] - ends[1], rates[0] - rates[1]
+    ends, rates = carried(mechanism, placed, moved, hinges, [[*cut.axis, 0] for cut in hinges])
+    turn = np.cross(ends[0], ends[1])
+    slip = np.cross(rates[0], ends[1][:, None]) + np.cross(ends[0][:, None], rates[1])
+    slopes = [x.swapaxes(1, 2).reshape(-1, len(q)) for x in (slope, slip)]
+    return np.concatenate([gap.ravel(), turn.ravel()]), np.concatenate(slopes)
+
+
+def carried(
+    mechanism: Mechanism, placed: Array, moved: Array, cuts: Sequence[Cut], vectors: Sequence
+) -> tuple[list[Array], list[Array]]:
+    """A point or an axis of each cut as each of its links carries it, and its rates.
+
+    Vectors are homogeneous; two arrays (cuts, 3) and two (cuts, n, 3).
+    """
+    x = np.array(vectors).reshape(-1, 4, 1)
+    ends, rates = [], []
+    for links in ([cut.first for cut in cuts], [cut.second for cut in cuts]):
+        end = placed[links] @ x
+        rate = (moved @ end[:, None])[..., :3, 0] * carriers(mechanism, links)[..., None]
+        ends.append(end[:, :3, 0])
+        rates.append(rate)
+    return ends, rates
 
 
 def velocities(mechanism: Mechanism, q: Array, basis: Array) -> Array:
@@ -171,18 +176,15 @@ def regressor(
     """
     placed, moved = displacements(mechanism, q)
     rows, columns = selection(balance, spatial)
-    blocks = []
-    for link in mechanism.links:
-        path = carriers(mechanism, link)
-        cloud = np.column_stack([CLOUD, np.ones(10)]) @ placed[link].T
-        stack = []
-        for rate in rates.T:
-            speed = cloud @ np.tensordot(rate[path], moved[path], 1).T
-            moment = np.cross(cloud[:, :3], speed[:, :3])
-            full = np.vstack([moment.T, speed[:, :3].T]) @ FROM_CLOUD
-            stack.append(full[np.ix_(rows, columns)])
-        blocks.append(np.vstack(stack))
-    return np.hstack(blocks)
+    links = list(mechanism.links)
+    cloud = np.column_stack([CLOUD, np.ones(10)]) @ placed[links].swapaxes(1, 2)
+    path = carriers(mechanism, links)
+    twists = np.einsum("bj,jw,jac->wbac", path, rates, moved, optimize=True)
+    speed = (cloud @ twists.swapaxes(2, 3))[..., :3]
+    moment = np.cross(cloud[..., :3], speed)
+    full = np.concatenate([moment, speed], axis=3).swapaxes(2, 3) @ FROM_CLOUD
+    full = full[:, :, rows][..., columns].swapaxes(1, 2)
+    return full.reshape(rates.shape[1] * len(rows), len(links) * len(columns))
 
 
 def selection(balance: str, spatial: bool) -> tuple[list[int], list[int]]:
@@ -219,7 +221,7 @@ def rank_over_poses(
     motion: Sequence[str] = (),
     balance: str = "dynamic",
     spatial: bool = True,
-    poses: int = 25,
+    poses: int = 16,
     reach: float = 0.3,
     seed: int = 1,
 ) -> Decision:
@@ -280,7 +282,8 @@ def ranks_by_order(
     mechanism = mechanism.scaled()
     basis = motion_basis(mechanism, motion)
     rng = np.random.default_rng(seed)
-    turns = np.exp(2j * np.pi * np.arange(samples) / samples)
+    # Opposite points are conjugate: half the circle is enough.
+    turns = np.exp(2j * np.pi * np.arange(samples // 2 + 1) / samples)
     coefficients = []
     for _ in range(rays if basis.shape[1] > 1 else 1):
         weights = rng.standard_normal(basis.shape[1])
@@ -291,7 +294,7 @@ def ranks_by_order(
             q = follow(mechanism, q, radius * turn * direction)
             rates = velocities(mechanism, q, basis)
             circle.append(regressor(mechanism, q, rates, balance, spatial))
-        series = np.fft.fft(circle, axis=0) / samples
+        series = np.fft.hfft(circle, samples, axis=0) / samples
         if np.abs(series[samples // 2 :]).max() > 1e-9 * np.abs(series).max():
             raise ValueError(f"{mechanism.name}: a circle of radius {radius} is too large")
         coefficients.append(series[: orders + 1])

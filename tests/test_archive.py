@@ -12,7 +12,7 @@ from hashlib import sha256
 import numpy as np
 import pytest
 from figures import FIGURES
-from laws import coordinates, space
+from laws import coordinates, known
 
 import balance
 import kinematics
@@ -26,7 +26,7 @@ SHARED = (
 
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_a_saved_space_comes_back(figure, tmp_path):
-    found = space(figure)
+    found = known(figure)
     found.save(tmp_path / "space.npz")
     saved = balance.load_space(tmp_path / "space.npz")
     for name in SHARED:
@@ -62,7 +62,7 @@ def test_what_differs_is_named():
 
 
 def test_a_saved_file_is_whole_and_the_same_each_time(tmp_path, monkeypatch):
-    found = space(FIGURES[0])
+    found = known(FIGURES[0])
     path = tmp_path / "space.npz"
     found.save(path)
     found.save(tmp_path / "again")
@@ -70,11 +70,11 @@ def test_a_saved_file_is_whole_and_the_same_each_time(tmp_path, monkeypatch):
     assert (tmp_path / "again").read_bytes() == first
     with monkeypatch.context() as patch, pytest.raises(FileError, match="No space left"):
         patch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left")))
-        space(FIGURES[2]).save(path)
+        known(FIGURES[2]).save(path)
     assert path.read_bytes() == first
     assert sorted(file.name for file in tmp_path.iterdir()) == ["again", "space.npz"]
     with open(path, "rb") as old:
-        space(FIGURES[2]).save(path)
+        known(FIGURES[2]).save(path)
         assert old.read() == first != path.read_bytes()
     header = json.loads(np.load(tmp_path / "again", allow_pickle=False)["header"].item())
     assert header["options"] == {
@@ -105,7 +105,7 @@ def test_a_space_of_dimension_zero(tmp_path):
 
 
 def test_a_place_that_cannot_be_written_to(tmp_path):
-    found = space(FIGURES[0])
+    found = known(FIGURES[0])
     for path in (tmp_path, tmp_path / "none" / "space.npz"):
         with pytest.raises(FileError, match="cannot be written") as caught:
             found.save(path)
@@ -114,14 +114,14 @@ def test_a_place_that_cannot_be_written_to(tmp_path):
 
 
 def test_a_linkage_without_a_file_has_no_hash():
-    found = replace(space(FIGURES[0]), source="made\0up")
+    found = replace(known(FIGURES[0]), source="made\0up")
     assert found.record().sha256 is None
 
 
 def packed(folder, **changes):
     """A saved space whose header or arrays were changed; None leaves an entry out."""
     path = folder / "space.npz"
-    space(FIGURES[12]).save(path)
+    known(FIGURES[12]).save(path)
     with np.load(path) as archive:
         entries = dict(archive)
     header = json.loads(entries["header"].item())

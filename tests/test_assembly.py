@@ -8,7 +8,7 @@ import pytest
 import reference
 from figures import FIGURES
 from laws import MODELS, PLANAR, altered, posed, words
-from urdf_text import about, along, joint, link, loop
+from urdf_text import about, along, joint, link, loop, saved
 
 import kinematics
 from balance import design_space, momentum_regressor
@@ -30,12 +30,6 @@ def codes(linkage):
 def remark(linkage, code):
     (text,) = [notice.message for notice in linkage.notices if notice.code == code]
     return text
-
-
-def saved(folder, *elements):
-    path = folder / "made.urdf"
-    path.write_text(f'<robot name="made">{"".join(elements)}</robot>', encoding="utf-8")
-    return path
 
 
 def unmarked(robot):
@@ -149,7 +143,7 @@ def test_idle_joints_depend_on_the_motion():
     assert {"elbow1_x", "elbow1_z"} <= set(found.idle) and "elbow1_y" not in found.idle
 
 
-@pytest.mark.parametrize("offset", [(0, 0, 0.02), (0, 0, -1e-3), (9, 0, 0), (0, -7, 0.1)])
+@pytest.mark.parametrize("offset", [(0, 0, -1e-3), (9, 0, 0), (0, -7, 0.1)])
 def test_an_open_loop_is_refused_with_its_size(offset, tmp_path):
     """Out of the plane, or out of reach: no pose of the joints can close it."""
     path = altered("four_bar_general", tmp_path, shifted(offset))
@@ -162,7 +156,7 @@ def test_an_open_loop_is_refused_with_its_size(offset, tmp_path):
     assert f"{error.distance:.3g} m" in str(error) and "'q3'" in str(error)
 
 
-@pytest.mark.parametrize("angle", [0.01, 0.1, 1.0, 2.5, np.pi])
+@pytest.mark.parametrize("angle", [0.01, 1.0, np.pi])
 def test_a_tilted_loop_is_refused_with_its_angle(angle, tmp_path):
     """The two frames of the loop share their origin, wherever that of the mechanism is."""
     path = altered("four_bar_general", tmp_path, shifted((0, 0, 0), words([angle, 0, 0])))

@@ -10,6 +10,7 @@ from time import perf_counter
 
 import pytest
 from figures import FIGURES, Figure
+from laws import known
 
 from balance.cli import main
 from kinematics import gallery
@@ -42,7 +43,7 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
 def test_every_figure_comes_out_of_the_command(figure, capsys):
     assert main(words(figure)) == 0
     report = json.loads(capsys.readouterr().out)
-    assert list(report) == KEYS
+    assert list(report) == KEYS and report == known(figure).to_dict()
     assert report["schema"] == "balance.report/1"
     assert report["model"] == figure.model
     assert report["parameters"] == figure.parameters

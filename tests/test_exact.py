@@ -9,7 +9,7 @@ import pytest
 from exactly import Planar4R, Series, coupled, determinant, modulo
 from figures import FIGURES, Figure
 from laws import altered, exact_rank
-from urdf_text import INERTIAL, joint, link, pose_of
+from urdf_text import INERTIAL, joint, link, pose_of, saved
 
 import kinematics
 from balance import design_space
@@ -210,9 +210,7 @@ def mimicking(tmp_path, axis):
         joint("b", "continuous", "l1", "l2", frame, axis, follow),
         joint("c", "continuous", "l2", "l3", frame, [1, 0, 0]),
     ]
-    path = tmp_path / "arm.urdf"
-    path.write_text(f'<robot name="arm">{"".join(parts)}</robot>', encoding="utf-8")
-    return kinematics.load(path)
+    return kinematics.load(saved(tmp_path, *parts))
 
 
 def test_mimics_are_rescaled_by_the_lengths_of_axes(tmp_path):
@@ -259,9 +257,7 @@ def test_sliding_bodies_have_a_plane(second, rank, tmp_path):
     if second:
         parts.append(f'<link name="l2">{INERTIAL}</link>')
         parts.append(joint("j2", "prismatic", "l1", "l2", axis=second))
-    path = tmp_path / "slides.urdf"
-    path.write_text(f'<robot name="r">{"".join(parts)}</robot>', encoding="utf-8")
-    linkage = kinematics.load(path)
+    linkage = kinematics.load(saved(tmp_path, *parts))
     assert linkage.planar
     found = exact_ranks(linkage)
     assert found.ranks == (rank,) * (PLATEAU + 1)

@@ -9,8 +9,18 @@ from functools import cache
 import numpy as np
 import pytest
 from figures import FIGURES, Figure
-from laws import altered, outside, placed, relative, renamed, resized, space, unit_vector
-from urdf_text import UNIT_INERTIA, about, joint, link, pose_of
+from laws import (
+    altered,
+    known,
+    outside,
+    placed,
+    relative,
+    renamed,
+    resized,
+    space,
+    unit_vector,
+)
+from urdf_text import UNIT_INERTIA, about, joint, link, pose_of, saved
 
 import kinematics
 from balance import design_space, momentum_regressor
@@ -26,9 +36,9 @@ U2_U3 = next(figure for figure in FIGURES if figure.motion == ("u2=u3",))
 
 
 @cache
-def known(figure: Figure):
+def freed(figure: Figure):
     """The design space of a row of the table, and its parallel freedoms."""
-    found = space(figure)
+    found = known(figure)
     return found, parallel_freedoms(found)
 
 
@@ -53,7 +63,7 @@ def same_span(one, other):
 
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_serial_and_parallel_freedoms_span_the_space(figure):
-    found, freedoms = known(figure)
+    found, freedoms = freed(figure)
     assert len(freedoms) == found.nullity - found.serial_nullity
     if freedoms:
         assert outside(columns(freedoms), found.basis) < 1e-10
@@ -66,7 +76,7 @@ def test_serial_and_parallel_freedoms_span_the_space(figure):
 
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_transfer_freedoms_span_the_transfers(figure):
-    found, _ = known(figure)
+    found, _ = freed(figure)
     for transfer in found.transfers:
         freedoms = transfer_freedoms(found, transfer)
         assert len(freedoms) == transfer.dimension
@@ -78,7 +88,7 @@ def test_transfer_freedoms_span_the_transfers(figure):
 
 @pytest.mark.parametrize("figure", CLOSED, ids=str)
 def test_a_freedom_is_the_sum_of_its_primitives(figure):
-    found, freedoms = known(figure)
+    found, freedoms = freed(figure)
     transferred = [f for t in found.transfers for f in transfer_freedoms(found, t)]
     for freedom in (*freedoms, *transferred):
         z = np.zeros((len(found.bodies), 10))
@@ -152,7 +162,7 @@ def test_force_balance_of_a_loop_is_its_closure():
 
 def test_rods_of_the_3rsr_are_those_of_the_thesis():
     """J. J. de Jong, equations 5.74 to 5.77: a7 lies in the plane, perpendicular to n1."""
-    found, freedoms = known(U2_U3)
+    found, freedoms = freed(U2_U3)
     at = {j.name: j for j in found.linkage.joints}
     r = {name: at[name].point for name in ("u1", "u2", "u3", "platform1", "platform2",
                                            "platform3", "elbow1_y")}  # fmt: skip
@@ -200,7 +210,7 @@ def test_rods_of_the_3rsr_are_those_of_the_thesis():
 @pytest.mark.parametrize("figure", CLOSED, ids=str)
 def test_the_vocabulary_says_everything(figure):
     """Of every body that moves, and each name means one thing."""
-    found, _ = known(figure)
+    found, _ = freed(figure)
     terms = vocabulary(found)
     for body in found.bodies:
         own = [term for term in terms if term.primitives[0].body == body]
@@ -233,15 +243,11 @@ def two_links(tmp_path, first, kind, n, second, more=""):
     """A chain: a joint at the ground, then the joint in question, at random places."""
     rng = np.random.default_rng(5)
     parts = [
-        "<robot name='r'><link name='base'/>", link("a", **UNIT_INERTIA),
-        link("b", **UNIT_INERTIA),
+        link("base"), link("a", **UNIT_INERTIA), link("b", **UNIT_INERTIA),
         joint("j1", first, "base", "a", pose_of(rng.normal(size=3), np.zeros(3)), n),
         joint("j2", kind, "a", "b", pose_of(rng.normal(size=3), np.zeros(3)), second, more),
-        "</robot>",
     ]  # fmt: skip
-    path = tmp_path / "r.urdf"
-    path.write_text("".join(parts), encoding="utf-8")
-    found = design_space(kinematics.load(path), spatial=True)
+    found = design_space(kinematics.load(saved(tmp_path, *parts)), spatial=True)
     return [(t, transfer_freedoms(found, t)) for t in found.transfers]
 
 
@@ -310,7 +316,7 @@ def test_bodies_that_are_rigidly_joined_exchange_everything():
 
 
 def test_nothing_is_moved_across_joints_that_pass_nothing():
-    found = known(FIGURES[0])[0]
+    found = freed(FIGURES[0])[0]
     empty = found.transfers[0]._replace(basis=np.zeros((12, 0)))
     assert transfer_freedoms(found, empty) == ()
     assert summary(()) == ""

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import MODELS, altered
 from scipy.spatial.transform import Rotation
-from urdf_text import DEGREES, INERTIAL, joint, link, loop, pose_of, words
+from urdf_text import DEGREES, INERTIAL, joint, link, loop, pose_of, saved, words
 
 import kinematics
 from kinematics import rational
@@ -21,13 +21,6 @@ from kinematics.reader.geometry import exact_geometry
 UNIT = dict(mass=1.0, inertia=np.eye(3))
 # Files are written with doubles: positions compare to their round-off.
 ROUND_OFF = 1e-13
-
-
-def written(tmp_path, *parts):
-    """A file that holds a robot."""
-    path = tmp_path / "robot.urdf"
-    path.write_text(f'<robot name="robot">{"".join(parts)}</robot>', encoding="utf-8")
-    return path
 
 
 def difference(linkage, geometry):
@@ -48,7 +41,7 @@ def serial(tmp_path, *rpys, axis="0 0 1", reading="as_written"):
             f'<child link="l{i}"/><origin xyz="0.3 0.1 0.2" rpy="{angles}"/>'
             f'<axis xyz="{axis}"/></joint>'
         )
-    return kinematics.load(written(tmp_path, *parts), angles=reading)
+    return kinematics.load(saved(tmp_path, *parts), angles=reading)
 
 
 def test_pi_has_the_digits_of_another_library():
@@ -137,7 +130,7 @@ def test_every_type_of_joint_has_its_screws(kind, place, tmp_path):
         # The frames of the loop: one on the tip, and the same seen from the ground.
         n = n if kind != "universal" else np.array([1.0, 0.0, 0.0])
         parts.append(loop("k", kind, ("l8", "l0"), (frames[8], total @ frames[8]), n))
-    linkage = kinematics.load(written(tmp_path, *parts))
+    linkage = kinematics.load(saved(tmp_path, *parts))
     geometry = exact_geometry(linkage)
     assert len(linkage.joints) == 8 + DEGREES[kind]
     assert difference(linkage, geometry) < 10 * ROUND_OFF
@@ -149,7 +142,7 @@ def test_a_second_axis_is_made_perpendicular(tmp_path):
     parts = [link("l0"), link("l1", **UNIT)]
     more = '<axis2 xyz="1 0.0000001 0"/>'
     parts.append(joint("j", "universal", "l0", "l1", axis=[0.0, 3.0, 4.0], more=more))
-    linkage = kinematics.load(written(tmp_path, *parts))
+    linkage = kinematics.load(saved(tmp_path, *parts))
     geometry = exact_geometry(linkage)
     first, second = geometry.screws
     assert rational.dot(first[:3], second[:3]) == 0
@@ -213,13 +206,13 @@ def test_offsets_of_mimics_move_the_frames(tmp_path):
         ),
     ]
     tip = [link("l5", **UNIT), joint("e", "continuous", "l4", "l5", frame, [1, 0, 0])]
-    linkage = kinematics.load(written(tmp_path, *parts, *tip))
+    linkage = kinematics.load(saved(tmp_path, *parts, *tip))
     geometry = exact_geometry(linkage)
     assert difference(linkage, geometry) < ROUND_OFF
     assert geometry.ratios == (2, Fraction(-3, 2), 1)
     parts[5] = parts[5].replace(words([0, 3, 4]), words([0, 1, 1]))
     parts[6] = parts[6].replace(words([2, 1, 2]), words([0, 1, 1]))
-    linkage = kinematics.load(written(tmp_path, *parts, *tip))
+    linkage = kinematics.load(saved(tmp_path, *parts, *tip))
     with pytest.raises(ExactError, match="irrational length"):
         exact_geometry(linkage)
 

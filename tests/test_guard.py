@@ -21,18 +21,6 @@ FIXED_J2 = 'name="j2" type="fixed"'
 J2 = 'name="j2" type="continuous"'
 
 
-@pytest.fixture
-def robot(tmp_path):
-    """Write a text or bytes to a file and return its path."""
-
-    def write(text):
-        path = tmp_path / "robot.urdf"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return path
-
-    return write
-
-
 def test_a_good_file_becomes_a_tree(robot):
     tree = check(robot(FOUR_BAR))
     assert tree.tag == "robot" and tree.name == "four_bar"

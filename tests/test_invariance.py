@@ -6,15 +6,15 @@ from decimal import Decimal
 import numpy as np
 import pytest
 from figures import FIGURES, Figure
-from laws import altered, placed, renamed, resized, space
+from laws import altered, known, placed, renamed, resized, space, space_of
 from scipy.spatial.transform import Rotation
 
 import kinematics
 from balance import design_space
 
 FOUR_RRR = next(figure for figure in FIGURES if figure.model == "four_rrr")
-SCALES = (1e-6, 1e-3, 1e3, 1e6)
-ROTATIONS = Rotation.random(20, random_state=np.random.default_rng(51)).as_matrix()
+SCALES = (1e-6, 1e6)
+ROTATIONS = Rotation.random(6, random_state=np.random.default_rng(51)).as_matrix()
 
 
 def check(found, figure: Figure):
@@ -37,7 +37,7 @@ def pose(R=None, offset=0.0, length=1.0):
 
 
 def length_of(figure: Figure) -> float:
-    return space(figure).length
+    return known(figure).length
 
 
 @pytest.mark.parametrize("factor", SCALES)
@@ -70,13 +70,13 @@ def shuffled(seed):
     return change
 
 
-@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
-def test_names_and_their_order_do_not_matter(figure, seed, tmp_path):
-    path = altered(figure.model, tmp_path, renamed, shuffled(seed))
-    check(space(figure, path), figure)
+def test_names_and_their_order_do_not_matter(figure, tmp_path):
+    path = altered(figure.model, tmp_path, renamed, shuffled(0))
+    found = space(figure, path)
+    check(found, figure)
     plain = [body.name for body in kinematics.load(figure.model).bodies]
-    assert sorted(f"x_{name}_9" for name in plain) == sorted(space(figure, path).bodies)
+    assert sorted(f"x_{name}_9" for name in plain) == sorted(found.bodies)
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1.0, 1e6])
@@ -90,18 +90,21 @@ def test_nothing_of_it_matters_together(figure, factor, tmp_path):
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_the_rank_never_falls_with_the_order(figure):
     """Each highest order is decided by itself: nothing is carried over from lower ones."""
+    linkage = kinematics.load(figure.model)
     for last in range(11):
-        found = space(figure, max_order=last)
+        found = space_of(figure, linkage, last)
         ranks = [figure.ranks[min(k, figure.kmax)] for k in range(last + 1)]
         assert [order.rank for order in found.orders] == ranks
         assert found.rank == ranks[-1] and found.nullity == figure.parameters - ranks[-1]
+        assert found.basis.shape[1] == found.nullity
         assert found.settled == (last >= figure.kmax)
+        assert found.settled != ("not_settled" in [notice.code for notice in found.notices])
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1.0, 1e6])
 def test_the_force_conditions_of_the_four_rrr_stay_twelve(factor, tmp_path):
     """For each highest order from 1 to 10, at any size, far away and turned."""
-    H = pose(ROTATIONS[7], 1000.0, factor * length_of(FOUR_RRR))
+    H = pose(ROTATIONS[5], 1000.0, factor * length_of(FOUR_RRR))
     path = altered("four_rrr", tmp_path, resized(factor), placed(H))
     linkage = kinematics.load(path)
     for last in range(1, 11):
@@ -124,10 +127,10 @@ def rescaled(exponent):
 
 
 @pytest.mark.parametrize("exponent", [-6, 6])
-@pytest.mark.parametrize("figure", FIGURES[::2], ids=str)
+@pytest.mark.parametrize("figure", FIGURES[::3], ids=str)
 def test_what_is_proved_does_not_depend_on_the_size(figure, exponent, tmp_path):
     found = space(figure, altered(figure.model, tmp_path, rescaled(exponent)))
     check(found, figure)
-    certainty, plain = found.certainty, space(figure).certainty
+    certainty, plain = found.certainty, known(figure).certainty
     assert certainty.level == plain.level == ("verified" if figure.parallel else "proved")
     assert (certainty.rank, certainty.nullity) == (plain.rank, plain.nullity)

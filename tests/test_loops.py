@@ -19,20 +19,7 @@ from urdf_text import (
 )
 
 from kinematics.linkage import GROUND
-from kinematics.reader import urdf
 from kinematics.reader.loops import perpendicular
-
-
-@pytest.fixture
-def read(tmp_path):
-    """Write elements to a file and read it."""
-
-    def run(*elements):
-        path = tmp_path / "robot.urdf"
-        path.write_text('<robot name="r">' + "\n".join(elements) + "</robot>")
-        return urdf.read(path)
-
-    return run
 
 
 def test_perpendicular_directions():

@@ -10,18 +10,6 @@ from urdf_text import FOUR_BAR, refusal
 from kinematics.reader.guard import check
 
 
-@pytest.fixture
-def robot(tmp_path):
-    """Write a text or bytes to a file and return its path."""
-
-    def write(text):
-        path = tmp_path / "robot.urdf"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return path
-
-    return write
-
-
 def test_text_and_order_are_kept(robot):
     tree = check(robot('<robot name="r"><link name="l"/><note> a<b/> b </note></robot>'))
     assert tree.first("note").text == "a b"

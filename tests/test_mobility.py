@@ -11,7 +11,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
-from urdf_text import along, joint, link, loop
+from urdf_text import along, joint, link, loop, saved
 
 import kinematics
 from balance import design_space, momentum_regressor
@@ -54,12 +54,6 @@ def platform(folder, feet, heads, turn=0.0, name="made"):
         else:
             elements.append(loop(f"b{i}", "revolute", (f"bar{i}", "top"), frames, Z))
     return saved(folder, *elements, name=name)
-
-
-def saved(folder, *elements, name="made"):
-    path = folder / f"{name}.urdf"
-    path.write_text(f'<robot name="{name}">{"".join(elements)}</robot>', encoding="utf-8")
-    return path
 
 
 def notices(linkage, code):

@@ -26,18 +26,6 @@ def arm(*kinds, first="base", extra=""):
     return f'<robot name="arm">{"".join(parts)}{extra}</robot>'
 
 
-@pytest.fixture
-def robot(tmp_path):
-    """Write a text to a file and return its path."""
-
-    def write(text):
-        path = tmp_path / "robot.urdf"
-        path.write_text(text)
-        return path
-
-    return write
-
-
 # --- names --------------------------------------------------------------------------------
 
 

@@ -13,18 +13,6 @@ AXIS = '<axis xyz="0 0 1"/>'
 DECLARATION = '<?xml version="1.0"?>'
 
 
-@pytest.fixture
-def robot(tmp_path):
-    """Write a text or bytes to a file and return its path."""
-
-    def write(text):
-        path = tmp_path / "robot.urdf"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return path
-
-    return write
-
-
 def moved(text, line):
     """The text with one line at the head of the robot instead of where it was."""
     assert text.count(line) == 1

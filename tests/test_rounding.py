@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from laws import altered
 from scipy.optimize import least_squares
-from urdf_text import about, along, joint, link, loop
+from urdf_text import about, along, joint, link, loop, saved
 
 import kinematics
 from balance import design_space
@@ -54,9 +54,7 @@ def spherical(folder, size, digits=12, seed=1):
         else:
             frames = end, along(near(0.5 * v - first))
             parts.append(loop(f"c{i}", "revolute", (f"d{i}", "top"), frames, near(v)))
-    path = folder / "spherical.urdf"
-    path.write_text(f'<robot name="spherical">{"".join(parts)}</robot>', encoding="utf-8")
-    return path
+    return saved(folder, *parts)
 
 
 def remark(linkage):

@@ -137,10 +137,12 @@ class Exact:
         radius, q = mp.mpf(RADIUS), np.array([mp.mpf(0)] * len(self.joints), dtype=object)
         turns = [mp.expjpi(mp.mpf(2 * i) / SAMPLES) for i in range(SAMPLES)]
         circle = []
-        for turn in turns:
+        # The points below the real axis are conjugate to those above it.
+        for turn in turns[: SAMPLES // 2 + 1]:
             u = np.array([radius * turn * mp.mpf(x) for x in ray], dtype=object)
             q, C = self.closed(inputs, u, q)
             circle.append(np.column_stack([q, C]))
+        circle += [np.conj(value) for value in circle[SAMPLES // 2 - 1 : 0 : -1]]
         found = []
         for k in range(order + 2):
             weights = [turns[-(i * k) % SAMPLES] for i in range(SAMPLES)]

@@ -111,7 +111,8 @@ def test_the_table_of_transfers(kind, case):
             assert transfer.dimension == TABLE[name][skew], (seed, k, name)
             assert transfer.joints == tuple(edge.name for edge in edges)
             assert transfer.bodies == tuple(f"b{i}" for i in (k - 1, k) if i >= 0)
-        check_exchanges(space)
+        if seed % 8 == 0:
+            check_exchanges(space)
 
 
 def check_exchanges(space):
@@ -156,7 +157,8 @@ def test_the_table_of_planar_linkages(kind, turns, dimension):
         space = design_space(linkage)
         assert space.planar
         assert space.transfers[len(below)].dimension == dimension, seed
-        check_exchanges(space)
+        if seed % 8 == 0:
+            check_exchanges(space)
 
 
 def contained(space, k, z):

@@ -26,18 +26,6 @@ from kinematics.reader import guard, urdf
 NO_INERTIA = dict(mass=0.0, inertia=np.zeros((3, 3)))
 
 
-@pytest.fixture
-def read(tmp_path):
-    """Write elements to a file and read it."""
-
-    def run(*elements):
-        path = tmp_path / "robot.urdf"
-        path.write_text('<robot name="r">' + "\n".join(elements) + "</robot>")
-        return urdf.read(path)
-
-    return run
-
-
 # --- frames and screws --------------------------------------------------------------------
 
 

@@ -97,6 +97,13 @@ def loop(name, kind, ends, frames=(EYE, EYE), axis=None, more="", marks=""):
     )
 
 
+def saved(folder, *elements, name="robot"):
+    """A file that holds a robot."""
+    path = folder / f"{name}.urdf"
+    path.write_text(f'<robot name="{name}">{"".join(elements)}</robot>', encoding="utf-8")
+    return path
+
+
 def screw(n, r, pitch=0.0):
     """Screw ``[n; r × n + λ n]`` of a turning joint."""
     n = np.asarray(n) / np.linalg.norm(n)

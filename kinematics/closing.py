@@ -20,7 +20,7 @@ from kinematics.errors import OpenLoopError
 from kinematics.inertial import displaced
 from kinematics.linkage import Chain, Draft, Notice, frozen
 from kinematics.placement import Pose, forward, mismatch
-from kinematics.screws import Ad
+from kinematics.screws import Ad, hat
 
 __all__ = ["NEARBY", "closed", "moved", "neighbours", "welded"]
 
@@ -128,9 +128,14 @@ def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
     """Joint positions near ``start`` that leave the loops open as little as possible."""
     from scipy.optimize import least_squares
 
+    before = np.zeros((chain.parent.size + 1, chain.parent.size))
+    for j, parent in enumerate(chain.parent):
+        before[j] = before[parent]
+        before[j, j] = 1.0
     q: Array = least_squares(
-        lambda q: _openness(chain, gaps, forward(chain, q)), start, max_nfev=200
-    ).x
+        lambda q: _openness(chain, gaps, forward(chain, q)), start,
+        lambda q: _opening(chain, gaps, before, forward(chain, q)), max_nfev=200,
+    ).x  # fmt: skip
     return q
 
 
@@ -181,10 +186,27 @@ def _openness(chain: Chain, gaps: Array, pose: Pose) -> Array:
     Unlike the twist of D they vanish at no other pose than a closed one, not even where D
     is half a turn; then the errors of mimic joints.
     """
+    D = _across(chain, gaps, pose)
+    return np.concatenate([(D - np.eye(4))[:, :3].ravel(), chain.mimics @ pose.q])
+
+
+def _opening(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
+    """Derivatives of the openness by joint position: ``s D`` on the end's way, less ``D s``.
+
+    ``before`` (links and the ground, joints) is 1 for joints on the way to a link.
+    """
+    D, s = _across(chain, gaps, pose)[:, None], hat(pose.screws)
+    ends, successors = (before[side][..., None, None] for side in chain.ends.T)
+    entries = (ends * (s @ D) - successors * (D @ s))[..., :3, :]
+    return np.concatenate([entries.transpose(0, 2, 3, 1).reshape(-1, len(s)), chain.mimics])
+
+
+def _across(chain: Chain, gaps: Array, pose: Pose) -> Array:
+    """Displacements D of every loop, from its successor side to its end side."""
     padded = np.concatenate([pose.H, np.eye(4)[None]])  # link -1 is the ground
     ends, successors = padded[chain.ends[:, 0]], padded[chain.ends[:, 1]]
-    D = ends @ np.linalg.inv(gaps) @ np.linalg.inv(successors)
-    return np.concatenate([(D - np.eye(4))[:, :3].ravel(), chain.mimics @ pose.q])
+    D: Array = ends @ np.linalg.inv(gaps) @ np.linalg.inv(successors)
+    return D
 
 
 def _told(draft: Draft, chain: Chain, gaps: Array, q: Array, number: int) -> list[Notice]:

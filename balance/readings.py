@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from kinematics.errors import LinkageError
 from kinematics.linkage import Notice
 from kinematics.reader.angles import READINGS, ROUNDED
 
 if TYPE_CHECKING:
+    from balance.prediction import Predictions
     from balance.space import DesignSpace
+    from balance.verdict import Verification
 
 __all__ = ["with_both"]
+
+Answer = TypeVar("Answer", "DesignSpace", "Predictions", "Verification")
 
 # Loops of more joints may take minutes to be found not to close.
 LARGE = 60
@@ -21,15 +25,15 @@ LARGE = 60
 TOLD = ("assembled", "closes_to_rounding", "not_settled")
 
 
-def with_both(build: Callable[[str], DesignSpace], angles: str) -> DesignSpace:
-    """The design space under one reading of rounded angles, and in words under the other.
+def with_both(build: Callable[[str], Answer], angles: str) -> Answer:
+    """The answer under one reading of rounded angles, and in words under the other.
 
     Args:
-        build: the design space for a reading, ``"nominal"`` or ``"as_written"``.
+        build: the answer for a reading, ``"nominal"`` or ``"as_written"``.
         angles: the reading wanted.
 
     Returns:
-        The space as built. If angles of its file look rounded, its notice of them tells
+        The answer as built. If angles of its file look rounded, its notice of them tells
         what either reading gives.
 
     Raises:
@@ -38,31 +42,31 @@ def with_both(build: Callable[[str], DesignSpace], angles: str) -> DesignSpace:
     """
     (other,) = (reading for reading in READINGS if reading != angles)
     try:
-        space = build(angles)
+        answer = build(angles)
     except LinkageError as error:
         if hasattr(error, "__notes__"):
             error.add_note(_named(other, _answer(build, other)))
         raise
-    if all(notice.code != ROUNDED for notice in space.notices):
-        return space
-    here, there = _said(space), "not computed for loops of so many joints"
-    if not space.linkage.loops or len(space.linkage.joints) <= LARGE:
-        there = _answer(build, other).removeprefix(f"{space.source}: ")
+    if all(notice.code != ROUNDED for notice in answer.notices):
+        return answer
+    here, there = _said(answer), "not computed for loops of so many joints"
+    if not answer.linkage.loops or len(answer.linkage.joints) <= LARGE:
+        there = _answer(build, other).removeprefix(f"{answer.linkage.source}: ")
     text = f"{_named(angles, here)}; {_named(other, there)}"
     if here == there:
         text = f"either way: {here}"
     notices = [
         Notice(code, f"{message}; {text}" if code == ROUNDED else message)
-        for code, message in space.notices
+        for code, message in answer.notices
     ]
-    return replace(space, notices=tuple(notices))
+    return replace(answer, notices=tuple(notices))
 
 
 def _named(reading: str, answer: str) -> str:
     return f"{reading.replace('_', ' ')}: {answer}"
 
 
-def _answer(build: Callable[[str], DesignSpace], reading: str) -> str:
+def _answer(build: Callable[[str], Answer], reading: str) -> str:
     """What a reading gives: an answer in short, or why there is none."""
     try:
         return _said(build(reading))
@@ -70,16 +74,7 @@ def _answer(build: Callable[[str], DesignSpace], reading: str) -> str:
         return str(error)
 
 
-def _said(space: DesignSpace) -> str:
+def _said(answer: Answer) -> str:
     """The answer in short, with what was done for it or is missing from it."""
-    count = space.rank + space.nullity
-    algebra = "planar" if space.planar else "spatial"
-    verdict = "balanced" if space.as_given.balanced else "not balanced"
-    parts = [
-        f"rank {space.rank} of {count} {algebra} parameters",
-        f"nullity {space.nullity}",
-        f"mobility {space.linkage.mobility}",
-        f"{verdict} as given",
-        *(notice.message for notice in space.notices if notice.code in TOLD),
-    ]
-    return ", ".join(parts)
+    told: list[str] = [notice.message for notice in answer.notices if notice.code in TOLD]
+    return ", ".join([answer.brief, *told])

@@ -109,9 +109,10 @@ class DesignSpace(SpaceRecord):
     def brief(self) -> str:
         """The answer in short, in words."""
         count, algebra = self.rank + self.nullity, "planar" if self.planar else "spatial"
+        verdict = "balanced" if self.as_given.balanced else "not balanced"
         return (
-            f"rank {self.rank} of {count} {algebra} parameters, nullity {self.nullity}, mobility "
-            f"{self.linkage.mobility}, {'' if self.as_given.balanced else 'not '}balanced as given"
+            f"rank {self.rank} of {count} {algebra} parameters, nullity {self.nullity}, "
+            f"mobility {self.linkage.mobility}, {verdict} as given"
         )
 
     def explain(self) -> Explanation:

@@ -10,7 +10,7 @@ the motion along ``u̇`` (see `kinematics.closure`) the rates are
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 
 import numpy as np
@@ -48,8 +48,9 @@ AMPLITUDE, SHRINK, LEAST = 0.8, 0.7, 1e-3
 FASTER, FIRM = 4.0, 0.25
 # A closed motion must come back to where it began, in radians and characteristic lengths.
 BACK = 1e-9
-# How far the rows of a table may be from a motion's relations.
-OFF = 1e-9
+# How far the rows of a table may be from a motion's relations, and the fewest: a spline of
+# degree five needs six.
+OFF, SAMPLES = 1e-9, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,8 +263,10 @@ def from_csv(
     """
     from scipy.interpolate import make_interp_spline
 
-    table = columns(path, ["time", *linkage.inputs])
+    table = columns(path, ["time", *linkage.inputs], SAMPLES)
     time, u = table[:, 0], table[:, 1:]
+    if not np.all(np.diff(time) > 0.0):
+        raise unfit(path, "", "its times do not increase")
     if motion is not None:
         basis = np.linalg.qr(_ordered(motion, linkage))[0]
         if np.abs(u - u @ basis @ basis.T).max() > OFF * max(1.0, np.abs(u).max()):
@@ -296,28 +299,28 @@ def _track(
     q, qd, qdd = (np.zeros((time.size, chain.parent.size)) for _ in range(3))
     closure, firmness = 0.0, 1.0
     held = _firmness(chain, chain.screws)
+    # What is ahead depends on one column only, the ray: far fewer numbers to expand.
+    narrow = replace(chain, moves=frozen(chain.moves.any(axis=1, keepdims=True), np.bool_))
     steps = zip(u / scale, ud / scale, udd / scale, strict=True)
     for k, (now, speed, change) in enumerate(steps):
         ahead = u[min(k + 1, len(u) - 1)] / scale - now
         length = float(np.sqrt(ahead @ ahead))
         ray = ahead / length if length > 0.0 else ahead
-        series = expand_from(chain, pose.screws, np.stack([speed, ray]), ORDER)
-        C = series.C[0]
+        C = expand_from(chain, pose.screws, speed[None], 1).C[0]
         firmness = min(firmness, _firmness(chain, pose.screws) / held)
         if not (np.abs(C[0]).max(initial=0.0) <= fastest and firmness >= least):
             return float(time[k])
         q[k], qd[k], qdd[k] = pose.q, C[0] @ speed, C[0] @ change + C[1] @ speed
         closure = max(closure, forward(chain, pose.q).error)
-        done = 0.0
+        done, line = 0.0, replace(narrow, columns=frozen((chain.columns @ ray)[:, None]))
         for _ in range(STEPS):
             if done >= length:
                 break
-            pose, step = follow(chain, pose.q, series, ray, length - done)
+            series = expand_from(line, pose.screws, np.ones((1, 1)), ORDER)
+            pose, step = follow(line, pose.q, series, np.ones(1), length - done)
             if step == 0.0:
                 return float(time[k])
             done += step
-            if done < length:
-                series = expand_from(chain, pose.screws, ray[None], ORDER)
         if done < length:
             return float(time[k])
     q, qd, qdd = (chain.units * x for x in (q, qd, qdd))

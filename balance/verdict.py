@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from balance.archive import Balance
 from balance.trajectory import Trajectory
+from kinematics.linkage import Linkage, Notice
 
 __all__ = ["AGREE", "SCHEMA", "Run", "Verification"]
 
@@ -59,26 +60,27 @@ class Verification:
     """The verdict of `verify` and what it rests on.
 
     Attributes:
-        model: name of the linkage.
-        source: path of its file.
+        linkage: the linkage.
         balance: ``"dynamic"``, or ``"force"`` if only the force counts.
         tolerance: residuals up to this one count as balanced.
-        inputs: names of the inputs.
-        joints: names of the joints.
         length: characteristic length, metres.
         seed: seed of the random motions; None if the motions were given.
         runs: the loads along each motion.
+        notices: what the reader had to tell.
     """
 
-    model: str
-    source: str
+    linkage: Linkage
     balance: Balance
     tolerance: float
-    inputs: tuple[str, ...]
-    joints: tuple[str, ...]
     length: float
     seed: int | None
     runs: tuple[Run, ...]
+    notices: tuple[Notice, ...]
+
+    @property
+    def model(self) -> str:
+        """Name of the linkage."""
+        return self.linkage.name
 
     @cached_property
     def scale(self) -> float:
@@ -157,6 +159,14 @@ class Verification:
             return "no verdict"
         return "balanced" if self.balanced else "not balanced"
 
+    @property
+    def brief(self) -> str:
+        """The answer in short, in words."""
+        return (
+            f"{self.verdict}, shaking force {self.force_residual:.1e} and moment "
+            f"{self.moment_residual:.1e} of inertia"
+        )
+
     def _peak(self, name: str, part: slice) -> float:
         """Largest size of a part of a wrench in any run."""
         sizes = (np.linalg.norm(getattr(run, name)[:, part], axis=1) for run in self.runs)
@@ -205,7 +215,7 @@ class Verification:
             "trajectories": len(self.runs),
             "samples": sum(run.trajectory.time.size for run in self.runs),
             "seed": self.seed,
-            "inputs": list(self.inputs),
+            "inputs": list(self.linkage.inputs),
             "length": self.length,
             "shaking": {"force": self.force, "moment": self.moment},
             "residual": {"force": self.force_residual, "moment": self.moment_residual},
@@ -219,6 +229,7 @@ class Verification:
             "agreement": self.agreement,
             "closure": self.closure,
             "remarks": list(self.remarks),
+            "warnings": [notice._asdict() for notice in self.notices],
         }
 
     def _most_loaded(self) -> str | None:
@@ -226,7 +237,7 @@ class Verification:
         if self.bearing == 0.0:
             return None
         peaks = np.max([run.bearing.max(axis=0) for run in self.runs], axis=0)
-        return self.joints[int(np.argmax(peaks))]
+        return self.linkage.joints[int(np.argmax(peaks))].name
 
     def facts(self) -> list[tuple[str, str]]:
         """The report as pairs of a label and a value."""
@@ -236,7 +247,7 @@ class Verification:
         joint = self._most_loaded()
         return [
             ("linkage", f"{self.model}, {self.balance} balance"),
-            ("inputs", _names(self.inputs)),
+            ("inputs", _names(self.linkage.inputs)),
             ("motions", f"{len(self.runs)} {origin}; {samples} samples"),
             ("shaking force", f"{self.force:.3g} N, {self.force_residual:.1e} of inertia"),
             ("shaking moment", f"{self.moment:.3g} N m, {self.moment_residual:.1e} of inertia"),

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from balance.verdict import Verification
     from kinematics.linkage import Linkage, Notice
 
-__all__ = ["Verified", "add_options", "progress", "verified"]
+__all__ = ["Verified", "add_options", "picture_path", "progress", "verified"]
 
 # Seconds after which a bar tells how far it is.
 PATIENCE = 2.0
@@ -82,7 +82,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--against", metavar="MODEL", help="a second linkage, on the same motions, beside it"
     )
-    parser.add_argument("--plot", type=_image, metavar="FILE.png|.svg", help="write a picture")
+    parser.add_argument(
+        "--plot", type=picture_path, metavar="FILE.png|.svg", help="write a picture"
+    )
     parser.add_argument(
         "--html", metavar="FILE", help="write a page with the curves; it needs no network"
     )
@@ -196,7 +198,12 @@ def _tolerance(text: str) -> float:
     return value
 
 
-def _image(text: str) -> str:
+def picture_path(text: str) -> str:
+    """A word of the command line that names a picture.
+
+    Raises:
+        ArgumentTypeError: by its end it is none.
+    """
     if not text.lower().endswith((".png", ".svg")):
         raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
     return text

@@ -20,6 +20,7 @@ __all__ = [
     "flatten",
     "lock",
     "move",
+    "path",
     "plane_axes",
     "plane_normal",
     "reduce",
@@ -219,7 +220,7 @@ def clusters(chain: Chain) -> list[list[int]]:
     """Groups of joints that the loops and the mimic relations couple."""
     groups: list[set[int]] = []
     for e, f in chain.ends:
-        groups.append(set(_path(chain.parent, int(e))) ^ set(_path(chain.parent, int(f))))
+        groups.append(set(path(chain.parent, int(e))) ^ set(path(chain.parent, int(f))))
     groups += [set(np.flatnonzero(row).tolist()) for row in chain.mimics]
     merged: list[set[int]] = []
     for group in groups:
@@ -230,7 +231,7 @@ def clusters(chain: Chain) -> list[list[int]]:
     return [sorted(group) for group in merged]
 
 
-def _path(parent: IntArray, link: int) -> list[int]:
+def path(parent: IntArray, link: int) -> list[int]:
     """Joints from a link down to the ground."""
     path = []
     while link >= 0:

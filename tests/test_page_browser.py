@@ -13,6 +13,7 @@ from test_page import HOSTILE, hostile
 
 import kinematics
 from balance import design_space
+from balance.screw_lines import meeting, momentum_lines
 from balance.web.page import page
 from kinematics.pose import joint_positions
 from kinematics.screws import hat
@@ -46,10 +47,9 @@ def browser(tmp_path_factory):
     options = webdriver.ChromeOptions()
     options.binary_location = BROWSER
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    for flag in FLAGS.split():
+    profile = f"--user-data-dir={tmp_path_factory.mktemp('profile')}"
+    for flag in (*FLAGS.split(), "--host-resolver-rules=MAP * ~NOTFOUND", profile):
         options.add_argument(flag)
-    options.add_argument("--host-resolver-rules=MAP * ~NOTFOUND")
-    options.add_argument(f"--user-data-dir={tmp_path_factory.mktemp('profile')}")
     service = webdriver.ChromeService(executable_path=DRIVER)
     driver = webdriver.Chrome(options=options, service=service)
     yield driver
@@ -186,7 +186,7 @@ def test_freedoms_can_be_chosen(browser, pages, model):
     opened(browser, address)
     explanation = space.explain()
     freedoms = [*explanation.freedoms, *(f for t in explanation.transfers for f in t.freedoms)]
-    options = "return Array.from(document.querySelectorAll('option'), (option) => option.text)"
+    options = "return Array.from(document.querySelectorAll('#choice option'), (o) => o.text)"
     texts = browser.execute_script(options)
     assert len(texts) == len(freedoms)
     assert all(f.words in text for f, text in zip(freedoms, texts, strict=True))
@@ -256,6 +256,61 @@ def test_the_page_asks_for_nothing_and_does_not_complain(browser, pages):
     assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
     asked = "return performance.getEntriesByType('resource').map((entry) => entry.name)"
     assert not [url for url in browser.execute_script(asked) if not url.startswith("data:")]
+
+
+def test_lines_of_momentum_move_with_the_linkage(browser, tmp_path_factory):
+    """Those drawn are the axes that Python finds at the pose; where they meet is said."""
+    linkage = kinematics.load("four_bar_kite_balanced")
+    path = tmp_path_factory.mktemp("balanced") / "kite.html"
+    path.write_text(page(design_space(linkage)), encoding="utf-8")
+    opened(browser, path.as_uri())
+    told = set()
+    for key, u in ((None, 0.0), (Keys.HOME, -np.pi / 3.0)):
+        if key:
+            one(browser, "#sliders input").send_keys(key)
+            settle(browser)
+        (lines,) = momentum_lines(linkage, [u])
+        expected = meeting(lines)
+        ends = drawn(browser, "momenta").reshape(-1, 3, 3)[:, :2]
+        for line, (a, b) in zip(lines, ends, strict=True):
+            d = (b - a) / np.linalg.norm(b - a)
+            assert np.abs(d - line.direction).max() < 1e-6
+            assert np.linalg.norm(np.cross(a - expected.point, d)) < 1e-6
+        assert np.abs(drawn(browser, "meeting") - expected.point).max() < 1e-6
+        words = one(browser, "#meeting").text
+        assert words.startswith("The three lines meet in one point, ")
+        x, y, *_ = re.findall(r"-?[\d.]+\d", words.replace("−", "-"))
+        assert np.allclose([float(x), float(y)], expected.point[:2], rtol=1e-3)
+        rows = browser.find_elements("css selector", "#momenta tbody tr")
+        for row, line in zip(rows, lines, strict=True):
+            assert row.text.startswith(f"{line.body} {line.magnitude:.4g} N s")
+        told.add(words)
+    assert len(told) == 2
+
+
+def test_lines_of_momentum_of_chosen_freedoms(browser, pages, model):
+    """Whatever is chosen of the design space, wrenches along the lines cancel."""
+    opened(browser, pages[model][1])
+    masses, texts = Select(one(browser, "#masses")), []
+    for value in ("all", "chosen", "given", "none"):
+        masses.select_by_value(value)
+        settle(browser)
+        texts.append(one(browser, "#meeting").text)
+        found = browser.execute_script(
+            "const m = byId('masses').value; if (m === 'none') return [];"
+            "return scene.columns.flatMap((c) => c.poses.map((H, k) => scene.bodies.map("
+            "(b, i) => momentum(MASSES[m].of()[i], H[b.part], c.rates[k][i]))))"
+        )
+        for bodies in found:
+            h = np.array([[*b["moment"], *b["force"]] for b in bodies])
+            whole = max(b["whole"] for b in bodies)
+            if value != "given":
+                assert np.abs(h.sum(axis=0)).max() < 1e-6 * whole
+            elif model == FOUR_BAR:
+                assert np.abs(h.sum(axis=0)).max() > 1e-3 * whole
+    assert ("meet in one point" in texts[0]) == (model == FOUR_BAR)
+    assert texts[2].startswith("These masses are not balanced" if model == FOUR_BAR else "The ")
+    assert texts[3] == "" and not browser.find_elements("css selector", "#momenta table")
 
 
 def test_the_page_can_be_printed(browser, pages):

@@ -2,7 +2,9 @@
 
 const parts = linkage();
 const rest = scene.parts.map(() => null);
-let pose = rest, glyphs = null, chosen = null;
+let pose = rest;
+/* What else is drawn: functions from a pose to traces. */
+const layers = [];
 
 function coordinates(vertices, H) {
   const x = [], y = [], z = [], text = [];
@@ -27,9 +29,9 @@ const mesh = (name, mesh, H, color, opacity = 1) => {
     lighting: {ambient: color === STRIPE ? 0.95 : 0.72, diffuse: 0.5, specular: 0.12, roughness: 0.7},
   };
 };
-const texts = (name, labels, H, color, size) => ({
+const texts = (name, labels, H, color, size, position = "middle center") => ({
   type: "scatter3d", mode: "text", name, ...coordinates(labels.vertices, H), hoverinfo: "skip",
-  textposition: "middle center", textfont: {family: FONT, size, color}, visible: labels.vertices.length > 0,
+  textposition: position, textfont: {family: FONT, size, color}, visible: labels.vertices.length > 0,
 });
 const marks = (name, labels, H, symbol, size, fill = "#fff") => ({
   type: "scatter3d", mode: "markers", name, ...coordinates(labels.vertices, H), hoverinfo: "text",
@@ -38,21 +40,19 @@ const marks = (name, labels, H, symbol, size, fill = "#fff") => ({
 
 /* Plotly missizes a text that it first meets in an update, so it meets them all at once. */
 const everyText = (() => {
-  const freedoms = groups.flatMap((group) => group.freedoms);
-  const found = new Labels(), values = freedoms.flatMap((f) => f.primitives.map((p) => signed(p.value)));
+  const found = new Labels();
   const names = [...parts.names.vertices, ...parts.joints.vertices].map((vertex) => vertex[2]);
-  for (const text of new Set([...values, ...names])) found.put(0, centre, text);
+  for (const text of new Set([...overlay.texts, ...names])) found.put(0, centre, text);
   return found;
 })();
 
-/** Names to show: all if they are few, otherwise those that the chosen freedom is about. */
+/** Names to show: all if they are few, otherwise those that the overlay is about. */
 function named() {
   const few = scene.bodies.length + parts.joints.vertices.length <= 10;
   const bodies = new Labels(), joints = new Labels();
-  const about = new Set(chosen.freedom.primitives.map((p) => plain(p.body)));
-  bodies.vertices = parts.names.vertices.filter((v) => few || about.has(v[2]));
+  bodies.vertices = parts.names.vertices.filter((v) => few || overlay.bodies.includes(v[2]));
   joints.vertices = parts.joints.vertices.filter((v) =>
-    few || v[3].some((name) => chosen.joints.includes(name)));
+    few || v[3].some((name) => overlay.joints.includes(name)));
   return {bodies, joints};
 }
 
@@ -69,23 +69,21 @@ function traces() {
     marks("joints", parts.marks.turning, pose, "circle", 5.5),
     marks("balls", parts.marks.balls, pose, "circle", 6.5, SOFT),
     marks("slides", parts.marks.sliding, pose, "square", 6),
-    texts("bodies", names.bodies, pose, SOFT, 13),
+    texts("bodies", names.bodies, pose, SOFT, 13, names.bodies.vertices.map((v) => v[3])),
     texts("joint names", names.joints, pose, SOFT, 12),
-    mesh("plus", glyphs.solid, pose, PLUS),
-    mesh("stripes", glyphs.stripes, pose, STRIPE),
-    lines("arrows", glyphs.strokes, pose, {color: PLUS, width: 7}, true),
-    lines("minus", glyphs.open, pose, {color: MINUS, width: 3}, true),
-    texts("values", glyphs.labels, pose, INK, 15),
+    ...overlay.traces(pose),
+    ...layers.flatMap((layer) => layer(pose)),
     texts("all", everyText, rest, "rgba(0,0,0,0)", 12),
     lines("compass", triad.arms, rest, {color: SOFT, width: 3}),
     texts("scale", triad.labels, rest, SOFT, 12),
   ];
 }
 
-/** Every corner and joint in every pose. */
+/** Every corner, joint and far point of the overlay in every pose. */
 const cloud = [rest, ...scene.columns.flatMap((column) => column.poses)].flatMap((H) => [
   ...scene.parts.flatMap((part, p) => part.corners.map((corner) => moved(H[p], corner))),
   ...scene.joints.flatMap((joint) => joint.parts.map((p) => moved(H[p], joint.point))),
+  ...overlay.points.map(([p, point]) => moved(H[p], point)),
 ]);
 const ends = (axis, points) => points.reduce(
   ([low, high], p) => [Math.min(low, dot(p, axis)), Math.max(high, dot(p, axis))], [Infinity, -Infinity]);
@@ -119,7 +117,8 @@ function frame() {
 const layout = (() => {
   const seen = [...cloud, ...compass().labels.vertices.map((vertex) => vertex[1])];
   const limits = [0, 1, 2].map((i) => ends([0, 1, 2].map((k) => k === i ? 1 : 0), seen));
-  const low = limits.map((l) => l[0] - 0.35 * size), high = limits.map((l) => l[1] + 0.35 * size);
+  /* Lines of momentum go on beyond the linkage; what is outside of the box is not drawn. */
+  const low = limits.map((l) => l[0] - 1.5 * size), high = limits.map((l) => l[1] + 1.5 * size);
   const span = high.map((x, i) => x - low[i]), widest = Math.max(...span);
   const middle = scaled(add(low, high), 0.5), margin = 0.07 * size / widest;
   /* In units of the drawing, as the eye sees it: to the right and upwards. */

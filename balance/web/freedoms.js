@@ -2,7 +2,6 @@
 
 const KINDS = {mass: ["point mass", "kg"], displacement: ["displacement", "kg m"], rod: ["rod", "kg m²"]};
 const signed = (x) => (x < 0 ? "−" : "+") + String(Number(Math.abs(x).toPrecision(4)));
-const number = (x) => String(Number(x.toPrecision(4))).replace("-", "−");
 const vector = (v) => {
   const largest = Math.max(...v.map(Math.abs));
   return `(${v.map((x) => number(Math.abs(x) > 1e-9 * largest ? x : 0)).join(", ")})`;
@@ -14,6 +13,21 @@ const groups = [
     label: `Across ${scene.titles[t]}`, joints: transfer.joints, freedoms: transfer.freedoms,
   })),
 ].filter((group) => group.freedoms.length > 0);
+
+/* What is drawn on the linkage: all its texts and far points, and what there is of it now. */
+const overlay = {
+  texts: groups.flatMap((group) => group.freedoms.flatMap((f) => f.primitives.map((p) => signed(p.value)))),
+  points: [], bodies: [], joints: [], traces: () => [],
+};
+
+/** The traces of a freedom at a pose. */
+const glyphs = ({solid, stripes, strokes, open, labels}) => (H) => [
+  mesh("plus", solid, H, PLUS),
+  mesh("stripes", stripes, H, STRIPE),
+  lines("arrows", strokes, H, {color: PLUS, width: 7}, true),
+  lines("minus", open, H, {color: MINUS, width: 3}, true),
+  texts("values", labels, H, INK, 15),
+];
 
 /** The primitives of a freedom as something to draw. */
 function drawn(freedom) {

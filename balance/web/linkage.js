@@ -25,8 +25,12 @@ function linkage() {
       if (isFlat(corners)) plates.fan(p, corners, text);
     }
     if (corners.length) {
-      const at = add(mean(corners), beside(corners), gap);
-      for (const name of part.names) names.put(p, at, plain(name));
+      const off = beside(corners), begin = anchor(off);
+      const at = add(mean(corners), off, begin === "middle center" ? gap : 0.5 * gap);
+      for (const name of part.names) {
+        names.put(p, at, plain(name));
+        names.vertices[names.vertices.length - 1].push(begin);
+      }
     }
   });
   for (const corner of scene.parts[0].corners) drawGround(ground, corner);
@@ -60,6 +64,13 @@ function beside(corners) {
   if (norm(aside) < 1e-6 * size) return vertical;
   const out = add(mean(corners), centre, -1);
   return scaled(unit(aside), dot(aside, out) < 0 ? -1 : 1);
+}
+
+/** Where a text begins that stands off in a direction: beside the link, if there is room. */
+function anchor(off) {
+  if (byId("plot").clientWidth < 560) return "middle center";
+  const right = dot(off, unit(cross(vertical, sight)));
+  return Math.abs(right) < 0.6 ? "middle center" : right > 0 ? "middle right" : "middle left";
 }
 
 /** Whether points are not all on one line. */

@@ -1,16 +1,12 @@
 """The report on a design space as one page of HTML, with the linkage to move and look at.
 
-The page needs no network: the style, the scripts, the library that draws and the data are
-all in it. What is counted is in tables; what moves is drawn from poses computed here.
+What is counted is in tables; what moves is drawn from poses computed here.
 """
 
 from __future__ import annotations
 
-import json
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from html import escape
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,20 +14,20 @@ from numpy.typing import NDArray
 from balance.designspace import design_space
 from balance.meaning.explain import ExplainedTransfer, Explanation
 from balance.meaning.freedoms import Freedom
-from balance.meaning.multipole import Primitive
+from balance.meaning.multipole import NOUNS, UNITS, Primitive
 from balance.report import facts, table
 from balance.space import DesignSpace
+from balance.web import html
 from balance.web.scene import scene
 from kinematics.linkage import Notice
 
 __all__ = ["page"]
 
 # In the order in which they build on each other.
-SCRIPTS = ("shapes", "linkage", "freedoms", "figure", "controls", "spectrum", "start")
-UNITS = {"mass": "kg", "displacement": "kg m", "rod": "kg m²"}
+SCRIPTS = ("shapes", "linkage", "freedoms", "figure", "controls", "choice", "momentum",
+           "spectrum", "start")  # fmt: skip
 # Components of a vector below this part of the largest are not worth a digit.
 TINY = 1e-9
-KINDS = {"mass": "point mass", "displacement": "displacement", "rod": "rod"}
 
 
 def page(space: DesignSpace, explanation: Explanation | None = None) -> str:
@@ -45,41 +41,28 @@ def page(space: DesignSpace, explanation: Explanation | None = None) -> str:
     Args:
         space: the design space.
         explanation: what ``space.explain()`` gave, if it is at hand.
-    """
-    from plotly.offline import get_plotlyjs
 
+    Raises:
+        LinkageError: Plotly is missing.
+    """
     explanation = explanation or space.explain()
-    report = space.to_dict(explanation)
     drawing = scene(space) | {
         "titles": [transfer.title for transfer in explanation.transfers],
         "spectra": _spectra(space),
     }
-    parts = {
-        "title": escape(space.linkage.name),
-        "summary": escape(_summary(space)),
-        "warnings": _warnings(space.warnings),
-        "facts": _facts(space),
-        "orders": _orders(space),
-        "transfers": _transfers(explanation.transfers),
-        "freedoms": _freedoms(explanation.freedoms),
-        "report": _json(report, indent=2),
-        "scene": _json(drawing),
-        "plotly": get_plotlyjs(),
-        "style": _source("page.css"),
-        "script": '"use strict";\n' + "\n".join(_source(f"{name}.js") for name in SCRIPTS),
-    }
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _source("page.html"))
-
-
-def _source(name: str) -> str:
-    """A file that the page is made of."""
-    return files("balance").joinpath("web", name).read_text(encoding="utf-8")
-
-
-def _json(data: object, indent: int | None = None) -> str:
-    """JSON that may stand in a script element: no ``<`` can end it."""
-    text = json.dumps(data, indent=indent, ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c")
+    return html.render(
+        "page.html",
+        title=space.linkage.name,
+        summary=_summary(space),
+        report=space.to_dict(explanation),
+        data={"scene": drawing},
+        scripts=SCRIPTS,
+        warnings=_warnings(space.warnings),
+        facts=html.facts(facts(space)),
+        orders=_orders(space),
+        transfers=_transfers(explanation.transfers),
+        freedoms=_freedoms(explanation.freedoms),
+    )
 
 
 def _spectra(space: DesignSpace) -> list[dict[str, object]]:
@@ -112,36 +95,10 @@ def _summary(space: DesignSpace) -> str:
     )
 
 
-def _table(
-    head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()
-) -> str:
-    """A table of HTML cells; ``numbers`` are the columns set flush right."""
-    kinds = ['class="number"' if i in numbers else "" for i in range(len(head))]
-    columns = list(zip(head, kinds, strict=True))
-    top = "".join(f'<th scope="col" {kind}>{name}</th>' for name, kind in columns)
-    lines = []
-    for row in rows:
-        cells = [
-            f'<td data-head="{name}" {kind}>{cell}</td>'
-            for (name, kind), cell in zip(columns, row, strict=True)
-        ]
-        lines.append(f"<tr>{''.join(cells)}</tr>")
-    body = "\n".join(lines)
-    return f"<table><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table>"
-
-
-def _facts(space: DesignSpace) -> str:
-    """The facts of the report as a list of terms."""
-    return "\n".join(
-        f"<div><dt>{escape(label)}</dt><dd>{escape(value)}</dd></div>"
-        for label, value in facts(space)
-    )
-
-
 def _orders(space: DesignSpace) -> str:
     """Rank and nullity by order."""
     head, *rows = table(space)
-    return _table([name.capitalize() for name in head], rows, range(len(head)))
+    return html.table([name.capitalize() for name in head], rows, range(len(head)))
 
 
 def _warnings(notices: Sequence[Notice]) -> str:
@@ -155,35 +112,30 @@ def _warnings(notices: Sequence[Notice]) -> str:
 def _transfers(transfers: Sequence[ExplainedTransfer]) -> str:
     """What may be moved across each joint, in words."""
     rows = [
-        (escape(item.title), str(item.dimension), _list(f.words for f in item.freedoms))
+        (escape(item.title), str(item.dimension), html.bullets(f.words for f in item.freedoms))
         for item in transfers
     ]
     if not rows:
         return "<p>None: no inertia can be moved across a joint.</p>"
-    return _table(["Joint", "Dim.", "What may be moved across it"], rows, [1])
+    return html.table(["Joint", "Dim.", "What may be moved across it"], rows, [1])
 
 
 def _freedoms(freedoms: Sequence[Freedom]) -> str:
     """The freedoms that only loop closure opens, with their primitives."""
     rows = [
-        (str(number), escape(freedom.words), _list(map(_primitive, freedom.primitives)))
+        (str(number), escape(freedom.words), html.bullets(map(_primitive, freedom.primitives)))
         for number, freedom in enumerate(freedoms, 1)
     ]
     if not rows:
-        return "<p>None: the closure of the loops opens nothing new.</p>"
-    return _table(["No.", "In words", "Primitives"], rows, [0])
-
-
-def _list(items: Iterable[str]) -> str:
-    """Texts as a list of HTML."""
-    return f"<ul>{''.join(f'<li>{escape(item)}</li>' for item in items)}</ul>"
+        return "<p>None: nothing is free beyond the transfers.</p>"
+    return html.table(["No.", "In words", "Primitives"], rows, [0])
 
 
 def _primitive(p: Primitive) -> str:
     """A primitive in words: value, unit, kind, body, and where."""
     where = "" if p.point is None else f" at {_vector(p.point)} m"
     along = "" if p.direction is None else f" along {_vector(p.direction)}"
-    return f"{_signed(p.value)} {UNITS[p.kind]} {KINDS[p.kind]} on {p.body}{where}{along}"
+    return f"{_signed(p.value)} {UNITS[p.kind]} {NOUNS[p.kind]} on {p.body}{where}{along}"
 
 
 def _signed(value: float) -> str:

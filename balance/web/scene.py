@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.space import DesignSpace
+from kinematics.closure import expand_from
 from kinematics.errors import PoseError
+from kinematics.inertial import pseudo_inertia
 from kinematics.linkage import Chain, Linkage
 from kinematics.motion import Motion
 from kinematics.placement import forward
@@ -48,7 +50,8 @@ def scene(space: DesignSpace) -> dict[str, object]:
     size = _size(points, [_centre(body.inertia, body.frame) for body in linkage.bodies])
     bodies = [
         {"name": body.name, "part": int(part[body.link]),
-         "centre": _centre(body.inertia, body.frame).tolist()}
+         "centre": _centre(body.inertia, body.frame).tolist(),
+         "pseudo": pseudo_inertia(body.inertia).tolist()}
         for body in linkage.bodies
     ]  # fmt: skip
     return {
@@ -149,7 +152,7 @@ def _joints(space: DesignSpace, part: IntArray) -> list[dict[str, object]]:
 def _columns(space: DesignSpace, chain: Chain, part: IntArray) -> list[dict[str, object]]:
     """Poses along each degree of freedom of the motion, the others staying at 0."""
     motion = space.motion or Motion.free(space.inputs)
-    count = motion.basis.shape[1] * 12 * int(part.max() + 1)
+    count = motion.basis.shape[1] * (12 * int(part.max() + 1) + 6 * len(space.bodies))
     steps = int(np.clip(NUMBERS // (2 * count + 1), FEWEST, STEPS))
     return [_column(space, chain, part, motion, c, steps) for c in motion.basis.T]
 
@@ -160,7 +163,8 @@ def _column(
     """Poses along one direction of input displacements, as far as the loops can be closed.
 
     ``poses`` holds for each value, for each part, the first three rows of its displacement
-    in one list of 12, or None if it does not move.
+    in one list of 12, or None if it does not move; ``rates`` for each body its twist
+    ``[ω; v]`` about the inertial origin while the column runs at unit speed.
     """
     linkage = space.linkage
     free = next((i for i, c in enumerate(column) if c == 1.0), int(np.argmax(np.abs(column))))
@@ -169,9 +173,7 @@ def _column(
     ]
     limits = np.where(slides, SHARE * space.length, ANGLE)
     reach = float(np.min(limits[column != 0.0] / np.abs(column[column != 0.0])))
-    _, first = np.unique(part[:-1], return_index=True)
-    carried = first[part[first] > 0]
-    values, poses = [0.0], [_rows(chain, np.zeros(chain.parent.size), carried)]
+    values, found = [0.0], [_drawn(space, chain, part, motion, column, np.zeros(len(part) - 1))]
     for side in (1, -1):
         for k in range(1, steps + 1):
             value = side * reach * k / steps
@@ -180,14 +182,15 @@ def _column(
             except PoseError:
                 break
             values.insert(k if side > 0 else 0, value)
-            poses.insert(k if side > 0 else 0, _rows(chain, q, carried))
+            found.insert(k if side > 0 else 0, _drawn(space, chain, part, motion, column, q))
     return {
         "label": _label(motion.inputs, column, free),
         "input": motion.inputs[free],
         "angle": not slides[free],
         "stopped": [not np.isclose(values[0], -reach), not np.isclose(values[-1], reach)],
         "values": values,
-        "poses": poses,
+        "poses": [rows for rows, _ in found],
+        "rates": [twists for _, twists in found],
     }
 
 
@@ -196,11 +199,24 @@ def _at(linkage: Linkage, motion: Motion, u: Array) -> Array:
     return joint_positions(linkage, dict(zip(motion.inputs, u.tolist(), strict=True)))
 
 
-def _rows(chain: Chain, q: Array, carried: IntArray) -> list[list[float] | None]:
-    """Displacements of all parts; ``carried`` is one link of each but the ground."""
-    H = forward(chain, q).H[carried]
-    still = np.all(H == np.eye(4), axis=(1, 2))
-    rows = H[:, :3].reshape(-1, 12).round(9).tolist()
+def _drawn(
+    space: DesignSpace, chain: Chain, part: IntArray, motion: Motion, column: Array, q: Array
+) -> tuple[list[list[float] | None], list[list[float]]]:
+    """Displacements of all parts, and twists of all bodies at a unit rate along a column."""
+    pose = forward(chain, q)
+    series = expand_from(chain, pose.screws, np.zeros((1, chain.width)), 0)
+    links = [body.link for body in space.linkage.bodies]
+    order = [motion.inputs.index(name) for name in space.linkage.inputs]
+    twists = np.einsum("bwi,w->bi", series.T[0, 0, links], column[order])
+    return _rows(pose.H, part), twists.round(9).tolist()
+
+
+def _rows(H: Array, part: IntArray) -> list[list[float] | None]:
+    """Displacements of all parts from those of all links; None for a part that stands."""
+    _, first = np.unique(part[:-1], return_index=True)
+    carried = H[first[part[first] > 0]]
+    still = np.all(carried == np.eye(4), axis=(1, 2))
+    rows = carried[:, :3].reshape(-1, 12).round(9).tolist()
     return [None, *(None if s else row for s, row in zip(still, rows, strict=True))]
 
 

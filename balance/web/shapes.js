@@ -1,8 +1,7 @@
 /* Vectors, displacements, and shapes made of vertices that belong to parts. */
 
-const report = JSON.parse(document.getElementById("report").textContent);
-const scene = JSON.parse(document.getElementById("scene").textContent);
-const byId = (id) => document.getElementById(id);
+const report = data("report");
+const scene = data("scene");
 
 const add = (a, b, s = 1) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
 const scaled = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
@@ -103,3 +102,6 @@ class Labels {
 /* Plotly reads some HTML in texts; names from files are to be shown as they are. */
 const plain = (text) => (text.length > 40 ? `${text.slice(0, 40)}…` : text)
   .replace(/</g, "‹").replace(/>/g, "›").replace(/&/g, "＆");
+
+/** A number of four digits. */
+const number = (x) => String(Number(x.toPrecision(4))).replace("-", "−");

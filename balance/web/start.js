@@ -1,8 +1,9 @@
-/* As it was written: numbers of JSON need not fit those of JavaScript. */
-byId("json").querySelector("pre").textContent = byId("report").textContent.replaceAll("\\u003c", "<");
+/* Everything is there: begin. */
+
 buildLegend();
 buildSliders();
 buildChoice();
+buildMomenta();
 spectrum();
 window.addEventListener("resize", spectrum);
 draw();

@@ -6,27 +6,25 @@ Matplotlib figure, or as a page of HTML that needs no network.
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Sequence
 from html import escape
-from importlib.resources import files
-from io import BytesIO
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.verdict import Verification
-from kinematics.errors import LinkageError
+from balance.web import html
+from balance.web.drawing import GRID, LAYOUT, image, short, tidy
 
-__all__ = ["FORMATS", "Panel", "panels", "picture", "webpage"]
+__all__ = ["Panel", "panels", "picture", "webpage"]
 
 Array = NDArray[np.float64]
 
-FORMATS = ("png", "svg")
 # Most lines in one panel: further joints and inputs are left out, those of most load kept.
 LINES = 6
+# Joints whose forces differ by less than this part of the largest are shown as one.
+SAME = 1e-6
 # Dark on white, and apart in grey as well.
 COLOURS = ("#0a5ea8", "#b8550a", "#1b1e22", "#7a9a2e", "#8a4f9e", "#5a8f99")
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
@@ -40,11 +38,13 @@ class Panel(NamedTuple):
         title: what they are, with its unit.
         names: name of each line.
         lines: values (lines, N).
+        least: how far its axis reaches at least: what is smaller counts as nothing.
     """
 
     title: str
     names: tuple[str, ...]
     lines: Array
+    least: float = 0.0
 
 
 def panels(found: Verification) -> list[Panel]:
@@ -53,20 +53,44 @@ def panels(found: Verification) -> list[Panel]:
     Shaking loads are those of the linkage on its base, opposite to the base's reaction;
     moments are about the middle of the mechanism.
     """
-    run = found.runs[0]
-    u, bearing = run.trajectory.u, run.bearing
-    wide = np.argsort(-np.abs(u).max(axis=0), kind="stable")[:LINES]
-    heavy = np.argsort(-bearing.max(axis=0), kind="stable")[:LINES]
-    rows = [(np.sort(wide), found.inputs, u), (np.sort(heavy), found.joints, bearing)]
-    inputs, joints = (
-        (tuple(names[k] for k in chosen), values[:, chosen].T) for chosen, names, values in rows
-    )
+    run, axes = found.runs[0], ("x", "y", "z")
+    least = found.tolerance * found.scale
+    names = found.linkage.inputs, tuple(joint.name for joint in found.linkage.joints)
+    inputs = _largest(names[0], run.trajectory.u, range(len(names[0])))
+    joints = _largest(names[1], run.bearing, _different(run.bearing))
     return [
         Panel("inputs (rad or m)", *inputs),
-        Panel("shaking force (N)", ("x", "y", "z"), -run.middle[:, 3:].T),
-        Panel("shaking moment (N m)", ("x", "y", "z"), -run.middle[:, :3].T),
+        Panel("shaking force (N)", axes, -run.middle[:, 3:].T, least),
+        Panel("shaking moment (N m)", axes, -run.middle[:, :3].T, least * found.length),
         Panel("bearing force (N)", *joints),
     ]
+
+
+def _different(forces: Array) -> list[int]:
+    """Columns (N, n) without those that repeat one before: axes of one joint, massless rods."""
+    kept: list[int] = []
+    near = SAME * forces.max(initial=0.0)
+    for k, column in enumerate(forces.T):
+        if all(np.abs(column - forces[:, j]).max() > near for j in kept):
+            kept.append(k)
+    return kept
+
+
+def _largest(
+    names: Sequence[str], values: Array, among: Sequence[int]
+) -> tuple[tuple[str, ...], Array]:
+    """Names and lines of the columns (N, n) that reach farthest, in their order."""
+    reach = np.abs(values).max(axis=0)
+    chosen = sorted(sorted(among, key=lambda k: -reach[k])[:LINES])
+    return tuple(names[k] for k in chosen), values[:, chosen].T
+
+
+def _limits(row: Sequence[Panel]) -> tuple[float, float]:
+    """Common ends of the axes of panels that stand side by side; zero is between them."""
+    low = min(min(panel.lines.min(initial=0.0), -panel.least) for panel in row)
+    high = max(max(panel.lines.max(initial=0.0), panel.least) for panel in row)
+    margin = 0.05 * (high - low) or 1.0
+    return float(low - margin), float(high + margin)
 
 
 def picture(found: Sequence[Verification], kind: str = "png") -> bytes:
@@ -79,17 +103,9 @@ def picture(found: Sequence[Verification], kind: str = "png") -> bytes:
     Raises:
         LinkageError: Matplotlib is missing.
     """
-    try:
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise LinkageError(
-            "a picture needs Matplotlib, which is not installed; "
-            "install it with 'pip install matplotlib'"
-        ) from None
     columns = [panels(one) for one in found]
-    with rc_context({"svg.hashsalt": "balance", "font.size": 9.0}):
-        figure = Figure(figsize=(1.0 + 5.0 * len(found), 9.0), layout="constrained")
+
+    def draw(figure: Any) -> None:
         axes = figure.subplots(len(columns[0]), len(found), sharex=True, sharey="row",
                                squeeze=False)  # fmt: skip
         for column, (one, shown) in enumerate(zip(found, columns, strict=True)):
@@ -97,12 +113,11 @@ def picture(found: Sequence[Verification], kind: str = "png") -> bytes:
             axes[-1, column].set_xlabel("time (s)")
             for ax, panel in zip(axes[:, column], shown, strict=True):
                 _draw(ax, one.runs[0].trajectory.time, panel)
-        for ax, panel in zip(axes[:, 0], columns[0], strict=True):
-            ax.set_ylabel(panel.title)
-        file = BytesIO()
-        undated = {"Date": None} if kind == "svg" else {}
-        figure.savefig(file, format=kind, dpi=150, metadata=undated)
-    return file.getvalue()
+        for ax, row in zip(axes[:, 0], zip(*columns, strict=True), strict=True):
+            ax.set_ylabel(row[0].title)
+            ax.set_ylim(_limits(row))
+
+    return image((1.0 + 5.0 * len(found), 9.0), kind, draw)
 
 
 def _draw(ax: Any, time: Array, panel: Panel) -> None:
@@ -111,9 +126,10 @@ def _draw(ax: Any, time: Array, panel: Panel) -> None:
         panel.lines, panel.names, COLOURS, STYLES, strict=False
     ):
         ax.plot(time, line, color=colour, linestyle=style, linewidth=1.2, label=name)
-    ax.grid(color="#e6e9ec", linewidth=0.6)
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=8, frameon=False, ncols=3)
+    tidy(ax)
+    columns = LINES if max(map(len, panel.names), default=0) <= 4 else LINES // 2
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), fontsize=8, frameon=False,
+              ncols=columns)  # fmt: skip
 
 
 def _heading(found: Verification) -> str:
@@ -127,23 +143,23 @@ def webpage(found: Sequence[Verification]) -> str:
     Raises:
         LinkageError: Plotly is missing.
     """
-    try:
-        from plotly.offline import get_plotlyjs
-    except ImportError:
-        raise LinkageError(
-            "a page needs Plotly, which is not installed; install it with 'pip install plotly'"
-        ) from None
-    parts = {
-        "title": escape(" and ".join(one.model for one in found)),
-        "summary": escape(_summary(found)),
-        "facts": "\n".join(_facts(one) for one in found),
-        "report": _json([one.to_dict() for one in found], indent=2),
-        "figure": _json(_plotly(found)),
-        "plotly": get_plotlyjs(),
-        "style": _source("page.css"),
-        "template": _source("verify.html"),
-    }
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], parts["template"])
+    return html.render(
+        "verify.html",
+        title=" and ".join(one.model for one in found),
+        summary=_summary(found),
+        report=[one.to_dict() for one in found],
+        data={"figures": _plotly(found)},
+        scripts=["curves"],
+        facts="\n".join(
+            f"<section><h2>{escape(one.model)}</h2>{html.facts(one.facts())}</section>"
+            for one in found
+        ),
+        curves="\n".join(
+            f'<div class="traces" id="traces{k}" role="img" aria-label="Inputs, shaking force, '
+            f'shaking moment and bearing forces of {escape(one.model)} over time"></div>'
+            for k, one in enumerate(found)
+        ),
+    )
 
 
 def _summary(found: Sequence[Verification]) -> str:
@@ -152,60 +168,44 @@ def _summary(found: Sequence[Verification]) -> str:
     return f"Shaking force and moment over {len(found[0].runs)} motions. {verdicts}."
 
 
-def _facts(found: Verification) -> str:
-    """The facts of one verification as a section."""
-    terms = "\n".join(
-        f"<div><dt>{escape(label)}</dt><dd>{escape(value)}</dd></div>"
-        for label, value in found.facts()
-    )
-    return f"<section><h2>{escape(found.model)}</h2><dl>\n{terms}\n</dl></section>"
+def _plotly(found: Sequence[Verification]) -> list[dict[str, object]]:
+    """Traces and layout of Plotly for each linkage; panels of a row have one scale."""
+    columns = [panels(one) for one in found]
+    limits = [_limits(row) for row in zip(*columns, strict=True)]
+    return [_figure(one, column, limits) for one, column in zip(found, columns, strict=True)]
 
 
-def _source(name: str) -> str:
-    """A file that the page is made of."""
-    return files("balance").joinpath("web", name).read_text(encoding="utf-8")
-
-
-def _json(data: object, indent: int | None = None) -> str:
-    """JSON that may stand in a script element: no ``<`` can end it."""
-    text = json.dumps(data, indent=indent, ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c")
-
-
-def _plotly(found: Sequence[Verification]) -> dict[str, object]:
-    """Traces and layout of Plotly: a row for each panel, a column for each linkage."""
+def _figure(
+    found: Verification, shown: Sequence[Panel], limits: Sequence[tuple[float, float]]
+) -> dict[str, object]:
+    """The panels of one linkage, one below the other, each with its legend above it."""
+    time = short(found.runs[0].trajectory.time)
     traces: list[dict[str, object]] = []
     layout: dict[str, Any] = {
-        "grid": {"rows": 4, "columns": len(found), "pattern": "independent", "ygap": 0.18},
-        "margin": {"l": 80, "r": 20, "t": 40, "b": 50},
-        "hovermode": "x", "plot_bgcolor": "#fff", "paper_bgcolor": "#fff",
-        "font": {"family": "Charter, Liberation Serif, Georgia, serif", "color": "#1b1e22"},
-        "legend": {"orientation": "h", "y": -0.06}, "annotations": [],
+        "margin": {"l": 64, "r": 8, "t": 56, "b": 48},
+        "hovermode": "x", **LAYOUT,
+        "title": {"text": escape(_heading(found)), "x": 0.0, "font": {"size": 16}},
+        "xaxis": {"title": {"text": "time (s)"}, "gridcolor": GRID,
+                  "anchor": f"y{len(shown)}"},
     }  # fmt: skip
-    known = set()
-    for column, one in enumerate(found):
-        time = [float(f"{t:.6g}") for t in one.runs[0].trajectory.time]
-        for row, panel in enumerate(panels(one)):
-            number = row * len(found) + column + 1
-            mark = "" if number == 1 else str(number)
-            first = str(row * len(found) + 1) if row else ""
-            layout[f"xaxis{mark}"] = {"matches": "x", "gridcolor": "#e6e9ec"}
-            layout[f"yaxis{mark}"] = {
-                "title": {"text": panel.title if column == 0 else ""},
-                "matches": f"y{first}", "gridcolor": "#e6e9ec", "zerolinecolor": "#c9ced4",
-                "exponentformat": "power",
-            }  # fmt: skip
-            for k, (name, line) in enumerate(zip(panel.names, panel.lines, strict=True)):
-                what = panel.title.partition(" (")[0]
-                traces.append({
-                    "type": "scatter", "mode": "lines", "name": f"{what} {escape(name)}",
-                    "x": time, "y": [float(f"{value:.6g}") for value in line],
-                    "xaxis": f"x{mark}", "yaxis": f"y{mark}",
-                    "showlegend": (row, name) not in known,
-                    "legendgroup": f"{row}.{name}",
-                    "line": {"color": COLOURS[k], "dash": DASHES[k], "width": 1.5},
-                })  # fmt: skip
-                known.add((row, name))
-    for number in range(len(found)):
-        layout[f"xaxis{3 * len(found) + number + 1}"]["title"] = {"text": "time (s)"}
+    for row, (panel, limit) in enumerate(zip(shown, limits, strict=True)):
+        mark = str(row + 1) if row else ""
+        top = 1.0 - row / len(shown)
+        layout[f"yaxis{mark}"] = {
+            "domain": [top - 0.78 / len(shown), top], "range": limit,
+            "title": {"text": panel.title}, "gridcolor": GRID,
+            "zerolinecolor": "#c9ced4", "exponentformat": "power",
+        }  # fmt: skip
+        layout[f"legend{mark}"] = {
+            "orientation": "h", "x": 1.0, "xanchor": "right", "y": top, "yanchor": "bottom",
+        }  # fmt: skip
+        lines = zip(panel.names, panel.lines, COLOURS, DASHES, strict=False)
+        traces += [
+            {
+                "type": "scatter", "mode": "lines", "name": escape(name), "showlegend": True,
+                "x": time, "y": short(line), "yaxis": f"y{mark}", "legend": f"legend{mark}",
+                "line": {"color": colour, "dash": dash, "width": 1.5},
+            }
+            for name, line, colour, dash in lines
+        ]  # fmt: skip
     return {"data": traces, "layout": layout}

@@ -1,0 +1,182 @@
+/* The momentum of each body as a line in space with a pitch, for masses the reader chooses. */
+
+const VIOLET = "#7a3b8f";
+const tall = ([x, y, z], last) => [x, y, z, last];
+const product = (A, B) => A.map((row) => B[0].map((_, j) => row.reduce((sum, a, k) => sum + a * B[k][j], 0)));
+const transposed = (A) => A[0].map((_, j) => A.map((row) => row[j]));
+const square = (H) => [H.slice(0, 4), H.slice(4, 8), H.slice(8, 12), [0, 0, 0, 1]];
+const outer = (a, b) => a.map((x) => b.map((y) => x * y));
+const sum = (A, B, s = 1) => A.map((row, i) => row.map((a, j) => a + s * B[i][j]));
+const nothing = () => [0, 0, 0, 0].map(() => [0, 0, 0, 0]);
+
+/** Pseudo-inertia [[∫ x xᵀ dm, mc], [mcᵀ, m]] of a primitive, at the reference pose. */
+function pseudo(p) {
+  const at = p.point && tall(p.point, 1), along = p.direction && tall(p.direction, 0);
+  if (p.kind === "mass") return outer(at, at);
+  return p.kind === "rod" ? outer(along, along) : sum(outer(along, at), outer(at, along));
+}
+
+/** Pseudo-inertia of each body: what primitives add up to. */
+const gathered = (primitives) => scene.bodies.map(({name}) =>
+  primitives.filter((p) => p.body === name).reduce((P, p) => sum(P, pseudo(p), p.value), nothing()));
+
+/** Momentum of a body about the middle of the drawing, and how large it is before it cancels. */
+function momentum(P, H, twist) {
+  const Q = H === null ? P : product(product(square(H), P), transposed(square(H)));
+  const w = twist.slice(0, 3), v = twist.slice(3), m = Q[3][3], mc = Q.slice(0, 3).map((row) => row[3]);
+  const S = Q.slice(0, 3).map((row) => row.slice(0, 3)), trace = S[0][0] + S[1][1] + S[2][2];
+  let force = add(scaled(v, m), cross(w, mc));
+  let moment = add(add(scaled(w, trace), S.map((row) => dot(row, w)), -1), cross(mc, v));
+  moment = add(moment, cross(centre, force), -1);
+  if (scene.planar) {
+    force = add(force, normal, -dot(force, normal));
+    moment = scaled(normal, dot(moment, normal));
+  }
+  const whole = Math.abs(m) * norm(v) + norm(w) * norm(mc) + (Math.abs(trace) * norm(w) + norm(mc) * norm(v)) / size;
+  return {force, moment, whole};
+}
+
+/** The lines of all bodies: of a force, of a couple, or none for a body at rest. */
+function screws(masses, H, rates) {
+  const found = scene.bodies.map((body, b) =>
+    ({body, ...momentum(masses[b], H[body.part], rates[b])}));
+  const least = 1e-6 * Math.max(...found.map((h) => h.whole));
+  return found.map(({body, force, moment}) => {
+    const p = norm(force), d = unit(force), couple = norm(moment) / size;
+    if (p <= least) return {body, kind: couple > least ? "couple" : "rest", value: norm(moment)};
+    const point = add(centre, scaled(cross(force, moment), 1 / (p * p)));
+    const pitch = dot(moment, d) / p;
+    return {body, kind: "line", value: p, d, point, pitch: Math.abs(pitch) > 1e-6 * size ? pitch : 0};
+  });
+}
+
+/** The point nearest to lines, and how far the farthest misses it; null if they are parallel. */
+function meeting(lines) {
+  if (lines.every(({d}) => norm(cross(d, lines[0].d)) < 1e-6)) return null;
+  let A = [[0, 0, 0], [0, 0, 0], [0, 0, 0]], right = [0, 0, 0];
+  for (const {d, point} of lines) {
+    const off = sum([[1, 0, 0], [0, 1, 0], [0, 0, 1]], outer(d, d), -1), at = add(point, centre, -1);
+    A = sum(A, off);
+    right = add(right, off.map((row) => dot(row, at)));
+  }
+  const [a, b, c] = A, det = dot(a, cross(b, c));
+  const terms = [cross(b, c), cross(c, a), cross(a, b)].map((column, i) => scaled(column, right[i] / det));
+  const point = add(terms.reduce((x, y) => add(x, y)), centre);
+  return {point, miss: Math.max(...lines.map((line) => norm(cross(line.d, add(point, line.point, -1)))))};
+}
+
+/** Feet, on two lines, of the line that meets both at right angles. */
+function perpendicular(one, other) {
+  const n = cross(other.d, one.d), gap = add(one.point, other.point, -1), square = dot(n, n);
+  const foot = (line, d) => add(line.point, line.d, dot(cross(gap, d), n) / square);
+  return [foot(one, other.d), foot(other, one.d)];
+}
+
+/** What the lines do, in words, and what of it can be drawn. */
+function meant(lines, couples, balanced) {
+  const count = lines.length;
+  if (!balanced) return {words: "These masses are not balanced: the momenta do not cancel."};
+  if (count === 0) return {words: "No body has a linear momentum here: there are no lines."};
+  if (couples) return {words: "The momenta add up to zero. One of them at least is a couple, which has no line, so the lines of the others need not meet."};
+  if (count === 2) return {words: "Two momenta, equal and opposite, on one line."};
+  if (count > 3) {
+    const place = scene.planar ? "in one point" : "one line at right angles";
+    return {words: `The momenta add up to zero. The lines of three bodies would meet ${place}; those of ${count} need not.`};
+  }
+  const met = meeting(lines);
+  if (!met) return {words: "The three lines are parallel: they meet at infinity."};
+  if (met.miss < 1e-5 * size) {
+    return {point: met.point, words: `The three lines meet in one point, ${vector(met.point)} m. It moves with the linkage.`};
+  }
+  const pair = [[0, 1], [0, 2], [1, 2]].map(([i, j]) => [lines[i], lines[j]])
+    .reduce((a, b) => norm(cross(a[0].d, a[1].d)) < norm(cross(b[0].d, b[1].d)) ? b : a);
+  return {
+    feet: perpendicular(...pair),
+    words: "The three lines meet one line, dashed, each at a right angle: their common normal. It moves with the linkage.",
+  };
+}
+
+/** The slider that moves the linkage, the first one at rest, and its place. */
+function rate() {
+  const column = scene.columns.find((c) => c.poses.includes(pose)) || scene.columns[0];
+  return {column, twists: column.rates[pose === rest ? column.values.indexOf(0) : column.poses.indexOf(pose)]};
+}
+
+const MASSES = {
+  none: {label: "do not show them"},
+  given: {label: "of the masses in the file", of: () => scene.bodies.map((body) => body.pseudo)},
+  chosen: {label: "of the chosen freedom", of: () => gathered(overlay.primitives)},
+  all: {
+    label: "of all freedoms together",
+    of: () => gathered(groups.flatMap((group) => group.freedoms.flatMap((f) => f.primitives))),
+  },
+};
+
+/** Traces of the lines at a pose; the words beside the figure are of the same pose. */
+function momentumLines(H) {
+  const name = byId("masses").value, {column, twists} = rate();
+  const found = name === "none" ? [] : screws(MASSES[name].of(), H, twists);
+  const lines_ = found.filter((line) => line.kind === "line");
+  const couples = found.some((line) => line.kind === "couple");
+  const told = name === "none" ? {words: ""}
+    : meant(lines_, couples, name !== "given" || report.as_given.balanced);
+  const far = lines_.some(({d, point}) => norm(cross(d, add(point, centre, -1))) > size);
+  byId("meeting").textContent = told.words + (far ? " Not all lines are near enough to be in the drawing." : "");
+  showMomenta(found, column);
+  return drawMomenta(lines_, H, told);
+}
+
+function drawMomenta(found, H, {point, feet}) {
+  const whole = new Lines(), shafts = new Lines(), heads = new Mesh(), labels = new Labels(), star = new Labels();
+  const largest = Math.max(...found.map((line) => line.value)), common = new Lines();
+  for (const {body, d, point, value, pitch} of found) {
+    const text = `momentum of ${plain(body.name)}, pitch ${number(pitch)} m`;
+    const over = (p) => add(point, d, dot(add(p, point, -1), d));
+    const middle = over(centre), start = over(moved(H[body.part], body.centre));
+    const long = 0.1 * size + 0.2 * size * value / largest, tip = add(start, d, long);
+    const neck = add(start, d, long - 0.045 * size);
+    whole.path(0, [add(middle, d, -3 * size), add(middle, d, 3 * size)], text);
+    shafts.path(0, [start, neck], text);
+    heads.turned(0, [neck, neck, tip], [0, 0.013 * size, 0], d, text);
+    labels.put(0, add(add(start, d, 0.5 * long), unit(cross(sight, d)), gap), plain(body.name));
+  }
+  if (point) star.put(0, point, `all lines meet at ${vector(point)} m`);
+  if (feet) {
+    const along = unit(add(feet[1], feet[0], -1)), middle = add(feet[0], along, dot(add(centre, feet[0], -1), along));
+    common.path(0, [add(middle, along, -3 * size), add(middle, along, 3 * size)], "common normal");
+  }
+  return [
+    lines("momenta", whole, rest, {color: VIOLET, width: 2}, true),
+    lines("common normal", common, rest, {color: VIOLET, width: 3, dash: "dash"}, true),
+    lines("momentum shafts", shafts, rest, {color: VIOLET, width: 6}, true),
+    mesh("momentum heads", heads, rest, VIOLET),
+    texts("momentum names", labels, rest, VIOLET, 13),
+    marks("meeting", star, rest, "diamond", 3.5, VIOLET),
+  ];
+}
+
+function showMomenta(found, column) {
+  const unit_ = column.angle ? "rad/s" : "m/s", rows = found.map(({body, kind, value, pitch}) => element("tr", {},
+    element("td", {}, body.name),
+    element("td", {class: "number"}, kind === "rest" ? "0" : `${number(value)} ${kind === "line" ? "N s" : "N m s"}`),
+    element("td", {class: "number"}, kind === "line" ? `${number(pitch)} m` : kind === "couple" ? "a couple" : "at rest")));
+  const head = element("tr", {}, ...[["Body", ""], [`Momentum at 1 ${unit_}`, "number"], ["Pitch", "number"]]
+    .map(([text, kind]) => element("th", {scope: "col", class: kind}, text)));
+  const table = element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows));
+  byId("momenta").replaceChildren(...(rows.length ? [table] : []));
+}
+
+function buildMomenta() {
+  const field = byId("momentum"), choice = byId("masses");
+  /* Force balance leaves moments open, and a linkage that stands still has no momentum. */
+  field.hidden = report.balance !== "dynamic" || !scene.columns.length;
+  if (field.hidden) return;
+  for (const [name, {label}] of Object.entries(MASSES)) {
+    if (groups.length || !["chosen", "all"].includes(name)) choice.append(element("option", {value: name}, label));
+  }
+  choice.value = report.as_given.balanced ? "given" : "none";
+  choice.addEventListener("change", draw);
+  byId("legend").insertAdjacentHTML("beforeend",
+    `<li><svg width="34" height="16" viewBox="0 0 34 16" aria-hidden="true"><path d="M1 8H33" stroke="${VIOLET}"/><path d="M6 8H18" stroke="${VIOLET}" stroke-width="3"/><path d="M18 3L26 8L18 13Z" fill="${VIOLET}"/></svg>momentum of a body</li>`);
+  layers.push(momentumLines);
+}

@@ -11,19 +11,23 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from balance import verifying
+from balance import designing, moving, verifying
 from balance.readings import with_both
-from kinematics.errors import LinkageError
+from kinematics.errors import ExactError, LinkageError
+from kinematics.linkage import Notice
 from kinematics.models import describe, gallery, load
 
 if TYPE_CHECKING:
     from balance.exact.ranks import Exact
     from balance.meaning.explain import Explanation
+    from balance.prediction import Predictions
     from balance.space import DesignSpace
+    from balance.verifying import Verified
     from kinematics.linkage import Linkage
 
 __all__ = ["main"]
@@ -49,10 +53,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     logging.basicConfig(format="%(message)s", stream=sys.stderr, level=logging.WARNING)
     try:
         arguments = _parser().parse_args(argv)
+        return int(arguments.run(arguments))
     except SystemExit as stop:
         return int(stop.code or 0)
-    try:
-        return int(arguments.run(arguments))
     except LinkageError as error:
         notes = getattr(error, "__notes__", ())
         print(f"balance: {'; '.join([str(error), *notes])}", file=sys.stderr)
@@ -73,6 +76,45 @@ def _parser() -> argparse.ArgumentParser:
         "of the design space, order by order.",
     )
     _add_model_options(report)
+    _add_report_options(report)
+    report.set_defaults(run=_report)
+
+    verify = verbs.add_parser(
+        "verify",
+        help="shaking force and moment over finite motions, by an independent program",
+        description="Whether a linkage with the masses of its file shakes its base: base "
+        "reaction without gravity, by Pinocchio and by our own series. Exits with 0 if it is "
+        "balanced, 1 if not, 4 if the two disagree. All six components are always computed: "
+        "--spatial changes nothing here.",
+    )
+    _add_model_options(verify)
+    verifying.add_options(verify)
+    verify.set_defaults(run=_verify)
+
+    design = verbs.add_parser(
+        "design",
+        help="a mass distribution that can be built and does not shake, or why there is none",
+        description="Masses, centres of mass and inertias that balance a linkage and that "
+        "bodies can have, or a certificate that there are none. Exits with 0 if there is a "
+        "design, 1 if there is none, 4 if that is undecided.",
+    )
+    _add_model_options(design)
+    designing.add_options(design)
+    design.set_defaults(run=_design, max_order=None)
+
+    motion = verbs.add_parser("motion", help=moving.HELP, description=moving.DESCRIPTION)
+    _add_model_options(motion)
+    moving.add_options(motion)
+    motion.set_defaults(run=_motion)
+
+    models = verbs.add_parser("models", help="list the linkages that come with the package")
+    models.add_argument("--json", action="store_true", help="print one JSON object")
+    models.set_defaults(run=_models)
+    return parser
+
+
+def _add_report_options(report: argparse.ArgumentParser) -> None:
+    """Options of ``report`` beside those of every command on a model."""
     report.add_argument(
         "--max-order", type=_order, metavar="K",
         help="compute exactly the orders 0 to K, instead of as many as needed",
@@ -93,23 +135,6 @@ def _parser() -> argparse.ArgumentParser:
         "--require", choices=("proved", "verified"),
         help="exit with 4 if the answer is less certain than that",
     )  # fmt: skip
-    report.set_defaults(run=_report)
-
-    verify = verbs.add_parser(
-        "verify",
-        help="shaking force and moment over finite motions, by an independent program",
-        description="Whether a linkage with the masses of its file shakes its base: base "
-        "reaction without gravity, by Pinocchio and by our own series. Exits with 0 if it is "
-        "balanced, 1 if not, 4 if the two disagree.",
-    )
-    _add_model_options(verify)
-    verifying.add_options(verify)
-    verify.set_defaults(run=_verify)
-
-    models = verbs.add_parser("models", help="list the linkages that come with the package")
-    models.add_argument("--json", action="store_true", help="print one JSON object")
-    models.set_defaults(run=_models)
-    return parser
 
 
 def _add_model_options(parser: argparse.ArgumentParser) -> None:
@@ -204,7 +229,7 @@ def _report(arguments: argparse.Namespace) -> int:
     space = with_both(partial(_space, arguments), arguments.angles)
     from balance.report import text
 
-    exact = space.exact() if arguments.exact else None
+    space, exact = _exactly(space) if arguments.exact else (space, None)
     for notice in (*space.warnings, *(exact.notices if exact else ())):
         logging.warning("%s: %s", notice.code, notice.message)
     explanation = space.explain() if arguments.explain else None
@@ -221,20 +246,60 @@ def _report(arguments: argparse.Namespace) -> int:
         _show(space, explanation, exact)
     else:
         print(text(space, explanation, exact))
-    return DONE if _sure(space, arguments) else UNDECIDED
+    refused = arguments.exact and exact is None
+    return DONE if _sure(space, arguments) and not refused else UNDECIDED
 
 
-def _verify(arguments: argparse.Namespace) -> int:
-    load_as = partial(_load, arguments, arguments.angles)
-    with verifying.progress() as progress:
-        found = verifying.verified(arguments, load_as, progress)
+def _design(arguments: argparse.Namespace) -> int:
+    space = with_both(partial(_space, arguments), arguments.angles)
+    for notice in space.warnings:
+        logging.warning("%s: %s", notice.code, notice.message)
+    found = designing.designed(arguments, space)
+    if told := designing.written(arguments, found):
+        logging.warning(told)
     if arguments.json:
         print(json.dumps(found.to_dict(), indent=2, ensure_ascii=False))
     else:
-        print(found.text())
+        from balance.design_report import text
+
+        print(text(found))
+    return {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
+
+
+def _verify(arguments: argparse.Namespace) -> int:
+    with verifying.progress() as progress:
+        found = verifying.verified(arguments, partial(_load, arguments), progress)
+    _tell(found, found.text, arguments)
     if not found.first.agreed:
         return UNDECIDED
     return DONE if found.first.balanced else NEGATIVE
+
+
+def _motion(arguments: argparse.Namespace) -> int:
+    found = moving.foretold(arguments, partial(_load, arguments))
+    from balance.motion_report import text
+
+    _tell(found, partial(text, found), arguments)
+    return DONE if found.reached else NEGATIVE
+
+
+def _tell(
+    found: Verified | Predictions, text: Callable[[], str], arguments: argparse.Namespace
+) -> None:
+    """What was found, as text or as JSON, and what there is to tell of it."""
+    for notice in found.notices:
+        logging.warning("%s: %s", notice.code, notice.message)
+    print(json.dumps(found.to_dict(), indent=2, ensure_ascii=False)
+          if arguments.json else text())  # fmt: skip
+
+
+def _exactly(space: DesignSpace) -> tuple[DesignSpace, Exact | None]:
+    """The exact ranks; where there can be none, the space has one more notice, of why."""
+    try:
+        return space, space.exact()
+    except ExactError as error:
+        notice = Notice("exact_refused", str(error))
+        return replace(space, notices=(*space.notices, notice)), None
 
 
 def _sure(space: DesignSpace, arguments: argparse.Namespace) -> bool:

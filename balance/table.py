@@ -17,8 +17,8 @@ __all__ = ["columns", "unfit"]
 
 Array = NDArray[np.float64]
 
-# Fewest and most samples: a spline of degree five needs six.
-ROWS = (6, 100_000)
+# Most samples.
+MOST = 100_000
 
 
 def unfit(path: str | PathLike[str], where: str, problem: str) -> FileError:
@@ -29,23 +29,24 @@ def unfit(path: str | PathLike[str], where: str, problem: str) -> FileError:
         where: the line or sample at fault, or an empty string.
         problem: what is wrong.
     """
-    remedy = "write a line of names, time and the inputs, then one line of numbers per sample"
+    remedy = "write a line of names, then one line of numbers per sample"
     return FileError(shown(fsdecode(path), 1000), where, problem, remedy)
 
 
-def columns(path: str | PathLike[str], wanted: Sequence[str]) -> Array:
+def columns(path: str | PathLike[str], wanted: Sequence[str], fewest: int = 1) -> Array:
     """The wanted columns of a file of comma-separated values, in order; (rows, columns).
 
     Args:
         path: a file whose first line holds the wanted names in any order, and no others.
-        wanted: the names; the values of the first must increase.
+        wanted: the names.
+        fewest: how many rows there must be.
 
     Raises:
         FileError: the file cannot be read as such a table.
     """
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = list(islice(csv.reader(file), ROWS[1] + 2))
+            lines = list(islice(csv.reader(file), MOST + 2))
     except (OSError, UnicodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "it is not text of comma-separated values"
         raise unfit(path, "", f"cannot be read ({reason})") from None
@@ -53,8 +54,8 @@ def columns(path: str | PathLike[str], wanted: Sequence[str]) -> Array:
     names = [name.strip() for name in lines[0]] if lines else []
     if sorted(names) != sorted(wanted):
         raise unfit(path, "line 1", f"the columns must be {', '.join(wanted)}")
-    if not ROWS[0] < len(lines) <= ROWS[1] + 1:
-        raise unfit(path, "", f"holds {len(lines) - 1} samples, not {ROWS[0]} to {ROWS[1]}")
+    if not fewest < len(lines) <= MOST + 1:
+        raise unfit(path, "", f"holds {len(lines) - 1} samples, not {fewest} to {MOST}")
     order = [names.index(name) for name in wanted]
     rows = np.empty((len(lines) - 1, len(wanted)))
     for number, line in enumerate(lines[1:]):
@@ -64,6 +65,4 @@ def columns(path: str | PathLike[str], wanted: Sequence[str]) -> Array:
             raise unfit(path, f"sample {number + 1}", "cannot be read as numbers") from None
     if not np.isfinite(rows).all():
         raise unfit(path, "", "holds numbers that are not finite")
-    if not np.all(np.diff(rows[:, 0]) > 0.0):
-        raise unfit(path, "", "its times do not increase")
     return rows

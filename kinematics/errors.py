@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 __all__ = [
+    "BodyError",
     "CoordinateError",
     "ExactError",
     "FileError",
@@ -22,6 +23,24 @@ __all__ = [
 
 class LinkageError(ValueError):
     """Base class: the linkage, or what was asked of it, cannot be used."""
+
+
+class BodyError(LinkageError):
+    """Bodies that a design cannot treat as it is asked to.
+
+    Attributes:
+        body: name of the link at fault.
+        problem: what is wrong with it.
+        valid: names of the bodies, if the name is the problem.
+    """
+
+    def __init__(
+        self, linkage: str, body: str, problem: str, valid: Sequence[str] = ()
+    ) -> None:
+        """Compose the message and list the bodies."""
+        self.linkage, self.body, self.problem, self.valid = linkage, body, problem, tuple(valid)
+        names = f"; the bodies are {', '.join(self.valid)}" if valid else ""
+        super().__init__(f"{linkage}: link '{body}': {problem}{names}")
 
 
 class ExactError(LinkageError):

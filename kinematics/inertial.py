@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["displaced", "inertia_tensor", "parameters", "pseudo_inertia"]
+__all__ = ["displaced", "from_pseudo_inertia", "inertia_tensor", "parameters", "pseudo_inertia"]
 
 Array = NDArray[np.float64]
 
@@ -51,14 +51,19 @@ def pseudo_inertia(z: ArrayLike) -> Array:
     return P
 
 
+def from_pseudo_inertia(P: ArrayLike) -> Array:
+    """Parameters (..., 10) of pseudo-inertias (..., 4, 4), the inverse of `pseudo_inertia`."""
+    P = np.asarray(P, dtype=np.float64)
+    xx, yy, zz = P[..., 0, 0], P[..., 1, 1], P[..., 2, 2]
+    moments = [yy + zz, xx + zz, xx + yy, -P[..., 0, 1], -P[..., 0, 2], -P[..., 1, 2]]
+    first = [P[..., 3, 3], P[..., 0, 3], P[..., 1, 3], P[..., 2, 3]]
+    return np.stack([*first, *moments], axis=-1)
+
+
 def displaced(z: ArrayLike, H: ArrayLike) -> Array:
     """Parameters (..., 10) of a body after the displacement H (4, 4), about the same origin.
 
     H may be an affine map, such as a change of units.
     """
     H = np.asarray(H, dtype=np.float64)
-    P = H @ pseudo_inertia(z) @ H.T
-    xx, yy, zz = P[..., 0, 0], P[..., 1, 1], P[..., 2, 2]
-    moments = [yy + zz, xx + zz, xx + yy, -P[..., 0, 1], -P[..., 0, 2], -P[..., 1, 2]]
-    first = [P[..., 3, 3], P[..., 0, 3], P[..., 1, 3], P[..., 2, 3]]
-    return np.stack([*first, *moments], axis=-1)
+    return from_pseudo_inertia(H @ pseudo_inertia(z) @ H.T)

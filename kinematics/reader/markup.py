@@ -82,6 +82,8 @@ class Element:
         children: elements inside, in the order of the file.
         line: line of the file, from 1; 0 if it is from no file.
         text: character data directly inside, stripped.
+        span: where in the bytes of the file it begins, and where its end tag does, or where
+            it ends if it has none; (0, 0) if it is from no file.
     """
 
     tag: str
@@ -89,6 +91,7 @@ class Element:
     children: tuple[Element, ...] = ()
     line: int = 0
     text: str = ""
+    span: tuple[int, int] = field(default=(0, 0), compare=False)
 
     @property
     def name(self) -> str:
@@ -198,7 +201,7 @@ class _Builder:
         self.parser.CharacterDataHandler = self.characters
         self.parser.StartDoctypeDeclHandler = self.doctype
         self.count = 0
-        self.open: list[tuple[str, dict[str, str], int, list[Element], list[str]]] = []
+        self.open: list[tuple[str, dict[str, str], int, list[Element], list[str], int]] = []
         self.closed: list[Element] = []
 
     def feed(self, data: bytes) -> None:
@@ -230,12 +233,14 @@ class _Builder:
             if ":" in name and not all(name.split(":", 1)):
                 problem = f"the name '{shown(name)}' begins or ends with a colon"
                 raise Refusal(label, problem, "remove the colon")
-        self.open.append((tag, attributes, line, [], []))
+        self.open.append((tag, attributes, line, [], [], self.parser.CurrentByteIndex))
 
     def characters(self, text: str) -> None:
         self.open[-1][4].append(text)
 
     def end(self, _: str) -> None:
-        tag, attributes, line, children, text = self.open.pop()
+        tag, attributes, line, children, text, start = self.open.pop()
         siblings = self.open[-1][3] if self.open else self.closed
-        siblings.append(Element(tag, attributes, tuple(children), line, "".join(text).strip()))
+        span = start, self.parser.CurrentByteIndex
+        inside = "".join(text).strip()
+        siblings.append(Element(tag, attributes, tuple(children), line, inside, span))

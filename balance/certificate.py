@@ -1,0 +1,211 @@
+"""Proofs that no mass distribution of a design space can be built.
+
+A linear space does not meet an open convex cone if and only if some hyperplane holds the
+space and has the cone on one side. For pseudo-inertias ``P_b ≻ 0`` that hyperplane is one
+symmetric matrix per body,
+
+    Z_b ⪰ 0,  not all zero,        Σ_b <Z_b, P_b> = 0  for every balanced distribution,
+
+because the sum would be positive for bodies that can be built. A Z_b that is not zero weighs
+its body: ``<L Lᵀ, P> = ∫ |Lᵀ [x; 1]|² dm``. What is only semidefinite, such as point masses and
+rods without width, is not excluded. (S. Boyd, L. Vandenberghe, Convex Optimization, 2004,
+section 5.8, has such theorems of alternatives.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.cone import cone_of, given, matrices_of
+from balance.restriction import Program, Restriction
+from balance.space import DesignSpace
+
+__all__ = ["CertificateCheck", "certificates", "check_certificate", "clash"]
+
+Array = NDArray[np.float64]
+
+# Designs of a larger margin must be excluded by a certificate.
+SEPARATES = 1e-12
+# The size of the parameters of a body is at most so many times the trace of its matrix.
+SIZE = 3.0
+# Eigenvalues of a certificate from the solver that count as zero, relative to the largest.
+CUTS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-7)
+# Steps of Gauss and Newton, and the residual that is small enough.
+STEPS, SMALL = 12, 2e-13
+# Regularisation of conditions that say the same.
+SAME = 1e-15
+# Part of a matrix that counts as zero where it is bounded.
+SLACK = 1e-13
+
+
+class CertificateCheck(NamedTuple):
+    """What the check of a certificate found.
+
+    Attributes:
+        accepted: whether it excludes every design with a margin above 1e-12.
+        eigenvalue: smallest one of the matrices, less what bounds on masses account for, over
+            the sum of their Frobenius norms; of kept bodies none counts.
+        orthogonality: size of ``Σ_b <Z_b, P_b>`` as a function on the orthonormal basis of
+            the design space, over the same.
+        separation: designs with a margin above this one are excluded, the margin being the
+            smallest eigenvalue of all P_b over the sum of their traces.
+    """
+
+    accepted: bool
+    eigenvalue: float
+    orthogonality: float
+    separation: float
+
+
+def check_certificate(
+    space: DesignSpace, certificate: Sequence[Array], asked: Restriction | None = None
+) -> CertificateCheck:
+    """Check a certificate in plain NumPy, without the solver.
+
+    With the residual r of orthogonality, and no eigenvalue below -δ, the margin of any design
+    is at most ``(3 |r| + δ) / Σ tr Z_b``: this must not exceed 1e-12.
+
+    A body whose mass is bounded may have a Z_b that is positive semidefinite only once λ
+    times the mass is taken from ``<Z_b, P_b>``, which is then at least λ times the least mass,
+    or the largest if λ < 0. The matrix of a body that is kept is arbitrary, as ``<Z_b, P_b>``
+    is known. These numbers must add up to no less than zero.
+
+    Args:
+        space: the design space.
+        certificate: one symmetric matrix per body, in the coordinates of ``space.chain``:
+            (4, 4), or (3, 3) in a plane.
+        asked: what else is asked of the bodies.
+
+    Raises:
+        ValueError: the matrices are not as many, or not of that shape.
+    """
+    asked = asked or Restriction()
+    cone = cone_of(space).lifted()
+    Z = np.array(certificate, dtype=np.float64)
+    if Z.shape != (len(cone.blocks), cone.size, cone.size):
+        raise ValueError(f"certificate of shape {Z.shape}: give one matrix for each body")
+    if not (np.isfinite(Z).all() and (Z == Z.transpose(0, 2, 1)).all() and Z.any()):
+        return CertificateCheck(False, -np.inf, np.inf, np.inf)
+    own, known = Z.copy(), 0.0
+    for b, limits in asked.bounds.items():
+        surplus = _surplus(Z[b])
+        own[b, -1, -1] -= surplus
+        known += surplus * limits[surplus < 0.0] if surplus else 0.0
+    if asked:
+        file = matrices_of(space, given(space))
+        known += float(sum(np.sum(Z[b] * file[b]) for b in asked.keep))
+        known /= file[:, -1, -1].mean() or 1.0
+        own[list(asked.keep)] = 0.0
+    residual = np.einsum("bnij,bij->n", cone.blocks, Z)
+    size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
+    traces = float(np.einsum("bii->", own)) / size
+    eigenvalue = float(np.linalg.eigvalsh(own)[:, 0].min()) / size
+    orthogonality, known = float(np.sqrt(residual @ residual)) / size, known / size
+    doubt = SIZE * orthogonality + max(0.0, -eigenvalue) + max(0.0, -known)
+    separation = doubt / (traces + max(0.0, known)) if traces + known > 0.0 else np.inf
+    return CertificateCheck(separation <= SEPARATES, eigenvalue, orthogonality, separation)
+
+
+def _surplus(Z: Array) -> float:
+    """The largest λ that may be taken from the corner of Z, which stays semidefinite."""
+    S, w, slack = Z[:-1, :-1], Z[:-1, -1], SLACK * float(np.abs(Z).max())
+    surplus = float(Z[-1, -1] - w @ np.linalg.solve(S + slack * np.eye(len(S)), w))
+    return surplus if abs(surplus) > slack else 0.0
+
+
+def certificates(question: Program, dual: Array) -> Iterator[Array]:
+    """Certificates (bodies, k, k) made of the solver's multipliers.
+
+    Args:
+        question: what was asked.
+        dual: multipliers of the free bodies' rows, and of the lines.
+    """
+    cone, lines = question.cone, question.lines
+    lifted, (count, n) = cone.lifted().blocks, cone.blocks.shape[:2]
+    Z = cone.duals(dual[: dual.size - len(lines)].reshape(count, -1))
+    if not len(lines):
+        yield from _polished(lifted, Z)
+        return
+    # A row that must not be negative is a matrix of one entry.
+    rows = np.zeros((len(lines), *lifted.shape[1:]))
+    rows[:, :n, 0, 0] = lines
+    more = np.zeros((len(lines), cone.size, cone.size))
+    more[:, 0, 0] = np.maximum(dual[dual.size - len(lines) :], 0.0)
+    for found in _polished(np.concatenate([lifted, rows]), np.concatenate([Z, more])):
+        yield _assembled(question, found[:count], found[count + 1 :, 0, 0])
+
+
+def _assembled(question: Program, free: Array, limits: Array) -> Array:
+    """Matrices of all bodies; those of kept ones are what makes the sum vanish."""
+    whole = question.whole
+    Z = np.zeros((len(whole.blocks), whole.size, whole.size))
+    Z[list(question.free)] = free
+    for value, (b, sign) in zip(limits, question.limits, strict=True):
+        Z[b, -1, -1] += sign * value
+    if len(question.fixed):
+        rest = np.einsum("bnij,bij->n", whole.blocks, Z)
+        Z += _fixing(question, np.linalg.lstsq(question.fixed.T, -rest)[0])
+    return Z
+
+
+def _fixing(question: Program, multipliers: Array) -> Array:
+    """Matrices of all bodies for multipliers of the rows that have a value."""
+    whole = question.whole
+    Z = np.zeros((len(whole.blocks), whole.size, whole.size))
+    kept = [b for b in range(len(Z)) if b not in question.free]
+    split = len(kept) * whole.rows(Z[0]).size
+    Z[kept] = whole.duals(multipliers[:split].reshape(len(kept), -1))
+    Z[list(question.told), -1, -1] += multipliers[split:]
+    return Z
+
+
+def clash(question: Program) -> Array:
+    """The certificate that kept bodies and masses cannot be balanced by anything."""
+    return _fixing(question, question.left / np.linalg.norm(question.left))
+
+
+def _polished(blocks: Array, Z: Array) -> Iterator[Array]:
+    """Certificates near an approximate one, exact to round-off.
+
+    ``Z_b = L_b L_bᵀ`` stays positive semidefinite and of the rank found, while Gauss-Newton
+    steps of least size solve ``Σ_b <blocks_bi, L_b L_bᵀ> = 0`` for every i.
+
+    Args:
+        blocks: symmetric matrices (bodies, n, k, k).
+        Z: approximate certificate (bodies, k, k).
+
+    Yields:
+        One certificate (bodies, k, k) with a total trace of 1 for each decision on ranks.
+    """
+    values, vectors = np.linalg.eigh(Z)
+    largest = values.max()
+    for cut in CUTS:
+        kept = np.where(values > cut * largest, values, 0.0)
+        L = _solved(blocks, vectors * np.sqrt(kept / kept.sum())[:, None, :])
+        Z = L @ L.transpose(0, 2, 1) / np.sum(L * L)
+        yield 0.5 * (Z + Z.transpose(0, 2, 1))
+
+
+def _solved(blocks: Array, L: Array) -> Array:
+    """Factors with ``Σ_b <blocks_bi, L_b L_bᵀ> = 0``.
+
+    A distribution on the edge of the cone makes for a condition like ``|Lᵀ v|² = 0``, a double
+    root: every other step is nearly twice that of Newton, which solves those, and all but
+    turns the sign of what is left of the others.
+    """
+    count, n, k = blocks.shape[:3]
+    flat = blocks.reshape(count, n * k, k)
+    for step in range(STEPS):
+        slope = (flat @ L).reshape(count, n, k * k).transpose(1, 0, 2).reshape(n, -1)
+        residual = slope @ L.reshape(-1)
+        if residual @ residual <= SMALL**2:
+            break
+        square = slope @ slope.T
+        square.flat[:: n + 1] += SAME * np.trace(square) / n
+        change = (np.linalg.solve(square, residual) @ slope).reshape(L.shape)
+        L = L - (0.9 if step % 2 else 0.5) * change
+    return L

@@ -1,0 +1,199 @@
+"""The cone of buildable bodies, seen from the coordinates of a design space.
+
+A body can be built if its pseudo-inertia ``P = ∫ [x; 1][x; 1]ᵀ dm`` is positive definite. In
+a plane, and for force balance, only some of P is conditioned: ``m``, ``mc`` and at most the
+trace J of the second moments. There is a definite P with these exactly if ``m > 0`` and
+``m J > |mc|²``, a cone of Lorentz that needs no matrix.
+
+Everything here is in the coordinates of the chain: lengths in characteristic lengths from the
+middle of the mechanism, and in a plane the axes of that plane; masses in kilograms.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.conic import Part, matrices, triangles
+from balance.inertia import displaced, pseudo_inertia
+from balance.space import DesignSpace
+from kinematics.inertial import from_pseudo_inertia
+from kinematics.linkage import Frame
+
+__all__ = ["Cone", "cone_of", "counted", "from_si", "given", "matrices_of", "to_si"]
+
+Array = NDArray[np.float64]
+
+# Second moment along the normal of a planar body, over that along an axis of the plane, both
+# about the centre of mass: that of a disc about a quarter as thick as wide.
+THICKNESS = 0.1
+
+
+class Cone(NamedTuple):
+    """Pseudo-inertias of all bodies as linear functions ``P_b = Σ_i x_i blocks[b, i]``.
+
+    Attributes:
+        blocks: symmetric matrices (bodies, n, k, k): k is 4 in space and 3 in the plane.
+        nullity: how many coordinates, the first ones, are those of the design space; the
+            others are second moments that no condition sees.
+        lorentz: whether only the traces of the second moments are coordinates: then they
+            stand for all matrices with these traces.
+    """
+
+    blocks: Array
+    nullity: int
+    lorentz: bool
+
+    @property
+    def size(self) -> int:
+        """Rows of each matrix."""
+        return self.blocks.shape[-1]
+
+    @property
+    def part(self) -> Part:
+        """The cone of one body for the solver."""
+        return Part("lorentz", self.size + 1) if self.lorentz else Part("matrix", self.size)
+
+    def rows(self, blocks: Array) -> Array:
+        """Matrices (..., k, k) in the coordinates of the solver's cone (..., rows)."""
+        if not self.lorentz:
+            return triangles(blocks)
+        m, mc = blocks[..., -1, -1], blocks[..., :-1, -1]
+        J = np.trace(blocks, axis1=-2, axis2=-1) - m
+        return np.concatenate([(J + m)[..., None], (J - m)[..., None], 2.0 * mc], axis=-1)
+
+    def stacked(self, blocks: Array) -> Array:
+        """Rows of the solver's cones of all bodies, one after the other (rows, n).
+
+        Args:
+            blocks: matrices (bodies, n, k, k).
+        """
+        rows = self.rows(blocks).transpose(0, 2, 1)
+        return rows.reshape(rows.shape[0] * rows.shape[1], rows.shape[2])
+
+    def duals(self, vectors: Array) -> Array:
+        """Matrices Z (..., k, k) that multiply as the solver's dual vectors do."""
+        if not self.lorentz:
+            return matrices(vectors, self.size)
+        sum_, difference, rest = vectors[..., 0], vectors[..., 1], vectors[..., 2:]
+        Z = (sum_ + difference)[..., None, None] * np.eye(self.size)
+        Z[..., :-1, -1] = Z[..., -1, :-1] = rest
+        Z[..., -1, -1] = sum_ - difference
+        return Z
+
+    def at(self, x: Array) -> Array:
+        """Pseudo-inertias (bodies, k, k).
+
+        With traces alone, second moments about the centre of mass are equal in all
+        directions.
+        """
+        P = np.einsum("bnij,n->bij", self.blocks, x)
+        if self.lorentz:
+            d, m, mc = self.size - 1, P[:, -1, -1], P[:, :-1, -1]
+            central = np.trace(P, axis1=1, axis2=2) - m - np.sum(mc * mc, axis=1) / m
+            P[:, :d, :d] = mc[:, :, None] * mc[:, None, :] / m[:, None, None]
+            P[:, range(d), range(d)] += central[:, None] / d
+        return P
+
+    def least(self, P: Array) -> Array:
+        """The largest t of each body with ``P_b ⪰ t``, for the best of its matrices."""
+        if not self.lorentz:
+            return np.asarray(np.linalg.eigvalsh(P)[:, 0])
+        # (J - d t)(m - t) = |mc|²
+        d, m, mc = self.size - 1, P[:, -1, -1], P[:, :-1, -1]
+        J = np.trace(P, axis1=1, axis2=2) - m
+        root = np.sqrt((J - d * m) ** 2 + 4.0 * d * np.sum(mc * mc, axis=1))
+        return np.asarray((J + d * m - root) / (2.0 * d))
+
+    def lifted(self) -> Cone:
+        """The same with all second moments as coordinates of their own."""
+        if not self.lorentz:
+            return self
+        count, n, k = self.blocks.shape[:3]
+        pairs = [(i, j) for i in range(k - 1) for j in range(i, k - 1) if i + j > 0]
+        free = np.zeros((len(pairs), k, k))
+        for B, (i, j) in zip(free, pairs, strict=True):
+            B[i, j] = B[j, i] = 1.0
+            B[0, 0] -= float(i == j)
+        blocks = np.zeros((count, n + count * len(pairs), k, k))
+        blocks[:, :n] = self.blocks
+        for b in range(count):
+            blocks[b, n + b * len(pairs) : n + (b + 1) * len(pairs)] = free
+        return Cone(blocks, self.nullity, False)
+
+
+def cone_of(space: DesignSpace) -> Cone:
+    """The cone of a design space."""
+    count, nullity = len(space.bodies), space.nullity
+    z = space.scaled_basis.reshape(count, len(space.labels), nullity).transpose(0, 2, 1)
+    if "Exx" in space.labels:
+        return Cone(pseudo_inertia(z), nullity, False)
+    d = 2 if space.planar else 3
+    force = space.balance == "force"
+    blocks = np.zeros((count, nullity + force * count, d + 1, d + 1))
+    own = blocks[:, :nullity]
+    own[..., d, d] = z[..., 0]
+    own[..., :d, d] = own[..., d, :d] = z[..., 1 : d + 1]
+    for i in range(d):
+        if force:
+            blocks[range(count), nullity + np.arange(count), i, i] = 1.0 / d
+        else:
+            own[..., i, i] = z[..., 3] / d
+    return Cone(blocks, nullity, True)
+
+
+def to_si(P: Array, frame: Frame, height: float = 0.0, along: Array | None = None) -> Array:
+    """Parameters (bodies, 10) about the inertial origin, SI units.
+
+    Args:
+        P: pseudo-inertias (bodies, 4, 4); or (bodies, 3, 3) of a plane, which are completed
+            to bodies with that plane as a plane of symmetry.
+        frame: coordinates of the chain.
+        height: of that plane above the origin of the chain, in characteristic lengths.
+        along: second moments along the normal (bodies,), about the centre of mass; a tenth
+            of those in the plane where not positive, the default.
+    """
+    if P.shape[-1] == 3:
+        m, mc = P[:, 2, 2], P[:, :2, 2]
+        central = P[:, 0, 0] + P[:, 1, 1] - np.sum(mc * mc, axis=1) / m
+        thin = 0.5 * THICKNESS * central
+        flat, P = P, np.zeros((len(P), 4, 4))
+        P[:, :2, :2], P[:, :2, 3], P[:, 3, :2], P[:, 3, 3] = flat[:, :2, :2], mc, mc, m
+        P[:, 2, 2] = thin if along is None else np.where(along > 0.0, along, thin)
+        lift = np.eye(4)
+        lift[2, 3] = height
+        P = lift @ P @ lift.T
+    H = np.eye(4)
+    H[:3, :3], H[:3, 3] = frame.length * frame.R.T, frame.origin
+    return from_pseudo_inertia(H @ P @ H.T)
+
+
+def from_si(z: Array, frame: Frame) -> Array:
+    """Parameters (bodies, 10) in the coordinates of a chain."""
+    H = np.eye(4)
+    H[:3, :3] = frame.R / frame.length
+    H[:3, 3] = -H[:3, :3] @ frame.origin
+    return displaced(z, H)
+
+
+def given(space: DesignSpace) -> Array:
+    """Parameters of the bodies in the file (bodies, 10) about the inertial origin, SI units."""
+    return np.array([body.inertia for body in space.linkage.bodies]).reshape(-1, 10)
+
+
+def matrices_of(space: DesignSpace, z: Array) -> Array:
+    """Pseudo-inertias (bodies, k, k) of parameters (bodies, 10), in the chain's coordinates.
+
+    In a plane only what is in it: k is 3.
+    """
+    P = pseudo_inertia(from_si(z, space.chain.frame))
+    return P[:, [[0], [1], [3]], [0, 1, 3]] if space.planar else P
+
+
+def counted(space: DesignSpace) -> list[int]:
+    """Which of the ten parameters, in the coordinates of the chain, the space counts."""
+    own = [0, 1, 2, 6] if space.planar else list(range(10))
+    return own[: len(space.labels)]
+

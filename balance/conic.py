@@ -1,0 +1,136 @@
+"""Convex problems over cones: the one place that calls the solver Clarabel.
+
+    minimise ½ xᵀ H x + q·x    so that    rows x + offset  lies in a product of cones
+
+The solver is an interior-point method (P. J. Goulart, Y. Chen, Clarabel, 2024); what it
+returns is never taken at its word, but checked by whoever asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Answer", "Part", "matrices", "minimise", "triangles"]
+
+Array = NDArray[np.float64]
+
+
+# Accuracy of a certificate from the solver, before it is polished.
+INFEASIBLE = 1e-10
+# Columns, rows and weights of the upper triangles of matrices, in the solver's order.
+_ENTRIES = {
+    k: (columns, rows, np.where(rows == columns, 1.0, np.sqrt(2.0)))
+    for k in (3, 4)
+    for columns, rows in [np.tril_indices(k)]
+}
+
+
+class Part(NamedTuple):
+    """A cone that some consecutive rows must lie in.
+
+    Attributes:
+        kind: ``"matrix"``: symmetric matrices that are positive semidefinite, as
+            `triangles` writes them; ``"lorentz"``: first entry at least the size of the
+            others; ``"line"``: entries not negative.
+        size: of the matrices, or number of rows.
+    """
+
+    kind: Literal["matrix", "lorentz", "line"]
+    size: int
+
+    @property
+    def rows(self) -> int:
+        """How many rows it takes."""
+        return self.size * (self.size + 1) // 2 if self.kind == "matrix" else self.size
+
+
+class Answer(NamedTuple):
+    """What the solver found.
+
+    Attributes:
+        infeasible: whether it holds that no x fulfils the constraints.
+        x: the minimiser (n,), if not.
+        dual: multipliers of the rows; a certificate if there is no x.
+    """
+
+    infeasible: bool
+    x: Array
+    dual: Array
+
+
+class _Columns(NamedTuple):
+    """A sparse matrix by columns, with the attributes that the solver reads."""
+
+    data: list[float]
+    indices: list[int]
+    indptr: list[int]
+    nnz: int
+    shape: tuple[int, int]
+    has_canonical_format: bool = True
+
+
+def minimise(
+    q: Array, rows: Array, offset: Array, parts: Sequence[Part], H: Array | None = None,
+    *, careful: bool = True,
+) -> Answer:  # fmt: skip
+    """Solve one problem.
+
+    Args:
+        q: linear part of the objective (n,).
+        rows: of all cones, one after the other (rows, n).
+        offset: what is added to them (rows,).
+        parts: the cones.
+        H: quadratic part (n, n), symmetric and positive semidefinite; none by default.
+        careful: solve to 1e-10 instead of 1e-8, and refine all linear systems; without, an
+            answer comes a fifth sooner.
+    """
+    import clarabel
+
+    kinds = {
+        "matrix": clarabel.PSDTriangleConeT,
+        "lorentz": clarabel.SecondOrderConeT,
+        "line": clarabel.NonnegativeConeT,
+    }
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.iterative_refinement_enable, settings.equilibrate_enable = careful, not careful
+    settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = 1e-10 if careful else 1e-8
+    settings.tol_infeas_abs = settings.tol_infeas_rel = INFEASIBLE
+    none = _Columns([], [], [0] * (q.size + 1), 0, (q.size, q.size))
+    quadratic = none if H is None else _columns(np.triu(H))
+    cones = [kinds[kind](size) for kind, size in parts]
+    found: Any = clarabel.DefaultSolver(
+        quadratic, q.tolist(), _columns(-rows), offset.tolist(), cones, settings
+    ).solve()
+    infeasible = "PrimalInfeasible" in str(found.status)
+    return Answer(infeasible, np.array(found.x), np.array(found.z))
+
+
+def triangles(matrices: Array) -> Array:
+    """Symmetric matrices (..., k, k) as vectors of the same inner product.
+
+    The upper triangle column by column, with √2 before what is off the diagonal; shape
+    (..., k (k + 1) / 2).
+    """
+    columns, rows, weights = _ENTRIES[matrices.shape[-1]]
+    return np.asarray(weights * matrices[..., rows, columns])
+
+
+def matrices(vectors: Array, size: int) -> Array:
+    """The inverse of `triangles`: symmetric matrices (..., size, size)."""
+    columns, rows, weights = _ENTRIES[size]
+    entries = vectors / weights
+    full = np.empty((*vectors.shape[:-1], size, size))
+    full[..., rows, columns] = full[..., columns, rows] = entries
+    return full
+
+
+def _columns(matrix: Array) -> _Columns:
+    columns, rows = np.nonzero(matrix.T)
+    starts = np.searchsorted(columns, np.arange(matrix.shape[1] + 1))
+    data = matrix[rows, columns].tolist()
+    return _Columns(data, rows.tolist(), starts.tolist(), len(data), matrix.shape)

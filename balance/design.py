@@ -1,0 +1,193 @@
+"""A mass distribution that can be built and does not shake, the best one for some purpose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.bodies import BodyInertia, body_inertias
+from balance.certificate import CertificateCheck
+from balance.cone import from_si, given, matrices_of
+from balance.designspace import design_space
+from balance.feasible import (
+    ROUNDED,
+    DesignCheck,
+    Verdict,
+    answer,
+    assembled,
+    check_design,
+    off_plane,
+)
+from balance.inertia import LABELS, pseudo_inertia
+from balance.objective import Objective, optimum
+from balance.restriction import Restriction, program, restriction
+from balance.space import DesignSpace
+
+__all__ = ["SCHEMA", "Design", "Objective", "design"]
+
+Array = NDArray[np.float64]
+
+SCHEMA = "balance.design/1"
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """A design, or why there is none.
+
+    Attributes:
+        space: the design space; spatial if bodies that are kept are off the plane.
+        verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
+        minimise: the objective.
+        value: its value in SI units, None without an objective or a design.
+        keep: names of the bodies held as the file gives them.
+        bounds: least and largest mass of a body, kg.
+        z: parameters (bodies, 10) about the inertial origin, SI units; None if there is
+            no design.
+        certificate: one symmetric matrix per body; see `check_certificate`.
+        margin: smallest eigenvalue of the pseudo-inertias over the sum of their traces, in
+            units of the chain.
+        residuals: what the check of the design or of the certificate found.
+        words: the verdict in one line.
+    """
+
+    space: DesignSpace
+    verdict: Verdict
+    minimise: Objective | None
+    value: float | None
+    keep: tuple[str, ...]
+    bounds: Mapping[str, tuple[float, float]]
+    z: Array | None
+    certificate: tuple[Array, ...] | None
+    margin: float
+    residuals: DesignCheck | CertificateCheck | None
+    words: str
+
+    @property
+    def bodies(self) -> tuple[BodyInertia, ...]:
+        """The bodies in a designer's terms; empty if there is no design."""
+        if self.z is None:
+            return ()
+        space, size = self.space, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
+        return body_inertias(
+            space.bodies, self.z.reshape(-1, 1) / size, [size], space.frames, space.axes,
+            LABELS, space.length,
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, object]:
+        """The design as plain data, ready for JSON."""
+        return {
+            "schema": SCHEMA,
+            "model": self.space.linkage.name,
+            "algebra": "planar" if self.space.planar else "spatial",
+            "balance": self.space.balance,
+            "verdict": self.verdict,
+            "minimise": self.minimise,
+            "value": self.value,
+            "keep": list(self.keep),
+            "bounds": {
+                name: [low, high if high < inf else None]
+                for name, (low, high) in self.bounds.items()
+            },
+            "margin": self.margin,
+            "residuals": self.residuals._asdict() if self.residuals else None,
+            "words": self.words,
+            "certificate": [Z.tolist() for Z in self.certificate] if self.certificate else None,
+            "bodies": [_as_data(body) for body in self.bodies],
+        }
+
+
+def _as_data(body: BodyInertia) -> dict[str, object]:
+    assert body.com is not None and body.link_com is not None and body.link_inertia is not None
+    return {
+        "name": body.name,
+        "mass": body.mass,
+        "com": body.com.tolist(),
+        "link_com": body.link_com.tolist(),
+        "link_inertia": body.link_inertia.tolist(),
+        "moments": np.linalg.eigvalsh(body.link_inertia).tolist(),
+        "z": body.z.tolist(),
+    }
+
+
+def design(
+    space: DesignSpace,
+    minimise: Objective | None = None,
+    *,
+    keep: Sequence[str] = (),
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+) -> Design:
+    """The best design of a space, or a certificate that there is none.
+
+    In a plane all centres of mass are put at one height, and the plane is a plane of symmetry
+    of every body, so that all six components of the momentum vanish: bodies are discs. If
+    bodies that are kept do not allow for that, all ten parameters are conditioned.
+
+    Args:
+        space: a design space.
+        minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
+            inertia of any body that is not kept, about the origin of its link frame, kg m²;
+            ``"rotor"``: trace of the inertia matrix that the coordinates of the motion feel
+            at the reference pose, kg m² with lengths in characteristic lengths;
+            ``"change"``: distance from the masses in the file, without a unit. See
+            `balance.objective` for what bounds each. By default, the margin is maximised.
+        keep: bodies that stay as the file gives them.
+        bounds: least and largest mass of bodies, kg.
+
+    Raises:
+        BodyError: a body is unknown, all are kept, bounds contradict each other, or the
+            change is measured from a body that is singular.
+        ValueError: there is no such objective.
+    """
+    if minimise is not None and minimise not in get_args(Objective):
+        raise ValueError(f"minimise must be one of {', '.join(get_args(Objective))}")
+    bounds = dict(bounds or {})
+    asked = restriction(space, keep, bounds)
+    if space.planar and space.balance == "dynamic" and _leaves_plane(space, asked):
+        space = design_space(space.linkage, space.motion, spatial=True)
+    found = answer(space, asked)
+    design = Design(
+        space, found.verdict, minimise, None, tuple(keep), bounds, found.z,
+        found.certificate, found.margin, found.residuals, found.words,
+    )  # fmt: skip
+    return _best(design, asked) if minimise and found.z is not None else design
+
+
+def _leaves_plane(space: DesignSpace, asked: Restriction) -> bool:
+    """Whether bodies that are kept have no common plane of symmetry."""
+    moving = [b for b in asked.keep if space.chain.links[b] >= 0]
+    kept = np.array([space.linkage.bodies[b].inertia for b in moving]).reshape(-1, 10)
+    return off_plane(from_si(kept, space.chain.frame)) > ROUNDED
+
+
+def _best(known: Design, asked: Restriction) -> Design:
+    """The best design, once there is one."""
+    assert known.z is not None and known.minimise is not None
+    space, wanted = known.space, known.minimise
+    question = program(space, asked)
+    best = optimum(space, question, wanted, known.z, known.margin)
+    if best is not None:
+        P = matrices_of(space, given(space))
+        P[list(question.free)] = best.P
+        z = assembled(space, asked, P, _thickness(space) if wanted == "change" else None)
+        check = check_design(space, z, asked)
+        if check.accepted:
+            margin = question.cone.least(best.P).min() / np.trace(P, axis1=1, axis2=2).sum()
+            return replace(
+                known, z=z, value=best.value, margin=float(margin), residuals=check,
+                words=f"feasible: the design of the least {wanted}",
+            )  # fmt: skip
+    text = f"undecided: there are designs, but the one of the least {wanted} was not found"
+    return replace(
+        known, verdict="undecided", z=None, margin=0.0, residuals=None, words=text
+    )
+
+
+def _thickness(space: DesignSpace) -> Array:
+    """Second moments of the file's bodies along the third axis of the chain."""
+    P = pseudo_inertia(from_si(given(space), space.chain.frame))
+    return np.asarray(P[:, 2, 2] - P[:, 2, 3] ** 2 / P[:, 3, 3])

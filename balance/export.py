@@ -1,0 +1,159 @@
+"""The file of a linkage with other masses: new ``<inertial>`` elements, all else as it was.
+
+The text is spliced where its elements begin and end, so that comments, blanks, line ends, the
+encoding and whatever other programs keep in the file stay the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from kinematics.errors import FileError
+from kinematics.linkage import Draft
+from kinematics.reader.fields import needed
+from kinematics.reader.markup import Element, build, contents, naming, shown
+
+__all__ = ["with_inertials"]
+
+
+class _Splice(NamedTuple):
+    """A text in place of the bytes from ``start`` to ``end``."""
+
+    start: int
+    end: int
+    text: str
+
+
+def with_inertials(linkage: Draft, inertials: Mapping[str, str]) -> bytes:
+    """The bytes of the linkage's URDF file with new inertial parameters of its bodies.
+
+    Links that fixed joints join are one body. Its topmost link, after which it is named,
+    gets the whole of it, and the others lose their ``<inertial>``. Links of bodies that are
+    not named, the ground among them, are left as they are.
+
+    Args:
+        linkage: the linkage, or a draft of it, as read from a file.
+        inertials: element ``<inertial>`` of each body by its name, in the frame of that
+            link, in lines indented by two blanks, as `balance.BodyInertia.urdf` is.
+
+    Raises:
+        FileError: the linkage was not read from a file, or the file cannot be read any
+            more, or its links are not those of the linkage.
+    """
+    file = shown(linkage.source, 1000)
+    if linkage.tree is None:
+        problem = "a model in memory, not a file in which masses could be replaced"
+        raise FileError(file, "", problem, "load the linkage from the path of its URDF file")
+    with naming(linkage.source):
+        data = contents(linkage.source)
+        links = {link.name: link for link in build(data).every("link")}
+    top = _tops(linkage.tree)
+    if links.keys() != top.keys():
+        raise FileError(file, "", "has other links than when it was read", "start again")
+    text = _Text(data)
+    splices = [
+        text.changed(link, inertials.get(name))
+        for name, link in links.items()
+        if top[name] in inertials
+    ]
+    for start, end, new in sorted(filter(None, splices), reverse=True):
+        data = data[:start] + new.encode(text.codec) + data[end:]
+    return data
+
+
+def _tops(robot: Element) -> dict[str, str]:
+    """The topmost of the links that fixed joints join to each link, by its name."""
+    parent = {
+        needed(joint, "child", "link"): needed(joint, "parent", "link")
+        for joint in robot.every("joint")
+        if joint.attributes["type"] == "fixed"
+    }
+
+    def topmost(name: str) -> str:
+        while name in parent:
+            name = parent[name]
+        return name
+
+    return {link.name: topmost(link.name) for link in robot.every("link")}
+
+
+class _Text:
+    """The bytes of an XML file, in which to find room for an element."""
+
+    def __init__(self, data: bytes) -> None:
+        # Other encodings that expat reads have ASCII's characters where ASCII has them.
+        self.data, self.codec = data, "ascii"
+        if data.startswith((b"\xff\xfe", b"<\0")):
+            self.codec = "utf-16-le"
+        elif data.startswith((b"\xfe\xff", b"\0<")):
+            self.codec = "utf-16-be"
+
+    def changed(self, link: Element, inertial: str | None) -> _Splice | None:
+        """What gives a link its inertial in place of its old one; None takes that away."""
+        old = link.first("inertial")
+        if old is not None:
+            start, end = old.span[0], self.end(old)
+            margin = self.margin(start)
+            if inertial is None:
+                return _Splice(start - self.size(margin), end, "")
+            return _Splice(start, end, _set(inertial, margin))
+        return self.added(link, inertial) if inertial is not None else None
+
+    def added(self, link: Element, inertial: str) -> _Splice:
+        """A first child for a link."""
+        start, end = link.span
+        if link.children:
+            at = link.children[0].span[0]
+            margin = self.margin(at)
+            return _Splice(at, at, _set(inertial, margin) + margin)
+        if self.is_tag(link):
+            margin = self.margin(start)
+            inside = f">{_deeper(margin)}{_set(inertial, _deeper(margin))}{margin}</{link.tag}>"
+            return _Splice(end - self.size("/>"), end, inside)
+        margin = self.margin(end)
+        inside = _set(inertial, _deeper(margin))
+        return _Splice(end, end, f"{_deeper(margin).removeprefix(margin)}{inside}{margin}")
+
+    def is_tag(self, element: Element) -> bool:
+        """Whether an element is one tag, without an end tag."""
+        return not self.data.startswith(f"</{element.tag}".encode(self.codec), element.span[1])
+
+    def end(self, element: Element) -> int:
+        """Where an element ends."""
+        last = element.span[1]
+        if self.is_tag(element):
+            return last
+        return self.data.index(">".encode(self.codec), last) + self.size(">")
+
+    def margin(self, at: int) -> str:
+        """The line break and the blanks before a place; empty if more is on its line."""
+        width, found = self.size(" "), ""
+        while (char := self.data[at - width : at].decode(self.codec, "replace")) in (" ", "\t"):
+            found, at = char + found, at - width
+        if char not in ("\r", "\n"):
+            return ""
+        before = self.data[at - 2 * width : at].decode(self.codec, "replace")
+        return (before if before == "\r\n" else char) + found
+
+    def size(self, text: str) -> int:
+        """Number of bytes of a text."""
+        return len(text.encode(self.codec))
+
+
+def _set(inertial: str, margin: str) -> str:
+    """The lines of an element at a margin, or all in one line if there is none."""
+    lines = inertial.split("\n")
+    if not margin:
+        return "".join(line.strip() for line in lines)
+    return margin.join(line.replace("  ", _step(margin)) for line in lines)
+
+
+def _deeper(margin: str) -> str:
+    """The margin of what is inside an element."""
+    return margin and margin + _step(margin)
+
+
+def _step(margin: str) -> str:
+    """By how much an element is indented more than the one around it."""
+    return "\t" if "\t" in margin else "  "

@@ -1,0 +1,273 @@
+"""Whether any mass distribution of a design space can be built: a design, or a proof of none.
+
+The bodies can be built if all pseudo-inertias are positive definite. That is a cone, so the
+unit is free, and the question is whether ``P_b(y) ⪰ 1`` has a solution: the one with the least
+sum of traces is also the one with the largest margin, ``1 / Σ tr P_b``. Where the solver is
+not clear, the margin itself is maximised. Either answer is checked without the solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.certificate import CertificateCheck, certificates, check_certificate, clash
+from balance.cone import counted, from_si, given, to_si
+from balance.conic import Part, minimise
+from balance.inertia import pseudo_inertia
+from balance.restriction import Program, Restriction, program
+from balance.space import DesignSpace
+from kinematics.linkage import frozen
+
+__all__ = [
+    "DesignCheck",
+    "Feasibility",
+    "Verdict",
+    "answer",
+    "assembled",
+    "check_design",
+    "feasible",
+    "least_traces",
+    "off_plane",
+]
+
+Array = NDArray[np.float64]
+Verdict = Literal["feasible", "infeasible", "undecided"]
+
+# A design must fulfil the conditions to this part of its size, and have a margin above it.
+BALANCED = 1e-12
+# Masses in files are rounded: kept bodies may miss conditions by this part of their size.
+ROUNDED = 1e-9
+# The solver heeds bounds to this part of them.
+WITHIN = 1e-8
+
+
+class DesignCheck(NamedTuple):
+    """What the check of a design found.
+
+    Attributes:
+        accepted: whether it lies in the design space to 1e-12 and has a margin above that.
+        conditions: distance from the design space over the size of the design, lengths in
+            characteristic lengths; in a plane also how far the bodies are from having one
+            plane of symmetry parallel to the motion.
+        eigenvalue: smallest one of the pseudo-inertias over the sum of their traces.
+    """
+
+    accepted: bool
+    conditions: float
+    eigenvalue: float
+
+
+@dataclass(frozen=True, eq=False)
+class Feasibility:
+    """The verdict on a design space.
+
+    Attributes:
+        verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
+        y: coordinates in ``space.basis`` of the design with the largest margin, its masses
+            adding up to those of the file; None if there is none.
+        z: parameters (bodies, 10) of that design about the inertial origin, SI units.
+        certificate: one symmetric matrix per body; see `check_certificate`.
+        margin: the largest t for which ``P_b ⪰ t`` is possible for all bodies when their
+            traces add up to 1, in units of the chain; 0 if infeasible.
+        residuals: what the check of the design or of the certificate found.
+        words: the verdict in one line.
+    """
+
+    verdict: Verdict
+    y: Array | None
+    z: Array | None
+    certificate: tuple[Array, ...] | None
+    margin: float
+    residuals: DesignCheck | CertificateCheck | None
+    words: str
+
+
+def feasible(space: DesignSpace) -> Feasibility:
+    """Whether a design space holds a distribution that can be built.
+
+    Args:
+        space: a design space.
+
+    Returns:
+        ``"feasible"`` with a design that `check_design` accepts, ``"infeasible"`` with a
+        certificate that `check_certificate` accepts, or ``"undecided"``.
+    """
+    return answer(space, Restriction())
+
+
+def answer(space: DesignSpace, asked: Restriction) -> Feasibility:
+    """Whether a design space holds a distribution that fulfils a restriction.
+
+    See `feasible`; the design has the largest margin among those of its total trace.
+    """
+    question = program(space, asked)
+    for x, proofs in _candidates(question):
+        if x is not None and (found := _design(space, asked, question, x)):
+            return found
+        for Z in proofs:
+            certificate = tuple(frozen(matrix) for matrix in Z)
+            check = check_certificate(space, certificate, asked)
+            if check.accepted:
+                text = in_words(space, certificate, asked)
+                return Feasibility("infeasible", None, None, certificate, 0.0, check, text)
+    text = "undecided: neither a design nor a certificate stands up to its check"
+    return Feasibility("undecided", None, None, None, 0.0, None, text)
+
+
+def check_design(
+    space: DesignSpace, z: ArrayLike, asked: Restriction | None = None
+) -> DesignCheck:
+    """Check a design in plain NumPy, without the solver.
+
+    Args:
+        space: the design space.
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+        asked: what else is asked of the bodies. Kept ones must be as in the file, where
+            masses are rounded: the conditions need then hold to 1e-9 only, and these bodies
+            need not be definite. Bounds must hold to 1e-8 of them.
+    """
+    asked = asked or Restriction()
+    z = np.reshape(z, (len(space.bodies), 10))
+    own = from_si(z, space.chain.frame)
+    part, Q = own[:, counted(space)].reshape(-1), space.scaled_basis
+    left = part - Q @ (Q.T @ part)
+    conditions = float(np.linalg.norm(left) / (np.linalg.norm(part) or 1.0))
+    if space.planar and space.balance == "dynamic":
+        conditions = max(conditions, off_plane(own[space.chain.links >= 0]))
+    P = pseudo_inertia(own)
+    total = float(np.trace(P, axis1=1, axis2=2).sum())
+    if not (np.isfinite(own).all() and total > 0.0):
+        return DesignCheck(False, conditions, -np.inf)
+    free = [b for b in range(len(P)) if b not in asked.keep]
+    eigenvalue = float(np.linalg.eigvalsh(P[free]).min()) / total
+    balanced = conditions <= (ROUNDED if asked.keep else BALANCED)
+    accepted = balanced and eigenvalue > BALANCED and _heeds(space, z, asked)
+    return DesignCheck(accepted, conditions, eigenvalue)
+
+
+def _heeds(space: DesignSpace, z: Array, asked: Restriction) -> bool:
+    """Whether a design keeps what it is to keep, and its masses within bounds."""
+    within = all(
+        low * (1.0 - WITHIN) <= z[b, 0] <= high * (1.0 + WITHIN)
+        for b, (low, high) in asked.bounds.items()
+    )
+    return within and all(
+        np.array_equal(z[b], space.linkage.bodies[b].inertia) for b in asked.keep
+    )
+
+
+def off_plane(own: Array) -> float:
+    """How far bodies are from one plane of symmetry, relative to their parameters.
+
+    Args:
+        own: parameters (bodies, 10) in the coordinates of a planar chain.
+    """
+    P = pseudo_inertia(own)
+    lift = np.eye(4)
+    lift[2, 3] = -own[:, 3].sum() / (own[:, 0].sum() or 1.0)
+    size = np.linalg.norm(P) or 1.0
+    return float(np.linalg.norm((lift @ P @ lift.T)[:, 2, [0, 1, 3]]) / size)
+
+
+def _candidates(question: Program) -> Iterator[tuple[Array | None, Iterable[Array]]]:
+    """Coordinates of a design, or certificates: of one problem, and then of another."""
+    if np.linalg.norm(question.left) > ROUNDED:
+        yield None, [clash(question)]
+        return
+    if question.traces.size == 0:
+        cone = question.cone
+        yield None, [np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))]
+        return
+    q, rows, offset, parts = least_traces(question)
+    found = minimise(q, rows, offset, parts, careful=len(question.lines) > 0)
+    if found.infeasible:
+        yield None, certificates(question, found.dual)
+    else:
+        yield found.x, ()
+    # The largest t with P_b ⪰ t, and τ ≥ t, when all traces add up to at most 1.
+    wide = np.block([[rows, offset[:, None]], [-q, 0.0]])
+    room = np.append(np.zeros(offset.size), 1.0)
+    found = minimise(np.append(0.0 * q, -1.0), wide, room, [*parts, Part("line", 1)])
+    yield found.x[:-1], certificates(question, found.dual[:-1])
+
+
+def least_traces(question: Program) -> tuple[Array, Array, Array, list[Part]]:
+    """The least sum of traces with ``P_b ⪰ 1`` and τ ≥ 1, as arguments of `minimise`."""
+    cone, lines = question.cone, question.lines
+    rows, count = np.concatenate([cone.stacked(cone.blocks), lines]), len(cone.blocks)
+    unit = np.zeros(len(rows))
+    unit[: len(rows) - len(lines)] = np.tile(cone.rows(np.eye(cone.size)), count)
+    parts = [cone.part] * count
+    if len(lines):
+        unit[-len(lines)] = 1.0
+        parts.append(Part("line", len(lines)))
+    return question.traces, rows, -unit, parts
+
+
+def _design(
+    space: DesignSpace, asked: Restriction, question: Program, x: Array
+) -> Feasibility | None:
+    """The verdict on coordinates, if they are those of a design."""
+    if not np.isfinite(x).all():
+        return None
+    least = question.cone.least(question.cone.at(x)).min()
+    if not (least > 0.0 and (not asked or x[-1] > 0.0)):
+        return None
+    margin = float(least / (question.traces @ x))
+    # Per unit of mass; or so that bodies have the mean mass of the file.
+    size = x[-1] if asked else question.cone.at(x)[:, -1, -1].mean()
+    y = question.embed @ x * float(question.unit / size)
+    z = assembled(space, asked, question.whole.at(y))
+    check = check_design(space, z, asked)
+    if not check.accepted:
+        return None
+    text = f"feasible: balanced by bodies that can be built, with a margin of {margin:.1e}"
+    return Feasibility("feasible", frozen(y[: space.nullity]), z, None, margin, check, text)
+
+
+def assembled(
+    space: DesignSpace, asked: Restriction, P: Array, along: Array | None = None
+) -> Array:
+    """Parameters (bodies, 10) of pseudo-inertias in the coordinates of the chain, SI units.
+
+    Args:
+        space: the design space.
+        asked: bodies that are kept are those of the file; in a plane, the others have their
+            centres at the same height.
+        P: pseudo-inertias (bodies, k, k).
+        along: see `to_si`.
+    """
+    keep, file = list(asked.keep), given(space)
+    own = from_si(file[[b for b in keep if space.chain.links[b] >= 0]], space.chain.frame)
+    height = own[:, 3].sum() / (own[:, 0].sum() or 1.0)
+    z = to_si(P, space.chain.frame, height, along)
+    z[keep] = file[keep]
+    return frozen(z)
+
+
+def in_words(space: DesignSpace, Z: Sequence[Array], asked: Restriction) -> str:
+    """What a certificate says: which bodies' positivity clash."""
+    sizes = [float(np.abs(matrix).max()) for matrix in Z]
+    clash = [
+        name
+        for name, size in zip(space.bodies, sizes, strict=True)
+        if size > BALANCED * max(sizes)
+    ]
+    listed = " and ".join(filter(None, [", ".join(clash[:-1]), clash[-1]]))
+    if set(clash) <= {space.bodies[b] for b in asked.keep}:
+        return f"infeasible: {listed}, as kept, cannot be balanced by any masses of the others"
+    if asked:
+        return (
+            f"infeasible: what is kept and bounded makes second moments of {listed}, which are "
+            "positive, add up to zero or less"
+        )
+    sums = "are zero" if len(clash) == 1 else "add up to zero"
+    return (
+        "infeasible: however the masses are balanced, some second moments of "
+        f"{listed} {sums}, which are positive for bodies that can be built"
+    )

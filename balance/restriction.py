@@ -1,0 +1,160 @@
+"""What is asked of a design beside balance: bodies held as they are, and masses within bounds.
+
+Both are linear once the unit of mass is a coordinate τ of its own: bodies that are kept are τ
+times those of the file, and bounds are τ times those asked for. So the question stays one
+about a cone, and a design is what is found over τ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.cone import Cone, cone_of, given, matrices_of
+from balance.space import DesignSpace
+from kinematics.errors import BodyError
+
+__all__ = ["Program", "Restriction", "program", "restriction"]
+
+Array = NDArray[np.float64]
+
+# Singular values of the conditions that kept bodies impose, relative to the largest.
+SAME = 1e-10
+
+
+class Restriction(NamedTuple):
+    """What is asked of the bodies.
+
+    Attributes:
+        keep: positions of the bodies held as the file gives them.
+        bounds: least and largest mass in kg, by position of the body.
+    """
+
+    keep: tuple[int, ...] = ()
+    bounds: Mapping[int, tuple[float, float]] = {}
+
+    def __bool__(self) -> bool:
+        """Whether anything is asked."""
+        return bool(self.keep or self.bounds)
+
+
+class Program(NamedTuple):
+    """A question about a cone: x with ``P_b(x) ⪰ 1`` for all free bodies, and ``lines x ≥ 0``.
+
+    Attributes:
+        cone: of the free bodies, in the coordinates x, the last of which is τ if anything is
+            restricted.
+        free: their positions among all bodies.
+        lines: rows that must not be negative (lines, n), that of τ first, which is to be at
+            least 1.
+        limits: for each of the other rows, its body and the sign of the mass in it.
+        traces: of all bodies together (n,).
+        unit: kilograms per unit of the matrices.
+        whole: the cone of all bodies.
+        embed: its coordinates for each of x (all coordinates, n).
+        fixed: rows of the whole cone that have a value: those of kept bodies, and then the
+            masses that are told exactly (rows, all coordinates).
+        told: bodies of the latter.
+        left: what these miss of their values at best; not zero if nothing can balance them.
+    """
+
+    cone: Cone
+    free: tuple[int, ...]
+    lines: Array
+    limits: tuple[tuple[int, float], ...]
+    traces: Array
+    unit: float
+    whole: Cone
+    embed: Array
+    fixed: Array
+    told: tuple[int, ...]
+    left: Array
+
+
+def restriction(
+    space: DesignSpace, keep: Sequence[str], bounds: Mapping[str, tuple[float, float]]
+) -> Restriction:
+    """The restriction of that name.
+
+    Raises:
+        BodyError: a body is unknown, all are kept, bounds contradict each other, or a body is
+            kept and bounded.
+    """
+    source, names = space.source, space.bodies
+    for name in (*keep, *bounds):
+        if name not in names:
+            raise BodyError(source, name, "carries no inertial parameters", names)
+    if not set(names) - set(keep):
+        raise BodyError(source, ", ".join(names), "are all kept: nothing is left to design")
+    for name, (low, high) in bounds.items():
+        if not (0.0 <= low <= high and high > 0.0 and low < inf):
+            text = f"its mass cannot be from {low:g} to {high:g} kg: give 0 ≤ least ≤ largest"
+            raise BodyError(source, name, text)
+        if name in keep:
+            raise BodyError(source, name, "is kept and bounded: give one of the two")
+    at = {name: b for b, name in enumerate(names)}
+    return Restriction(
+        tuple(sorted({at[name] for name in keep})),
+        {at[name]: (float(low), float(high)) for name, (low, high) in bounds.items()},
+    )
+
+
+def program(space: DesignSpace, asked: Restriction) -> Program:
+    """The question whether a space has a design that fulfils a restriction."""
+    cone, count = cone_of(space), len(space.bodies)
+    n = cone.blocks.shape[1]
+    none = np.empty((0, n))
+    unit = sum(body.inertia[0] for body in space.linkage.bodies) / count or 1.0
+    if not asked:
+        return Program(
+            cone, tuple(range(count)), none, (), _traces(cone), unit, cone, np.eye(n), none,
+            (), np.empty(0),
+        )  # fmt: skip
+    file = matrices_of(space, given(space))
+    told = tuple(b for b, (low, high) in asked.bounds.items() if low == high)
+    fixed, values = _fixed(cone, file, asked, told)
+    start, motions, left = _solutions(fixed, values / unit)
+    embed = np.column_stack([motions, start])
+    free = tuple(b for b in range(count) if b not in asked.keep)
+    own = cone._replace(blocks=np.einsum("bnij,nm->bmij", cone.blocks[list(free)], embed))
+    tau = np.eye(embed.shape[1])[-1]
+    lines, limits = [tau], []
+    for b, (low, high) in asked.bounds.items():
+        mass = own.blocks[free.index(b), :, -1, -1]
+        for sign, value in ((1.0, low), (-1.0, high)):
+            if low < high and 0.0 < value < inf:
+                lines.append(sign * (mass - value / unit * tau))
+                limits.append((b, sign))
+    kept = np.trace(file[list(asked.keep)], axis1=1, axis2=2).sum() / unit
+    return Program(
+        own, free, np.array(lines), tuple(limits), _traces(own) + kept * tau, unit, cone,
+        embed, fixed, told, left,
+    )  # fmt: skip
+
+
+def _traces(cone: Cone) -> Array:
+    return np.asarray(np.trace(cone.blocks, axis1=2, axis2=3).sum(axis=0))
+
+
+def _fixed(
+    cone: Cone, file: Array, asked: Restriction, told: tuple[int, ...]
+) -> tuple[Array, Array]:
+    """Rows of the cone that have a value, and these values."""
+    keep = list(asked.keep)
+    masses = cone.blocks[list(told)][:, :, -1, -1]
+    rows = np.concatenate([cone.stacked(cone.blocks[keep]), masses])
+    values = np.array([asked.bounds[b][0] for b in told])
+    return rows, np.concatenate([cone.rows(file[keep]).reshape(-1), values])
+
+
+def _solutions(E: Array, e: Array) -> tuple[Array, Array, Array]:
+    """Least solution of ``E y = e``, basis of the null space of E, and what is left of e."""
+    U, values, V = np.linalg.svd(E)
+    rank = int(np.sum(values > SAME * values.max(initial=0.0)))
+    U = U[:, :rank]
+    left = e - U @ (U.T @ e)
+    return V[:rank].T @ ((U.T @ e) / values[:rank]), V[rank:].T, left - U @ (U.T @ left)

@@ -1,0 +1,62 @@
+"""What all curves share: one style, for Matplotlib and for Plotly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.errors import LinkageError
+
+__all__ = ["GRID", "LAYOUT", "image", "short", "tidy"]
+
+Array = NDArray[np.float64]
+
+GRID = "#e6e9ec"
+LAYOUT: dict[str, Any] = {
+    "plot_bgcolor": "#fff",
+    "paper_bgcolor": "#fff",
+    "font": {"family": "Charter, Liberation Serif, Georgia, serif", "color": "#1b1e22"},
+}
+
+
+def image(size: tuple[float, float], kind: str, draw: Callable[[Any], None]) -> bytes:
+    """A Matplotlib figure as a file, the same bytes for the same figure.
+
+    Args:
+        size: width and height, inches.
+        kind: ``"png"`` or ``"svg"``.
+        draw: fills the figure.
+
+    Raises:
+        LinkageError: Matplotlib is missing.
+    """
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise LinkageError(
+            "a picture needs Matplotlib, which is not installed; "
+            "install it with 'pip install matplotlib'"
+        ) from None
+    with rc_context({"svg.hashsalt": "balance", "font.size": 9.0}):
+        figure = Figure(figsize=size, layout="constrained")
+        draw(figure)
+        file = BytesIO()
+        undated = {"Date": None} if kind == "svg" else {}
+        figure.savefig(file, format=kind, dpi=150, metadata=undated)
+    return file.getvalue()
+
+
+def tidy(ax: Any) -> None:
+    """Matplotlib axes with a light grid and no frame."""
+    ax.grid(color=GRID, linewidth=0.6)
+    ax.spines[["top", "right"]].set_visible(False)
+
+
+def short(values: Array) -> list[float | None]:
+    """Numbers of six digits for JSON; what is not finite is a gap."""
+    return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values]

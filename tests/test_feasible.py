@@ -1,0 +1,187 @@
+"""Verdicts on design spaces; each design and each proof is judged by finite poses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import reference
+from drafts import axis_edge, linked
+from shapes import (
+    antiparallelogram,
+    arm,
+    bennett,
+    conditions,
+    functional,
+    general,
+    kite,
+    matrix,
+    outside,
+    quadrilateral,
+    spherical,
+)
+
+import kinematics
+from balance import check_certificate, check_design, design_space
+from balance.design import design
+from balance.feasible import feasible
+from balance.verify import verify
+from kinematics.assembly import assemble
+
+FEASIBLE = [
+    ("four_bar_kite", None), ("four_bar_antiparallelogram", None), ("slider_crank", None),
+    ("scissor_three_stage", None), ("three_rsr", "u2=u3"), ("three_rsr_rational", "u2=u3"),
+]  # fmt: skip
+INFEASIBLE = [
+    "four_bar_general", "four_bar_parallelogram", "five_bar", "three_rsr", "bennett",
+    "four_bar_spherical", "hprs", "rusr", "sarrus", "goldberg_five_bar", "six_bar_watt",
+]  # fmt: skip
+
+
+def judged(space, reach=0.25):
+    """The verdict, after what it rests on was judged by rows of finite poses."""
+    found, rows = feasible(space), conditions(space, reach=reach)
+    if found.verdict == "feasible":
+        assert found.certificate is None and check_design(space, found.z).accepted
+        left = rows @ found.z.reshape(-1)
+        assert np.abs(left).max() < 1e-12 * np.abs(rows).max() * np.abs(found.z).sum()
+        assert min(np.linalg.eigvalsh(matrix(z))[0] for z in found.z) > 0.0
+        assert found.margin > 0.0
+    elif found.verdict == "infeasible":
+        assert found.z is None and found.y is None and found.margin == 0.0
+        assert check_certificate(space, found.certificate).accepted
+        assert min(np.linalg.eigvalsh(Z)[0] for Z in found.certificate) > -1e-15
+        value = functional(space, found.certificate)
+        assert np.linalg.norm(value) > 1e-3 and outside(value, rows) < 1e-7
+    return found
+
+
+@pytest.mark.parametrize(("model", "motion"), FEASIBLE)
+def test_linkages_that_can_be_balanced(model, motion):
+    space = design_space(kinematics.load(model), motion)
+    found = judged(space)
+    assert found.verdict == "feasible" and found.margin > 1e-4
+    mass = sum(body.inertia[0] for body in space.linkage.bodies)
+    assert found.z[:, 0].sum() == pytest.approx(mass, rel=1e-12)
+    own = space.basis.reshape(len(space.bodies), -1, space.nullity) @ found.y
+    assert np.allclose(own[:, 0], found.z[:, 0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("model", INFEASIBLE)
+def test_linkages_that_cannot_be_balanced(model):
+    assert judged(design_space(kinematics.load(model))).verdict == "infeasible"
+
+
+@pytest.mark.parametrize("model", ["four_bar_kite", "four_bar_general", "slider_crank"])
+def test_the_plane_decides_for_space(model):
+    """Flat matrices of three rows and full ones of four agree, as does a margin's order."""
+    linkage = kinematics.load(model)
+    flat, full = (feasible(design_space(linkage, spatial=s)) for s in (False, True))
+    assert flat.verdict == full.verdict
+    assert full.margin <= flat.margin <= 1.2 * full.margin
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_wide_pair_must_be_the_base(seed):
+    rng = np.random.default_rng(seed)
+    for corners, wide in ((kite(rng), {2, 3}), (antiparallelogram(rng), {0, 2})):
+        for base in range(4):
+            space = design_space(quadrilateral(corners, base, rng))
+            assert space.nullity == 5
+            verdict = "feasible" if base in wide else "infeasible"
+            assert judged(space).verdict == verdict, base
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_general_four_bar(seed):
+    rng = np.random.default_rng(seed)
+    assert judged(design_space(quadrilateral(general(rng), 3, rng))).verdict == "infeasible"
+
+
+def test_no_bennett_linkage():
+    rng = np.random.default_rng(50)
+    for _ in range(50):
+        space = design_space(bennett(rng))
+        assert (space.rank, space.nullity) == (13, 17)
+        assert judged(space).verdict == "infeasible"
+
+
+def test_no_spherical_linkage():
+    rng = np.random.default_rng(20)
+    for _ in range(20):
+        space = design_space(spherical(rng))
+        assert space.nullity == 15
+        assert judged(space, reach=0.05).verdict == "infeasible"
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_serial_arm(seed):
+    rng = np.random.default_rng(seed)
+    assert judged(design_space(arm(rng, 2 + seed % 3))).verdict == "infeasible"
+
+
+@pytest.mark.parametrize("model", ["five_bar", "four_bar_general", "bennett"])
+def test_forces_alone_can_be_balanced(model):
+    """Counterweights balance the forces of these; only masses must be positive."""
+    linkage = kinematics.load(model)
+    space = design_space(linkage, balance="force")
+    found = feasible(space)
+    assert found.verdict == "feasible" and check_design(space, found.z).accepted
+    mechanism = reference.load(model)
+    rates = np.eye(len(mechanism.inputs))
+    start = np.zeros(len(mechanism.joints))
+    for u in np.random.default_rng(1).uniform(-0.3, 0.3, (2, len(rates))):
+        q = reference.follow(mechanism, start, u)
+        moving = reference.velocities(mechanism, q, rates)
+        X = reference.regressor(mechanism, q, moving, "force")
+        assert np.abs(X @ found.z[:, :4].reshape(-1)).max() < 1e-11 * np.abs(found.z).max()
+    assert min(np.linalg.eigvalsh(matrix(z))[0] for z in found.z) > 0.0
+
+
+def test_a_sliding_arm_pushes_its_base():
+    space = design_space(kinematics.load("hprs"), balance="force")
+    assert judged(space).verdict == "infeasible"
+
+
+@pytest.mark.parametrize(
+    ("model", "motion", "entry"), [(*FEASIBLE[0], 8), (*FEASIBLE[0], 3), (*FEASIBLE[4], 1)]
+)
+def test_designs_do_not_shake_for_pinocchio(model, motion, entry):
+    """All six components, also of a planar linkage: Exz or mcz would make moments out of it."""
+    linkage = kinematics.load(model)
+    z = feasible(design_space(linkage, motion)).z
+    found = verify(linkage, z, motion=motion, trajectories=1, samples=20)
+    assert found.verdict == "balanced"
+    tilted = z.copy()
+    tilted[1, entry] += 1e-3
+    shaken = verify(linkage, tilted, motion=motion, trajectories=1, samples=20)
+    assert shaken.verdict == "not balanced"
+
+
+def test_words_name_who_clashes():
+    found = feasible(design_space(kinematics.load("four_bar_general")))
+    assert found.words.startswith("infeasible: ")
+    assert all(name in found.words for name in ("crank", "coupler", "rocker"))
+    assert "\n" not in found.words
+
+
+def test_a_hinge_alone_clashes_with_itself():
+    """A body on one hinge is balanced if all its mass is on the axis: by no real body."""
+    rng = np.random.default_rng(0)
+    found = judged(design_space(arm(rng, 1)))
+    assert found.verdict == "infeasible" and "of b0 are zero" in found.words
+
+
+def test_no_masses_at_all_balance_a_hinge_on_a_slide():
+    """The space is a point: every matrix that is definite is a certificate."""
+    x, z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    joints = [
+        axis_edge("prismatic", x, np.zeros(3), (0, 1), "slide"),
+        axis_edge("revolute", z, np.array([0.3, 0.1, 0.0]), (1, 2), "hinge"),
+    ]
+    space = design_space(assemble(linked(joints, [2], np.random.default_rng(0))))
+    assert space.nullity == 0
+    found = feasible(space)
+    assert found.verdict == "infeasible"
+    assert check_certificate(space, found.certificate).accepted
+    kept = design(space, bounds={"b0": (1.0, 2.0)})
+    assert kept.verdict == "infeasible"

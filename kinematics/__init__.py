@@ -12,13 +12,29 @@ if TYPE_CHECKING:
     from kinematics.linkage import Body, Joint, Linkage, Loop, Notice
     from kinematics.models import gallery, load
     from kinematics.motion import Motion
+    from kinematics.taylor import TaylorMotion, taylor_motion
+    from kinematics.virtual import tool
 
-__all__ = ["Body", "Joint", "Linkage", "Loop", "Motion", "Notice", "gallery", "load"]
+__all__ = [
+    "Body",
+    "Joint",
+    "Linkage",
+    "Loop",
+    "Motion",
+    "Notice",
+    "TaylorMotion",
+    "gallery",
+    "load",
+    "taylor_motion",
+    "tool",
+]
 
 _HOMES = {
     **dict.fromkeys(["Body", "Joint", "Linkage", "Loop", "Notice"], "linkage"),
     **dict.fromkeys(["gallery", "load"], "models"),
+    **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor"),
     "Motion": "motion",
+    "tool": "virtual",
 }
 
 

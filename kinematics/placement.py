@@ -16,9 +16,12 @@ from kinematics.closure import Series, expand_from, factor, fill_loop_matrix, so
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain
 
-__all__ = ["Pose", "expand_at", "follow", "forward", "mismatch", "radius"]
+__all__ = ["Pose", "expand_at", "follow", "forward", "mismatch", "newton", "radius"]
 
 Array = NDArray[np.float64]
+
+# Steps of Newton's method at most.
+STEPS = 30
 
 
 @kernel
@@ -143,7 +146,7 @@ def _mismatch(H, ends, gaps, b, dim):
 
 
 @kernel
-def _close(parent, screws, ends, mimics, dependent, q, H, s):
+def _close(parent, screws, ends, mimics, dependent, q, H, s, steps):
     """Newton's method on the dependent joints of q, in place; returns the last mismatch."""
     dim = screws.shape[1]
     rows = ends.shape[0] * dim + mimics.shape[0]
@@ -152,7 +155,8 @@ def _close(parent, screws, ends, mimics, dependent, q, H, s):
     b = np.empty(rows)
     closed = np.empty((0, H.shape[1], H.shape[1]))
     best = np.inf
-    for _ in range(30):
+    error = np.inf
+    for _ in range(steps):
         _forward(parent, screws, q, H, s)
         _mismatch(H, ends, closed, b, dim)
         for row in range(mimics.shape[0]):
@@ -211,7 +215,7 @@ def _follow(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s)
             for k in range(orders):
                 moved[j] += step ** (k + 1) / (k + 1) * rates[k, j]
             guess[j] = q[j] = start[j] + moved[j]
-        error = _close(parent, screws, ends, mimics, dependent, q, H, s)
+        error = _close(parent, screws, ends, mimics, dependent, q, H, s, STEPS)
         for j in range(n):
             off[j] = q[j] - guess[j]
         if error < 1e-10 and _size(off) <= 0.1 * _size(moved):
@@ -275,6 +279,25 @@ def follow(
     )  # fmt: skip
     screws.flags.writeable = False
     return Pose(q, H, screws, 0.0), step
+
+
+def newton(chain: Chain, start: Array, steps: int = STEPS) -> tuple[Array, float]:
+    """Joint positions that close the loops, by Newton's method on the dependent joints.
+
+    Args:
+        chain: the linkage at its reference pose.
+        start: joint positions from which to start (n,).
+        steps: how many to take at most.
+
+    Returns:
+        Joint positions (n,), and how far the loops were open before the last step.
+    """
+    q = np.array(start, dtype=np.float64)
+    error = _close(
+        chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent,
+        q, *_room(chain), steps,
+    )  # fmt: skip
+    return q, float(error)
 
 
 def _room(chain: Chain) -> tuple[Array, Array]:

@@ -1,0 +1,272 @@
+"""Taylor motions: all joint positions as polynomials in the inputs, of any order.
+
+    q(u) = Σ_α c_α u^α          ∂^α q(0) = α! c_α
+
+The multi-indices α and their order are those of `kinematics.polynomials`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinematics.assembly import moving_chain
+from kinematics.chain import move
+from kinematics.closure import expand
+from kinematics.errors import MobilityError, PoseError
+from kinematics.expansion import layout, polynomials
+from kinematics.linkage import Chain, IntArray, Linkage, frozen, names
+from kinematics.motion import Motion, restriction
+from kinematics.placement import newton
+from kinematics.polynomials import Monomials, monomials, powers
+
+__all__ = ["TaylorMotion", "scaled_chain", "taylor_motion"]
+
+Array = NDArray[np.float64]
+
+# Condition number of the closure equations beyond which they determine no motion.
+SINGULAR = 1e9
+# The radius of convergence is read off series of this order, along so many directions for
+# every input, all around and then ever nearer the worst one, and is taken smaller by a margin.
+FAR, DIRECTIONS, SPREADS, MARGIN = 24, 6, (1.0, 0.3, 0.1), 0.9
+SEED = 7
+# Opening of loops, in radians and characteristic lengths, at which they are closed.
+CLOSED = 1e-10
+# Newton's method stays on the branch if it corrects a prediction by less than this part, and
+# than this many radians or characteristic lengths.
+NEAR = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class TaylorMotion:
+    """The closed motion of a linkage as a Taylor polynomial about its reference pose.
+
+    Points u are displacements of the inputs from the reference pose, or coordinates y of a
+    restricted motion, ``u = motion.basis @ y``; shape (..., w), SI units.
+
+    Attributes:
+        linkage: the linkage.
+        motion: the motion that was expanded.
+        joints: names of all joints of the linkage.
+        exponents: multi-indices α (M, w), by degree.
+        coefficients: ``c_α`` of every joint position (M, n), SI units.
+        condition: condition number of the closure equations, in units of the chain.
+        chain: the moving joints as arrays; its columns are the inputs in units of ``scales``.
+        scales: unit of each input in which the radius is measured (w,): radians and
+            characteristic lengths.
+    """
+
+    linkage: Linkage
+    motion: Motion
+    joints: tuple[str, ...]
+    exponents: IntArray
+    coefficients: Array
+    condition: float
+    chain: Chain
+    scales: Array
+
+    @property
+    def order(self) -> int:
+        """Highest degree."""
+        return int(self.exponents.sum(axis=1).max())
+
+    def evaluate(self, u: ArrayLike) -> Array:
+        """Positions of all joints at points u (..., w); shape (..., n)."""
+        found: Array = powers(self.exponents, self._points(u)) @ self.coefficients
+        return found
+
+    def derivatives(self, alpha: ArrayLike, u: ArrayLike | None = None) -> Array:
+        """Mixed partial derivative ``∂^α q`` of all joint positions.
+
+        Args:
+            alpha: multi-index (w,), such as ``(2, 1)``.
+            u: points (..., w); the reference pose by default, where it is ``α! c_α``.
+
+        Returns:
+            Shape (..., n); all derivatives beyond the order are 0.
+        """
+        alpha = np.asarray(alpha)
+        if alpha.shape != self.scales.shape or not (alpha == np.abs(alpha).astype(int)).all():
+            raise ValueError(f"a multi-index is {self.scales.size} whole numbers, not {alpha}")
+        above = (self.exponents >= alpha).all(axis=1)
+        left = self.exponents[above] - alpha
+        factorial = np.cumprod([1.0, *range(1, self.order + 1)])
+        ratio = (factorial[self.exponents[above]] / factorial[left]).prod(axis=1)
+        coefficients = ratio[:, None] * self.coefficients[above]
+        at = np.zeros(alpha.size) if u is None else self._points(u)
+        found: Array = powers(left, at) @ coefficients
+        return found
+
+    @cached_property
+    def radius(self) -> float:
+        """Estimated radius of convergence: `distance` within which the series converges.
+
+        Terms of a series fall like ``ρ^-k k^(-3/2)`` if it ends, as they mostly do, at a
+        square root. ρ is read off the growth of the terms of high order along many
+        directions; the least counts. Infinite if the motion is linear.
+        """
+        width = self.scales.size
+        normals = np.random.default_rng(SEED).standard_normal((DIRECTIONS * width, width))
+        least, worst = np.inf, np.zeros(width)
+        for spread in SPREADS[: 1 if width == 1 else None]:
+            rays = worst + spread * normals
+            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+            found = [_radius(self._terms(ray)) for ray in rays]
+            if min(found) < least:
+                least, worst = min(found), rays[np.argmin(found)]
+        return MARGIN * least
+
+    def distance(self, u: ArrayLike) -> Array:
+        """Distance of points u (..., w) from the reference pose, to compare with the radius.
+
+        In radians and characteristic lengths; shape (...).
+        """
+        found: Array = np.linalg.norm(self._points(u) / self.scales, axis=-1)
+        return found
+
+    def error(self, u: ArrayLike) -> Array:
+        """Estimated error of `evaluate` at points u (..., w), of the joint that is worst off.
+
+        It is the step by which Newton's method would begin to close the loops there, and
+        what rounding may add; in radians and characteristic lengths; shape (...).
+        """
+        points = self._points(u)
+        q = self._in_chain(self.evaluate(points))
+        steps = [newton(self.chain, x, 1)[0] - x for x in q.reshape(-1, q.shape[-1])]
+        sizes = np.abs(np.array(steps)).max(axis=1, initial=0.0).reshape(points.shape[:-1])
+        rounding = np.finfo(float).eps * self.condition
+        found: Array = sizes + rounding * np.maximum(1.0, np.abs(q).max(axis=-1))
+        return found
+
+    def polish(self, u: ArrayLike) -> Array:
+        """Positions of all joints that close the loops at one point u (w,); shape (n,).
+
+        Newton's method from the prediction of the series.
+
+        Raises:
+            PoseError: it does not end near the prediction.
+        """
+        point = self._points(u)
+        guess = self._in_chain(self.evaluate(point))
+        q, opening = newton(self.chain, guess)
+        reach = NEAR * min(1.0, float(np.linalg.norm(guess)))
+        if not (opening <= CLOSED and np.linalg.norm(q - guess) <= reach):
+            raise PoseError(
+                f"{self.linkage.source}: the loops cannot be closed near what the series "
+                f"predicts at distance {self.distance(point):.3g} (radius of convergence "
+                f"{self.radius:.3g}); give a nearer pose"
+            )
+        found = np.zeros(len(self.joints))
+        found[self.chain.joints] = q * self.chain.units
+        return found
+
+    def _points(self, u: ArrayLike) -> Array:
+        """Points as an array (..., w), checked."""
+        points = np.asarray(u, dtype=np.float64)
+        if points.shape[-1:] != self.scales.shape or not np.isfinite(points).all():
+            raise PoseError(
+                f"{self.linkage.source}: points of the motion are {self.scales.size} finite "
+                f"numbers each, not an array of shape {points.shape}"
+            )
+        return points
+
+    def _in_chain(self, q: Array) -> Array:
+        """Joint positions in the units of the chain (..., moving joints)."""
+        return q[..., self.chain.joints] / self.chain.units
+
+    def _terms(self, ray: Array) -> Array:
+        """Sizes of the terms of the joint positions along a ray, from order 1 on."""
+        rates = expand(self.chain, ray[None], FAR - 1).C[0] @ ray
+        return np.abs(rates).max(axis=1) / np.arange(1, FAR + 1)
+
+
+def _radius(terms: Array) -> float:
+    """Radius of convergence of a series with terms of these sizes, from order 1 on.
+
+    The smaller of two estimates: from the root of late terms, and from how they grow, late
+    maxima over earlier ones, since terms oscillate if complex singularities are nearest.
+    """
+    count = len(terms)
+    order = np.arange(1, count + 1)
+    if not terms[1:].any():
+        return np.inf
+    with np.errstate(divide="ignore"):
+        levels = np.log(terms) + 1.5 * np.log(order)
+    half, quarter = count // 2, count // 4
+    root = np.max((levels[half:] - levels[0]) / (order[half:] - 1))
+    slope = (levels[-quarter:].max() - levels[quarter:half].max()) / half
+    return float(np.exp(-max(root, slope)))
+
+
+def scaled_chain(chain: Chain, linkage: Linkage, motion: Motion) -> tuple[Chain, Array]:
+    """The chain with the coordinates of a motion as its columns, each of unit size.
+
+    Returns:
+        The chain, and what each column is in SI units of its coordinate (w,).
+    """
+    at = {joint: j for j, joint in enumerate(chain.joints.tolist())}
+    inputs = linkage.positions_of(motion.inputs).tolist()
+    kept = [c for c, joint in enumerate(inputs) if joint in at]
+    independent = np.array([at[inputs[c]] for c in kept], dtype=np.int64)
+    basis = motion.basis[kept] / chain.units[independent, None]
+    scales = 1.0 / np.linalg.norm(basis, axis=0)
+    return move(chain, independent, basis * scales), frozen(scales)
+
+
+def taylor_motion(
+    linkage: Linkage,
+    order: int,
+    motion: str | Sequence[str] | Motion | None = None,
+    *,
+    equations: Sequence[int] | None = None,
+) -> TaylorMotion:
+    """Expand the closed motion of a linkage about its reference pose.
+
+    Args:
+        linkage: an assembled linkage; see `kinematics.tool` for its inverse kinematics.
+        order: highest degree, at least 1.
+        motion: restriction of the inputs, as relations or as a `Motion`.
+        equations: rows of the loop closure equations that are solved: six for each loop,
+            ``[ω; v]``, or three in a plane, then one for each mimic joint. By default all
+            are, in the least-squares sense, which is better conditioned than any choice.
+
+    Raises:
+        MotionError: the motion is not one of this linkage's inputs.
+        MobilityError: the linkage cannot follow it, or the equations do not determine it.
+        LinkageError: there are too many coefficients.
+    """
+    if order < 1:
+        raise ValueError(f"the order is at least 1, not {order}")
+    given = restriction(linkage, motion)
+    motion = given or Motion.free(linkage.inputs)
+    chain, scales = scaled_chain(moving_chain(linkage, given), linkage, motion)
+    table = monomials(chain.width, order)
+    chosen = None if equations is None else frozen(equations, np.int64)
+    found, condition = polynomials(chain, layout(chain, chosen), table)
+    if not condition < SINGULAR:
+        raise MobilityError(
+            f"{linkage.source}: the closure equations hardly determine the other joints "
+            f"(condition number {condition:.1g}); choose other inputs or equations"
+        )
+    return TaylorMotion(
+        linkage=linkage,
+        motion=motion,
+        joints=names(linkage.joints),
+        exponents=table.exponents,
+        coefficients=_in_si(found, chain, scales, table, len(linkage.joints)),
+        condition=condition,
+        chain=chain,
+        scales=scales,
+    )
+
+
+def _in_si(found: Array, chain: Chain, scales: Array, table: Monomials, joints: int) -> Array:
+    """Coefficients of all joints in SI units, from those of the moving joints."""
+    coefficients = np.zeros((len(found), joints))
+    units = powers(table.exponents, 1.0 / scales)
+    coefficients[:, chain.joints] = found * units[:, None] * chain.units
+    return frozen(coefficients)

@@ -1,0 +1,150 @@
+"""Virtual joints from the ground to a tool, with which inverse kinematics is nothing special.
+
+A weld of the tool to the far end of prismatic and revolute joints makes one more loop; with
+those joints as inputs, the joints of the robot follow from it like those of any other linkage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinematics.assembly import assemble
+from kinematics.chain import arrange, move
+from kinematics.closure import expand
+from kinematics.errors import CoordinateError
+from kinematics.linkage import GROUND, Body, Draft, Joint, Linkage, Loop, frozen, names
+from kinematics.screws import prismatic, revolute
+
+__all__ = ["DIRECTIONS", "tool"]
+
+Array = NDArray[np.float64]
+
+# Shifts along the inertial axes; then turns about x, about the y that it carries along, and
+# about the z that both carry along.
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+# What is left of the freedom of a direction, once others are given, in radians and
+# characteristic lengths.
+DEPENDENT = 1e-8
+
+
+def tool(
+    linkage: Linkage,
+    link: str,
+    directions: str | Sequence[str],
+    point: ArrayLike | None = None,
+) -> Linkage:
+    """The linkage with coordinates of a tool as its inputs: its inverse kinematics.
+
+    Directions that are not named are held where they are, one after the other, as far as
+    that leaves those named free to move; the others follow. So a robot with six joints moves
+    along ``"x"`` without turning, and the tip of a five-bar along ``"x,y"`` while it turns.
+
+    Args:
+        linkage: an assembled linkage.
+        link: name of the body that carries the tool.
+        directions: of `DIRECTIONS`, the new inputs in this order: ``"x,y"`` or a sequence.
+        point: the point that moves and about which the tool turns (3,), metres, in the
+            inertial frame at the reference pose; the origin of the link's frame by default.
+
+    Returns:
+        The linkage with inputs ``link.x`` …; where it has more freedom than the tool can
+        use, completed with joints of its own, as a notice says.
+
+    Raises:
+        CoordinateError: there is no such link or direction, or a direction cannot be an
+            input, for the link cannot move that way or others determine it.
+    """
+    body, at = _carrier(linkage, link, point)
+    named = _named(linkage, directions)
+    held = _held(linkage, body.link, at, named)
+    screws = [prismatic(axis) for axis in np.eye(3)]
+    screws += [revolute(axis, at) for axis in np.eye(3)]
+    joints, last = list(linkage.joints), GROUND
+    for k, direction in enumerate(DIRECTIONS):
+        if k not in held:
+            kind, name = "prismatic" if k < 3 else "revolute", f"{link}.{direction}"
+            joints.append(Joint(name, kind, last, frozen(screws[k]), frozen(at), True))
+            last = len(joints) - 1
+    draft = Draft(**{f.name: getattr(linkage, f.name) for f in fields(Draft)})
+    draft = replace(
+        draft,
+        joints=tuple(joints),
+        loops=(*linkage.loops, Loop(f"{link}.tool", last, body.link)),
+        tree=None,
+    )
+    return assemble(draft, [f"{link}.{DIRECTIONS[k]}" for k in named])
+
+
+def _carrier(linkage: Linkage, link: str, point: ArrayLike | None) -> tuple[Body, Array]:
+    """The body that carries the tool, and the tool's point (3,)."""
+    bodies = {body.name: body for body in linkage.bodies}
+    problem = ""
+    if link not in bodies:
+        problem = "no body of this name"
+    elif {f"{link}.{direction}" for direction in DIRECTIONS} & set(names(linkage.joints)):
+        problem = "is a tool already"
+    if problem:
+        others = [name for name in bodies if name != link]
+        raise CoordinateError(linkage.source, [link], problem, others)
+    body = bodies[link]
+    at = np.asarray(body.frame[:3, 3] if point is None else point, dtype=np.float64)
+    if at.shape != (3,) or not np.isfinite(at).all():
+        problem = "its point must be three finite numbers, in metres"
+        raise CoordinateError(linkage.source, [link], problem, list(bodies))
+    return body, at
+
+
+def _named(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:
+    """Numbers of directions, in the order in which they are named."""
+    words = directions.split(",") if isinstance(directions, str) else list(directions)
+    words = [word.strip() for word in words]
+    for k, word in enumerate(words):
+        if word not in DIRECTIONS or word in words[:k]:
+            problem = "named twice" if word in DIRECTIONS else "no direction of a tool"
+            raise CoordinateError(linkage.source, [word], problem, DIRECTIONS)
+    if not words:
+        raise CoordinateError(linkage.source, ["tool"], "no direction is named", DIRECTIONS)
+    return [DIRECTIONS.index(word) for word in words]
+
+
+def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[int]:
+    """Directions not named that can be held, at first order at the reference pose.
+
+    Raises:
+        CoordinateError: a direction that is named depends on those before it.
+    """
+    rates = _rates(linkage, link, at)
+    size = float(np.abs(rates).max(initial=0.0))
+    basis = np.empty((0, rates.shape[1]))
+    free = [k for k in range(6) if np.abs(rates[k]).max(initial=0.0) > DEPENDENT * size]
+    held = []
+    for k in (*named, *(k for k in range(6) if k not in named)):
+        rest = rates[k] - (rates[k] @ basis.T) @ basis
+        left = float(np.linalg.norm(rest))
+        if left > DEPENDENT * size:
+            basis = np.vstack([basis, rest / left])
+            if k not in named:
+                held.append(k)
+        elif k in named:
+            problem = "the tool cannot move this way at the reference pose"
+            if k in free:
+                others = ", ".join(DIRECTIONS[i] for i in named[: list(named).index(k)])
+                problem = f"depends on {others} at the reference pose"
+            raise CoordinateError(
+                linkage.source, [DIRECTIONS[k]], problem, [DIRECTIONS[i] for i in free]
+            )
+    return held
+
+
+def _rates(linkage: Linkage, link: int, at: Array) -> Array:
+    """Velocity of the tool's point, then angular velocity, for unit inputs (6, mobility)."""
+    independent = linkage.positions_of(linkage.inputs)
+    chain = move(arrange(linkage), independent, np.eye(linkage.mobility))
+    twists = expand(chain, np.zeros((1, chain.width)), 0).T[0, 0, link].T
+    point = (at - chain.frame.origin) / chain.frame.length
+    velocity = twists[3:] + np.cross(twists[:3], point[:, None], axis=0)
+    return np.concatenate([velocity, twists[:3]])

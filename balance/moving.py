@@ -1,0 +1,216 @@
+"""The command ``balance motion``: its options, and what it does with them."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from balance.files import replacing
+from balance.readings import with_both
+from balance.verifying import picture_path
+from kinematics.errors import CoordinateError, MotionError, PoseError
+from kinematics.linkage import Notice
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from balance.prediction import Predictions
+    from kinematics.linkage import Linkage
+    from kinematics.taylor import TaylorMotion
+
+__all__ = ["DESCRIPTION", "HELP", "Target", "add_options", "foretold"]
+
+HELP = "all joints as polynomials in the inputs, poses that they predict, and their error"
+DESCRIPTION = (
+    "Taylor expansion of the closed motion, of any order: poses that it predicts, the same "
+    "with the loops closed, and their difference. Exits with 0, or with 1 if a pose cannot be "
+    "reached. Masses do not matter: --balance and --spatial change nothing here, --bodies (all "
+    "by default) and --massless only which links can be tools."
+)
+ORDER, HIGHEST = 7, 50
+
+
+class Target(NamedTuple):
+    """Displacements of inputs, as written.
+
+    Attributes:
+        names: names of the inputs; empty if the displacements are those of all, in order.
+        values: displacements from the reference pose, SI units.
+    """
+
+    names: tuple[str, ...]
+    values: tuple[float, ...]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``motion`` beside those of every command on a model."""
+    parser.add_argument(
+        "--tool", metavar="LINK",
+        help="inverse kinematics: the inputs are displacements of this link, named by --along",
+    )  # fmt: skip
+    parser.add_argument(
+        "--along", metavar="X,Y,…",
+        help="directions of the tool: some of x, y, z, rx, ry, rz; others are held as far as "
+        "that leaves these free",
+    )  # fmt: skip
+    parser.add_argument(
+        "--order", type=_order, default=ORDER, metavar="K",
+        help=f"order of the expansion (default {ORDER})",
+    )  # fmt: skip
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--to", type=_target, metavar="VALUES",
+        help="pose to predict: displacements of the inputs from the reference pose, SI units, "
+        "by name (u1=0.3,u2=-0.1; inputs not named follow or stay) or all in order "
+        "(--to=-0.1,0.3)",
+    )  # fmt: skip
+    where.add_argument(
+        "--path", metavar="FILE.csv",
+        help="poses to predict, one in a row: a column for each input, by its name",
+    )  # fmt: skip
+    parser.add_argument(
+        "--plot", type=picture_path, metavar="FILE.png|.svg",
+        help="write a picture of the error of every order against distance",
+    )  # fmt: skip
+    parser.add_argument(
+        "--html", metavar="FILE", help="write a page with these curves; it needs no network"
+    )
+    # Masses do not matter, and a tool may have none. Words that exclude each other are usage.
+    parser.set_defaults(bodies="all", refuse=parser.error)
+
+
+def foretold(arguments: argparse.Namespace, load: Callable[[str], Linkage]) -> Predictions:
+    """Predict the poses that the options describe, and write the pictures that they name.
+
+    Args:
+        arguments: the options.
+        load: gives the linkage for a reading of rounded angles.
+
+    Raises:
+        LinkageError: a linkage, a motion, a pose, a file or a library cannot be used.
+        SystemExit: words of the command exclude each other.
+    """
+    if (arguments.tool is None) != (arguments.along is None):
+        arguments.refuse("--tool and --along go together")
+    if arguments.tool is not None and arguments.inputs is not None:
+        arguments.refuse("--inputs: with --tool the inputs are named by --along")
+
+    def build(angles: str) -> Predictions:
+        return _built(arguments, load(angles))
+
+    found = with_both(build, arguments.angles)
+    _write(found, arguments)
+    return found
+
+
+def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
+    """The Taylor motion and the poses."""
+    # The file has been accepted; only now is it worth loading the kernels.
+    from balance.prediction import Predictions, predict
+    from kinematics.taylor import taylor_motion
+    from kinematics.virtual import tool
+
+    if arguments.tool is not None:
+        linkage = tool(linkage, arguments.tool, arguments.along)
+    motion = taylor_motion(linkage, arguments.order, arguments.motion)
+    poses = tuple(predict(motion, y) for y in _points(arguments, motion))
+    notices = linkage.notices
+    beyond = sum(pose.distance > motion.radius for pose in poses)
+    if beyond:
+        text = (
+            f"{beyond} of {len(poses)} poses are beyond the estimated radius of convergence "
+            f"({motion.radius:.3g}): there higher orders need not predict better"
+        )
+        notices = (*notices, Notice("beyond_radius", text))
+    line = arguments.to is not None
+    return Predictions(motion, arguments.tool, line, poses, notices)
+
+
+def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.float64]:
+    """Coordinates of the poses that were asked for (N, w).
+
+    Raises:
+        LinkageError: they are not poses of this motion.
+    """
+    import numpy as np
+
+    from balance.prediction import coordinates
+    from balance.table import columns, unfit
+
+    inputs, source = motion.motion.inputs, motion.linkage.source
+    relations = ", ".join(motion.motion.relations)
+    if arguments.path is not None:
+        points, fits = coordinates(motion, columns(arguments.path, inputs), range(len(inputs)))
+        if not fits.all():
+            where = f"sample {int(np.argmin(fits)) + 1}"
+            raise unfit(arguments.path, where, f"is not on {relations}")
+        return points
+    if arguments.to is None:
+        return np.empty((0, motion.scales.size))
+    at = _positions(arguments.to, inputs, source)
+    points, fits = coordinates(motion, [arguments.to.values], at)
+    if not fits.all():
+        raise MotionError(relations, "does not hold at the pose --to", inputs, source)
+    return points
+
+
+def _positions(target: Target, inputs: tuple[str, ...], source: str) -> list[int]:
+    """Which inputs a target displaces.
+
+    Raises:
+        LinkageError: it names others, or has too many or too few displacements.
+    """
+    for name in target.names:
+        if name not in inputs:
+            raise CoordinateError(source, [name], "not an independent coordinate", inputs)
+    if target.names:
+        return [inputs.index(name) for name in target.names]
+    if len(target.values) != len(inputs):
+        raise PoseError(
+            f"{source}: --to gives {len(target.values)} displacements, and there are "
+            f"{len(inputs)} inputs ({', '.join(inputs)}); give one for each, or name them"
+        )
+    return list(range(len(inputs)))
+
+
+def _write(found: Predictions, arguments: argparse.Namespace) -> None:
+    """The pictures that were asked for."""
+    from balance.accuracy import curves
+    from balance.web.motion import picture, webpage
+
+    contents = []
+    panels = curves(found) if arguments.plot or arguments.html else []
+    if arguments.plot:
+        image = picture(found, panels, arguments.plot[-3:].lower())
+        contents.append((arguments.plot, image))
+    if arguments.html:
+        contents.append((arguments.html, webpage(found, panels).encode()))
+    for path, content in contents:
+        with replacing(path) as file:
+            file.write(content)
+
+
+def _order(text: str) -> int:
+    order = int(text) if text.isascii() and text.isdigit() and len(text) < 4 else 0
+    if not 1 <= order <= HIGHEST:
+        raise argparse.ArgumentTypeError(f"'{text}' is not an order from 1 to {HIGHEST}")
+    return order
+
+
+def _target(text: str) -> Target:
+    """Displacements of ``u1=0.3,u2=-0.1`` or of ``0.3,-0.1``."""
+    words = [word.rpartition("=") for word in text.split(",")]
+    names = tuple(name.strip() for name, equals, _ in words if equals)
+    try:
+        values = tuple(float(value) for *_, value in words)
+    except ValueError:
+        values = (math.nan,)
+    once = len(set(names)) == len(names) and "" not in names
+    if len(names) not in (0, len(words)) or not once or not all(map(math.isfinite, values)):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not u1=0.3,u2=-0.1 with each input once, nor 0.3,-0.1"
+        )
+    return Target(names, values)

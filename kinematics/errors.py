@@ -26,7 +26,7 @@ class LinkageError(ValueError):
 
 
 class BodyError(LinkageError):
-    """Bodies that a design cannot treat as it is asked to.
+    """A body that is not there, or cannot be what it is asked to be.
 
     Attributes:
         body: name of the link at fault.

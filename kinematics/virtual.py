@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.assembly import assemble
 from kinematics.chain import arrange, move
 from kinematics.closure import expand
-from kinematics.errors import CoordinateError
+from kinematics.errors import BodyError, CoordinateError
 from kinematics.linkage import GROUND, Body, Draft, Joint, Linkage, Loop, frozen, names
 from kinematics.screws import prismatic, revolute
 
@@ -55,8 +55,9 @@ def tool(
         use, completed with joints of its own, as a notice says.
 
     Raises:
-        CoordinateError: there is no such link or direction, or a direction cannot be an
-            input, for the link cannot move that way or others determine it.
+        BodyError: there is no such link, or it is a tool already.
+        CoordinateError: there is no such direction, or it cannot be an input, for the link
+            cannot move that way or others determine it.
     """
     body, at = _carrier(linkage, link, point)
     named = _named(linkage, directions)
@@ -82,19 +83,15 @@ def tool(
 def _carrier(linkage: Linkage, link: str, point: ArrayLike | None) -> tuple[Body, Array]:
     """The body that carries the tool, and the tool's point (3,)."""
     bodies = {body.name: body for body in linkage.bodies}
-    problem = ""
     if link not in bodies:
-        problem = "no body of this name"
-    elif {f"{link}.{direction}" for direction in DIRECTIONS} & set(names(linkage.joints)):
-        problem = "is a tool already"
-    if problem:
-        others = [name for name in bodies if name != link]
-        raise CoordinateError(linkage.source, [link], problem, others)
+        raise BodyError(linkage.source, link, "no body of this name", list(bodies))
+    if {f"{link}.{direction}" for direction in DIRECTIONS} & set(names(linkage.joints)):
+        raise BodyError(linkage.source, link, "is a tool already; give another link")
     body = bodies[link]
     at = np.asarray(body.frame[:3, 3] if point is None else point, dtype=np.float64)
     if at.shape != (3,) or not np.isfinite(at).all():
-        problem = "its point must be three finite numbers, in metres"
-        raise CoordinateError(linkage.source, [link], problem, list(bodies))
+        problem = "its point is not of three finite numbers; give metres, in the inertial frame"
+        raise BodyError(linkage.source, link, problem)
     return body, at
 
 

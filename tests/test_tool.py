@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import kinematics
 from balance import design_space
 from kinematics import taylor_motion, tool
-from kinematics.errors import CoordinateError
+from kinematics.errors import BodyError, LinkageError
 
 TIP = (0.5, 1.1, 0.0)
 SIX = (
@@ -141,7 +141,7 @@ def test_masses_are_those_of_the_robot():
 @pytest.mark.parametrize(
     ("link", "directions", "told"),
     [
-        ("nothing", "x", "no body of this name; choose from left_lower"),
+        ("nothing", "x", "link 'nothing': no body of this name; the bodies are left_lower"),
         ("left_upper", "x,w", "input w: no direction of a tool; choose from x, y, z, rx"),
         ("left_upper", "x,x", "input x: named twice"),
         ("left_upper", [], "no direction is named"),
@@ -151,16 +151,16 @@ def test_masses_are_those_of_the_robot():
     ],
 )
 def test_what_is_wrong_is_told(link, directions, told):
-    with pytest.raises(CoordinateError, match=told):
+    with pytest.raises(LinkageError, match=told):
         tip_of_the_five_bar(link, directions)
 
 
 def test_points_and_second_tools_are_refused():
     linkage = kinematics.load("five_bar")
     for point in ((0.0, 1.0), (0.0, np.nan, 1.0)):
-        with pytest.raises(CoordinateError, match="three finite numbers"):
+        with pytest.raises(BodyError, match="three finite numbers"):
             tool(linkage, "left_upper", "x", point)
-    with pytest.raises(CoordinateError, match="is a tool already"):
+    with pytest.raises(BodyError, match="is a tool already"):
         tool(tip_of_the_five_bar(), "left_upper", "x")
 
 

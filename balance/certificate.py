@@ -18,13 +18,13 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from balance.cone import cone_of, given, matrices_of
+from balance.cone import Cone, cone_of, given, matrices_of
 from balance.restriction import Program, Restriction
 from balance.space import DesignSpace
 
-__all__ = ["CertificateCheck", "certificates", "check_certificate", "clash"]
+__all__ = ["CertificateCheck", "certificates", "check_certificate", "clash", "judged"]
 
 Array = NDArray[np.float64]
 
@@ -83,8 +83,13 @@ def check_certificate(
     Raises:
         ValueError: the matrices are not as many, or not of that shape.
     """
-    asked = asked or Restriction()
-    cone = cone_of(space).lifted()
+    return judged(space, cone_of(space), certificate, asked or Restriction())
+
+
+def judged(
+    space: DesignSpace, cone: Cone, certificate: ArrayLike, asked: Restriction
+) -> CertificateCheck:
+    """See `check_certificate`; the cone is that of the space."""
     Z = np.array(certificate, dtype=np.float64)
     if Z.shape != (len(cone.blocks), cone.size, cone.size):
         raise ValueError(f"certificate of shape {Z.shape}: give one matrix for each body")
@@ -100,7 +105,7 @@ def check_certificate(
         known += float(sum(np.sum(Z[b] * file[b]) for b in asked.keep))
         known /= file[:, -1, -1].mean() or 1.0
         own[list(asked.keep)] = 0.0
-    residual = np.einsum("bnij,bij->n", cone.blocks, Z)
+    residual = cone.sums(Z)
     size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
     traces = float(np.einsum("bii->", own)) / size
     eigenvalue = float(np.linalg.eigvalsh(own)[:, 0].min()) / size
@@ -113,6 +118,8 @@ def check_certificate(
 def _surplus(Z: Array) -> float:
     """The largest λ that may be taken from the corner of Z, which stays semidefinite."""
     S, w, slack = Z[:-1, :-1], Z[:-1, -1], SLACK * float(np.abs(Z).max())
+    if slack == 0.0:
+        return 0.0
     surplus = float(Z[-1, -1] - w @ np.linalg.solve(S + slack * np.eye(len(S)), w))
     return surplus if abs(surplus) > slack else 0.0
 
@@ -157,8 +164,8 @@ def _fixing(question: Program, multipliers: Array) -> Array:
     whole = question.whole
     Z = np.zeros((len(whole.blocks), whole.size, whole.size))
     kept = [b for b in range(len(Z)) if b not in question.free]
-    split = len(kept) * whole.rows(Z[0]).size
-    Z[kept] = whole.duals(multipliers[:split].reshape(len(kept), -1))
+    split = len(kept) * whole.part.rows
+    Z[kept] = whole.duals(multipliers[:split].reshape(len(kept), whole.part.rows))
     Z[list(question.told), -1, -1] += multipliers[split:]
     return Z
 
@@ -205,7 +212,7 @@ def _solved(blocks: Array, L: Array) -> Array:
         if residual @ residual <= SMALL**2:
             break
         square = slope @ slope.T
-        square.flat[:: n + 1] += SAME * np.trace(square) / n
+        square.flat[:: n + 1] += SAME * np.einsum("ii->", square) / n
         change = (np.linalg.solve(square, residual) @ slope).reshape(L.shape)
         L = L - (0.9 if step % 2 else 0.5) * change
     return L

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conic import Part, matrices, triangles
-from balance.inertia import displaced, pseudo_inertia
+from balance.conic import TRIANGLES, Part
+from balance.inertia import pseudo_inertia
 from balance.space import DesignSpace
 from kinematics.inertial import from_pseudo_inertia
 from kinematics.linkage import Frame
@@ -29,6 +29,18 @@ Array = NDArray[np.float64]
 # Second moment along the normal of a planar body, over that along an axis of the plane, both
 # about the centre of mass: that of a disc about a quarter as thick as wide.
 THICKNESS = 0.1
+
+
+def _lorentz(k: int) -> Array:
+    """Weights (k², k + 1) of ``J + m``, ``J - m`` and ``2 mc`` in matrices (k, k)."""
+    W, d = np.zeros((k, k, k + 1)), range(k - 1)
+    W[range(k), range(k), 0] = W[d, d, 1] = 1.0
+    W[-1, -1, 1] = -1.0
+    W[d, -1, range(2, k + 1)] = W[-1, d, range(2, k + 1)] = 1.0
+    return W.reshape(k * k, -1)
+
+
+LORENTZ = {k: _lorentz(k) for k in (3, 4)}
 
 
 class Cone(NamedTuple):
@@ -56,13 +68,15 @@ class Cone(NamedTuple):
         """The cone of one body for the solver."""
         return Part("lorentz", self.size + 1) if self.lorentz else Part("matrix", self.size)
 
+    @property
+    def weights(self) -> Array:
+        """Matrix (k², rows) that takes matrices to the coordinates of the solver's cone."""
+        return (LORENTZ if self.lorentz else TRIANGLES)[self.size]
+
     def rows(self, blocks: Array) -> Array:
         """Matrices (..., k, k) in the coordinates of the solver's cone (..., rows)."""
-        if not self.lorentz:
-            return triangles(blocks)
-        m, mc = blocks[..., -1, -1], blocks[..., :-1, -1]
-        J = np.trace(blocks, axis1=-2, axis2=-1) - m
-        return np.concatenate([(J + m)[..., None], (J - m)[..., None], 2.0 * mc], axis=-1)
+        *outer, k, _ = blocks.shape
+        return np.asarray(blocks.reshape(*outer, k * k) @ self.weights)
 
     def stacked(self, blocks: Array) -> Array:
         """Rows of the solver's cones of all bodies, one after the other (rows, n).
@@ -70,18 +84,13 @@ class Cone(NamedTuple):
         Args:
             blocks: matrices (bodies, n, k, k).
         """
-        rows = self.rows(blocks).transpose(0, 2, 1)
-        return rows.reshape(rows.shape[0] * rows.shape[1], rows.shape[2])
+        rows = self.rows(blocks)
+        return rows.transpose(0, 2, 1).reshape(rows.shape[0] * rows.shape[2], rows.shape[1])
 
     def duals(self, vectors: Array) -> Array:
         """Matrices Z (..., k, k) that multiply as the solver's dual vectors do."""
-        if not self.lorentz:
-            return matrices(vectors, self.size)
-        sum_, difference, rest = vectors[..., 0], vectors[..., 1], vectors[..., 2:]
-        Z = (sum_ + difference)[..., None, None] * np.eye(self.size)
-        Z[..., :-1, -1] = Z[..., -1, :-1] = rest
-        Z[..., -1, -1] = sum_ - difference
-        return Z
+        k = self.size
+        return np.asarray(vectors @ self.weights.T).reshape(*vectors.shape[:-1], k, k)
 
     def at(self, x: Array) -> Array:
         """Pseudo-inertias (bodies, k, k).
@@ -92,7 +101,7 @@ class Cone(NamedTuple):
         P = np.einsum("bnij,n->bij", self.blocks, x)
         if self.lorentz:
             d, m, mc = self.size - 1, P[:, -1, -1], P[:, :-1, -1]
-            central = np.trace(P, axis1=1, axis2=2) - m - np.sum(mc * mc, axis=1) / m
+            central = np.einsum("bii->b", P) - m - np.einsum("bi,bi->b", mc, mc) / m
             P[:, :d, :d] = mc[:, :, None] * mc[:, None, :] / m[:, None, None]
             P[:, range(d), range(d)] += central[:, None] / d
         return P
@@ -103,9 +112,21 @@ class Cone(NamedTuple):
             return np.asarray(np.linalg.eigvalsh(P)[:, 0])
         # (J - d t)(m - t) = |mc|²
         d, m, mc = self.size - 1, P[:, -1, -1], P[:, :-1, -1]
-        J = np.trace(P, axis1=1, axis2=2) - m
-        root = np.sqrt((J - d * m) ** 2 + 4.0 * d * np.sum(mc * mc, axis=1))
+        J = np.einsum("bii->b", P) - m
+        root = np.sqrt((J - d * m) ** 2 + 4.0 * d * np.einsum("bi,bi->b", mc, mc))
         return np.asarray((J + d * m - root) / (2.0 * d))
+
+    def sums(self, Z: Array) -> Array:
+        """``Σ_b <Z_b, P_b>`` as a function, one value for each coordinate.
+
+        With traces alone, also for the parts of the second moments that have no trace.
+        """
+        own = np.einsum("bnij,bij->n", self.blocks, Z)
+        if not self.lorentz:
+            return own
+        S = Z[:, :-1, :-1]
+        equal = np.einsum("bii->b", S)[:, None, None] * np.eye(self.size - 1)
+        return np.concatenate([own, (S - equal / (self.size - 1)).reshape(-1)])
 
     def lifted(self) -> Cone:
         """The same with all second moments as coordinates of their own."""
@@ -117,10 +138,9 @@ class Cone(NamedTuple):
         for B, (i, j) in zip(free, pairs, strict=True):
             B[i, j] = B[j, i] = 1.0
             B[0, 0] -= float(i == j)
-        blocks = np.zeros((count, n + count * len(pairs), k, k))
-        blocks[:, :n] = self.blocks
-        for b in range(count):
-            blocks[b, n + b * len(pairs) : n + (b + 1) * len(pairs)] = free
+        more = np.zeros((count, count, len(pairs), k, k))
+        more[range(count), range(count)] = free
+        blocks = np.concatenate([self.blocks, more.reshape(count, -1, k, k)], axis=1)
         return Cone(blocks, self.nullity, False)
 
 
@@ -155,27 +175,25 @@ def to_si(P: Array, frame: Frame, height: float = 0.0, along: Array | None = Non
         along: second moments along the normal (bodies,), about the centre of mass; a tenth
             of those in the plane where not positive, the default.
     """
+    H = np.eye(4)
+    H[:3, :3], H[:3, 3] = frame.length * frame.R.T, frame.origin
     if P.shape[-1] == 3:
         m, mc = P[:, 2, 2], P[:, :2, 2]
-        central = P[:, 0, 0] + P[:, 1, 1] - np.sum(mc * mc, axis=1) / m
+        central = P[:, 0, 0] + P[:, 1, 1] - np.einsum("bi,bi->b", mc, mc) / m
         thin = 0.5 * THICKNESS * central
         flat, P = P, np.zeros((len(P), 4, 4))
         P[:, :2, :2], P[:, :2, 3], P[:, 3, :2], P[:, 3, 3] = flat[:, :2, :2], mc, mc, m
         P[:, 2, 2] = thin if along is None else np.where(along > 0.0, along, thin)
-        lift = np.eye(4)
-        lift[2, 3] = height
-        P = lift @ P @ lift.T
-    H = np.eye(4)
-    H[:3, :3], H[:3, 3] = frame.length * frame.R.T, frame.origin
+        H[:3, 3] += height * H[:3, 2]
     return from_pseudo_inertia(H @ P @ H.T)
 
 
 def from_si(z: Array, frame: Frame) -> Array:
-    """Parameters (bodies, 10) in the coordinates of a chain."""
+    """Pseudo-inertias (bodies, 4, 4) in the coordinates of a chain, the inverse of `to_si`."""
     H = np.eye(4)
     H[:3, :3] = frame.R / frame.length
     H[:3, 3] = -H[:3, :3] @ frame.origin
-    return displaced(z, H)
+    return np.asarray(H @ pseudo_inertia(z) @ H.T)
 
 
 def given(space: DesignSpace) -> Array:
@@ -188,7 +206,7 @@ def matrices_of(space: DesignSpace, z: Array) -> Array:
 
     In a plane only what is in it: k is 3.
     """
-    P = pseudo_inertia(from_si(z, space.chain.frame))
+    P = from_si(z, space.chain.frame)
     return P[:, [[0], [1], [3]], [0, 1, 3]] if space.planar else P
 
 

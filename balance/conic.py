@@ -14,19 +14,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Answer", "Part", "matrices", "minimise", "triangles"]
+__all__ = ["TRIANGLES", "Answer", "Part", "minimise", "triangles"]
 
 Array = NDArray[np.float64]
 
-
 # Accuracy of a certificate from the solver, before it is polished.
 INFEASIBLE = 1e-10
-# Columns, rows and weights of the upper triangles of matrices, in the solver's order.
-_ENTRIES = {
-    k: (columns, rows, np.where(rows == columns, 1.0, np.sqrt(2.0)))
-    for k in (3, 4)
-    for columns, rows in [np.tril_indices(k)]
-}
 
 
 class Part(NamedTuple):
@@ -95,10 +88,10 @@ def minimise(
         "lorentz": clarabel.SecondOrderConeT,
         "line": clarabel.NonnegativeConeT,
     }
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
+    settings, accuracy = clarabel.DefaultSettings(), 1e-10 if careful else 1e-8
+    settings.verbose = settings.chordal_decomposition_enable = settings.presolve_enable = False
     settings.iterative_refinement_enable, settings.equilibrate_enable = careful, not careful
-    settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = 1e-10 if careful else 1e-8
+    settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = accuracy
     settings.tol_infeas_abs = settings.tol_infeas_rel = INFEASIBLE
     none = _Columns([], [], [0] * (q.size + 1), 0, (q.size, q.size))
     quadratic = none if H is None else _columns(np.triu(H))
@@ -111,26 +104,32 @@ def minimise(
 
 
 def triangles(matrices: Array) -> Array:
-    """Symmetric matrices (..., k, k) as vectors of the same inner product.
+    """Symmetric matrices (..., k, k) as vectors of the same inner product, k being 3 or 4.
 
     The upper triangle column by column, with √2 before what is off the diagonal; shape
     (..., k (k + 1) / 2).
     """
-    columns, rows, weights = _ENTRIES[matrices.shape[-1]]
-    return np.asarray(weights * matrices[..., rows, columns])
+    *outer, k, _ = matrices.shape
+    return np.asarray(matrices.reshape(*outer, k * k) @ TRIANGLES[k])
 
 
-def matrices(vectors: Array, size: int) -> Array:
-    """The inverse of `triangles`: symmetric matrices (..., size, size)."""
-    columns, rows, weights = _ENTRIES[size]
-    entries = vectors / weights
-    full = np.empty((*vectors.shape[:-1], size, size))
-    full[..., rows, columns] = full[..., columns, rows] = entries
-    return full
+def _triangle(k: int) -> Array:
+    """Orthonormal columns (k², k (k + 1) / 2) that write symmetric matrices as vectors."""
+    columns, rows = np.tril_indices(k)
+    count = np.arange(columns.size)
+    W = np.zeros((k, k, count.size))
+    W[rows, columns, count] = W[columns, rows, count] = np.sqrt(0.5)
+    W[range(k), range(k), count[rows == columns]] = 1.0
+    return W.reshape(k * k, -1)
+
+
+TRIANGLES = {k: _triangle(k) for k in (3, 4)}
 
 
 def _columns(matrix: Array) -> _Columns:
-    columns, rows = np.nonzero(matrix.T)
-    starts = np.searchsorted(columns, np.arange(matrix.shape[1] + 1))
-    data = matrix[rows, columns].tolist()
-    return _Columns(data, rows.tolist(), starts.tolist(), len(data), matrix.shape)
+    height, width = matrix.shape
+    flat = matrix.T.reshape(-1)
+    filled = np.flatnonzero(flat)
+    starts = np.searchsorted(filled, np.arange(width + 1) * height)
+    data, rows = flat[filled].tolist(), (filled % max(height, 1)).tolist()
+    return _Columns(data, rows, starts.tolist(), len(data), (height, width))

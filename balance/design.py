@@ -23,7 +23,7 @@ from balance.feasible import (
     check_design,
     off_plane,
 )
-from balance.inertia import LABELS, pseudo_inertia
+from balance.inertia import LABELS
 from balance.objective import Objective, optimum
 from balance.restriction import Restriction, program, restriction
 from balance.space import DesignSpace
@@ -43,7 +43,7 @@ class Design:
         space: the design space; spatial if bodies that are kept are off the plane.
         verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
         minimise: the objective.
-        value: its value in SI units, None without an objective or a design.
+        value: its value in SI units (see `design`), None without an objective or a design.
         keep: names of the bodies held as the file gives them.
         bounds: least and largest mass of a body, kg.
         z: parameters (bodies, 10) about the inertial origin, SI units; None if there is
@@ -132,15 +132,17 @@ def design(
         minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
             inertia of any body that is not kept, about the origin of its link frame, kg m²;
             ``"rotor"``: trace of the inertia matrix that the coordinates of the motion feel
-            at the reference pose, kg m² with lengths in characteristic lengths;
+            at the reference pose, kg m², those that slide counted in characteristic lengths
+            (``space.length``, in metres);
             ``"change"``: distance from the masses in the file, without a unit. See
             `balance.objective` for what bounds each. By default, the margin is maximised.
         keep: bodies that stay as the file gives them.
         bounds: least and largest mass of bodies, kg.
 
     Raises:
-        BodyError: a body is unknown, all are kept, bounds contradict each other, or the
-            change is measured from a body that is singular.
+        BodyError: a body is unknown, its bounds contradict each other, it is kept and
+            bounded, or the change is measured from one that is singular.
+        LinkageError: all bodies are kept.
         ValueError: there is no such objective.
     """
     if minimise is not None and minimise not in get_args(Objective):
@@ -181,7 +183,10 @@ def _best(known: Design, asked: Restriction) -> Design:
                 known, z=z, value=best.value, margin=float(margin), residuals=check,
                 words=f"feasible: the design of the least {wanted}",
             )  # fmt: skip
-    text = f"undecided: there are designs, but the one of the least {wanted} was not found"
+    text = (
+        f"undecided: there are designs, but the one of the least {wanted} was not found; ask "
+        "for no objective to see one"
+    )
     return replace(
         known, verdict="undecided", z=None, margin=0.0, residuals=None, words=text
     )
@@ -189,5 +194,5 @@ def _best(known: Design, asked: Restriction) -> Design:
 
 def _thickness(space: DesignSpace) -> Array:
     """Second moments of the file's bodies along the third axis of the chain."""
-    P = pseudo_inertia(from_si(given(space), space.chain.frame))
+    P = from_si(given(space), space.chain.frame)
     return np.asarray(P[:, 2, 2] - P[:, 2, 3] ** 2 / P[:, 3, 3])

@@ -34,7 +34,7 @@ def facts(design: Design) -> list[tuple[str, str]]:
     pairs += [("design space", size), ("verdict", design.words)]
     if design.minimise:
         value = "" if design.value is None else f": {design.value:.{DIGITS}g}"
-        unit = UNITS[design.minimise] if value else ""
+        unit = _unit(design) if value else ""
         pairs.append(("minimised", f"{design.minimise}{value}{unit}"))
     if design.keep:
         pairs.append(("kept", ", ".join(design.keep)))
@@ -63,6 +63,20 @@ def text(design: Design) -> str:
                  for row in table)  # fmt: skip
         lines += ["", *(line.rstrip() for line in cells)]
     return "\n".join(lines)
+
+
+def _unit(design: Design) -> str:
+    """The unit of the value of a design, after a blank."""
+    assert design.minimise is not None
+    space, unit = design.space, UNITS[design.minimise]
+    slides = [
+        joint.name
+        for joint in space.linkage.joints
+        if joint.kind == "prismatic" and joint.name in {*space.inputs} - {*space.idle}
+    ]
+    if design.minimise == "rotor" and slides:
+        return f"{unit}, {', '.join(slides)} in lengths of {space.length:.{DIGITS}g} m"
+    return unit
 
 
 def _range(low: float, high: float) -> str:

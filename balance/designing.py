@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import shlex
 from contextlib import ExitStack
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from balance.files import replacing
+from kinematics.errors import FileError
 from kinematics.reader.sidecar import beside
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def designed(arguments: argparse.Namespace, space: DesignSpace) -> Design:
-    """The design that the options ask for; undecided if not all conditions are known.
+    """The design that the options ask for.
 
     Raises:
         LinkageError: links that are kept or bounded are unknown, or leave nothing to design.
@@ -59,13 +60,7 @@ def designed(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     for name, low, high in arguments.bounds:
         least, most = limits.get(name, (low, high))
         limits[name] = max(least, low), min(most, high)
-    found = design(space, arguments.minimise, keep=arguments.keep, bounds=limits)
-    if found.verdict != "feasible" or found.space.settled:
-        return found
-    text = "undecided: not all conditions are known, and a design may break the others"
-    return replace(
-        found, verdict="undecided", value=None, z=None, margin=0.0, residuals=None, words=text
-    )
+    return design(space, arguments.minimise, keep=arguments.keep, bounds=limits)
 
 
 def written(arguments: argparse.Namespace, found: Design) -> str:
@@ -80,6 +75,9 @@ def written(arguments: argparse.Namespace, found: Design) -> str:
     asked = [path for path in (arguments.out, arguments.html) if path is not None]
     if found.z is None:
         return f"not written, for there is no design: {', '.join(asked)}" if asked else ""
+    if len({os.path.realpath(path) for path in asked}) < len(asked):
+        problem, remedy = "is to hold both the linkage and the page", "give each its own file"
+        raise FileError(arguments.out, "", problem, remedy)
     contents = []
     if arguments.out is not None:
         from balance.export import with_inertials

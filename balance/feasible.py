@@ -8,19 +8,19 @@ not clear, the margin itself is maximised. Either answer is checked without the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.certificate import CertificateCheck, certificates, check_certificate, clash
+from balance.certificate import CertificateCheck, certificates, clash, judged
 from balance.cone import counted, from_si, given, to_si
 from balance.conic import Part, minimise
-from balance.inertia import pseudo_inertia
 from balance.restriction import Program, Restriction, program
 from balance.space import DesignSpace
+from kinematics.inertial import from_pseudo_inertia
 from kinematics.linkage import frozen
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "assembled",
     "check_design",
     "feasible",
+    "height",
     "least_traces",
     "off_plane",
 ]
@@ -40,8 +41,15 @@ Verdict = Literal["feasible", "infeasible", "undecided"]
 
 # A design must fulfil the conditions to this part of its size, and have a margin above it.
 BALANCED = 1e-12
+# Round-off of parameters about a far origin, per square of its distance in units of the chain.
+ROUND_OFF = 1e-15
 # Masses in files are rounded: kept bodies may miss conditions by this part of their size.
 ROUNDED = 1e-9
+# More conditions rule out more designs: a proof that there is none stays one.
+UNSETTLED = (
+    "not all conditions are known, and a design may break the others; leave out max_order, if "
+    "it was given"
+)
 # The solver heeds bounds to this part of them.
 WITHIN = 1e-8
 
@@ -50,7 +58,8 @@ class DesignCheck(NamedTuple):
     """What the check of a design found.
 
     Attributes:
-        accepted: whether it lies in the design space to 1e-12 and has a margin above that.
+        accepted: whether it lies in the design space to 1e-12 and has a margin above that; or
+            to the round-off of parameters about an inertial origin that is far away.
         conditions: distance from the design space over the size of the design, lengths in
             characteristic lengths; in a plane also how far the bodies are from having one
             plane of symmetry parallel to the motion.
@@ -95,7 +104,8 @@ def feasible(space: DesignSpace) -> Feasibility:
 
     Returns:
         ``"feasible"`` with a design that `check_design` accepts, ``"infeasible"`` with a
-        certificate that `check_certificate` accepts, or ``"undecided"``.
+        certificate that `check_certificate` accepts, or ``"undecided"``: neither stood up to
+        its check, or there is a design, but not all conditions of the space are known.
     """
     return answer(space, Restriction())
 
@@ -108,15 +118,22 @@ def answer(space: DesignSpace, asked: Restriction) -> Feasibility:
     question = program(space, asked)
     for x, proofs in _candidates(question):
         if x is not None and (found := _design(space, asked, question, x)):
-            return found
+            return found if space.settled else _undecided(UNSETTLED)
         for Z in proofs:
-            certificate = tuple(frozen(matrix) for matrix in Z)
-            check = check_certificate(space, certificate, asked)
+            check = judged(space, question.whole, Z, asked)
             if check.accepted:
-                text = in_words(space, certificate, asked)
-                return Feasibility("infeasible", None, None, certificate, 0.0, check, text)
-    text = "undecided: neither a design nor a certificate stands up to its check"
-    return Feasibility("undecided", None, None, None, 0.0, None, text)
+                alone = not asked or judged(space, question.whole, Z, Restriction()).accepted
+                text = in_words(space, Z, Restriction() if alone else asked)
+                proof = tuple(frozen(Z))
+                return Feasibility("infeasible", None, None, proof, 0.0, check, text)
+    return _undecided(
+        "neither a design nor a certificate stands up to its check; ask less of the masses, or "
+        "put the linkage nearer to the origin"
+    )
+
+
+def _undecided(why: str) -> Feasibility:
+    return Feasibility("undecided", None, None, None, 0.0, None, f"undecided: {why}")
 
 
 def check_design(
@@ -133,20 +150,22 @@ def check_design(
     """
     asked = asked or Restriction()
     z = np.reshape(z, (len(space.bodies), 10))
-    own = from_si(z, space.chain.frame)
+    P = from_si(z, space.chain.frame)
+    own = from_pseudo_inertia(P)
     part, Q = own[:, counted(space)].reshape(-1), space.scaled_basis
     left = part - Q @ (Q.T @ part)
     conditions = float(np.linalg.norm(left) / (np.linalg.norm(part) or 1.0))
     if space.planar and space.balance == "dynamic":
-        conditions = max(conditions, off_plane(own[space.chain.links >= 0]))
-    P = pseudo_inertia(own)
-    total = float(np.trace(P, axis1=1, axis2=2).sum())
+        conditions = max(conditions, off_plane(P[space.chain.links >= 0]))
+    total = float(np.einsum("bii->", P))
     if not (np.isfinite(own).all() and total > 0.0):
         return DesignCheck(False, conditions, -np.inf)
     free = [b for b in range(len(P)) if b not in asked.keep]
     eigenvalue = float(np.linalg.eigvalsh(P[free]).min()) / total
-    balanced = conditions <= (ROUNDED if asked.keep else BALANCED)
-    accepted = balanced and eigenvalue > BALANCED and _heeds(space, z, asked)
+    origin = space.chain.frame.origin / space.chain.frame.length
+    doubt = max(BALANCED, ROUND_OFF * float(origin @ origin))
+    balanced = conditions <= max(doubt, ROUNDED if asked.keep else 0.0)
+    accepted = balanced and eigenvalue > doubt and _heeds(space, z, asked)
     return DesignCheck(accepted, conditions, eigenvalue)
 
 
@@ -161,22 +180,26 @@ def _heeds(space: DesignSpace, z: Array, asked: Restriction) -> bool:
     )
 
 
-def off_plane(own: Array) -> float:
-    """How far bodies are from one plane of symmetry, relative to their parameters.
+def off_plane(P: Array) -> float:
+    """How far bodies are from one plane of symmetry, relative to their size.
 
     Args:
-        own: parameters (bodies, 10) in the coordinates of a planar chain.
+        P: pseudo-inertias (bodies, 4, 4) in the coordinates of a planar chain.
     """
-    P = pseudo_inertia(own)
     lift = np.eye(4)
-    lift[2, 3] = -own[:, 3].sum() / (own[:, 0].sum() or 1.0)
+    lift[2, 3] = -height(P)
     size = np.linalg.norm(P) or 1.0
     return float(np.linalg.norm((lift @ P @ lift.T)[:, 2, [0, 1, 3]]) / size)
 
 
+def height(P: Array) -> float:
+    """Height of the common centre of mass of pseudo-inertias (bodies, 4, 4) above a plane."""
+    return float(P[:, 2, 3].sum() / (P[:, 3, 3].sum() or 1.0))
+
+
 def _candidates(question: Program) -> Iterator[tuple[Array | None, Iterable[Array]]]:
     """Coordinates of a design, or certificates: of one problem, and then of another."""
-    if np.linalg.norm(question.left) > ROUNDED:
+    if question.left @ question.left > ROUNDED**2:
         yield None, [clash(question)]
         return
     if question.traces.size == 0:
@@ -199,12 +222,11 @@ def _candidates(question: Program) -> Iterator[tuple[Array | None, Iterable[Arra
 def least_traces(question: Program) -> tuple[Array, Array, Array, list[Part]]:
     """The least sum of traces with ``P_b ⪰ 1`` and τ ≥ 1, as arguments of `minimise`."""
     cone, lines = question.cone, question.lines
-    rows, count = np.concatenate([cone.stacked(cone.blocks), lines]), len(cone.blocks)
-    unit = np.zeros(len(rows))
-    unit[: len(rows) - len(lines)] = np.tile(cone.rows(np.eye(cone.size)), count)
-    parts = [cone.part] * count
+    count, rows = len(cone.blocks), cone.stacked(cone.blocks)
+    unit, parts = np.tile(cone.rows(np.eye(cone.size)), count), [cone.part] * count
     if len(lines):
-        unit[-len(lines)] = 1.0
+        rows = np.concatenate([rows, lines])
+        unit = np.append(unit, np.arange(len(lines)) == 0)
         parts.append(Part("line", len(lines)))
     return question.traces, rows, -unit, parts
 
@@ -215,14 +237,15 @@ def _design(
     """The verdict on coordinates, if they are those of a design."""
     if not np.isfinite(x).all():
         return None
-    least = question.cone.least(question.cone.at(x)).min()
+    P = question.whole.at(question.embed @ x)
+    least = question.cone.least(P[list(question.free)]).min()
     if not (least > 0.0 and (not asked or x[-1] > 0.0)):
         return None
     margin = float(least / (question.traces @ x))
     # Per unit of mass; or so that bodies have the mean mass of the file.
-    size = x[-1] if asked else question.cone.at(x)[:, -1, -1].mean()
-    y = question.embed @ x * float(question.unit / size)
-    z = assembled(space, asked, question.whole.at(y))
+    scale = float(question.unit / (x[-1] if asked else P[:, -1, -1].mean()))
+    y = scale * (question.embed @ x)
+    z = assembled(space, asked, scale * P)
     check = check_design(space, z, asked)
     if not check.accepted:
         return None
@@ -242,32 +265,38 @@ def assembled(
         P: pseudo-inertias (bodies, k, k).
         along: see `to_si`.
     """
-    keep, file = list(asked.keep), given(space)
-    own = from_si(file[[b for b in keep if space.chain.links[b] >= 0]], space.chain.frame)
-    height = own[:, 3].sum() / (own[:, 0].sum() or 1.0)
-    z = to_si(P, space.chain.frame, height, along)
+    frame, keep = space.chain.frame, list(asked.keep)
+    if not keep:
+        return frozen(to_si(P, frame, 0.0, along))
+    file = given(space)
+    moving = [b for b in keep if space.chain.links[b] >= 0]
+    z = to_si(P, frame, height(from_si(file[moving], frame)), along)
     z[keep] = file[keep]
     return frozen(z)
 
 
-def in_words(space: DesignSpace, Z: Sequence[Array], asked: Restriction) -> str:
+def in_words(space: DesignSpace, Z: Array, asked: Restriction) -> str:
     """What a certificate says: which bodies' positivity clash."""
-    sizes = [float(np.abs(matrix).max()) for matrix in Z]
-    clash = [
-        name
-        for name, size in zip(space.bodies, sizes, strict=True)
-        if size > BALANCED * max(sizes)
-    ]
+    sizes = np.abs(Z).max(axis=(1, 2))
+    felt = (sizes > BALANCED * sizes.max()).tolist()
+    clash = [name for name, weighs in zip(space.bodies, felt, strict=True) if weighs]
     listed = " and ".join(filter(None, [", ".join(clash[:-1]), clash[-1]]))
     if set(clash) <= {space.bodies[b] for b in asked.keep}:
-        return f"infeasible: {listed}, as kept, cannot be balanced by any masses of the others"
+        return (
+            f"infeasible: {listed}, as kept, cannot be balanced by any masses of the others; "
+            "keep fewer links"
+        )
+    what = "some second moments" if Z[:, :-1].any() else "the masses"
+    sums = f"{what} of {listed} {'are zero' if len(clash) == 1 else 'add up to zero'}"
     if asked:
         return (
-            f"infeasible: what is kept and bounded makes second moments of {listed}, which are "
-            "positive, add up to zero or less"
+            f"infeasible: with what is kept and bounded, {sums} or less, which are positive "
+            "for bodies that can be built; keep fewer links, or widen the bounds"
         )
-    sums = "are zero" if len(clash) == 1 else "add up to zero"
+    remedy = "change the geometry or restrict the motion"
+    if space.balance == "dynamic":
+        remedy = "change the geometry, restrict the motion, or balance the forces alone"
     return (
-        "infeasible: however the masses are balanced, some second moments of "
-        f"{listed} {sums}, which are positive for bodies that can be built"
+        f"infeasible: in every balanced distribution {sums}, which are positive for bodies "
+        f"that can be built; {remedy}"
     )

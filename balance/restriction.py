@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from balance.cone import Cone, cone_of, given, matrices_of
 from balance.space import DesignSpace
-from kinematics.errors import BodyError
+from kinematics.errors import BodyError, LinkageError
 
 __all__ = ["Program", "Restriction", "program", "restriction"]
 
@@ -81,15 +81,17 @@ def restriction(
     """The restriction of that name.
 
     Raises:
-        BodyError: a body is unknown, all are kept, bounds contradict each other, or a body is
-            kept and bounded.
+        BodyError: a body is unknown, its bounds contradict each other, or it is kept and
+            bounded.
+        LinkageError: all bodies are kept.
     """
     source, names = space.source, space.bodies
     for name in (*keep, *bounds):
         if name not in names:
             raise BodyError(source, name, "carries no inertial parameters", names)
     if not set(names) - set(keep):
-        raise BodyError(source, ", ".join(names), "are all kept: nothing is left to design")
+        text = f"every link is kept ({', '.join(names)}): nothing is left to design; keep fewer"
+        raise LinkageError(f"{source}: {text}")
     for name, (low, high) in bounds.items():
         if not (0.0 <= low <= high and high > 0.0 and low < inf):
             text = f"its mass cannot be from {low:g} to {high:g} kg: give 0 ≤ least ≤ largest"
@@ -108,7 +110,7 @@ def program(space: DesignSpace, asked: Restriction) -> Program:
     cone, count = cone_of(space), len(space.bodies)
     n = cone.blocks.shape[1]
     none = np.empty((0, n))
-    unit = sum(body.inertia[0] for body in space.linkage.bodies) / count or 1.0
+    unit = float(sum(body.inertia[0] for body in space.linkage.bodies)) / count or 1.0
     if not asked:
         return Program(
             cone, tuple(range(count)), none, (), _traces(cone), unit, cone, np.eye(n), none,
@@ -137,7 +139,7 @@ def program(space: DesignSpace, asked: Restriction) -> Program:
 
 
 def _traces(cone: Cone) -> Array:
-    return np.asarray(np.trace(cone.blocks, axis1=2, axis2=3).sum(axis=0))
+    return np.asarray(np.einsum("bnii->n", cone.blocks))
 
 
 def _fixed(

@@ -18,6 +18,24 @@ Array = NDArray[np.float64]
 _ENTRIES = np.array([[4, 7, 8], [7, 5, 9], [8, 9, 6]])
 
 
+def _linear_maps() -> tuple[Array, Array]:
+    """Matrices (10, 16) and (16, 10) of `pseudo_inertia` and `from_pseudo_inertia`."""
+    P, z = np.zeros((10, 4, 4)), np.zeros((4, 4, 10))
+    P[0, 3, 3] = z[3, 3, 0] = 1.0
+    for i in range(3):
+        P[1 + i, i, 3] = P[1 + i, 3, i] = z[i, 3, 1 + i] = 1.0
+        P[4 + i, range(3), range(3)] = 0.5
+        P[4 + i, i, i] = -0.5
+        z[range(3), range(3), 4 + i] = 1.0
+        z[i, i, 4 + i] = 0.0
+    for k, (i, j) in enumerate([(0, 1), (0, 2), (1, 2)], 7):
+        P[k, i, j] = P[k, j, i] = z[i, j, k] = -1.0
+    return P.reshape(10, 16), z.reshape(16, 10)
+
+
+_MATRICES, _PARAMETERS = _linear_maps()
+
+
 def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
     """Parameters of a body from its mass, centre of mass and inertia about that centre.
 
@@ -42,22 +60,13 @@ def inertia_tensor(z: ArrayLike) -> Array:
 def pseudo_inertia(z: ArrayLike) -> Array:
     """Pseudo-inertia ``[[½ tr(E) 1 - E, mc], [mcᵀ, m]]`` (..., 4, 4), linear in z."""
     z = np.asarray(z, dtype=np.float64)
-    E = inertia_tensor(z)
-    P = np.empty((*z.shape[:-1], 4, 4))
-    half_trace = 0.5 * np.trace(E, axis1=-2, axis2=-1)[..., None, None]
-    P[..., :3, :3] = half_trace * np.eye(3) - E
-    P[..., :3, 3] = P[..., 3, :3] = z[..., 1:4]
-    P[..., 3, 3] = z[..., 0]
-    return P
+    return np.asarray(z @ _MATRICES).reshape(*z.shape[:-1], 4, 4)
 
 
 def from_pseudo_inertia(P: ArrayLike) -> Array:
     """Parameters (..., 10) of pseudo-inertias (..., 4, 4), the inverse of `pseudo_inertia`."""
     P = np.asarray(P, dtype=np.float64)
-    xx, yy, zz = P[..., 0, 0], P[..., 1, 1], P[..., 2, 2]
-    moments = [yy + zz, xx + zz, xx + yy, -P[..., 0, 1], -P[..., 0, 2], -P[..., 1, 2]]
-    first = [P[..., 3, 3], P[..., 0, 3], P[..., 1, 3], P[..., 2, 3]]
-    return np.stack([*first, *moments], axis=-1)
+    return np.asarray(P.reshape(*P.shape[:-2], 16) @ _PARAMETERS)
 
 
 def displaced(z: ArrayLike, H: ArrayLike) -> Array:

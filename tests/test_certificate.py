@@ -65,7 +65,14 @@ def test_one_digit_changed_is_rejected(model):
 def test_what_is_no_certificate_is_rejected():
     space, certificate = certified("four_bar_general")
     Z = np.array(certificate)
-    for wrong in (0.0 * Z, -Z, Z * np.nan, np.tile(np.eye(3), (3, 1, 1)), Z[[1, 0, 2]]):
+    # Of the same sums, and semidefinite to who reads but one triangle.
+    skew = Z * (1.0 + 0.1 * (np.triu(np.ones((3, 3))) - np.tril(np.ones((3, 3)))))
+    # The same trace of second moments; but of their parts only the sum is a condition.
+    uneven = Z.copy()
+    uneven[1] += 1e-3 * Z[1, 0, 0] * np.diag([1.0, -1.0, 0.0])
+    assert np.linalg.eigvalsh(uneven[1])[0] > 0.0
+    every = np.tile(np.eye(3), (3, 1, 1))
+    for wrong in (0.0 * Z, -Z, Z * np.nan, every, Z[[1, 0, 2]], skew, uneven):
         assert not check_certificate(space, wrong).accepted
     assert check_certificate(space, 7.0 * Z).accepted
     with pytest.raises(ValueError, match="one matrix for each body"):
@@ -89,6 +96,8 @@ CLASHES = [
         "coupler": (1.0, 2.0), "crank": (0.0, 0.1), "rocker": (0.0, 0.1),
     }),  # fmt: skip
     ("four_bar_kite", ["crank"], {}),
+    ("four_bar_kite", ["crank"], {"rocker": (0.5, 2.0)}),
+    ("four_bar_kite", [], {"crank": (1.0, 1.0), "coupler": (1.0, 1.0)}),
 ]
 
 
@@ -115,6 +124,24 @@ def test_restrictions_that_clash(model, keep, bounds):
     loose = {name: (low, 1e3) for name, (low, _) in bounds.items()}
     other = restriction(space, [], loose)
     assert not check_certificate(space, found.certificate, other).accepted
+
+
+def test_a_certificate_holds_for_just_those_bounds_that_it_excludes():
+    """A point mass, where the functional is least, tells how little it can be."""
+    model, keep, bounds = CLASHES[3]
+    space = design_space(kinematics.load(model))
+    certificate = design(space, keep=keep, bounds=bounds).certificate
+    places = [np.linalg.lstsq(Z[:2, :2], -Z[:2, 2])[0] for Z in certificate]
+    unit = [np.r_[c, 1.0] @ Z @ np.r_[c, 1.0] for c, Z in zip(places, certificate, strict=True)]
+    verdicts = set()
+    for factor in np.geomspace(1.0, 300.0, 40):
+        wider = {name: (low, factor * high) for name, (low, high) in bounds.items()}
+        least = sum(min(m * value for m in wider[name])
+                    for name, value in zip(space.bodies, unit, strict=True))  # fmt: skip
+        accepted = check_certificate(space, certificate, restriction(space, [], wider)).accepted
+        assert accepted == (least >= 0.0), factor
+        verdicts.add(accepted)
+    assert verdicts == {True, False}
 
 
 def _cloud(rng, low, high):
@@ -145,3 +172,38 @@ def test_a_design_with_one_entry_changed_is_rejected(model, motion):
     assert seen > 5
     assert not check_design(space, -z).accepted and not check_design(space, 0.0 * z).accepted
     assert not check_design(space, np.full_like(z, np.nan)).accepted
+
+
+@pytest.mark.parametrize("entry", [3, 8, 9])
+def test_a_flat_design_stays_in_its_plane(entry):
+    """No planar condition sees mcz, Exz and Eyz, which make moments out of the plane."""
+    space = design_space(kinematics.load("four_bar_kite"))
+    z = feasible(space).z.copy()
+    z[1, entry] += 1e-6 * np.abs(z[1]).max()
+    assert not check_design(space, z).accepted
+
+
+def test_what_is_balanced_need_not_be_a_body():
+    space = design_space(kinematics.load("three_rsr"), "u2=u3")
+    z = feasible(space).z
+    y = np.random.default_rng(2).standard_normal(space.nullity)
+    worst = (space.basis @ y).reshape(7, 10)
+    for share in (0.5, 1.0):
+        mixed = (1.0 - share) * z + share * worst * (z[:, 0].sum() / worst[:, 0].sum())
+        check = check_design(space, mixed)
+        assert check.conditions < 1e-12 and check.eigenvalue < 0.0 and not check.accepted
+
+
+def test_a_design_that_does_not_heed_what_is_asked_is_rejected():
+    space = design_space(kinematics.load("four_bar_kite_balanced"))
+    z = feasible(space).z
+    mass = float(z[0, 0])
+    asked = [
+        {"bounds": {"crank": (0.9 * mass, 1.1 * mass)}},
+        {"bounds": {"crank": (1.001 * mass, 2.0 * mass)}},
+        {"bounds": {"crank": (0.0, 0.999 * mass)}},
+        {"keep": ["rocker"]},
+    ]
+    restrictions = [restriction(space, **{"keep": [], "bounds": {}} | more) for more in asked]
+    heeded = [check_design(space, z, one).accepted for one in restrictions]
+    assert heeded == [True, False, False, False]

@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 import reference
 from modelled import Model
-from shapes import antiparallelogram, conditions, general, kite, matrix, quadrilateral
+from shapes import (
+    antiparallelogram,
+    conditions,
+    functional,
+    general,
+    kite,
+    matrix,
+    outside,
+    quadrilateral,
+)
 
 import kinematics
 from balance import Design, check_design, design_space
@@ -17,7 +26,7 @@ from balance.design import design
 from balance.feasible import feasible
 from balance.inertia import violations
 from balance.verify import verify
-from kinematics.errors import BodyError
+from kinematics.errors import BodyError, LinkageError
 
 OBJECTIVES = ("mass", "inertia", "rotor", "change")
 FEASIBLE = [
@@ -79,6 +88,19 @@ def largest_moment(z, frame):
     shift[:3, 3] = -frame[:3, 3]
     S = (shift @ matrix(z) @ shift.T)[:3, :3]
     return np.linalg.eigvalsh(np.trace(S) * np.eye(3) - S)[-1]
+
+
+def test_an_input_that_slides_counts_in_lengths():
+    """The kinetic energy is one: the inertias are as the squares of the rates."""
+    values = []
+    for chosen in ("u1", "q4"):
+        space = design_space(kinematics.load("slider_crank", inputs=[chosen]))
+        values.append(design(space, "rotor").value)
+    mechanism = reference.load("slider_crank")
+    names = [joint.name for joint in space.linkage.joints]
+    rate = reference.velocities(mechanism, np.zeros(len(mechanism.joints)), np.eye(1))
+    ratio = rate[names.index("q4"), 0] / rate[names.index("u1"), 0]
+    assert values[0] == pytest.approx(values[1] * ratio**2 / space.length**2, rel=1e-6)
 
 
 def twists(space):
@@ -162,6 +184,27 @@ def test_the_minus_of_the_kite_is_a_misprint():
     assert not check_design(space, z).accepted
 
 
+@pytest.mark.parametrize("asked", [{}, {"minimise": "mass"}, {"bounds": {"crank": (0.1, 9)}}])
+def test_conditions_that_are_not_complete_allow_no_design(asked):
+    """What is balanced to first order may shake: the general four-bar has no design."""
+    space = space_of("four_bar_general", max_order=1)
+    assert not space.settled
+    assert feasible(space).verdict == feasible(space).words.split(":")[0] == "undecided"
+    found = design(space, **asked)
+    assert (found.verdict, found.z, found.value, found.bodies) == ("undecided", None, None, ())
+    assert "not all conditions are known" in found.words and "max_order" in found.words
+    assert found.residuals is None and json.loads(json.dumps(found.to_dict()))["bodies"] == []
+
+
+def test_a_proof_needs_no_more_conditions():
+    """More conditions leave fewer designs: none stays none."""
+    space = space_of("four_bar_spherical", max_order=2)
+    found = feasible(space)
+    assert not space.settled and found.verdict == "infeasible"
+    complete = conditions(space_of("four_bar_spherical"), reach=0.05)
+    assert outside(functional(space, found.certificate), complete) < 1e-7
+
+
 # --- kept bodies, bounds -------------------------------------------------------------------
 
 
@@ -242,19 +285,20 @@ def test_without_an_objective_the_margin_is_largest():
 REFUSED = [
     (dict(keep=["no_such"]), "link 'no_such': carries no inertial parameters; the bodies are"),
     (dict(bounds={"base": (0, 1)}), "link 'base': carries no inertial parameters"),
-    (dict(keep=["crank", "coupler", "rocker"]), "all kept: nothing is left to design"),
+    (dict(keep=["crank", "coupler", "rocker"]),
+     "every link is kept (crank, coupler, rocker): nothing is left to design; keep fewer"),
     (dict(bounds={"crank": (2.0, 1.0)}), "link 'crank': its mass cannot be from 2 to 1 kg"),
     (dict(bounds={"crank": (-1.0, 1.0)}), "cannot be from -1 to 1 kg"),
     (dict(bounds={"crank": (0.0, 0.0)}), "cannot be from 0 to 0 kg"),
     (dict(bounds={"crank": (float("nan"), 1.0)}), "cannot be from nan to 1 kg"),
     (dict(keep=["crank"], bounds={"crank": (1.0, 2.0)}), "is kept and bounded"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("asked", "text"), REFUSED)
 def test_what_cannot_be_asked_is_refused_in_one_line(asked, text):
     space = space_of("four_bar_kite")
-    with pytest.raises(BodyError) as caught:
+    with pytest.raises(LinkageError) as caught:
         design(space, "mass", **asked)
     message = str(caught.value)
     assert text in message and "\n" not in message and message.startswith(space.source)

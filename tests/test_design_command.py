@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from argparse import Namespace
 from pathlib import Path
 from typing import get_args
 
@@ -16,11 +15,9 @@ from sidecar_text import PAIR
 from urdf_text import along, joint, link
 
 import balance
-import kinematics
-from balance import design_space
 from balance.cli import main
 from balance.design import Objective
-from balance.designing import OBJECTIVES, designed
+from balance.designing import OBJECTIVES
 from kinematics.models import gallery
 
 SCHEMA = json.loads(
@@ -140,17 +137,6 @@ def test_masses_are_bounded_and_kept(capsys, tmp_path):
     assert main(["verify", str(out), "--trajectories", "1"]) == 0
 
 
-@pytest.mark.parametrize("model", [YES, NO])
-def test_conditions_that_are_not_complete_allow_no_design(model):
-    """What is balanced to first order may shake."""
-    space = design_space(kinematics.load(model), max_order=1)
-    assert not space.settled
-    found = designed(Namespace(minimise=None, keep=[], bounds=[]), space)
-    assert (found.verdict, found.z, found.bodies) == ("undecided", None, ())
-    assert "not all conditions are known" in found.words
-    Draft202012Validator(SCHEMA).validate(json.loads(json.dumps(found.to_dict())))
-
-
 def test_the_file_itself_may_be_replaced(tmp_path, capsys, caplog):
     path = tmp_path / "robot.urdf"
     path.write_bytes(gallery()[YES].read_bytes())
@@ -178,6 +164,20 @@ def test_nothing_is_said_before_all_is_written(tmp_path, capsys):
     assert main(["design", YES, "--html", str(page), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["verdict"] == "feasible"
     assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_two_files_need_two_names(tmp_path, capsys):
+    one = str(tmp_path / "a")
+    line = refused(capsys, YES, "--out", one, "--html", f"{tmp_path}/../{tmp_path.name}/a")
+    assert "both the linkage and the page" in line and not list(tmp_path.iterdir())
+
+
+def test_the_unit_of_an_input_that_slides_is_told(capsys):
+    assert main(["design", "slider_crank", "--inputs", "q4", "--minimise", "rotor"]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"^minimised +rotor: \S+ kg m², q4 in lengths of 0\.\d+ m$", text, re.M)
+    assert main(["design", "slider_crank", "--minimise", "rotor"]) == 0
+    assert re.search(r"^minimised +rotor: \S+ kg m²$", capsys.readouterr().out, re.MULTILINE)
 
 
 def beside(folder):
@@ -226,15 +226,17 @@ def test_options_of_the_model_are_repeated(tmp_path, capsys, caplog):
         (["--bounds", "crank=2:1"], ["'crank'", "from 2 to 1 kg", "give 0 ≤ least ≤ largest"]),
         (["--bounds", "crank=2:", "--bounds", "crank=:1"], ["'crank'", "from 2 to 1 kg"]),
         (["--bounds", "crank=-1:2"], ["'crank'", "from -1 to 2 kg"]),
-        (["--keep", "crank", "--keep", "coupler", "--keep", "rocker"], ["all kept"]),
+        (["--keep", "crank", "--keep", "coupler", "--keep", "rocker"],
+         ["every link is kept", "nothing is left to design", "keep fewer"]),
         (["--keep", "crank", "--bounds", "crank=1:2"], ["'crank'", "kept and bounded"]),
     ],
-)
+)  # fmt: skip
 def test_bad_input(words, said, tmp_path, capsys):
     """One line that says what is wrong and what to do; nothing is written."""
     out = tmp_path / "a.urdf"
     line = refused(capsys, YES, *words, "--out", str(out))
-    assert f"{YES}.urdf: link" in line and all(word in line for word in said), line
+    assert re.search(rf"{YES}\.urdf: (every )?link", line), line
+    assert all(word in line for word in said), line
     assert not out.exists()
 
 

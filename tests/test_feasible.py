@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import reference
 from drafts import axis_edge, linked
+from laws import altered, placed, resized
+from scipy.spatial.transform import Rotation
 from shapes import (
     antiparallelogram,
     arm,
@@ -157,18 +159,61 @@ def test_designs_do_not_shake_for_pinocchio(model, motion, entry):
     assert shaken.verdict == "not balanced"
 
 
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize(
+    ("model", "motion"), [*FEASIBLE[:3], FEASIBLE[4], ("four_bar_general", None)]
+)
+def test_size_and_place_do_not_matter(model, motion, size, tmp_path):
+    """Another unit, and a thousand lengths away: the margin is that of the same linkage."""
+    plain = design_space(kinematics.load(model), motion)
+    H = np.eye(4)
+    H[:3, :3] = Rotation.from_rotvec([0.3, -1.0, 0.5]).as_matrix()
+    H[:3, 3] = 1000.0 * size * plain.length * np.array([2.0, -3.0, 6.0]) / 7.0
+    path = altered(model, tmp_path, resized(size), placed(H))
+    space = design_space(kinematics.load(path), motion)
+    known, found = feasible(plain), feasible(space)
+    assert found.verdict == known.verdict
+    assert found.margin == pytest.approx(known.margin, rel=1e-5)
+    if found.z is not None:
+        lightest = [design(s, "mass").value for s in (plain, space)]
+        assert lightest[1] == pytest.approx(lightest[0], rel=1e-5)
+        off = found.z.copy()
+        off[0, 0] *= 1.0 + 1e-6
+        assert not check_design(space, off).accepted
+
+
 def test_words_name_who_clashes():
     found = feasible(design_space(kinematics.load("four_bar_general")))
     assert found.words.startswith("infeasible: ")
     assert all(name in found.words for name in ("crank", "coupler", "rocker"))
-    assert "\n" not in found.words
+    assert "\n" not in found.words and "balance the forces alone" in found.words
+    slide = feasible(design_space(kinematics.load("hprs"), balance="force")).words
+    assert slide.endswith("change the geometry or restrict the motion")
 
 
-def test_a_hinge_alone_clashes_with_itself():
-    """A body on one hinge is balanced if all its mass is on the axis: by no real body."""
+def test_words_say_what_to_ask_less_of():
+    """What cannot be balanced anyway is not put down to what is kept."""
+    models = ("four_bar_kite", "four_bar_parallelogram")
+    kite, none = (design_space(kinematics.load(model)) for model in models)
+    words = design(kite, keep=["crank"]).words
+    assert "crank, as kept, cannot" in words and words.endswith("; keep fewer links")
+    words = design(kite, bounds={"crank": (1.0, 1.0), "coupler": (1.0, 1.0)}).words
+    assert words.endswith("keep fewer links, or widen the bounds")
+    words = design(none, bounds={"crank": (0.1, 9.0)}).words
+    assert "change the geometry" in words and "bounds" not in words
+
+
+@pytest.mark.parametrize(
+    ("kind", "pitch", "what"),
+    [("revolute", 0.0, "some second moments"), ("prismatic", 0.0, "the masses"),
+     ("helical", 0.3, "some second moments")],
+)  # fmt: skip
+def test_a_joint_alone_clashes_with_itself(kind, pitch, what):
+    """On a hinge all mass would have to be on the axis; on a slide there can be none."""
     rng = np.random.default_rng(0)
-    found = judged(design_space(arm(rng, 1)))
-    assert found.verdict == "infeasible" and "of b0 are zero" in found.words
+    edge = axis_edge(kind, np.array([0.0, 0.6, 0.8]), rng.random(3), (0, 1), "j", pitch)
+    found = judged(design_space(assemble(linked([edge], [1], rng))))
+    assert found.verdict == "infeasible" and f"{what} of b0 are zero" in found.words
 
 
 def test_no_masses_at_all_balance_a_hinge_on_a_slide():

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.errors import PoseError
 from kinematics.linkage import Notice, frozen
-from kinematics.pose import joint_positions
 
 if TYPE_CHECKING:
     from kinematics.linkage import Linkage
@@ -29,8 +28,6 @@ SCHEMA = "balance.motion/1"
 OFF = 1e-9
 # Predictions beyond this, in SI units, are too far away to compute with.
 FARTHEST = 1e9
-# Poses further apart, in radians and characteristic lengths, are on two branches.
-SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +68,7 @@ class Prediction:
 
 
 def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
-    """The pose at a point y (w,) of a Taylor motion.
-
-    Beyond the radius of convergence Newton's method may end on another branch. There the
-    pose counts only if following the linkage along the straight line leads to it too.
+    """The pose at a point y (w,) of a Taylor motion; `TaylorMotion.polish` corrects it.
 
     Raises:
         PoseError: the prediction is too far away to compute with.
@@ -90,7 +84,7 @@ def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
         )
     corrected, reason = None, ""
     try:
-        corrected = _corrected(motion, y)
+        corrected = motion.polish(y)
     except PoseError as problem:
         reason = str(problem)
     difference = None if corrected is None else float(offset(motion, predicted, corrected))
@@ -99,24 +93,6 @@ def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
         frozen(u), frozen(y), distance, error, frozen(predicted),
         None if corrected is None else frozen(corrected), difference, reason,
     )  # fmt: skip
-
-
-def _corrected(motion: TaylorMotion, y: Array) -> Array:
-    """The closed pose near the prediction, on the branch of the reference pose.
-
-    Raises:
-        PoseError: there is none.
-    """
-    q = motion.polish(y)
-    if motion.distance(y) > motion.radius:
-        followed = joint_positions(motion.linkage, motion.motion.basis @ y)
-        if offset(motion, q, followed) > SAME:
-            raise PoseError(
-                f"{motion.linkage.source}: from the series Newton's method jumps to another "
-                f"branch, or by whole turns, at distance {motion.distance(y):.3g} (radius of "
-                f"convergence {motion.radius:.3g}); give a nearer pose"
-            )
-    return q
 
 
 def offset(motion: TaylorMotion, q: Array, other: Array) -> Array:

@@ -312,16 +312,16 @@ def _track(
             return float(time[k])
         q[k], qd[k], qdd[k] = pose.q, C[0] @ speed, C[0] @ change + C[1] @ speed
         closure = max(closure, forward(chain, pose.q).error)
-        done, line = 0.0, replace(narrow, columns=frozen((chain.columns @ ray)[:, None]))
+        left, line = length, replace(narrow, columns=frozen((chain.columns @ ray)[:, None]))
         for _ in range(STEPS):
-            if done >= length:
+            if left == 0.0:
                 break
             series = expand_from(line, pose.screws, np.ones((1, 1)), ORDER)
-            pose, step = follow(line, pose.q, series, np.ones(1), length - done)
+            pose, step = follow(line, pose.q, series, np.ones(1), left)
             if step == 0.0:
                 return float(time[k])
-            done += step
-        if done < length:
+            left -= step
+        if left > 0.0:
             return float(time[k])
     q, qd, qdd = (chain.units * x for x in (q, qd, qdd))
     return Trajectory(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from math import hypot
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,13 +14,15 @@ from kinematics.errors import PoseError
 from kinematics.linkage import Chain, Frame, Linkage, names
 from kinematics.placement import follow, forward
 
-__all__ = ["input_chain", "joint_positions", "si_chain"]
+__all__ = ["followed", "input_chain", "joint_positions", "si_chain"]
 
 Array = NDArray[np.float64]
 
 # Loops that are open by more, in radians and characteristic lengths, are not closed.
 OPEN = 1e-8
-STEPS = 500
+# Poses followed on the way to another: most of them, and the order of the series that predict
+# them.
+STEPS, ORDER = 500, 6
 
 
 def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array:
@@ -48,7 +51,10 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
     if not np.isfinite(values).all():
         raise PoseError(f"{linkage.source}: joint positions must be finite numbers")
     if values.shape == (linkage.mobility,):
-        return _followed(linkage, values)
+        chain = input_chain(linkage)
+        point = values / chain.units[linkage.positions_of(linkage.inputs)]
+        goal = zip(linkage.inputs, values, strict=True)
+        return followed(chain, point, linkage.source, goal) * chain.units
     if values.shape == (len(all_names),):
         return _checked(linkage, values)
     raise PoseError(
@@ -92,27 +98,39 @@ def _checked(linkage: Linkage, q: Array) -> Array:
     return q
 
 
-def _followed(linkage: Linkage, u: Array) -> Array:
-    """Positions reached along the straight line from the reference pose to ``u``.
+def followed(
+    chain: Chain, point: Array, source: str, goal: Iterable[tuple[str, float]]
+) -> Array:
+    """Positions reached along the straight line from the reference pose to a point.
 
-    At each step the linkage is expanded anew, as far as its series carries.
+    At each step the linkage is expanded anew, as far as its series carries, so that the
+    branch does not change.
+
+    Args:
+        chain: the linkage at its reference pose.
+        point: coordinates of the chain (w,), in its units.
+        source: file of the linkage, for the error.
+        goal: inputs and their displacements there, for the error.
+
+    Returns:
+        Positions of the joints of the chain (n,), in its units.
+
+    Raises:
+        PoseError: the loops cannot be closed all the way.
     """
-    chain = input_chain(linkage)
-    ray = u / chain.units[linkage.positions_of(linkage.inputs)]
-    length = float(np.sqrt(ray @ ray))
-    if length == 0.0:
-        return np.zeros(len(linkage.joints))
-    q, screws, done = np.zeros(chain.parent.size), chain.screws, 0.0
+    q, screws = np.zeros(chain.parent.size), chain.screws
+    length = left = hypot(*point)
     for _ in range(STEPS):
-        series = expand_from(chain, screws, ray[None] / length, 6)
-        pose, step = follow(chain, q, series, ray / length, length - done)
+        # Counted down, so that nothing of the way is left to rounding.
+        if left == 0.0:
+            return q
+        ray = point / length
+        series = expand_from(chain, screws, ray[None], ORDER)
+        pose, step = follow(chain, q, series, ray, left)
         if step == 0.0:
             break
-        q, screws, done = pose.q, pose.screws, done + step
-        if done >= length:
-            return q * chain.units
-    goal = ", ".join(f"{n}={v:.4g}" for n, v in zip(linkage.inputs, u, strict=True))
+        q, screws, left = pose.q, pose.screws, left - step
     raise PoseError(
-        f"{linkage.source}: the loops cannot be closed beyond {done / length:.0%} of the way "
-        f"to {goal}; give a nearer pose"
+        f"{source}: the loops cannot be closed beyond {1.0 - left / length:.0%} of the way to "
+        f"{', '.join(f'{name}={value:.4g}' for name, value in goal)}; give a nearer pose"
     )

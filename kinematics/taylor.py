@@ -16,13 +16,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.assembly import moving_chain
 from kinematics.chain import move
-from kinematics.closure import expand
+from kinematics.closure import expand, loop_matrix
 from kinematics.errors import MobilityError, PoseError
-from kinematics.expansion import layout, polynomials
+from kinematics.expansion import polynomials
+from kinematics.layout import layout
 from kinematics.linkage import Chain, IntArray, Linkage, frozen, names
 from kinematics.motion import Motion, restriction
-from kinematics.placement import newton
+from kinematics.placement import forward, newton
 from kinematics.polynomials import Monomials, monomials, powers
+from kinematics.pose import followed
 
 __all__ = ["TaylorMotion", "scaled_chain", "taylor_motion"]
 
@@ -107,7 +109,8 @@ class TaylorMotion:
 
         Terms of a series fall like ``ρ^-k k^(-3/2)`` if it ends, as they mostly do, at a
         square root. ρ is read off the growth of the terms of high order along many
-        directions; the least counts. Infinite if the motion is linear.
+        directions; the least counts. Infinite if the motion is linear. A singularity that
+        hardly shows in 24 terms escapes it, as that of a four-bar which is almost a kite.
         """
         width = self.scales.size
         normals = np.random.default_rng(SEED).standard_normal((DIRECTIONS * width, width))
@@ -137,32 +140,51 @@ class TaylorMotion:
         points = self._points(u)
         q = self._in_chain(self.evaluate(points))
         steps = [newton(self.chain, x, 1)[0] - x for x in q.reshape(-1, q.shape[-1])]
-        sizes = np.abs(np.array(steps)).max(axis=1, initial=0.0).reshape(points.shape[:-1])
+        sizes = np.abs(np.reshape(steps, q.shape)).max(axis=-1, initial=0.0)
         rounding = np.finfo(float).eps * self.condition
-        found: Array = sizes + rounding * np.maximum(1.0, np.abs(q).max(axis=-1))
+        found: Array = sizes + rounding * np.maximum(1.0, np.abs(q).max(axis=-1, initial=0.0))
         return found
 
     def polish(self, u: ArrayLike) -> Array:
         """Positions of all joints that close the loops at one point u (w,); shape (n,).
 
-        Newton's method from the prediction of the series.
+        Newton's method from the prediction of the series. It may end on another branch beyond
+        the radius of convergence, far from the prediction, or where the loops hold the other
+        joints with another orientation than at the reference pose. There the linkage is
+        followed along the straight line from the reference pose instead.
 
         Raises:
-            PoseError: it does not end near the prediction.
+            PoseError: the loops cannot be closed all along that line.
         """
         point = self._points(u)
-        guess = self._in_chain(self.evaluate(point))
-        q, opening = newton(self.chain, guess)
-        reach = NEAR * min(1.0, float(np.linalg.norm(guess)))
-        if not (opening <= CLOSED and np.linalg.norm(q - guess) <= reach):
+        if point.ndim != 1:
             raise PoseError(
-                f"{self.linkage.source}: the loops cannot be closed near what the series "
-                f"predicts at distance {self.distance(point):.3g} (radius of convergence "
-                f"{self.radius:.3g}); give a nearer pose"
+                f"{self.linkage.source}: loops are closed at one point at a time, not at an "
+                f"array of shape {point.shape}"
             )
+        q = self._corrected(point)
+        if q is None:
+            goal = zip(self.motion.inputs, self.motion.basis @ point, strict=True)
+            q = followed(self.chain, point / self.scales, self.linkage.source, goal)
         found = np.zeros(len(self.joints))
         found[self.chain.joints] = q * self.chain.units
         return found
+
+    def _corrected(self, point: Array) -> Array | None:
+        """What Newton's method makes of a prediction, in the chain; None if it may be wrong."""
+        if self.distance(point) > self.radius:
+            return None
+        guess = self._in_chain(self.evaluate(point))
+        q, opening = newton(self.chain, guess)
+        reach = NEAR * min(1.0, float(np.linalg.norm(guess)))
+        near = opening <= CLOSED and np.linalg.norm(q - guess) <= reach
+        return q if near and self._orientation(q) > 0.0 else None
+
+    def _orientation(self, q: Array) -> float:
+        """``det(S(0)⁺ S(q))`` of the dependent columns: its sign changes at singularities."""
+        S = loop_matrix(self.chain)[:, self.chain.dependent]
+        there = loop_matrix(self.chain, forward(self.chain, q).screws)
+        return float(np.linalg.det(np.linalg.pinv(S) @ there[:, self.chain.dependent]))
 
     def _points(self, u: ArrayLike) -> Array:
         """Points as an array (..., w), checked."""
@@ -246,7 +268,7 @@ def taylor_motion(
     chain, scales = scaled_chain(moving_chain(linkage, given), linkage, motion)
     table = monomials(chain.width, order)
     chosen = None if equations is None else frozen(equations, np.int64)
-    found, condition = polynomials(chain, layout(chain, chosen), table)
+    found, condition = polynomials(chain.screws, layout(chain, table, chosen))
     if not condition < SINGULAR:
         raise MobilityError(
             f"{linkage.source}: the closure equations hardly determine the other joints "

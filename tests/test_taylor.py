@@ -16,7 +16,9 @@ from kinematics import taylor_motion
 from kinematics.assembly import assemble
 from kinematics.closure import expand
 from kinematics.errors import LinkageError, MobilityError, MotionError, PoseError
-from kinematics.expansion import layout, polynomials
+from kinematics.expansion import polynomials
+from kinematics.lanes import LANES
+from kinematics.layout import layout
 from kinematics.linkage import Mimic
 from kinematics.polynomials import monomials, multiply, powers
 from kinematics.pose import joint_positions
@@ -49,17 +51,19 @@ def test_products_are_those_of_fractions(width, order):
     assert sorted(map(tuple, table.exponents.tolist())) == multi_indices(width, order)
     rng = np.random.default_rng(width)
     count = len(table.exponents)
-    factors = rng.integers(-9, 9, (count, 6)).astype(float)
-    A, B, out = factors[:, :2], factors[:, 3:5], np.empty((count, 3))
-    multiply(0, count, 2, table.places, table.pairs, factors, out)
-    expected = np.zeros((count, 2))
+    A, B = rng.integers(-9, 9, (2, count, 2 * LANES)).astype(float)
+    A[0] = B[0] = 0.0
+    out = np.full((count, 2 * LANES), np.nan)
+    flat = (A.ravel(), B.ravel(), out.ravel())
+    multiply(1, count, LANES + 1, 2 * LANES, table.places, table.pairs, *flat)
+    expected = np.zeros((count, 2 * LANES))
     index = {tuple(a): i for i, a in enumerate(table.exponents.tolist())}
     for i in range(1, count):
         for j in range(1, count):
             t = index.get(tuple((table.exponents[i] + table.exponents[j]).tolist()))
             if t is not None:
                 expected[t] += A[i] * B[j]
-    assert np.array_equal(out[:, :2], expected)
+    assert np.array_equal(out[1:], expected[1:])
 
 
 def test_powers_are_those_of_fractions():
@@ -108,7 +112,7 @@ def test_polynomials_are_the_series_along_rays(name, planar):
     chain = linkage.chain if planar else linkage.spatial_chain
     order = 6 if chain.width < 4 else 3
     table = monomials(chain.width, order)
-    found, condition = polynomials(chain, layout(chain), table)
+    found, condition = polynomials(chain.screws, layout(chain, table))
     assert 1.0 <= condition < 1e4
     rays = np.random.default_rng(8).standard_normal((5, chain.width))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
@@ -231,6 +235,43 @@ def test_the_radius_is_where_the_series_stops_converging(name, order):
         assert (growth > 1.0) == grows
 
 
+@pytest.mark.parametrize("name", ["four_bar_general", "three_rsr"])
+def test_poses_are_closed_where_a_low_order_is_far_off(name):
+    """Also where Newton's method would not end near the prediction."""
+    linkage = kinematics.load(name)
+    motion = taylor_motion(linkage, 1)
+    off = []
+    for u in points(motion, 60, 9):
+        true = joint_positions(linkage, u)
+        off.append(np.linalg.norm(motion.evaluate(u) - true))
+        assert relative(motion.polish(u), true) < 1e-9
+    assert max(off) > 0.25
+
+
+def test_what_is_almost_a_kite_does_not_pass_through_its_fold(tmp_path):
+    """Its base is 0.1 mm too short; its series is nearly that of the kite, which folds flat.
+
+    Beyond, within the estimated radius, the loops close on another branch only. Where the
+    crank stops, the coupler lies along the rocker: a triangle with two sides in line.
+    """
+    d = 0.9999
+
+    def shorter(robot):
+        robot.find("joint[@name='q4']/origin").set("xyz", f"{d} 0 0")
+        robot.find("loop/successor/origin").set("xyz", f"{0.72 - d} 0.96 0")
+
+    motion = taylor_motion(kinematics.load(altered("four_bar_kite", tmp_path, shorter)), 7)
+    crank, coupler, rocker = np.hypot([0.6, 0.12, 0.72 - d], [0.3, 0.66, 0.96])
+    cosine = (crank**2 + d**2 - (rocker - coupler) ** 2) / (2.0 * crank * d)
+    edge = np.arccos(cosine) - np.arctan2(0.3, 0.6)
+    assert -motion.radius < 1.05 * edge
+    for share in (0.5, 0.9, 0.99):
+        assert motion.polish([share * edge])[motion.joints.index("u1")] == share * edge
+    for share in (1.01, 1.05):
+        with pytest.raises(PoseError, match="give a nearer pose"):
+            motion.polish([share * edge])
+
+
 def test_points_are_checked():
     motion = motion_of("five_bar")
     for wrong in ([0.1], [0.1, np.nan], 0.3, [[0.1, 0.2, 0.3]]):
@@ -241,6 +282,9 @@ def test_points_are_checked():
             motion.derivatives(alpha)
     assert motion.evaluate(np.zeros((4, 3, 2))).shape == (4, 3, 5)
     assert motion.error(np.zeros((4, 3, 2))).shape == (4, 3)
+    assert motion.error(np.zeros((0, 2))).shape == (0,)
+    with pytest.raises(PoseError, match="closed at one point at a time"):
+        motion.polish(np.zeros((3, 2)))
     assert not motion.coefficients.flags.writeable
 
 

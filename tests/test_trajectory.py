@@ -6,7 +6,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from laws import MODELS
+from laws import MODELS, altered, words
 from motions import around, slope
 from scipy.linalg import expm
 
@@ -14,6 +14,7 @@ import kinematics
 from balance.trajectory import driven, from_csv, random_motions, rest_to_rest
 from kinematics.errors import FileError, MotionError, PoseError
 from kinematics.motion import Motion
+from kinematics.pose import joint_positions
 from kinematics.screws import hat
 
 FEW = ("four_bar_kite", "slider_crank", "three_rsr", "hprs", "sarrus", "stewart_6ups")
@@ -95,6 +96,24 @@ def straight(linkage, goal):
     time = np.linspace(0.0, 1.0, 40)
     u = np.outer(time, np.full(linkage.mobility, goal))
     return time, u, np.full_like(u, goal), np.zeros_like(u)
+
+
+def test_the_last_step_ends_at_the_goal(tmp_path):
+    """Of a way whose steps add up to it only but for rounding, nothing is left over."""
+
+    def moved(robot):
+        A, B, C, D = np.array([[0.8, 0.4, 0], [0.4, 0.6, 0], [-0.5, -0.3, 0], [-0.6, -0.9, 0]])
+        for path, place in (
+            ("joint[@name='u1']", A), ("joint[@name='q2']", B - A), ("joint[@name='q4']", D),
+            ("loop/predecessor", C - B), ("loop/successor", C - D),
+        ):  # fmt: skip
+            robot.find(f"{path}/origin").set("xyz", words(place))
+
+    linkage = kinematics.load(altered("four_bar_general", tmp_path, moved))
+    for goal in np.linspace(0.2, 0.26, 61):
+        q = joint_positions(linkage, [goal])
+        assert q[linkage.positions_of(["u1"])] == pytest.approx([goal], rel=1e-15)
+        assert gap(linkage, q) < 1e-12
 
 
 def test_a_motion_that_cannot_be_followed_is_refused():

@@ -79,7 +79,7 @@ def _drawn(
     for ax in axes.flat:
         lines, names = ax.get_legend_handles_labels()
         named |= dict(zip(names, lines, strict=True))
-    figure.legend(named.values(), named.keys(), loc="outside lower left", ncols=5 * shape[1],
+    figure.legend(named.values(), named.keys(), loc="outside lower left", ncols=4 * shape[1],
                   frameon=False, fontsize=8)  # fmt: skip
 
 

@@ -27,8 +27,8 @@ HELP = "all joints as polynomials in the inputs, poses that they predict, and th
 DESCRIPTION = (
     "Taylor expansion of the closed motion, of any order: poses that it predicts, the same "
     "with the loops closed, and their difference. Exits with 0, or with 1 if a pose cannot be "
-    "reached. Masses do not matter: --balance and --spatial change nothing here, --bodies (all "
-    "by default) and --massless only which links can be tools."
+    "reached. Masses do not matter: --balance, --spatial, --bodies and --massless change "
+    "nothing here."
 )
 ORDER, HIGHEST = 7, 50
 
@@ -78,7 +78,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--html", metavar="FILE", help="write a page with these curves; it needs no network"
     )
-    # Masses do not matter, and a tool may have none. Words that exclude each other are usage.
+    # A file need not have masses. Words that exclude each other are usage.
     parser.set_defaults(bodies="all", refuse=parser.error)
 
 

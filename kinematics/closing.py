@@ -18,7 +18,7 @@ from kinematics.chain import arrange, extent
 from kinematics.closure import loop_matrix
 from kinematics.errors import OpenLoopError
 from kinematics.inertial import displaced
-from kinematics.linkage import Chain, Draft, Notice, frozen
+from kinematics.linkage import Chain, Draft, Notice, Place, frozen
 from kinematics.placement import Pose, forward, mismatch
 from kinematics.screws import Ad, hat
 
@@ -274,7 +274,11 @@ def moved(draft: Draft, chain: Chain, q: Array) -> Draft:
         )
         for body in draft.bodies
     )
+    places = {
+        name: place if place.link < 0 else Place(place.link, frozen(H[place.link] @ place.pose))
+        for name, place in draft.places.items()
+    }
     return replace(
-        draft, joints=joints, bodies=bodies,
+        draft, joints=joints, bodies=bodies, places=places,
         loops=tuple(replace(loop, gap=frozen(np.eye(4))) for loop in draft.loops),
     )  # fmt: skip

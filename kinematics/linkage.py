@@ -8,7 +8,7 @@ the ground, so one integer names both a joint and the link after it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,6 +29,7 @@ __all__ = [
     "Loop",
     "Mimic",
     "Notice",
+    "Place",
     "frozen",
     "names",
 ]
@@ -131,6 +132,18 @@ class Mimic:
     ratio: float
 
 
+class Place(NamedTuple):
+    """Where a link of the file is.
+
+    Attributes:
+        link: the rigid body that it is part of; -1 is the ground.
+        pose: of its frame in the inertial frame; shape (4, 4).
+    """
+
+    link: int
+    pose: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Draft:
     """A linkage as its file describes it, before its loops are closed.
@@ -144,6 +157,7 @@ class Draft:
         mimics: joints that follow others.
         named_inputs: joints that the file marks as independent.
         notices: what the reader has to tell.
+        places: where every link of the file is, by name.
         tree: the elements of the file it was read from, with their decimals, or None.
     """
 
@@ -155,6 +169,7 @@ class Draft:
     mimics: tuple[Mimic, ...] = ()
     named_inputs: tuple[str, ...] = ()
     notices: tuple[Notice, ...] = ()
+    places: Mapping[str, Place] = field(default_factory=dict, repr=False)
     tree: Element | None = field(default=None, repr=False)
 
 

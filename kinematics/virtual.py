@@ -16,7 +16,7 @@ from kinematics.assembly import assemble
 from kinematics.chain import arrange, move
 from kinematics.closure import expand
 from kinematics.errors import BodyError, CoordinateError
-from kinematics.linkage import GROUND, Body, Draft, Joint, Linkage, Loop, frozen, names
+from kinematics.linkage import GROUND, Draft, Joint, Linkage, Loop, Place, frozen, names
 from kinematics.screws import prismatic, revolute
 
 __all__ = ["DIRECTIONS", "tool"]
@@ -45,7 +45,7 @@ def tool(
 
     Args:
         linkage: an assembled linkage.
-        link: name of the body that carries the tool.
+        link: name of the link that is the tool, with or without mass.
         directions: of `DIRECTIONS`, the new inputs in this order: ``"x,y"`` or a sequence.
         point: the point that moves and about which the tool turns (3,), metres, in the
             inertial frame at the reference pose; the origin of the link's frame by default.
@@ -59,9 +59,9 @@ def tool(
         CoordinateError: there is no such direction, or it cannot be an input, for the link
             cannot move that way or others determine it.
     """
-    body, at = _carrier(linkage, link, point)
+    carrier, at = _carrier(linkage, link, point)
     named = _named(linkage, directions)
-    held = _held(linkage, body.link, at, named)
+    held = _held(linkage, carrier, at, named)
     screws = [prismatic(axis) for axis in np.eye(3)]
     screws += [revolute(axis, at) for axis in np.eye(3)]
     joints, last = list(linkage.joints), GROUND
@@ -74,25 +74,26 @@ def tool(
     draft = replace(
         draft,
         joints=tuple(joints),
-        loops=(*linkage.loops, Loop(f"{link}.tool", last, body.link)),
+        loops=(*linkage.loops, Loop(f"{link}.tool", last, carrier)),
         tree=None,
     )
     return assemble(draft, [f"{link}.{DIRECTIONS[k]}" for k in named])
 
 
-def _carrier(linkage: Linkage, link: str, point: ArrayLike | None) -> tuple[Body, Array]:
-    """The body that carries the tool, and the tool's point (3,)."""
-    bodies = {body.name: body for body in linkage.bodies}
-    if link not in bodies:
-        raise BodyError(linkage.source, link, "no body of this name", list(bodies))
+def _carrier(linkage: Linkage, link: str, point: ArrayLike | None) -> tuple[int, Array]:
+    """The rigid body that carries the tool, and the tool's point (3,)."""
+    bodies = {body.name: Place(body.link, body.frame) for body in linkage.bodies}
+    moving = bodies | {n: place for n, place in linkage.places.items() if place.link != GROUND}
+    if link not in moving:
+        raise BodyError(linkage.source, link, "no moving link of this name", list(moving))
     if {f"{link}.{direction}" for direction in DIRECTIONS} & set(names(linkage.joints)):
         raise BodyError(linkage.source, link, "is a tool already; give another link")
-    body = bodies[link]
-    at = np.asarray(body.frame[:3, 3] if point is None else point, dtype=np.float64)
+    carrier, frame = moving[link]
+    at = np.asarray(frame[:3, 3] if point is None else point, dtype=np.float64)
     if at.shape != (3,) or not np.isfinite(at).all():
         problem = "its point is not of three finite numbers; give metres, in the inertial frame"
         raise BodyError(linkage.source, link, problem)
-    return body, at
+    return carrier, at
 
 
 def _named(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:

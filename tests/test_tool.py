@@ -141,7 +141,7 @@ def test_masses_are_those_of_the_robot():
 @pytest.mark.parametrize(
     ("link", "directions", "told"),
     [
-        ("nothing", "x", "link 'nothing': no body of this name; the bodies are left_lower"),
+        ("nothing", "x", "no moving link of this name; the bodies are left_lower"),
         ("left_upper", "x,w", "input w: no direction of a tool; choose from x, y, z, rx"),
         ("left_upper", "x,x", "input x: named twice"),
         ("left_upper", [], "no direction is named"),
@@ -153,6 +153,26 @@ def test_masses_are_those_of_the_robot():
 def test_what_is_wrong_is_told(link, directions, told):
     with pytest.raises(LinkageError, match=told):
         tip_of_the_five_bar(link, directions)
+
+
+def test_a_tool_frame_on_a_fixed_joint(tmp_path):
+    """It is the point that it stands for, also where closing the loops moved it."""
+    text = kinematics.gallery()["five_bar"].read_text(encoding="utf-8")
+    frame = (
+        '<link name="tip"/><joint name="mount" type="fixed"><parent link="left_upper"/>'
+        '<child link="tip"/><origin xyz="0.1 -0.2 0.3" rpy="0 0 1"/></joint></robot>'
+    )
+    turned = text.replace('"0 0 0" rpy="0 0 0"', '"0 0 0" rpy="0 0 0.05"', 1)
+    for written in (text, turned):
+        path = tmp_path / "robot.urdf"
+        path.write_text(written.replace("</robot>", frame), encoding="utf-8")
+        linkage = kinematics.load(path)
+        (body,) = (body for body in linkage.bodies if body.name == "left_upper")
+        point = body.frame[:3, :3] @ (0.1, -0.2, 0.3) + body.frame[:3, 3]
+        one, other = tool(linkage, "tip", "x,y"), tool(linkage, "left_upper", "x,y", point)
+        motions = [taylor_motion(found, 3).coefficients for found in (one, other)]
+        assert np.abs(motions[0] - motions[1]).max() < 1e-12 * np.abs(motions[0]).max()
+    assert "assembled" in {notice.code for notice in linkage.notices}
 
 
 def test_points_and_second_tools_are_refused():

@@ -11,17 +11,16 @@ Angular parts come first in screws, and everything is in the inertial frame, in 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.linkage import GROUND, Joint, Loop, frozen
+from kinematics.linkage import GROUND, Joint, Loop, Place, frozen
 from kinematics.reader.fields import coordinates
 from kinematics.reader.markup import Element
 from kinematics.screws import exp, prismatic, revolute
 
-__all__ = ["FREEDOMS", "Place", "attach", "freedoms", "origin", "perpendicular", "unit"]
+__all__ = ["FREEDOMS", "attach", "freedoms", "origin", "perpendicular", "unit"]
 
 Array = NDArray[np.float64]
 
@@ -40,13 +39,6 @@ FREEDOMS = {
     "spherical": ("turn n", "turn u", "turn w"),
 }
 """The single freedoms of each type of joint, along its axes n, u and w = n × u."""
-
-
-class Place(NamedTuple):
-    """Where a link of the file went: the rigid body it is part of, and its pose (4, 4)."""
-
-    link: int
-    pose: Array
 
 
 def unit(axis: ArrayLike) -> Array:

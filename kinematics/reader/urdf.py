@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from kinematics.errors import FileError
 from kinematics.inertial import parameters
-from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, frozen
+from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, Place, frozen
 from kinematics.reader.angles import ROUNDED, nominal, remark, rounded
 from kinematics.reader.fields import LARGEST, coordinates
 from kinematics.reader.guard import check, checked
-from kinematics.reader.loops import Place, attach, freedoms, perpendicular, unit
+from kinematics.reader.loops import attach, freedoms, perpendicular, unit
 from kinematics.reader.markup import Element, near, shown
 from kinematics.reader.sidecar import Sidecar, merge
 from kinematics.reader.yourdf import robot_of, tree_of
@@ -141,6 +141,7 @@ def _draft(robot: yourdf.Robot, side: Sidecar, source: str, options: Options) ->
         mimics=tuple(_mimics(mimics, joints)),
         named_inputs=_inputs(tree) if side.inputs is None else side.inputs,
         notices=(*(Notice(*remark) for remark in side.remarks), *_notices(places, bodies)),
+        places={name: Place(place.link, frozen(place.pose)) for name, place in places.items()},
     )
 
 

@@ -2,273 +2,304 @@
 
 Every quantity is a power series in the independent coordinates u, sorted by degree. The
 radial derivative ``D = Σ u_i ∂/∂u_i`` multiplies degree k by k, so that the recursion along a
-ray (see `kinematics.closure`) holds with polynomials for numbers and D for d/dt:
+ray (see `kinematics.closure`) holds with polynomials for numbers and D for d/dt. The fewest
+products are needed if links carry vectors instead of screws: the axes a_j of their joints,
+and arms r_j from a point of the joint before a link to one of the joint after it:
 
-    V_j      = V_parent + s_j Dq_j
-    k s_{j,k} = Σ_{a=1..k} ad(V_{parent,a}) s_{j,k-a}
-    S_0 Dq_k = -Σ_{a≥1} S_a Dq_{k-a}              (each loop, A minus B)
+    ω_j   = ω_parent + a_j Dq_j                   (j turns)
+    D a_j = ω_parent × a_j
+    D r_j = ω_parent × r_j + λ_j a_j Dq_j         (λ_j: pitch; revolute 0, prismatic 1)
+    0     = Σ a_j Dq_j, Σ D r_j                   (each loop, A minus B; j turns in the first)
 
-The columns of C are not needed, as they are the derivatives of q. All products of one degree
-are formed at once, each a *lane*: those in ad(V) s, component by component, and those in
-``s Dq``, of all joints whose screws move. (J. J. de Jong, PhD thesis, University of Twente,
-Eq. 4.30, has the same derivatives with Kronecker products and without symmetry.)
+Of degree k, products of parts of lower degrees are known; the matrix of the unknown Dq is the
+loop matrix S_0 of the screws, and its pseudo-inverse answers each product. All products of
+one degree are formed at once, each on a *lane* of its own. (J. J. de Jong, PhD thesis,
+University of Twente, Eq. 4.30, has the same derivatives with Kronecker products and without
+symmetry.)
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.chain import path
-from kinematics.closure import factor, fill_loop_matrix, solve
+from kinematics.inverse import pseudo_inverse
 from kinematics.kernels import kernel
-from kinematics.linkage import Chain, IntArray, frozen
-from kinematics.polynomials import Monomials, multiply
+from kinematics.lanes import LANES, load, spread, store
+from kinematics.layout import Layout
+from kinematics.polynomials import multiply
 
-__all__ = ["Layout", "layout", "polynomials"]
+__all__ = ["polynomials"]
 
 Array = NDArray[np.float64]
 
 
-class Layout(NamedTuple):
-    """Which joints take part in products, and which equations close the loops.
-
-    Attributes:
-        slots: number of each joint among those whose screws change on the way from the ground
-            to a loop, otherwise -1 (n,).
-        signs: 1 if such a joint is on side B of a loop, -1 if on side A, otherwise 0
-            (loops, such joints).
-        links: those that carry such joints, and all before them.
-        equations: rows of the loop matrix that are solved, in the least-squares sense.
-    """
-
-    slots: IntArray
-    signs: Array
-    links: IntArray
-    equations: IntArray
-
-
-def layout(chain: Chain, equations: IntArray | None = None) -> Layout:
-    """The layout of a chain; all equations count by default."""
-    n, dim = chain.screws.shape
-    rows = len(chain.ends) * dim + len(chain.mimics)
-    sides = np.zeros((len(chain.ends), n))
-    inside, carrying = np.zeros(n, bool), np.zeros(n, bool)
-    for loop, pair in enumerate(chain.ends.tolist()):
-        for end, sign in zip(pair, (-1.0, 1.0), strict=True):
-            way = path(chain.parent, end)
-            sides[loop, way] += sign
-            inside[way] = True
-            carrying[way[1:]] = True
-    carried = inside & (chain.parent >= 0)
-    every = np.arange(rows) if equations is None else equations
-    return Layout(
-        slots=frozen(np.where(carried, np.cumsum(carried) - 1, -1), np.int64),
-        signs=frozen(sides[:, carried]),
-        links=frozen(np.flatnonzero(carrying), np.int64),
-        equations=frozen(every, np.int64),
-    )
-
-
 @kernel
-def _inverse(S, dependent, equations):
-    """Pseudo-inverse of the dependent columns of a loop matrix (rows, n), transposed.
-
-    Equations that do not count have rows of zeros, and joints that are not dependent columns
-    of zeros. The condition number is the product of
-    both Frobenius norms; it is infinite if the dependent joints are not determined, and 1
-    without any.
-    """
-    nd, count = dependent.size, equations.size
-    G = np.zeros(S.shape)
-    A, diagonal, b = np.empty((count, nd)), np.zeros(nd), np.zeros(count)
-    if nd == 0:
-        return G, 1.0
-    size = inverse = 0.0
-    for r in range(count):
-        for d in range(nd):
-            A[r, d] = S[equations[r], dependent[d]]
-            size += A[r, d] * A[r, d]
-    if count >= nd:
-        factor(A, diagonal)
-    for d in range(nd):
-        if diagonal[d] == 0.0:
-            return G, np.inf
-    for r in range(count):
-        b[:] = 0.0
-        b[r] = 1.0
-        solve(A, diagonal, b)
-        for d in range(nd):
-            G[equations[r], dependent[d]] = b[d]
-            inverse += b[d] * b[d]
-    return G, np.sqrt(size * inverse)
-
-
-@kernel
-def _planar_screws(k, begin, end, joints, parent, screws, V, rates, Z, F):
-    """Screws of degree k of the carried joints; they, and what multiplies them, are laid out.
-
-    The lanes of joint c are ``s_x Dq, s_y Dq`` and, after those of all joints, ``ω s_x`` and
-    ``ω s_y``.
-    """
-    half = F.shape[1] // 2
-    for c in range(joints.size):
-        j, p = joints[c], parent[joints[c]]
-        y, x = 2 * c, 2 * (joints.size + c)
-        n, mx, my = screws[j, 0], screws[j, 1], screws[j, 2]
-        for m in range(begin, end):
-            omega = V[m, p, 0]
-            sx = (n * V[m, p, 2] - omega * my - Z[m, x + 1]) / k
-            sy = (omega * mx - n * V[m, p, 1] + Z[m, x]) / k
-            F[m, y] = F[m, half + x] = sx
-            F[m, y + 1] = F[m, half + x + 1] = sy
-            F[m, x] = F[m, x + 1] = omega
-            F[m, half + y] = F[m, half + y + 1] = rates[m, j]
-
-
-@kernel
-def _spatial_screws(k, begin, end, joints, parent, screws, V, rates, Z, F):
-    """As `_planar_screws`, in space.
-
-    The lanes of joint c are six of ``s Dq`` and, after those of all joints, the products in
-    the cross products of ω and n, of ω and m, and of v and n, where the screw is ``[n; m]``.
-    """
-    half = F.shape[1] // 2
-    s = np.empty(6)
-    for c in range(joints.size):
-        j, p = joints[c], parent[joints[c]]
-        y, x = 6 * c, 6 * joints.size + 18 * c
-        for m in range(begin, end):
-            for i in range(3):
-                u, v = (i + 1) % 3, (i + 2) % 3
-                wu, wv, vu, vv = V[m, p, u], V[m, p, v], V[m, p, 3 + u], V[m, p, 3 + v]
-                nu, nv, mu, mv = screws[j, u], screws[j, v], screws[j, 3 + u], screws[j, 3 + v]
-                z = x + i
-                turn = wu * nv - wv * nu + Z[m, z] - Z[m, z + 3]
-                shift = wu * mv - wv * mu + Z[m, z + 6] - Z[m, z + 9]
-                shift += vu * nv - vv * nu + Z[m, z + 12] - Z[m, z + 15]
-                s[i], s[3 + i] = turn / k, shift / k
-                F[m, z] = F[m, z + 6] = wu
-                F[m, z + 3] = F[m, z + 9] = wv
-                F[m, z + 12], F[m, z + 15] = vu, vv
-            for i in range(6):
-                F[m, y + i], F[m, half + y + i] = s[i], rates[m, j]
-            for i in range(3):
-                u, v = (i + 1) % 3, (i + 2) % 3
-                z = half + x + i
-                F[m, z] = F[m, z + 12] = s[v]
-                F[m, z + 3] = F[m, z + 15] = s[u]
-                F[m, z + 6], F[m, z + 9] = s[3 + v], s[3 + u]
-
-
-def _loop_kernels(dim):
-    """Kernels for twists of ``dim`` components: 6 in space, 3 in a plane, where ω is linear."""
-    changing = 6 if dim == 6 else 2
-    still = dim - changing
-
-    @kernel
-    def twists(begin, end, links, parent, screws, slots, Z, rates, V):
-        """Twists of links from the rates of the joints, for some monomials."""
-        for j in links:
-            p, y = parent[j], changing * slots[j]
-            for m in range(begin, end):
+def _fill(parent, screws, ends, mimics, S):
+    """The loop matrix S_0 of all joints, with the mimic relations below; zero before."""
+    dim, loops = screws.shape[1], ends.shape[0]
+    for loop in range(loops):
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            j = ends[loop, side]
+            while j >= 0:
                 for i in range(dim):
-                    component = screws[j, i] * rates[m, j]
-                    if p >= 0:
-                        component += V[m, p, i]
-                    if y >= 0 and i >= still:
-                        component += Z[m, y + i - still]
-                    V[m, j, i] = component
-
-    @kernel
-    def close(begin, end, signs, G, Z, b, rates):
-        """Rates of the dependent joints, from the products along the loops."""
-        n = rates.shape[1]
-        for m in range(begin, end):
-            for loop in range(signs.shape[0]):
-                for i in range(changing):
-                    b[i] = 0.0
-                for c in range(signs.shape[1]):
-                    sign = signs[loop, c]
-                    if sign != 0.0:
-                        for i in range(changing):
-                            b[i] += sign * Z[m, changing * c + i]
-                for i in range(changing):
-                    for j in range(n):
-                        rates[m, j] += G[dim * loop + still + i, j] * b[i]
-
-    return twists, close
-
-
-_spatial_twists, _spatial_close = _loop_kernels(6)
-_planar_twists, _planar_close = _loop_kernels(3)
+                    S[loop * dim + i, j] += sign * screws[j, i]
+                j = parent[j]
+    for row in range(mimics.shape[0]):
+        for j in range(parent.size):
+            S[loops * dim + row, j] = mimics[row, j]
 
 
 @kernel
-def _polynomials(
-    parent, screws, ends, mimics, dependent, columns, slots, signs, links, equations,
-    starts, places, pairs,
+def _fill_points(parent, screws, cuts, points, pitch):
+    """Points of the joints, then of the cuts; a slider has that of the joint before it."""
+    n, space = parent.size, points.shape[1]
+    for j in range(n):
+        s, at = screws[j], points[j]
+        if space == 2:
+            turns = s[0] != 0.0
+            at[0], at[1] = -s[0] * s[2], s[0] * s[1]
+        else:
+            turns = s[0] != 0.0 or s[1] != 0.0 or s[2] != 0.0
+            pitch[j] = s[0] * s[3] + s[1] * s[4] + s[2] * s[5]
+            for i in range(3):
+                u, v = (i + 1) % 3, (i + 2) % 3
+                at[i] = s[u] * s[3 + v] - s[v] * s[3 + u]
+        if not turns:
+            pitch[j] = 1.0
+            for i in range(space):
+                at[i] = points[parent[j], i] if parent[j] >= 0 else 0.0
+    for loop in range(cuts.size):
+        for i in range(space):
+            points[n + loop, i] = points[cuts[loop], i] if cuts[loop] >= 0 else 0.0
+
+
+@kernel
+def _add(factor, G, row, K, lane, width):
+    """Add a row of G to that of a lane in K."""
+    for d in range(width):
+        K[lane * width + d] += factor * G[row * width + d]
+
+
+@kernel
+def _spatial_responses(G, width, axes, terms, points, pitch, K):
+    """Rates of the dependent joints that each product of known parts calls for."""
+    for q in range(terms.shape[0]):
+        row, sign, vector = terms[q, 0], float(terms[q, 1]), terms[q, 2]
+        if vector >= 0:
+            for i in range(3):
+                _add(-sign, G, row + 3 + i, K, 6 * vector + i, width)
+                _add(sign, G, row + 3 + i, K, 6 * vector + 3 + i, width)
+            continue
+        j, slide = axes[vector, 1], axes[vector, 4]
+        for i in range(3):
+            u, v = (i + 1) % 3, (i + 2) % 3
+            _add(-sign * pitch[j], G, row + 3 + i, K, slide + i, width)
+            if axes[vector, 2] > 0:
+                _add(-sign, G, row + i, K, slide + i, width)
+                _add(-sign * points[j, v], G, row + 3 + u, K, slide + i, width)
+                _add(sign * points[j, u], G, row + 3 + v, K, slide + i, width)
+
+
+@kernel
+def _planar_responses(G, width, axes, terms, K):
+    """As `_spatial_responses`, in a plane."""
+    for q in range(terms.shape[0]):
+        row, sign, vector = terms[q, 0], float(terms[q, 1]), terms[q, 2]
+        if vector >= 0:
+            _add(-sign, G, row + 2, K, 2 * vector, width)
+            _add(sign, G, row + 1, K, 2 * vector + 1, width)
+        else:
+            slide = axes[vector, 4]
+            _add(-sign, G, row + 1, K, slide, width)
+            _add(-sign, G, row + 2, K, slide + 1, width)
+
+
+@kernel
+def _solve(begin, end, few, lanes, Z, K, dependent, x, rates):
+    """Rates of the dependent joints (M, n) from the products of known parts."""
+    for t in range(begin, end):
+        for y in range(0, x.size, LANES):
+            total = spread(0.0)
+            for lane in range(few):
+                total = total + spread(Z[t * lanes + lane]) * load(K, lane * x.size + y)
+            store(x, y, total)
+        for d in range(dependent.size):
+            rates[t, dependent[d]] = x[d]
+
+
+@kernel
+def _planar_vectors(
+    k, begin, end, lanes, joints, arms, axes, screws, starts, rates, omega, Z, left, right
+):
+    """As `_spatial_vectors`, in a plane."""
+    few, part = arms.shape[0], 1.0 / k
+    for t in range(begin, end):
+        here = slice(t * lanes, (t + 1) * lanes)
+        one, two, z = left[here], right[here], Z[here]
+        for h in range(joints.shape[0]):
+            j, p = joints[h, 0], joints[h, 1]
+            omega[j, 0] = screws[j, 0] * rates[t, j] + (omega[p, 0] if p >= 0 else 0.0)
+        for h in range(few):
+            w, axis, x, y = omega[arms[h, 0], 0], arms[h, 2], 2 * h, 2 * h + 1
+            rx, ry = -(w * starts[h, 1] + z[y]), w * starts[h, 0] + z[x]
+            if axis >= 0:
+                rate, slide = rates[t, axes[axis, 1]], axes[axis, 4]
+                rx += starts[few + axis, 0] * rate + z[slide]
+                ry += starts[few + axis, 1] * rate + z[slide + 1]
+            one[x], one[y], two[x], two[y] = w, w, part * rx, part * ry
+        for h in range(axes.shape[0]):
+            w, rate = omega[axes[h, 0], 0], rates[t, axes[h, 1]]
+            x, slide = axes[h, 3], axes[h, 4]
+            one[x] = one[x + 1] = w
+            one[slide] = one[slide + 1] = rate
+            two[x] = two[slide] = -part * (w * starts[few + h, 1] + z[x + 1])
+            two[x + 1] = two[slide + 1] = part * (w * starts[few + h, 0] + z[x])
+
+
+@kernel
+def _spatial_vectors(
+    k, begin, end, lanes, joints, arms, axes, screws, starts, pitch, rates, omega, Z, left,
+    right,
 ):  # fmt: skip
-    """Coefficients (M, n) of q, and the condition number; see `polynomials`."""
-    n, width = columns.shape
-    dim = screws.shape[1]
-    # Components of a screw that change, and products in its bracket with a twist.
-    changing, brackets = (6, 18) if dim == 6 else (2, 2)
-    order, M = starts.size - 2, places.shape[0] - 1
-    rates = np.zeros((M, n))
-    S = np.empty((ends.shape[0] * dim + mimics.shape[0], n))
-    fill_loop_matrix(parent, screws, ends, mimics, np.arange(n), S)
-    G, condition = _inverse(S, dependent, equations)
-    for w in range(width):
-        for j in range(n):
-            rates[1 + w, j] += columns[j, w]
-            if columns[j, w] != 0.0:
-                for r in range(S.shape[0]):
-                    for d in range(n):
-                        rates[1 + w, d] -= G[r, d] * S[r, j] * columns[j, w]
-    joints, b = np.flatnonzero(slots >= 0), np.empty(changing)
-    few, lanes = changing * joints.size, (changing + brackets) * joints.size
-    F, Z, V = np.empty((M, 2 * lanes)), np.empty((M, lanes)), np.empty((M, n, dim))
-    for k in range(1, order + 1):
-        begin, end = starts[k], starts[k + 1]
-        # The last degree needs no screws, and so neither brackets nor twists.
-        multiply(begin, end, few if k == order else lanes, places, pairs, F, Z)
-        if dim == 3:
-            _planar_close(begin, end, signs, G, Z, b, rates)
+    """Vectors of degree k, and what they are multiplied with, each on its lanes.
+
+    The lanes of a cross product are the three products that count, then the three that are
+    subtracted.
+    """
+    few, part = arms.shape[0], 1.0 / k
+    for t in range(begin, end):
+        base = t * lanes
+        for h in range(joints.shape[0]):
+            j, p, axis = joints[h, 0], joints[h, 1], joints[h, 2]
+            for i in range(3):
+                omega[j, i] = screws[j, i] * rates[t, j]
+                if p >= 0:
+                    omega[j, i] += omega[p, i]
+                if axis >= 0 and axes[axis, 2] > 0:
+                    omega[j, i] += Z[base + axes[axis, 4] + i]
+        for h in range(few + axes.shape[0]):
+            axis = arms[h, 2] if h < few else -1
+            link = arms[h, 0] if h < few else axes[h - few, 0]
+            z = base + (6 * h if h < few else axes[h - few, 3])
+            for i in range(3):
+                u, v = (i + 1) % 3, (i + 2) % 3
+                change = omega[link, u] * starts[h, v] - omega[link, v] * starts[h, u]
+                change += Z[z + i] - Z[z + 3 + i]
+                if axis >= 0:
+                    j, y = axes[axis, 1], base + axes[axis, 4]
+                    change += pitch[j] * (starts[few + axis, i] * rates[t, j] + Z[y + i])
+                change *= part
+                left[z + v] = left[z + 3 + u] = omega[link, i]
+                right[z + u] = right[z + 3 + v] = change
+                if h >= few:
+                    y = base + axes[h - few, 4]
+                    left[y + i], right[y + i] = rates[t, axes[h - few, 1]], change
+
+
+def _polynomials_kernel(dim):
+    """The kernel for screws of ``dim`` components: 6 in space, 3 in a plane."""
+    space = 3 if dim == 6 else 2
+
+    @kernel
+    def expand(whole, real, screws):
+        """Coefficients (M, n) of q, and the condition number; see `polynomials`."""
+        sizes = whole[whole[0] : whole[1]]
+        parent = whole[whole[1] : whole[2]]
+        ends = whole[whole[2] : whole[3]].reshape(-1, 2)
+        dependent = whole[whole[3] : whole[4]]
+        equations = whole[whole[4] : whole[5]]
+        joints = whole[whole[5] : whole[6]].reshape(-1, 3)
+        arms = whole[whole[6] : whole[7]].reshape(-1, 3)
+        axes = whole[whole[7] : whole[8]].reshape(-1, 5)
+        terms = whole[whole[8] : whole[9]].reshape(-1, 3)
+        cuts = whole[whole[9] : whole[10]]
+        degrees = whole[whole[10] : whole[11]]
+        places = whole[whole[11] : whole[12]].reshape(-1, 2)
+        pairs = whole[whole[12] : whole[13]].reshape(-1, 2)
+        n, width, few, lanes = sizes[0], sizes[1], sizes[2], sizes[3]
+        columns = real[: n * width].reshape(n, width)
+        mimics = real[n * width :].reshape(-1, n)
+        order, M = degrees.size - 2, places.shape[0] - 1
+
+        S = np.zeros((ends.shape[0] * dim + mimics.shape[0], n))
+        _fill(parent, screws, ends, mimics, S)
+        G, condition = pseudo_inverse(S, equations, dependent)
+        points, pitch = np.empty((n + cuts.size, space)), np.empty(n)
+        _fill_points(parent, screws, cuts, points, pitch)
+        starts = np.empty((arms.shape[0] + axes.shape[0], space))
+        for i in range(space):
+            for h in range(arms.shape[0]):
+                starts[h, i] = points[arms[h, 1], i] - points[arms[h, 0], i]
+            for h in range(axes.shape[0]):
+                first = 0 if axes[h, 2] > 0 else dim - space
+                starts[arms.shape[0] + h, i] = screws[axes[h, 1], first + i]
+        x = np.empty(-(-dependent.size // LANES) * LANES)
+        K = np.zeros(few * x.size)
+        if dim == 6:
+            _spatial_responses(G, x.size, axes, terms, points, pitch, K)
         else:
-            _spatial_close(begin, end, signs, G, Z, b, rates)
-        if k == order:
-            break
-        if dim == 3:
-            _planar_twists(begin, end, links, parent, screws, slots, Z, rates, V)
-            _planar_screws(k, begin, end, joints, parent, screws, V, rates, Z, F)
-        else:
-            _spatial_twists(begin, end, links, parent, screws, slots, Z, rates, V)
-            _spatial_screws(k, begin, end, joints, parent, screws, V, rates, Z, F)
-    for k in range(2, order + 1):
-        for m in range(starts[k], starts[k + 1]):
+            _planar_responses(G, x.size, axes, terms, K)
+
+        rates = np.zeros((M, n))
+        omega = np.zeros((n, dim - space))
+        # Vectors are fast where they do not straddle lines of the cache, of 64 bytes.
+        work = np.zeros(2 * M * lanes + 8)
+        skip = -(work.ctypes.data // 8) % 8
+        left = work[skip : skip + M * lanes]
+        right = work[skip + M * lanes : skip + 2 * M * lanes]
+        Z = np.zeros(M * lanes)
+        for w in range(width if order > 0 else 0):
+            for r in range(S.shape[0]):
+                b = 0.0
+                for j in range(n):
+                    b -= S[r, j] * columns[j, w]
+                for d in range(dependent.size):
+                    rates[1 + w, dependent[d]] += b * G[r * x.size + d]
             for j in range(n):
-                rates[m, j] /= k
-    return rates, condition
+                rates[1 + w, j] += columns[j, w]
+        for k in range(1, order + 1):
+            begin, end = degrees[k], degrees[k + 1]
+            if k > 1:
+                # The last degree needs no turned axes.
+                count = few if k == order else lanes
+                multiply(begin, end, count, lanes, places, pairs, left, right, Z)
+                _solve(begin, end, few, lanes, Z, K, dependent, x, rates)
+            if k < order and dim == 6:
+                _spatial_vectors(
+                    k, begin, end, lanes, joints, arms, axes, screws, starts, pitch, rates,
+                    omega, Z, left, right,
+                )  # fmt: skip
+            elif k < order:
+                _planar_vectors(
+                    k, begin, end, lanes, joints, arms, axes, screws, starts, rates, omega, Z,
+                    left, right,
+                )  # fmt: skip
+        flat = rates.reshape(rates.size)
+        for k in range(2, order + 1):
+            part = 1.0 / k
+            for i in range(degrees[k] * n, degrees[k + 1] * n):
+                flat[i] *= part
+        return rates, condition
+
+    return expand
 
 
-def polynomials(chain: Chain, which: Layout, table: Monomials) -> tuple[Array, float]:
-    """The joint positions of the closed motion as polynomials in the chain's coordinates.
+_spatial, _planar = _polynomials_kernel(6), _polynomials_kernel(3)
+
+
+def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
+    """The joint positions of the closed motion as polynomials in a chain's coordinates.
 
     Args:
-        chain: the linkage at its reference pose, as arrays.
-        which: from `layout`.
-        table: the monomials of as many variables as the chain has columns.
+        screws: unit screws of the chain's joints (n, 6 or 3), in its units.
+        which: all else, from `layout`.
 
     Returns:
         Coefficients of the positions, in the units of the chain (M, n), and the condition
         number of the equations that are solved, infinite if they determine no motion.
     """
-    found: tuple[Array, float] = _polynomials(
-        chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent, chain.columns,
-        which.slots, which.signs, which.links, which.equations,
-        table.starts, table.places, table.pairs,
-    )  # fmt: skip
+    expand = _spatial if screws.shape[1] == 6 else _planar
+    found: tuple[Array, float] = expand(which.whole, which.real, screws)
     return found

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from kinematics.errors import LinkageError
 from kinematics.kernels import kernel
+from kinematics.lanes import LANES, load, store
 from kinematics.linkage import IntArray, frozen
 
 __all__ = ["Monomials", "monomials", "multiply", "powers"]
@@ -99,24 +100,22 @@ def _list_factors(codes, starts, places, pairs):
 
 
 @kernel
-def multiply(begin, end, lanes, places, pairs, factors, out):
-    """Products of polynomials: their monomials begin … end, into ``out`` (M, …).
+def multiply(begin, end, count, lanes, places, pairs, left, right, out):
+    """Products of polynomials side by side: their monomials begin … end, into ``out``.
 
-    Each lane is a product of its own: its first factor is the column of ``factors`` of that
-    number, its second one that many columns further than half of them. Their constant terms
-    do not count.
+    Arrays are flat, with ``lanes`` numbers for each monomial, one for each product; the first
+    ``count`` of them are formed, and others up to a multiple of `LANES`. Constant terms of
+    the factors must be 0.
     """
-    half = factors.shape[1] // 2
     for t in range(begin, end):
-        root = places[t, 1]
-        for x in range(lanes):
-            out[t, x] = factors[root, x] * factors[root, half + x] if root > 0 else 0.0
-        for p in range(places[t, 0], places[t + 1, 0]):
-            i, j = pairs[p, 0], pairs[p, 1]
-            for x in range(lanes):
-                out[t, x] += (
-                    factors[i, x] * factors[j, half + x] + factors[j, x] * factors[i, half + x]
-                )
+        for x in range(0, count, LANES):
+            root = places[t, 1] * lanes + x
+            total = load(left, root) * load(right, root)
+            for p in range(places[t, 0], places[t + 1, 0]):
+                i, j = pairs[p, 0] * lanes + x, pairs[p, 1] * lanes + x
+                both = load(left, i) * load(right, j) + load(left, j) * load(right, i)
+                total = total + both
+            store(out, t * lanes + x, total)
 
 
 def powers(exponents: IntArray, u: Array) -> Array:

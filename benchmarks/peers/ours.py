@@ -1,0 +1,119 @@
+"""This engine on the Taylor jobs, with another geometry at every call.
+
+The clock runs from the joint screws of one more geometry to the coefficients of all joints,
+those that are not asked for included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import cycle
+
+import numpy as np
+
+from benchmarks.peers import jobs
+from kinematics.assembly import assemble, moving_chain
+from kinematics.expansion import polynomials
+from kinematics.layout import layout
+from kinematics.linkage import Body, Draft, Joint, Linkage, Loop, frozen
+from kinematics.motion import Motion, restriction
+from kinematics.polynomials import monomials, powers
+from kinematics.screws import revolute
+from kinematics.taylor import scaled_chain
+from kinematics.virtual import tool
+
+__all__ = ["LINE", "five_bar", "linkage", "six_r"]
+
+# Other geometries, and how much they differ.
+COUNT, SIZE, SEED = 24, 0.01, 5
+LINE = tuple(
+    f"flange.{axis}={float(part / jobs.DIRECTION[0])!r}*flange.x"
+    for axis, part in zip("yz", jobs.DIRECTION[1:], strict=True)
+)
+UNIT = frozen([1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def five_bar(order: int) -> tuple[Callable, Callable]:
+    """Inverse kinematics of the five-bar."""
+    return _job(_five_bar, (), order, 4, jobs.ANGLES)
+
+
+def six_r(order: int) -> tuple[Callable, Callable]:
+    """The 6R arm along its line, of which the input is how far it has gone along x."""
+    return _job(_six_r, LINE, order, 6, jobs.POSE)
+
+
+def linkage(job: str) -> Linkage:
+    """The linkage of a job, with its tool's coordinates as inputs."""
+    return (_five_bar if job == "five_bar" else _six_r)(np.random.default_rng(SEED), 0.0)
+
+
+def _job(
+    build: Callable[[np.random.Generator, float], Linkage],
+    relations: tuple[str, ...],
+    order: int,
+    joints: int,
+    angles: np.ndarray,
+) -> tuple[Callable, Callable]:
+    rng = np.random.default_rng(SEED)
+    first = build(rng, 0.0)
+    given = restriction(first, relations) if relations else None
+    motion = given or Motion.free(first.inputs)
+    chain, scales = scaled_chain(moving_chain(first, given), first, motion)
+    table = monomials(chain.width, order)
+    whole = layout(chain, table)
+    # The direction of the 6R arm's line is not of unit length along x.
+    scales = scales / jobs.DIRECTION[0] if relations else scales
+    units = powers(table.exponents, 1.0 / scales)[:, None]
+    others = [moving_chain(build(rng, SIZE), given) for _ in range(COUNT)]
+    screws = cycle([other.screws for other in others])
+
+    def run() -> tuple[np.ndarray, float]:
+        return polynomials(next(screws), whole)
+
+    def read(_: object) -> np.ndarray:
+        found = (polynomials(chain.screws, whole)[0] * units)[:, :joints].T
+        found[:, 0] = angles
+        return found
+
+    return run, read
+
+
+def _joint(name: str, parent: int, axis: np.ndarray, at: np.ndarray) -> Joint:
+    return Joint(name, "revolute", parent, frozen(revolute(axis, at)), frozen(at))
+
+
+def _draft(joints: list[Joint], bodies: dict[str, int], loops: tuple[Loop, ...]) -> Draft:
+    made = tuple(Body(name, link, UNIT, frozen(np.eye(4))) for name, link in bodies.items())
+    return Draft("job", "job", tuple(joints), made, loops)
+
+
+def _five_bar(rng: np.random.Generator, size: float) -> Linkage:
+    z, tip = np.array([0.0, 0.0, 1.0]), np.array([*jobs.TIP, 0.0])
+    joints = []
+    for arm, base in enumerate(jobs.BASES):
+        angle = jobs.ANGLES[2 * arm]
+        pivot = np.array([base, 0.0, 0.0])
+        elbow = pivot + jobs.LOWER * np.array([np.cos(angle), np.sin(angle), 0.0])
+        moved = [p + size * np.append(rng.standard_normal(2), 0.0) for p in (pivot, elbow)]
+        joints += [_joint(f"lower{arm}", -1, z, moved[0])]
+        joints += [_joint(f"upper{arm}", len(joints) - 1, z, moved[1])]
+    joints.append(_joint("tip", 1, z, tip))
+    draft = _draft(joints, {"left": 1, "right": 3}, (Loop("loop", 4, 3),))
+    return tool(assemble(draft, ["lower0", "lower1"]), "left", "x,y", tip)
+
+
+def _six_r(rng: np.random.Generator, size: float) -> Linkage:
+    joints: list[Joint] = []
+    R, p = np.eye(3), np.zeros(3)
+    points = jobs.POINTS + size * rng.standard_normal((6, 3))
+    for i, (axis, at, angle) in enumerate(zip(jobs.AXES, points, jobs.POSE, strict=True)):
+        joints.append(_joint(f"q{i}", i - 1, R @ axis, R @ at + p))
+        K = jobs.cross_matrix(axis)
+        turn = np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
+        p = p + R @ (at - turn @ at)
+        R = R @ turn
+    names = [joint.name for joint in joints]
+    flange = R @ jobs.FLANGE + p
+    draft = _draft(joints, {"flange": 5}, ())
+    return tool(assemble(draft, names), "flange", "x,y,z", flange)

@@ -12,6 +12,7 @@ from kinematics.kernels import kernel
 
 __all__ = [
     "FLOOR",
+    "MARGIN",
     "absorb",
     "extend",
     "gather",
@@ -24,6 +25,8 @@ __all__ = [
 # Round-off of a regressor, relative to its largest singular value: measured values lie
 # below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
 FLOOR = 2.0**-40
+# What is kept within this factor of round-off is uncertain.
+MARGIN = 1e3
 # Entries of orthonormal vectors that are smaller are round-off.
 NOTHING = 2.0**-48
 # Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
@@ -131,7 +134,34 @@ def gather(
     R, permutation, scale, dropped, rows, columns, per_ray, width, first, radius, fresh, stop,
     floor,
 ):  # fmt: skip
-    """Absorb the rows of consecutive orders; see `balance.rank.Conditions.with_orders`."""
+    """Absorb the rows of consecutive orders, along as many rays as it takes.
+
+    ``C(w + k - 1, k)`` generic rays span all derivatives of order k in w coordinates; fewer
+    will do once the rows of one more follow from those gathered. Rows of order k are
+    weighted by ``radius**k``. Fresh rows, of a finite pose, decide whether another order is
+    needed; without any, only conditions that are complete settle that.
+
+    Args:
+        R: factor so far.
+        permutation: its permutation.
+        scale: its largest pivot.
+        dropped: the largest remainder that was cut off.
+        rows: shape (orders, rays * per_ray, parameters).
+        columns: the parameters that the columns of the factor stand for.
+        per_ray: rows of each ray.
+        width: number of coordinates.
+        first: the first of the orders.
+        radius: radius of convergence of the series.
+        fresh: rows of a finite pose.
+        stop: whether to stop at the order that needs no other; without fresh rows, at the
+            first one that adds nothing.
+        floor: relative size of round-off.
+
+    Returns:
+        The factor, its permutation, largest pivot and largest remainder; the rank after each
+        order; whether it is settled that they are all there are, and whether there were
+        enough rays.
+    """
     orders, count, _ = rows.shape
     p = columns.size
     ranks = np.zeros(orders, np.int64)
@@ -211,7 +241,7 @@ def null_space(A, floor):
         norms[pivot] = norms[k]
         for j in range(n):
             W[k, j], W[pivot, j] = W[pivot, j], W[k, j]
-        v = W[k, k:].copy()
+        v = W[k, k:]
         diagonal = -size if v[0] > 0.0 else size
         v[0] -= diagonal
         factor = 1.0 / (diagonal * v[0])

@@ -16,27 +16,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.elimination import FLOOR
-from balance.momentum import RegressorSeries, rows_at, rows_per_column
+from balance.momentum import rows_at, rows_per_column
 from balance.rank import Conditions
-from kinematics.closure import Series, expand
+from balance.stage import FAR, FIRST, NEAR, along_rays, generic
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain
-from kinematics.placement import radius
-from kinematics.walk import walk, wander
+from kinematics.walk import wander
 
 __all__ = ["Gathered", "gather_conditions", "round_off"]
 
 Array = NDArray[np.float64]
 
 # Orders to which the motion is expanded, one after the other as they are needed.
-EXPANSIONS = (3, 8, 20)
-# Steps to the pose that decides whether high orders are complete.
-FAR = 4
+EXPANSIONS = (FIRST, 8, 20)
 # Most poses that are looked at together.
 POSES = 256
-# Series that converge no further than this, in radians, say little.
-NEAR = 1e-2
-NOTHING = np.empty((0, 0))
 
 
 class Gathered(NamedTuple):
@@ -84,7 +78,7 @@ def gather_conditions(
     rows = chain.width * rows_per_column(chain.planar, force)
     rays = min(comb(chain.width + 1, 2), 1 - (-known.shape[1] // rows))
     while True:
-        directions = _generic(rays, chain.width)
+        directions = generic(0, rays, chain.width)
         found = _along(directions, chain, force, none, last, max_order is None)
         if found is not None:
             break
@@ -98,63 +92,30 @@ def gather_conditions(
 
 
 def _along(
-    directions: Array, chain: Chain, force: bool, conditions: Conditions, last: int, stop: bool
+    rays: Array, chain: Chain, force: bool, conditions: Conditions, last: int, stop: bool
 ) -> tuple[Conditions, list[int], bool, float] | None:
     """Conditions along rays: their ranks, settled or not, the radius of convergence.
 
     None if there are not enough rays.
     """
-    ranks: list[int] = []
+    ranks = np.empty(0, np.int64)
     settled, reach = False, 1.0
     for goal in EXPANSIONS if stop else (last,):
-        series = expand(chain, directions, max(goal, EXPANSIONS[0]))
-        reach = radius(series.C[0] @ directions[0])
-        regressor = RegressorSeries(chain, series, force)
-        fresh = NOTHING
-        # With several coordinates the last order costs most, and is needed least.
-        for upto in (goal - 1, goal) if stop and chain.width > 1 else (goal,):
-            first = len(ranks)
-            rows = regressor.rows(upto)[first - upto - 1 :]
-            while not settled and len(rows):
-                conditions, found, settled, enough = conditions.with_orders(
-                    rows, first, reach, fresh, stop
-                )
-                if not enough:
-                    return None
-                ranks += found.tolist()
-                first, rows = first + found.size, rows[found.size :]
-                stalled = ranks[-1:] == ranks[-2:-1]
-                if not settled and not len(fresh) and (stalled or upto == goal):
-                    steps = 1 if goal == EXPANSIONS[0] else FAR
-                    fresh = _fresh_rows(chain, force, steps, series)
-                    settled = conditions.imply(fresh)
+        found = along_rays(chain, rays, force, conditions, ranks, goal, stop)
+        if not found.enough:
+            return None
+        if not found.placed:
+            raise MobilityError(
+                "no closed pose was found near the reference pose to check the conditions at; "
+                "write the file at a pose further from a singularity"
+            )
+        conditions, ranks, settled, reach = found[:4]
         if settled and stop:
             break
-    while settled and stop and len(ranks) > 1 and ranks[-1] == ranks[-2]:
-        ranks.pop()
-    return conditions, ranks, settled, reach
-
-
-def _fresh_rows(chain: Chain, force: bool, steps: int, known: Series) -> Array:
-    """Rows at a finite pose, in a direction of its own; (rows, columns).
-
-    A step is within the radius of convergence, where a condition of high order that is
-    still missing may be too small to see: then several are needed.
-
-    Args:
-        chain: the linkage as arrays.
-        force: whether only linear momentum counts.
-        steps: how many steps away from the reference pose.
-        known: series there; used where a chain has only one direction to move in.
-    """
-    ray = _generic(101, chain.width)[-1]
-    poses = list(islice(walk(chain, ray, known if chain.width == 1 else None), steps))
-    if not poses:
-        raise MobilityError(
-            "no closed pose was found near the reference pose to check the conditions at; "
-            "write the file at a pose further from a singularity"
-        )
-    return rows_at(chain, poses[-1], force)
+    listed: list[int] = ranks.tolist()
+    while settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
+        listed.pop()
+    return conditions, listed, settled, reach
 
 
 def _with_poses(
@@ -165,7 +126,7 @@ def _with_poses(
     Returns:
         The conditions, how many poses were used, and whether that settles them.
     """
-    poses = wander(chain, _generic(101 + chain.width, chain.width)[101:])
+    poses = wander(chain, generic(101, 101 + chain.width, chain.width))
     used, batch, settled, before = 0, FAR, False, -1
     while batch <= POSES:
         rows = [rows_at(here, pose, force) for here, pose in islice(poses, batch)]
@@ -183,11 +144,3 @@ def _with_poses(
         settled = conditions.complete
         batch *= 2
     return conditions, used, settled or (conditions.rank == before and not conditions.thin)
-
-
-def _generic(count: int, width: int) -> Array:
-    """Unit directions of a fixed sequence without special relations; (count, width)."""
-    if width == 1:
-        return np.ones((count, 1))
-    directions = np.cos(np.arange(1.0, count * width + 1.0) ** 2).reshape(count, width)
-    return directions / np.sqrt(np.sum(directions**2, axis=1, keepdims=True))

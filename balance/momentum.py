@@ -37,6 +37,8 @@ __all__ = [
     "RegressorSeries",
     "momentum_regressor",
     "parameters_per_body",
+    "regressor",
+    "room",
     "rows_at",
     "rows_per_column",
 ]
@@ -52,51 +54,50 @@ def _spatial(first, last, start, links, moves, V, T, H, N, X):
     displacements of the links at the pose are in ``start``; it is empty at the reference
     pose, where ``R = 1, d = 0`` makes for simpler terms.
     """
-    rays, _, bodies = H.shape[:3]
+    rays, bodies = H.shape[:2]
     moved = start.shape[0] > 0
     width = moves.shape[1]
     force = X.shape[3] == 3
     p = 0 if force else 3
-    size = 4 if force else 10
     for ray in range(rays):
         for b in range(bodies):
             j = links[b]
             if j < 0:
                 continue
-            h = H[ray, :, b]
+            h = H[ray, b]
             if first == 0:
                 for c in range(4):
                     for i in range(3):
                         h[0, c, i] = start[j, i, c] if moved else (1.0 if i == c else 0.0)
             for k in range(max(first, 1), last + 1):
-                _displacement(k, V[ray, :, j], h)
+                _displacement(k, j, V[ray], h)
             for w in range(width):
                 if not moves[j, w]:
                     continue
-                n = N[ray, :, b, w]
+                n = N[ray, b, w]
                 for k in range(first, last + 1):
-                    x = X[k - first, ray, w, :, b * size : (b + 1) * size]
-                    _velocity(k, moved, T[ray, :, j, w], h, n[k])
+                    x = X[k - first, ray, w]
+                    _velocity(k, moved, j, w, T[ray], h, n[k])
                     for i in range(3):
-                        x[p + i, 0] = n[k, 3, i]
+                        x[p + i, b, 0] = n[k, 3, i]
                         for c in range(3):
-                            x[p + i, 1 + c] = n[k, c, i]
+                            x[p + i, b, 1 + c] = n[k, c, i]
                     if force:
                         continue
                     if not moved:
-                        _add_moments_at_rest(n[k], x)
+                        _add_moments_at_rest(n[k], x, b)
                     for a in range(0 if moved else 1, k + 1):
-                        _add_moments(h[a], n[k - a], x)
+                        _add_moments(h[a], n[k - a], x, b)
 
 
-@kernel
-def _displacement(k, V, H):
+@kernel(inline=True)
+def _displacement(k, j, V, H):
     """Order k of the displacement: ``k H_k = Σ_{a<k} V̂_a H_{k-1-a}``."""
     for i in range(3):
         H[k, 0, i] = H[k, 1, i] = H[k, 2, i] = 0.0
-        H[k, 3, i] = V[k - 1, 3 + i]
+        H[k, 3, i] = V[k - 1, j, 3 + i]
     for a in range(k):
-        w0, w1, w2 = V[a, 0], V[a, 1], V[a, 2]
+        w0, w1, w2 = V[a, j, 0], V[a, j, 1], V[a, j, 2]
         for c in range(4):
             h0, h1, h2 = H[k - 1 - a, c, 0], H[k - 1 - a, c, 1], H[k - 1 - a, c, 2]
             H[k, c, 0] += w1 * h2 - w2 * h1
@@ -107,17 +108,19 @@ def _displacement(k, V, H):
             H[k, c, i] /= k
 
 
-@kernel
-def _velocity(k, moved, T, H, N):
+@kernel(inline=True)
+def _velocity(k, moved, j, w, T, H, N):
     """Order k of the rate ``T̂ H`` of a displacement, and of ``y = Rᵀ ω``."""
-    w0, w1, w2 = (0.0, 0.0, 0.0) if moved else (T[k, 0], T[k, 1], T[k, 2])
+    t = T[k, j, w]
+    w0, w1, w2 = (0.0, 0.0, 0.0) if moved else (t[0], t[1], t[2])
     N[0, 0], N[0, 1], N[0, 2] = 0.0, w2, -w1
     N[1, 0], N[1, 1], N[1, 2] = -w2, 0.0, w0
     N[2, 0], N[2, 1], N[2, 2] = w1, -w0, 0.0
-    N[3, 0], N[3, 1], N[3, 2] = T[k, 3], T[k, 4], T[k, 5]
+    N[3, 0], N[3, 1], N[3, 2] = t[3], t[4], t[5]
     N[4, 0], N[4, 1], N[4, 2] = w0, w1, w2
     for a in range(0 if moved else 1, k + 1):
-        w0, w1, w2 = T[k - a, 0], T[k - a, 1], T[k - a, 2]
+        t = T[k - a, j, w]
+        w0, w1, w2 = t[0], t[1], t[2]
         for c in range(4):
             h0, h1, h2 = H[a, c, 0], H[a, c, 1], H[a, c, 2]
             N[c, 0] += w1 * h2 - w2 * h1
@@ -127,59 +130,58 @@ def _velocity(k, moved, T, H, N):
                 N[4, c] += w0 * h0 + w1 * h1 + w2 * h2
 
 
-@kernel
-def _add_moments_at_rest(N, x):
+@kernel(inline=True)
+def _add_moments_at_rest(N, x, b):
     """The term of the moment rows with ``R = 1`` and ``d = 0``."""
     e, y = N[3], N[4]
-    x[1, 3] += e[0]
-    x[2, 1] += e[1]
-    x[0, 2] += e[2]
-    x[2, 2] -= e[0]
-    x[0, 3] -= e[1]
-    x[1, 1] -= e[2]
+    x[1, b, 3] += e[0]
+    x[2, b, 1] += e[1]
+    x[0, b, 2] += e[2]
+    x[2, b, 2] -= e[0]
+    x[0, b, 3] -= e[1]
+    x[1, b, 1] -= e[2]
     for i in range(3):
-        x[i, 4 + i] += y[i]
-    x[0, 7] += y[1]
-    x[1, 7] += y[0]
-    x[0, 8] += y[2]
-    x[2, 8] += y[0]
-    x[1, 9] += y[2]
-    x[2, 9] += y[1]
+        x[i, b, 4 + i] += y[i]
+    x[0, b, 7] += y[1]
+    x[1, b, 7] += y[0]
+    x[0, b, 8] += y[2]
+    x[2, b, 8] += y[0]
+    x[1, b, 9] += y[2]
+    x[2, b, 9] += y[1]
 
 
-@kernel
-def _add_moments(H, N, x):
+@kernel(inline=True)
+def _add_moments(H, N, x, b):
     """Add one term of the Cauchy products of the moment rows ξ."""
     y0, y1, y2 = N[4, 0], N[4, 1], N[4, 2]
     for i in range(3):
         u, v = (i + 1) % 3, (i + 2) % 3
         du, dv, eu, ev = H[3, u], H[3, v], N[3, u], N[3, v]
-        x[i, 0] += du * ev - dv * eu
+        x[i, b, 0] += du * ev - dv * eu
         for c in range(3):
-            x[i, 1 + c] += H[c, u] * ev - H[c, v] * eu + du * N[c, v] - dv * N[c, u]
+            x[i, b, 1 + c] += H[c, u] * ev - H[c, v] * eu + du * N[c, v] - dv * N[c, u]
         r0, r1, r2 = H[0, i], H[1, i], H[2, i]
-        x[i, 4] += r0 * y0
-        x[i, 5] += r1 * y1
-        x[i, 6] += r2 * y2
-        x[i, 7] += r0 * y1 + r1 * y0
-        x[i, 8] += r0 * y2 + r2 * y0
-        x[i, 9] += r1 * y2 + r2 * y1
+        x[i, b, 4] += r0 * y0
+        x[i, b, 5] += r1 * y1
+        x[i, b, 6] += r2 * y2
+        x[i, b, 7] += r0 * y1 + r1 * y0
+        x[i, b, 8] += r0 * y2 + r2 * y0
+        x[i, b, 9] += r1 * y2 + r2 * y1
 
 
 @kernel
 def _planar(first, last, start, links, moves, V, T, H, N, X):
     """As `_spatial` in the plane: H is ``(cos, sin, d_x, d_y)``, and N is its rate."""
-    rays, _, bodies = H.shape[:3]
+    rays, bodies = H.shape[:2]
     width = moves.shape[1]
     force = X.shape[3] == 2
     p = 0 if force else 1
-    size = 3 if force else 4
     for ray in range(rays):
         for b in range(bodies):
             j = links[b]
             if j < 0:
                 continue
-            h = H[ray, :, b]
+            h = H[ray, b]
             if first == 0:
                 h[0, 0], h[0, 1], h[0, 2], h[0, 3] = 1.0, 0.0, 0.0, 0.0
                 if start.shape[0] > 0:
@@ -198,7 +200,7 @@ def _planar(first, last, start, links, moves, V, T, H, N, X):
             for w in range(width):
                 if not moves[j, w]:
                     continue
-                n = N[ray, :, b, w]
+                n = N[ray, b, w]
                 for k in range(first, last + 1):
                     nx = ny = 0.0
                     ex, ey = T[ray, k, j, w, 1], T[ray, k, j, w, 2]
@@ -209,18 +211,44 @@ def _planar(first, last, start, links, moves, V, T, H, N, X):
                         ex -= omega * h[a, 3]
                         ey += omega * h[a, 2]
                     n[k, 0], n[k, 1], n[k, 2], n[k, 3] = nx, ny, ex, ey
-                    x = X[k - first, ray, w, :, b * size : (b + 1) * size]
-                    x[p, 0], x[p, 1], x[p, 2] = ex, nx, -ny
-                    x[p + 1, 0], x[p + 1, 1], x[p + 1, 2] = ey, ny, nx
+                    x = X[k - first, ray, w]
+                    x[p, b, 0], x[p, b, 1], x[p, b, 2] = ex, nx, -ny
+                    x[p + 1, b, 0], x[p + 1, b, 1], x[p + 1, b, 2] = ey, ny, nx
                     if force:
                         continue
-                    x[0, 3] = T[ray, k, j, w, 0]
+                    x[0, b, 3] = T[ray, k, j, w, 0]
                     for a in range(k + 1):
                         gx, gy, dx, dy = h[a, 0], h[a, 1], h[a, 2], h[a, 3]
                         nx, ny, ex, ey = n[k - a, 0], n[k - a, 1], n[k - a, 2], n[k - a, 3]
-                        x[0, 0] += dx * ey - dy * ex
-                        x[0, 1] += gx * ey - gy * ex + dx * ny - dy * nx
-                        x[0, 2] += dx * nx + dy * ny - gx * ex - gy * ey
+                        x[0, b, 0] += dx * ey - dy * ex
+                        x[0, b, 1] += gx * ey - gy * ex + dx * ny - dy * nx
+                        x[0, b, 2] += dx * nx + dy * ny - gx * ex - gy * ey
+
+
+@kernel
+def regressor(first, last, start, links, moves, V, T, room, X):
+    """Add the rows of orders first … last to X (orders, rays, width, rows, parameters).
+
+    ``room`` keeps what the next orders need; see `room`.
+    """
+    rays, orders = V.shape[:2]
+    bodies, width = links.size, moves.shape[1]
+    count = rays * orders * bodies
+    x = X.reshape((*X.shape[:4], bodies, X.shape[4] // max(bodies, 1)))
+    if V.shape[3] == 3:
+        H = room[: 4 * count].reshape((rays, bodies, orders, 4))
+        N = room[12 * count :][: 4 * count * width].reshape((rays, bodies, width, orders, 4))
+        _planar(first, last, start, links, moves, V, T, H, N, x)
+    else:
+        H3 = room[: 12 * count].reshape((rays, bodies, orders, 4, 3))
+        N3 = room[12 * count :].reshape((rays, bodies, width, orders, 5, 3))
+        _spatial(first, last, start, links, moves, V, T, H3, N3, x)
+
+
+@kernel
+def room(V, links, moves):
+    """Room for the displacements of the bodies, and their rates, of all orders of V."""
+    return np.empty(V.shape[0] * V.shape[1] * links.size * (12 + 15 * moves.shape[1]))
 
 
 def parameters_per_body(planar: bool, force: bool) -> int:
@@ -243,15 +271,10 @@ class RegressorSeries:
         self._chain, self._series = chain, series
         self._next = 0
         self._start = np.empty((0, 4, 4)) if pose is None else pose.H
-        self._run = _planar if chain.planar else _spatial
-        column: tuple[int, ...] = (4,) if chain.planar else (4, 3)
-        rate: tuple[int, ...] = (4,) if chain.planar else (5, 3)
-        rays, orders = series.V.shape[:2]
-        bodies, width = chain.links.size, chain.width
-        self._H = np.empty((rays, orders, bodies, *column))
-        self._N = np.empty((rays, orders, bodies, width, *rate))
+        self._room = room(series.V, chain.links, chain.moves)
         rows = rows_per_column(chain.planar, force)
-        self._shape = (rays, width, rows, bodies * parameters_per_body(chain.planar, force))
+        parameters = chain.links.size * parameters_per_body(chain.planar, force)
+        self._shape = (series.V.shape[0], chain.width, rows, parameters)
 
     def rows(self, last: int) -> Array:
         """Rows of the orders up to ``last`` that were not asked for before.
@@ -263,9 +286,9 @@ class RegressorSeries:
         assert first <= last <= series.order
         self._next = last + 1
         X = np.zeros((last + 1 - first, *self._shape))
-        self._run(
-            first, last, self._start, chain.links, chain.moves, series.V, series.T,
-            self._H, self._N, X,
+        regressor(
+            first, last, self._start, chain.links, chain.moves, series.V, series.T, self._room,
+            X,
         )  # fmt: skip
         return X
 

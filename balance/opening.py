@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from balance.elimination import FLOOR, null_space
 from balance.momentum import parameters_per_body, rows_per_column
-from balance.transfer import SAME, beyond, contains, product, remove, transferable
+from balance.transfer import SAME, beyond, contains, transferable
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain
 
-__all__ = ["Transfers", "transfers"]
+__all__ = ["Transfers", "search", "transfers"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -70,23 +70,24 @@ def _owners(parent, node, body):
 
 
 @kernel
-def _cluster(entry, start, parent, node, body):
+def _cluster(entry, start, parent, node, body, joint, before, target):
     """The joints from a body through one of its joints up to the next bodies.
 
+    Fills in the joints, the place among them of the one before each, and the rigid part
+    after each; -1 for one that nothing can be carried to: the ground, or a part reached
+    before. A joint between links without bodies is met from either side.
+
     Returns:
-        Joints, the place among them of the one before each, and the rigid part after each;
-        -1 for one that nothing can be carried to: the ground, or a part reached before.
+        How many they are.
     """
     n = parent.size
-    # A joint between links without bodies is met from either side.
-    joint, before = np.empty(2 * n, np.int64), np.empty(2 * n, np.int64)
-    target, source = np.empty(2 * n, np.int64), np.empty(2 * n, np.int64)
-    joint[0], before[0], source[0] = entry, -1, start
+    joint[0], before[0] = entry, -1
     count = 1
     k = 0
     while k < count:
         j = joint[k]
-        t = node[j] if node[j] != source[k] else node[parent[j]]
+        source = start if before[k] < 0 else target[before[k]]
+        t = node[j] if node[j] != source else node[parent[j]]
         for other in range(k):
             if body[t] < 0 and target[other] == t:
                 t = n
@@ -95,55 +96,72 @@ def _cluster(entry, start, parent, node, body):
             for other in range(n):
                 a, b = node[parent[other]], node[other]
                 if other != j and a != b and (a == t or b == t):
-                    joint[count], before[count], source[count] = other, k, t
+                    joint[count], before[count] = other, k
                     count += 1
         k += 1
-    return joint[:count], before[:count], target[:count]
+    return count
 
 
 @kernel
-def _shares(before, target, body, passes, size, floor):
+def _shares(count, before, target, body, passes, passed, floor):
     """Combinations of what passes the joints of a cluster that leave its inner links empty.
 
     Returns:
-        Parameters that pass each joint; (joints, parameters, combinations).
+        Parameters that pass each joint; (combinations, joints, parameters).
     """
-    joints = before.size
-    if joints == 1 and body[target[0]] >= 0:
-        return passes[0].reshape((1, size, passes[0].shape[1]))
-    first = np.zeros(joints + 1, np.int64)
-    row = np.empty(joints, np.int64)
+    size = passes.shape[2]
+    first = np.zeros(count + 1, np.int64)
+    row = np.empty(count, np.int64)
     inner = 0
-    for k in range(joints):
-        first[k + 1] = first[k] + passes[k].shape[1]
+    for k in range(count):
+        first[k + 1] = first[k] + passed[k]
         row[k] = inner * size
         if target[k] >= 0 and body[target[k]] < 0:
             inner += 1
-    A = np.zeros((inner * size, first[joints]))
-    for k in range(joints):
-        K, at = passes[k], first[k]
-        for c in range(K.shape[1]):
-            if body[target[k]] < 0:
-                A[row[k] : row[k] + size, at + c] = K[:, c]
-            if before[k] >= 0:
-                A[row[before[k]] : row[before[k]] + size, at + c] = -K[:, c]
+    A = np.zeros((inner * size, first[count]))
+    for k in range(count):
+        for c in range(passed[k]):
+            for p in range(size):
+                if body[target[k]] < 0:
+                    A[row[k] + p, first[k] + c] = passes[k, c, p]
+                if before[k] >= 0:
+                    A[row[before[k]] + p, first[k] + c] = -passes[k, c, p]
     mixed = null_space(A, floor)
-    out = np.zeros((joints, size, mixed.shape[1]))
-    for k in range(joints):
-        out[k] = product(passes[k], mixed[first[k] : first[k + 1]])
+    out = np.zeros((mixed.shape[1], count, size))
+    for m in range(mixed.shape[1]):
+        for k in range(count):
+            for c in range(passed[k]):
+                for p in range(size):
+                    out[m, k, p] += mixed[first[k] + c, m] * passes[k, c, p]
     return out
 
 
 @kernel
 def _keep(found, of, count, owner, x):
-    """Add x to the orthonormal transfers of its owner, if it is not in their span."""
-    left = remove(found[:count][of[:count] == owner], x)
-    if left <= SAME:
-        return found, of, count
+    """Add x to the orthonormal transfers of its owner, if it is not in their span.
+
+    Returns:
+        The transfers, their owners, and how many they are: there is more room.
+    """
     if count == found.shape[0]:
         more, numbers = np.empty((2 * count + 16, x.size)), np.empty(2 * count + 16, np.int64)
         more[:count], numbers[:count] = found, of
         found, of = more, numbers
+    # Twice is enough (B. N. Parlett, 1980).
+    for _ in range(2):
+        for r in range(count):
+            if of[r] == owner:
+                dot = 0.0
+                for j in range(x.size):
+                    dot += found[r, j] * x[j]
+                for j in range(x.size):
+                    x[j] -= dot * found[r, j]
+    left = 0.0
+    for j in range(x.size):
+        left += x[j] * x[j]
+    left = np.sqrt(left)
+    if left <= SAME:
+        return found, of, count
     for j in range(x.size):
         found[count, j] = x[j] / left
     of[count] = owner
@@ -151,7 +169,7 @@ def _keep(found, of, count, owner, x):
 
 
 @kernel
-def _search(parent, screws, ends, links, size, rows, floor):
+def search(parent, screws, ends, links, size, rows, floor):
     """All transfers, orthonormal for each owner; see `transfers`.
 
     Returns:
@@ -162,54 +180,70 @@ def _search(parent, screws, ends, links, size, rows, floor):
     node, body = _nodes(parent, ends, links)
     body[n] = -1
     owner = _owners(parent, node, body)
-    found, of, count = np.empty((0, links.size * size)), np.empty(0, np.int64), 0
+    found, of, count = np.empty((16, links.size * size)), np.empty(16, np.int64), 0
     x = np.empty(links.size * size)
+    # The joints of a cluster, what passes them, and the twists beyond them.
+    joint, before = np.empty(2 * n, np.int64), np.empty(2 * n, np.int64)
+    target = np.empty(2 * n, np.int64)
+    passes, passed = np.empty((2 * n, size, size)), np.zeros(2 * n, np.int64)
+    twists, tall = np.empty((2 * n, dim, dim)), np.zeros(2 * n, np.int64)
     # Bodies reached, the owner of the joint they were reached by, what they can attain.
-    at, by, spans = [n], [-1], [np.empty((0, dim))]
+    room = 2 * n + 2
+    at, by = np.empty(room, np.int64), np.empty(room, np.int64)
+    spans, height = np.empty((room, dim, dim)), np.empty(room, np.int64)
+    at[0], by[0], height[0] = n, -1, 0
+    reached = 1
     crossed = np.zeros(2 * n + 1, np.bool_)
     i = 0
-    while i < len(at):
+    while i < reached:
         start = at[i]
         for entry in range(n):
             a, b = node[parent[entry]], node[entry]
             if a == b or (a != start and b != start) or owner[entry] == by[i]:
                 continue
             # Where every twist can be attained, least can be exchanged: nothing new.
-            if crossed[owner[entry]] and spans[i].shape[0] == dim:
+            if crossed[owner[entry]] and height[i] == dim:
                 continue
             crossed[owner[entry]] = True
-            joint, before, target = _cluster(entry, start, parent, node, body)
-            passes, twists = [], []
-            for k in range(joint.size):
+            joints = _cluster(entry, start, parent, node, body, joint, before, target)
+            if reached + joints > room:
+                room *= 2
+                at, by = np.concatenate((at, at)), np.concatenate((by, by))
+                spans, height = np.concatenate((spans, spans)), np.concatenate((height, height))
+            for k in range(joints):
                 s = screws[joint[k]]
-                V = spans[i] if before[k] < 0 else twists[before[k]]
+                V = spans[i, : height[i]]
+                if before[k] >= 0:
+                    V = twists[before[k], : tall[before[k]]]
+                passed[k] = tall[k] = 0
                 if target[k] < 0:
-                    passes.append(np.empty((size, 0)))
-                    twists.append(V)
                     continue
-                passes.append(transferable(s, V, size, rows, floor))
-                twists.append(beyond(s, V, floor))
+                passed[k] = transferable(s, V, size, rows, floor, passes[k])
+                tall[k] = beyond(s, V, floor, twists[k])
                 if body[target[k]] < 0:
                     continue
+                U = twists[k, : tall[k]]
                 known = False
-                for other in range(len(at)):
-                    if at[other] == target[k] and contains(twists[k], spans[other]):
+                for other in range(reached):
+                    if at[other] == target[k] and contains(U, spans[other, : height[other]]):
                         known = True
                         break
                 if not known:
-                    at.append(target[k])
-                    by.append(owner[entry])
-                    spans.append(twists[k])
-            shares = _shares(before, target, body, passes, size, floor)
-            for c in range(shares.shape[2]):
+                    at[reached], by[reached], height[reached] = target[k], owner[entry], tall[k]
+                    spans[reached] = twists[k]
+                    reached += 1
+            shares = passes[0, : passed[0]].reshape((passed[0], 1, size))
+            if joints > 1 or (target[0] >= 0 and body[target[0]] < 0):
+                shares = _shares(joints, before, target, body, passes, passed, floor)
+            for c in range(shares.shape[0]):
                 x[:] = 0.0
-                for k in range(joint.size):
+                for k in range(joints):
                     b = body[target[k]] if target[k] >= 0 else -1
                     for p in range(size):
                         if b >= 0:
-                            x[b * size + p] += shares[k, p, c]
+                            x[b * size + p] += shares[c, k, p]
                         if k == 0 and start != n:
-                            x[body[start] * size + p] -= shares[k, p, c]
+                            x[body[start] * size + p] -= shares[c, k, p]
                 found, of, count = _keep(found, of, count, owner[entry], x)
         i += 1
     return found[:count].copy(), of[:count].copy(), owner, node
@@ -241,7 +275,7 @@ def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transf
         floor: relative size of round-off.
     """
     size = parameters_per_body(chain.planar, force)
-    rows, owner, joints, part = _search(
+    rows, owner, joints, part = search(
         chain.parent, chain.screws, chain.ends, chain.links, size,
         rows_per_column(chain.planar, force), floor,
     )  # fmt: skip

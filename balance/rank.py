@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from balance.elimination import (
     FLOOR,
+    MARGIN,
     absorb,
     extend,
-    gather,
     implied,
     smallest_pivot,
     solutions,
@@ -27,9 +27,6 @@ from kinematics.linkage import frozen
 __all__ = ["Conditions", "Decision"]
 
 Array = NDArray[np.float64]
-
-# What is kept within this factor of round-off is uncertain.
-MARGIN = 1e3
 
 
 class Decision(NamedTuple):
@@ -137,40 +134,6 @@ class Conditions(NamedTuple):
                 self.floor, self.scale,
             )
         )  # fmt: skip
-
-    def with_orders(
-        self, rows: Array, first: int, radius: float, fresh: Array, stop: bool
-    ) -> tuple[Conditions, Array, bool, bool]:
-        """Add the derivatives of consecutive orders, along as many rays as it takes.
-
-        ``C(w + k - 1, k)`` generic rays span all derivatives of order k in w coordinates;
-        fewer will do once the rows of one more follow from those gathered. Rows of order k
-        are weighted by ``radius**k``.
-
-        Args:
-            rows: shape (orders, rays, w, rows per column, unknowns).
-            first: the first of the orders.
-            radius: radius of convergence of the series.
-            fresh: rows of a finite pose, which decide whether another order is needed;
-                without any, only conditions that are complete settle that.
-            stop: whether to stop at the order that needs no other; without fresh rows, at
-                the first one that adds nothing.
-
-        Returns:
-            The conditions, the rank after each order, whether it is settled that they are
-            all there are, and whether there were enough rays.
-        """
-        orders, rays, width, rows_per_column, unknowns = rows.shape
-        factor, permutation, scale, dropped, ranks, settled, enough = gather(
-            self.factor, self.permutation, self.scale, self.dropped,
-            rows.reshape(orders, -1, unknowns), self.columns, width * rows_per_column, width,
-            first, radius, fresh, stop, self.floor,
-        )  # fmt: skip
-        conditions = Conditions(
-            factor, permutation, self.columns, self.known, self.without, self.floor, scale,
-            dropped,
-        )  # fmt: skip
-        return conditions, ranks, settled, enough
 
     def decide(self) -> Decision:
         """Singular values and null space of the conditions gathered so far."""

@@ -22,7 +22,7 @@ from balance.elimination import null_space
 from kinematics.closure import add_bracket
 from kinematics.kernels import kernel
 
-__all__ = ["SAME", "beyond", "contains", "product", "remove", "transferable"]
+__all__ = ["SAME", "beyond", "contains", "remove", "transferable"]
 
 # Directions that deviate less from known ones are known: spaces that meet at a smaller angle
 # than this, but above round-off, would need a linkage drawn to ten digits.
@@ -75,8 +75,11 @@ def _rate(s, z, d):
 
 
 @kernel
-def transferable(s, V, size, rows, floor):
-    """Orthonormal parameters (size, d) that can pass a joint with twists V (v, 6) below it."""
+def transferable(s, V, size, rows, floor, out):
+    """What can pass a joint with twists V (v, 6) below it; how much it is.
+
+    Orthonormal parameters are put into the rows of ``out``.
+    """
     # Where every twist can be attained, the rate itself must vanish.
     every = V.shape[0] == s.size
     A = np.empty((rows + (size if every else rows * V.shape[0]), size))
@@ -84,38 +87,44 @@ def transferable(s, V, size, rows, floor):
     for c in range(size):
         z[c] = 1.0
         _momentum(s, z, h)
-        A[:rows, c] = h
+        for r in range(rows):
+            A[r, c] = h[r]
         _rate(s, z, d)
         if every:
-            A[rows:, c] = d
+            for p in range(size):
+                A[rows + p, c] = d[p]
         for i in range(0 if every else V.shape[0]):
             _momentum(V[i], d, h)
-            A[rows * (1 + i) : rows * (2 + i), c] = h
+            for r in range(rows):
+                A[rows * (1 + i) + r, c] = h[r]
         z[c] = 0.0
-    K = null_space(A, floor)
-    while K.shape[1] > 0 and not every:
+    found = null_space(A, floor)
+    count = found.shape[1]
+    for c in range(count):
+        for p in range(size):
+            out[c, p] = found[p, c]
+    while count > 0 and not every:
         # The part of L K that leaves the span of K must vanish.
-        out = np.empty(K.shape)
-        for c in range(K.shape[1]):
-            _rate(s, K[:, c], d)
-            remove(K.T, d)
-            out[:, c] = d
-        stays = null_space(out, floor)
-        if stays.shape[1] == K.shape[1]:
+        leaves = np.empty((size, count))
+        largest = 0.0
+        for c in range(count):
+            _rate(s, out[c], d)
+            largest = max(largest, remove(out[:count], d))
+            for p in range(size):
+                leaves[p, c] = d[p]
+        if largest <= floor:
             break
-        K = product(K, stays)
-    return K
-
-
-@kernel
-def product(A, B):
-    """Matrix product of small matrices."""
-    out = np.zeros((A.shape[0], B.shape[1]))
-    for i in range(A.shape[0]):
-        for k in range(B.shape[0]):
-            for j in range(B.shape[1]):
-                out[i, j] += A[i, k] * B[k, j]
-    return out
+        stays = null_space(leaves, floor)
+        if stays.shape[1] == count:
+            break
+        kept = np.zeros((stays.shape[1], size))
+        for m in range(stays.shape[1]):
+            for c in range(count):
+                for p in range(size):
+                    kept[m, p] += stays[c, m] * out[c, p]
+        count = stays.shape[1]
+        out[:count] = kept
+    return count
 
 
 @kernel
@@ -135,26 +144,28 @@ def remove(W, x):
 
 
 @kernel
-def beyond(s, V, floor):
-    """Orthonormal twists (v, 6) attainable beyond a joint with twists V below it."""
-    dim = s.size
-    W, count = np.empty((dim, dim)), V.shape[0]
-    W[:count] = V
+def beyond(s, V, floor, W):
+    """Twists attainable beyond a joint with twists V (v, 6) below it; how many they are.
+
+    They are orthonormal, and put into the rows of W.
+    """
+    dim, count = s.size, V.shape[0]
+    for i in range(count):
+        for c in range(dim):
+            W[i, c] = V[i, c]
     x = s.copy()
-    size = remove(W[:count], x)
-    if size > floor:
-        W[count] = x / size
-        count += 1
-    i = 0
+    i = -1
     while i < count and count < dim:
-        x[:] = 0.0
-        add_bracket(s, W[i], 1.0, x)
+        if i >= 0:
+            x[:] = 0.0
+            add_bracket(s, W[i], 1.0, x)
         size = remove(W[:count], x)
         if size > floor:
-            W[count] = x / size
+            for c in range(dim):
+                W[count, c] = x[c] / size
             count += 1
         i += 1
-    return W[:count].copy()
+    return count
 
 
 @kernel

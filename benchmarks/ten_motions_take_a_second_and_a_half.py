@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from balance.verify import verify
+from balance.verification.twin import verify
 from kinematics.models import load
 
 

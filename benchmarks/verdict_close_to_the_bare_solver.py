@@ -14,9 +14,9 @@ import clarabel
 from scipy.sparse import csc_matrix
 
 from balance import design_space
-from balance.conic import Part
-from balance.feasible import feasible, least_traces
-from balance.restriction import Restriction, program
+from balance.designs.conic import Part
+from balance.designs.feasibility import feasible, least_traces
+from balance.designs.restriction import Restriction, program
 from balance.space import DesignSpace
 from benchmarks.geometry import resized
 from kinematics.models import load

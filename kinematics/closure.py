@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain, frozen
+from kinematics.profile import factor_profile, fill_profile, profile, solve_profile
 
 __all__ = [
     "Series",
@@ -36,6 +37,7 @@ __all__ = [
     "factor",
     "fill_loop_matrix",
     "loop_matrix",
+    "series",
     "solve",
 ]
 
@@ -145,10 +147,11 @@ def _series_kernel(dim):
         loops = ends.shape[0]
         rows = loops * dim + mimics.shape[0]
         nd = dependent.size
-        A = np.empty((rows, nd))
+        row, joints, start, below, right, span = profile(parent, ends, mimics, dependent, dim)
+        A = np.empty((rows, span))
         diagonal = np.empty(nd)
-        fill_loop_matrix(parent, screws, ends, mimics, dependent, A)
-        factor(A, diagonal)
+        fill_profile(parent, screws, ends, mimics, row, joints, start, A)
+        factor_profile(A, start, below, right, diagonal)
 
         S = np.zeros((count, order + 1, n, dim))
         V = np.zeros((count, order + 1, n, dim))
@@ -196,16 +199,18 @@ def _series_kernel(dim):
                         for loop in range(loops):
                             for i in range(dim):
                                 if ends[loop, 0] >= 0:
-                                    b[loop * dim + i] -= t[k, ends[loop, 0], w, i]
+                                    b[row[loop] + i] -= t[k, ends[loop, 0], w, i]
                                 if ends[loop, 1] >= 0:
-                                    b[loop * dim + i] += t[k, ends[loop, 1], w, i]
+                                    b[row[loop] + i] += t[k, ends[loop, 1], w, i]
                         if k == 0:
-                            for row in range(mimics.shape[0]):
+                            for relation in range(mimics.shape[0]):
+                                i = row[loops + relation]
                                 for j in range(n):
-                                    b[loops * dim + row] -= mimics[row, j] * columns[j, w]
-                        residual[k] = max(residual[k], solve(A, diagonal, b))
+                                    b[i] -= mimics[relation, j] * columns[j, w]
+                        left = solve_profile(A, start, below, right, diagonal, b)
+                        residual[k] = max(residual[k], left)
                         for d in range(nd):
-                            c[k, dependent[d], w] = b[d]
+                            c[k, joints[d], w] = b[d]
                         # s_0 C_k of the dependent joints completes the twists.
                         for j in range(n):
                             if not moves[j, w]:
@@ -228,6 +233,16 @@ def _series_kernel(dim):
 
 
 _spatial_series, _planar_series = _series_kernel(6), _series_kernel(3)
+
+
+@kernel
+def series(parent, screws, ends, mimics, dependent, columns, moves, rays, order):
+    """C, V, T and the residual of a linkage in space or in its plane; see `Series`."""
+    if screws.shape[1] == 3:
+        return _planar_series(
+            parent, screws, ends, mimics, dependent, columns, moves, rays, order
+        )
+    return _spatial_series(parent, screws, ends, mimics, dependent, columns, moves, rays, order)
 
 
 class Series(NamedTuple):
@@ -265,7 +280,6 @@ def expand(chain: Chain, rays: Array, order: int) -> Series:
 
 def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
     """As `expand`, at a pose to which the joint screws (n, 6 or 3) have been carried."""
-    series = _planar_series if chain.planar else _spatial_series
     return Series(
         *series(
             chain.parent, screws, chain.ends, chain.mimics, chain.dependent,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -26,14 +26,18 @@ __all__ = ["kernel"]
 logger = logging.getLogger(__name__)
 
 
-def kernel(function: Callable[..., Any]) -> Any:
+def kernel(function: Callable[..., Any] | None = None, *, inline: bool = False) -> Any:
     """Compile ``function`` at its first call, or load it from the disk cache.
 
-    Sums may be reordered and contracted, so that loops vectorise; infinities and NaNs keep
-    their meaning. Where no folder can be written to, nothing is cached.
+    A kernel to be put in line costs no call, which for arrays takes as long as dozens of
+    products. Sums may be reordered and contracted, so that loops vectorise; infinities and
+    NaNs keep their meaning. Other threads run meanwhile. Where no folder can be written to,
+    nothing is cached.
     """
-    fastmath = {"reassoc", "contract", "nsz"}
-    compiled = numba.njit(error_model="numpy", fastmath=fastmath)(function)
+    if function is None:
+        return partial(kernel, inline=inline)
+    options = {"error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
+    compiled = numba.njit(nogil=True, forceinline=inline, **options)(function)
     if compiled is function:  # NUMBA_DISABLE_JIT is set
         return function
     try:

@@ -16,7 +16,17 @@ from kinematics.closure import Series, expand_from, factor, fill_loop_matrix, so
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain
 
-__all__ = ["Pose", "expand_at", "follow", "forward", "mismatch", "newton", "radius"]
+__all__ = [
+    "Pose",
+    "expand_at",
+    "follow",
+    "follow_series",
+    "forward",
+    "mismatch",
+    "newton",
+    "radius",
+    "series_radius",
+]
 
 Array = NDArray[np.float64]
 
@@ -187,7 +197,7 @@ def _size(x):
 
 
 @kernel
-def _radius(rates):
+def series_radius(rates):
     """Radius of convergence of the joint rates (order + 1, n); see `radius`."""
     limit = 1.0
     first = _size(rates[0])
@@ -198,7 +208,7 @@ def _radius(rates):
 
 
 @kernel
-def _follow(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s):
+def follow_series(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s):
     """A closed pose along the ray; see `follow`."""
     orders, n, width = C.shape
     rates = np.zeros((orders, n))
@@ -206,7 +216,7 @@ def _follow(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s)
         for j in range(n):
             for w in range(width):
                 rates[k, j] += C[k, j, w] * ray[w]
-    step = min(reach, 0.4 * _radius(rates))
+    step = min(reach, 0.4 * series_radius(rates))
     guess, q = np.empty(n), np.empty(n)
     moved, off = np.empty(n), np.empty(n)
     for _ in range(7):
@@ -250,7 +260,7 @@ def radius(rates: Array) -> float:
 
     At most 1, and such that no joint moves by more than 1 to first order.
     """
-    return float(_radius(rates))
+    return float(series_radius(rates))
 
 
 def follow(
@@ -273,7 +283,7 @@ def follow(
         The pose and the length of the step, 0 if none was found.
     """
     H, screws = _room(chain)
-    q, step = _follow(
+    q, step = follow_series(
         chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent,
         start, series.C[-1], ray, reach, H, screws,
     )  # fmt: skip

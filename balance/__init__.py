@@ -12,19 +12,19 @@ if TYPE_CHECKING:
     from balance.archive import SpaceRecord, load_space
     from balance.bodies import BodyInertia
     from balance.certainty import Certainty
-    from balance.certificate import CertificateCheck, check_certificate
-    from balance.design import Design
+    from balance.designs.certificate import CertificateCheck, check_certificate
+    from balance.designs.feasibility import DesignCheck, Feasibility, check_design, feasible
+    from balance.designs.optimum import Design, design
     from balance.designspace import design_space
     from balance.exact.proof import Proof
     from balance.exact.ranks import Exact, exact_ranks
-    from balance.feasible import DesignCheck, Feasibility, check_design
     from balance.inertia import mass_properties, parameters, pseudo_inertia, violations
-    from balance.loads import shaking
+    from balance.many import ManySpaces, design_space_many
     from balance.meaning.explain import Explanation
     from balance.meaning.freedoms import Freedom
     from balance.meaning.multipole import Primitive
-    from balance.mixed import MomentumTaylor, momentum_taylor
     from balance.momentum import momentum_regressor
+    from balance.motions.momentum import MomentumTaylor, momentum_taylor
     from balance.partition import Transfer
     from balance.screw_lines import (
         Meeting,
@@ -36,8 +36,10 @@ if TYPE_CHECKING:
         screw_figure,
     )
     from balance.space import DesignSpace
-    from balance.trajectory import Trajectory
-    from balance.verdict import Verification
+    from balance.verification.loads import shaking
+    from balance.verification.trajectory import Trajectory
+    from balance.verification.twin import verify
+    from balance.verification.verdict import Verification
 
 __all__ = [
     "BodyInertia",
@@ -50,6 +52,7 @@ __all__ = [
     "Explanation",
     "Feasibility",
     "Freedom",
+    "ManySpaces",
     "Meeting",
     "MomentumTaylor",
     "Primitive",
@@ -62,8 +65,11 @@ __all__ = [
     "check_certificate",
     "check_design",
     "common_normal",
+    "design",
     "design_space",
+    "design_space_many",
     "exact_ranks",
+    "feasible",
     "load_space",
     "mass_properties",
     "meeting",
@@ -75,45 +81,51 @@ __all__ = [
     "pseudo_inertia",
     "screw_figure",
     "shaking",
+    "verify",
     "violations",
 ]
 
 _HOMES = {
     "BodyInertia": "bodies",
     "Certainty": "certainty",
-    "CertificateCheck": "certificate",
-    "Design": "design",
-    "DesignCheck": "feasible",
+    "CertificateCheck": "designs.certificate",
+    "Design": "designs.optimum",
+    "DesignCheck": "designs.feasibility",
     "DesignSpace": "space",
     "Exact": "exact.ranks",
     "Explanation": "meaning.explain",
-    "Feasibility": "feasible",
+    "Feasibility": "designs.feasibility",
     "Freedom": "meaning.freedoms",
+    "ManySpaces": "many",
     "Meeting": "screw_lines",
-    "MomentumTaylor": "mixed",
+    "MomentumTaylor": "motions.momentum",
     "Primitive": "meaning.multipole",
     "Proof": "exact.proof",
     "ScrewLine": "screw_lines",
     "SpaceRecord": "archive",
-    "Trajectory": "trajectory",
+    "Trajectory": "verification.trajectory",
     "Transfer": "partition",
-    "Verification": "verdict",
+    "Verification": "verification.verdict",
     "common_normal": "screw_lines",
-    "check_certificate": "certificate",
-    "check_design": "feasible",
+    "check_certificate": "designs.certificate",
+    "check_design": "designs.feasibility",
+    "design": "designs.optimum",
     "design_space": "designspace",
+    "design_space_many": "many",
     "exact_ranks": "exact.ranks",
+    "feasible": "designs.feasibility",
     "load_space": "archive",
     "mass_properties": "inertia",
     "meeting": "screw_lines",
     "momentum_lines": "screw_lines",
     "momentum_regressor": "momentum",
-    "momentum_taylor": "mixed",
+    "momentum_taylor": "motions.momentum",
     "momentum_wrenches": "screw_lines",
     "parameters": "inertia",
     "pseudo_inertia": "inertia",
     "screw_figure": "screw_lines",
-    "shaking": "loads",
+    "shaking": "verification.loads",
+    "verify": "verification.twin",
     "violations": "inertia",
 }
 

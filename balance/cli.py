@@ -16,18 +16,18 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from balance import designing, moving, verifying
-from balance.readings import with_both
+from balance.commands import designing, moving, verifying
+from balance.commands.readings import with_both
 from kinematics.errors import ExactError, LinkageError
 from kinematics.linkage import Notice
 from kinematics.models import describe, gallery, load
 
 if TYPE_CHECKING:
+    from balance.commands.verifying import Verified
     from balance.exact.ranks import Exact
     from balance.meaning.explain import Explanation
-    from balance.prediction import Predictions
+    from balance.motions.prediction import Predictions
     from balance.space import DesignSpace
-    from balance.verifying import Verified
     from kinematics.linkage import Linkage
 
 __all__ = ["main"]
@@ -227,7 +227,7 @@ def _space(arguments: argparse.Namespace, angles: str) -> DesignSpace:
 
 def _report(arguments: argparse.Namespace) -> int:
     space = with_both(partial(_space, arguments), arguments.angles)
-    from balance.report import text
+    from balance.commands.report_text import text
 
     space, exact = _exactly(space) if arguments.exact else (space, None)
     for notice in (*space.warnings, *(exact.notices if exact else ())):
@@ -260,7 +260,7 @@ def _design(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(found.to_dict(), indent=2, ensure_ascii=False))
     else:
-        from balance.design_report import text
+        from balance.commands.design_text import text
 
         print(text(found))
     return {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
@@ -277,7 +277,7 @@ def _verify(arguments: argparse.Namespace) -> int:
 
 def _motion(arguments: argparse.Namespace) -> int:
     found = moving.foretold(arguments, partial(_load, arguments))
-    from balance.motion_report import text
+    from balance.commands.motion_text import text
 
     _tell(found, partial(text, found), arguments)
     return DONE if found.reached else NEGATIVE
@@ -317,7 +317,7 @@ def _show(space: DesignSpace, explanation: Explanation | None, exact: Exact | No
     from rich.markup import escape
     from rich.table import Table
 
-    from balance.report import facts, meaning, table
+    from balance.commands.report_text import facts, meaning, table
 
     summary = Table.grid(padding=(0, 2))
     for label, value in facts(space):

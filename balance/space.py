@@ -156,8 +156,8 @@ class DesignSpace(SpaceRecord):
     ) -> dict[str, object]:
         """The report as plain data, ready for JSON.
 
-        ``balance/report.schema.json`` describes it. A key whose value is ``None`` was not
-        asked for.
+        ``balance/schemas/report.schema.json`` describes it. A key whose value is ``None``
+        was not asked for.
 
         Args:
             explanation: what ``explain`` found, for the keys ``transfers`` and ``freedoms``.

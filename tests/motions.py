@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from laws import point_masses, sums
 
-from balance.trajectory import Trajectory, driven, random_motions
+from balance.verification.trajectory import Trajectory, driven, random_motions
 from kinematics.linkage import Linkage
 
 # Central differences of order eight: offsets in steps, and their weights.

@@ -8,9 +8,9 @@ from motions import around, bodies, slope, states
 
 import kinematics
 from balance import shaking
-from balance.bearings import bearings
-from balance.loads import inertia_loads, to_si
-from balance.verify import Twin
+from balance.verification.bearings import bearings
+from balance.verification.loads import inertia_loads, to_si
+from balance.verification.twin import Twin
 from kinematics.closure import loop_matrix
 from kinematics.pose import input_chain
 

@@ -13,8 +13,8 @@ from proofs import arm, proof_of
 import kinematics
 from balance import design_space
 from balance.cli import main
+from balance.commands.report_text import schema
 from balance.rank import FLOOR
-from balance.report import schema
 from benchmarks.geometry import four_bar_chain, variants
 
 # The table has it with the forces alone.

@@ -8,9 +8,9 @@ from shapes import conditions, functional, outside
 
 import kinematics
 from balance import check_certificate, check_design, design_space
-from balance.design import design
-from balance.feasible import feasible
-from balance.restriction import restriction
+from balance.designs.feasibility import feasible
+from balance.designs.optimum import design
+from balance.designs.restriction import restriction
 
 PROVED = ["four_bar_general", "bennett", "three_rsr", "four_bar_spherical", "five_bar"]
 

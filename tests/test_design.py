@@ -22,10 +22,10 @@ from shapes import (
 
 import kinematics
 from balance import Design, check_design, design_space
-from balance.design import design
-from balance.feasible import feasible
+from balance.designs.feasibility import feasible
+from balance.designs.optimum import design
 from balance.inertia import violations
-from balance.verify import verify
+from balance.verification.twin import verify
 from kinematics.errors import BodyError, LinkageError
 
 OBJECTIVES = ("mass", "inertia", "rotor", "change")

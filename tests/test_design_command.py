@@ -16,12 +16,12 @@ from urdf_text import along, joint, link
 
 import balance
 from balance.cli import main
-from balance.design import Objective
-from balance.designing import OBJECTIVES
+from balance.commands.designing import OBJECTIVES
+from balance.designs.optimum import Objective
 from kinematics.models import gallery
 
 SCHEMA = json.loads(
-    Path(balance.__file__).with_name("design.schema.json").read_text(encoding="utf-8")
+    Path(balance.__file__).with_name("schemas").joinpath("design.schema.json").read_text(encoding="utf-8")
 )
 YES, NO = "four_bar_antiparallelogram", "four_bar_general"
 # Gallery linkages, motions and kinds of balance for which bodies can be built.

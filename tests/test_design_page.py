@@ -13,7 +13,7 @@ from urdf_text import sums
 
 import kinematics
 from balance import design_space, mass_properties
-from balance.design import design
+from balance.designs.optimum import design
 from balance.web.design import ellipsoid, page
 
 FOUR_BAR, PARALLEL = "four_bar_antiparallelogram", "three_rsr"

@@ -11,7 +11,7 @@ from sidecar_text import PAIR, bench, written
 from urdf_text import EYE, FOUR_BAR, along, cloud_of, inertial_of, joint, link, pose_of, sums
 
 import kinematics
-from balance.export import with_inertials
+from balance.designs.export import with_inertials
 from balance.files import replacing
 from kinematics.errors import FileError
 from kinematics.models import gallery

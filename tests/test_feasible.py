@@ -24,9 +24,9 @@ from shapes import (
 
 import kinematics
 from balance import check_certificate, check_design, design_space
-from balance.design import design
-from balance.feasible import feasible
-from balance.verify import verify
+from balance.designs.feasibility import feasible
+from balance.designs.optimum import design
+from balance.verification.twin import verify
 from kinematics.assembly import assemble
 
 FEASIBLE = [

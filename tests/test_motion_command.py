@@ -15,7 +15,8 @@ from test_readings import four_bar
 import kinematics
 from balance.cli import main
 
-SCHEMA = json.loads(files("balance").joinpath("motion.schema.json").read_text("utf-8"))
+SCHEMAS = files("balance").joinpath("schemas")
+SCHEMA = json.loads(SCHEMAS.joinpath("motion.schema.json").read_text("utf-8"))
 KEYS = (
     "schema model tool motion independent dependent joints order condition radius length poses "
     "reached warnings"

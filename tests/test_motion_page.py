@@ -14,9 +14,9 @@ from plotly.offline import get_plotlyjs
 from test_motion_command import followed
 
 import kinematics
-from balance.accuracy import FAR, LINES, curves
 from balance.cli import main
-from balance.prediction import Predictions, predict
+from balance.motions.accuracy import FAR, LINES, curves
+from balance.motions.prediction import Predictions, predict
 from balance.web.motion import webpage
 from kinematics import taylor_motion
 

@@ -266,10 +266,10 @@ def test_the_wheel_holds_what_it_needs_and_no_more(tmp_path):
         [info] = {name.split("/")[0] for name in names if ".dist-info/" in name}
         metadata = wheel.read(f"{info}/METADATA").decode()
         commands = wheel.read(f"{info}/entry_points.txt").decode()
-    wanted = {"balance/py.typed", "kinematics/py.typed", "balance/report.schema.json"}
-    wanted.add("balance/verify.schema.json")
+    wanted = {"balance/py.typed", "kinematics/py.typed"}
     wanted |= {path.relative_to(ROOT).as_posix() for path in PRODUCT}
-    wanted |= {path.relative_to(ROOT).as_posix() for path in ROOT.glob("balance/web/*.*")}
+    for data in ("balance/web/*.*", "balance/schemas/*.json"):
+        wanted |= {path.relative_to(ROOT).as_posix() for path in ROOT.glob(data)}
     wanted |= {f"urdf_models/{path.name}" for path in ROOT.glob("urdf_models/*.*")}
     assert wanted <= names
     folders = {"balance", "kinematics", "urdf_models", info}

@@ -40,7 +40,8 @@ def test_a_rounded_four_bar_is_the_one_that_is_meant(options, tmp_path, capsys, 
     path = str(four_bar(tmp_path))
     assert main(["report", path, "--json", *options]) == 0
     report = json.loads(capsys.readouterr().out)
-    schema = json.loads(files("balance").joinpath("report.schema.json").read_text("utf-8"))
+    described = files("balance").joinpath("schemas", "report.schema.json")
+    schema = json.loads(described.read_text("utf-8"))
     Draft202012Validator(schema).validate(report)
     assert (report["algebra"], report["rank"], report["nullity"]) == ("planar", 8, 4)
     assert report["certainty"] == "proved"

@@ -11,7 +11,7 @@ from urdf_text import UNIT_INERTIA, joint, link, saved
 
 import kinematics
 from balance import design_space
-from balance.report import text
+from balance.commands.report_text import text
 from kinematics import Motion
 from kinematics.errors import CoordinateError, MotionError, PoseError
 from kinematics.pose import joint_positions

@@ -15,8 +15,8 @@ from laws import altered, coordinates, displacement, known, outside, placed, rel
 
 import balance
 import kinematics
+from balance.commands.report_text import schema
 from balance.inertia import inertia_tensor
-from balance.report import schema
 from kinematics.chain import plane_axes
 
 SPATIAL = [figure for figure in FIGURES if figure.spatial]
@@ -171,7 +171,8 @@ def test_coordinates_that_do_not_fit(y):
 def test_the_schema_is_a_schema():
     Draft202012Validator.check_schema(schema())
     found = schema()
-    assert json.loads(files("balance").joinpath("report.schema.json").read_text()) == found
+    path = files("balance").joinpath("schemas", "report.schema.json")
+    assert json.loads(path.read_text(encoding="utf-8")) == found
     assert set(found["required"]) == set(found["properties"])
     assert found["additionalProperties"] is False
 

@@ -11,7 +11,7 @@ from motions import around, slope
 from scipy.linalg import expm
 
 import kinematics
-from balance.trajectory import driven, from_csv, random_motions, rest_to_rest
+from balance.verification.trajectory import driven, from_csv, random_motions, rest_to_rest
 from kinematics.errors import FileError, MotionError, PoseError
 from kinematics.motion import Motion
 from kinematics.pose import joint_positions

@@ -12,9 +12,9 @@ from motions import around, bodies, slope, states
 
 import kinematics
 from balance import design_space, shaking
-from balance.loads import inertia_loads, masses
-from balance.trajectory import driven, random_motions, rest_to_rest
-from balance.verify import Twin, beside, verify
+from balance.verification.loads import inertia_loads, masses
+from balance.verification.trajectory import driven, random_motions, rest_to_rest
+from balance.verification.twin import Twin, beside, verify
 from kinematics.errors import LinkageError, MotionError, PoseError
 from kinematics.pose import input_chain
 from kinematics.screws import Ad

@@ -7,7 +7,7 @@ import test_page_browser
 from test_page_browser import FLAGS
 
 import kinematics
-from balance.verify import beside, verify
+from balance.verification.twin import beside, verify
 from balance.web.traces import webpage
 
 pytestmark = test_page_browser.pytestmark

@@ -18,10 +18,11 @@ from test_readings import four_bar
 from test_verify import off_axis
 
 import kinematics
-from balance import mass_properties, verifying
+from balance import mass_properties
 from balance.cli import main
-from balance.loads import masses
-from balance.verify import verify
+from balance.commands import verifying
+from balance.verification.loads import masses
+from balance.verification.twin import verify
 from balance.web.traces import LINES, panels, picture, webpage
 
 FEW = ["--trajectories", "1"]
@@ -32,7 +33,8 @@ KEYS = (
 ).split()
 
 
-SCHEMA = json.loads(files("balance").joinpath("verify.schema.json").read_text("utf-8"))
+SCHEMAS = files("balance").joinpath("schemas")
+SCHEMA = json.loads(SCHEMAS.joinpath("verify.schema.json").read_text("utf-8"))
 
 
 def run(capsys, *arguments):
@@ -53,7 +55,7 @@ def test_exit_codes_tell_the_verdict(capsys, monkeypatch):
     assert main(["verify", "three_rsr", *FEW, "--motion", "u2=u3"]) == 0
     assert main(["verify", "three_rsr", *FEW, "--balance", "force"]) == 0
     capsys.readouterr()
-    monkeypatch.setattr("balance.verdict.AGREE", 0.0)
+    monkeypatch.setattr("balance.verification.verdict.AGREE", 0.0)
     assert main(["verify", BALANCED, *FEW]) == 4
     assert "no verdict" in capsys.readouterr().out
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.bodies import BodyInertia
-from balance.design import Design
-from balance.design_report import facts, rows
+from balance.commands.design_text import facts, rows
+from balance.designs.optimum import Design
 from balance.inertia import mass_properties
 from balance.web import html
 from balance.web.scene import scene

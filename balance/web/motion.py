@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from balance.accuracy import Curves
-from balance.motion_report import facts, measure, rows
-from balance.prediction import Predictions
+from balance.commands.motion_text import facts, measure, rows
+from balance.motions.accuracy import Curves
+from balance.motions.prediction import Predictions
 from balance.web import html
 from balance.web.drawing import GRID, LAYOUT, image, short, tidy
 
@@ -50,7 +50,7 @@ def picture(found: Predictions, panels: Sequence[Curves], kind: str = "png") -> 
 
     Args:
         found: the predictions.
-        panels: from `balance.accuracy.curves`.
+        panels: from `balance.motions.accuracy.curves`.
         kind: ``"png"`` or ``"svg"``.
 
     Raises:

@@ -11,11 +11,11 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.commands.report_text import facts, table
 from balance.designspace import design_space
 from balance.meaning.explain import ExplainedTransfer, Explanation
 from balance.meaning.freedoms import Freedom
 from balance.meaning.multipole import NOUNS, UNITS, Primitive
-from balance.report import facts, table
 from balance.space import DesignSpace
 from balance.web import html
 from balance.web.scene import scene

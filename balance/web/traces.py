@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.verdict import Verification
+from balance.verification.verdict import Verification
 from balance.web import html
 from balance.web.drawing import GRID, LAYOUT, image, short, tidy
 

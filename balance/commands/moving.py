@@ -7,9 +7,9 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
+from balance.commands.readings import with_both
+from balance.commands.verifying import picture_path
 from balance.files import replacing
-from balance.readings import with_both
-from balance.verifying import picture_path
 from kinematics.errors import CoordinateError, MotionError, PoseError
 from kinematics.linkage import Notice
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from balance.prediction import Predictions
+    from balance.motions.prediction import Predictions
     from kinematics.linkage import Linkage
     from kinematics.taylor import TaylorMotion
 
@@ -109,7 +109,7 @@ def foretold(arguments: argparse.Namespace, load: Callable[[str], Linkage]) -> P
 def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
     """The Taylor motion and the poses."""
     # The file has been accepted; only now is it worth loading the kernels.
-    from balance.prediction import Predictions, predict
+    from balance.motions.prediction import Predictions, predict
     from kinematics.taylor import taylor_motion
     from kinematics.virtual import tool
 
@@ -137,8 +137,8 @@ def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.f
     """
     import numpy as np
 
-    from balance.prediction import coordinates
-    from balance.table import columns, unfit
+    from balance.motions.prediction import coordinates
+    from balance.verification.table import columns, unfit
 
     inputs, source = motion.motion.inputs, motion.linkage.source
     relations = ", ".join(motion.motion.relations)
@@ -178,7 +178,7 @@ def _positions(target: Target, inputs: tuple[str, ...], source: str) -> list[int
 
 def _write(found: Predictions, arguments: argparse.Namespace) -> None:
     """The pictures that were asked for."""
-    from balance.accuracy import curves
+    from balance.motions.accuracy import curves
     from balance.web.motion import picture, webpage
 
     contents = []

@@ -17,8 +17,8 @@ __all__ = ["facts", "meaning", "schema", "table", "text"]
 
 def schema() -> dict[str, object]:
     """The JSON schema (draft 2020-12) of `DesignSpace.to_dict`."""
-    text = files("balance").joinpath("report.schema.json").read_text(encoding="utf-8")
-    return dict(json.loads(text))
+    path = files("balance").joinpath("schemas", "report.schema.json")
+    return dict(json.loads(path.read_text(encoding="utf-8")))
 
 
 def facts(space: DesignSpace) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.prediction import Prediction, Predictions, assigned
+from balance.motions.prediction import Prediction, Predictions, assigned
 
 __all__ = ["facts", "measure", "rows", "text"]
 

@@ -184,7 +184,7 @@ class Predictions:
     def to_dict(self) -> dict[str, object]:
         """The report as plain data, ready for JSON.
 
-        ``balance/motion.schema.json`` describes it.
+        ``balance/schemas/motion.schema.json`` describes it.
         """
         motion = self.motion
         joints = zip(motion.joints, self.units, strict=True)

@@ -16,7 +16,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.table import columns, unfit
+from balance.verification.table import columns, unfit
 from kinematics.closure import expand_from, factor, fill_loop_matrix
 from kinematics.errors import MotionError, PoseError
 from kinematics.linkage import Chain, Linkage, frozen

@@ -27,9 +27,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.cone import Cone, given, matrices_of
-from balance.conic import Part, minimise, triangles
-from balance.restriction import Program
+from balance.designs.cone import Cone, given, matrices_of
+from balance.designs.conic import Part, minimise, triangles
+from balance.designs.restriction import Program
 from balance.space import DesignSpace
 from kinematics.closure import expand
 from kinematics.errors import BodyError

@@ -8,13 +8,13 @@ from contextlib import ExitStack, contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING, NamedTuple
 
+from balance.commands.readings import with_both
 from balance.files import replacing
-from balance.readings import with_both
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from balance.verdict import Verification
+    from balance.verification.verdict import Verification
     from kinematics.linkage import Linkage, Notice
 
 __all__ = ["Verified", "add_options", "picture_path", "progress", "verified"]
@@ -117,8 +117,8 @@ def verified(
     def alone(angles: str) -> Verification:
         linkage = load(angles)
         # The file has been accepted; only now is it worth loading the kernels.
-        from balance.trajectory import from_csv
-        from balance.verify import verify
+        from balance.verification.trajectory import from_csv
+        from balance.verification.twin import verify
         from kinematics.motion import restriction
 
         along = None
@@ -127,7 +127,7 @@ def verified(
         return verify(linkage, along=along, **options)
 
     def second(angles: str) -> Verification:
-        from balance.verify import beside
+        from balance.verification.twin import beside
 
         return beside(first, load(angles, other=arguments.against), **options)
 

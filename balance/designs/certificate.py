@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.cone import Cone, cone_of, given, matrices_of
-from balance.restriction import Program, Restriction
+from balance.designs.cone import Cone, cone_of, given, matrices_of
+from balance.designs.restriction import Program, Restriction
 from balance.space import DesignSpace
 
 __all__ = ["CertificateCheck", "certificates", "check_certificate", "clash", "judged"]

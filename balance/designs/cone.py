@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conic import TRIANGLES, Part
+from balance.designs.conic import TRIANGLES, Part
 from balance.inertia import pseudo_inertia
 from balance.space import DesignSpace
 from kinematics.inertial import from_pseudo_inertia

@@ -15,10 +15,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.certificate import CertificateCheck, certificates, clash, judged
-from balance.cone import counted, from_si, given, to_si
-from balance.conic import Part, minimise
-from balance.restriction import Program, Restriction, program
+from balance.designs.certificate import CertificateCheck, certificates, clash, judged
+from balance.designs.cone import counted, from_si, given, to_si
+from balance.designs.conic import Part, minimise
+from balance.designs.restriction import Program, Restriction, program
 from balance.space import DesignSpace
 from kinematics.inertial import from_pseudo_inertia
 from kinematics.linkage import frozen

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.archive import Balance
-from balance.bearings import bearings
 from balance.inertia import mass_properties
-from balance.loads import inertia_loads, masses, to_si
-from balance.trajectory import FIRM, Trajectory, driven, random_motions
-from balance.verdict import Run, Verification
+from balance.verification.bearings import bearings
+from balance.verification.loads import inertia_loads, masses, to_si
+from balance.verification.trajectory import FIRM, Trajectory, driven, random_motions
+from balance.verification.verdict import Run, Verification
 from kinematics.errors import LinkageError, PoseError
 from kinematics.inertial import displaced, inertia_tensor
 from kinematics.linkage import Chain, Joint, Linkage, frozen
@@ -57,7 +57,7 @@ def verify(
     Args:
         linkage: an assembled linkage.
         z: inertial parameters to verify; those of the file by default. See
-            `balance.loads.masses`.
+            `balance.verification.loads.masses`.
         motion: restriction of the inputs; free by default.
         balance: ``"force"``: the verdict is on the force alone.
         trajectories: how many random motions.

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.prediction import Predictions, offset
+from balance.motions.prediction import Predictions, offset
 from kinematics.polynomials import powers
 from kinematics.taylor import TaylorMotion
 from kinematics.walk import walk

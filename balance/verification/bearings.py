@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.loads import Loads
+from balance.verification.loads import Loads
 from kinematics.linkage import Chain
 
 __all__ = ["Bearings", "bearings"]
@@ -59,7 +59,7 @@ def bearings(chain: Chain, loads: Loads) -> Bearings:
 
     Args:
         chain: all joints of a spatial chain; see `kinematics.pose.input_chain`.
-        loads: what `balance.loads.inertia_loads` gives.
+        loads: what `balance.verification.loads.inertia_loads` gives.
     """
     samples, n = loads.screws.shape[:2]
     wrenches = np.zeros((samples, n, 6))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.archive import Balance
-from balance.trajectory import Trajectory
+from balance.verification.trajectory import Trajectory
 from kinematics.linkage import Linkage, Notice
 
 __all__ = ["AGREE", "SCHEMA", "Run", "Verification"]
@@ -204,7 +204,7 @@ class Verification:
     def to_dict(self) -> dict[str, object]:
         """The report as plain data, ready for JSON.
 
-        ``balance/verify.schema.json`` describes it.
+        ``balance/schemas/verify.schema.json`` describes it.
         """
         return {
             "schema": SCHEMA,

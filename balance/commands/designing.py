@@ -14,7 +14,7 @@ from kinematics.errors import FileError
 from kinematics.reader.sidecar import beside
 
 if TYPE_CHECKING:
-    from balance.design import Design
+    from balance.designs.optimum import Design
     from balance.space import DesignSpace
 
 __all__ = ["OBJECTIVES", "add_options", "designed", "written"]
@@ -54,7 +54,7 @@ def designed(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     Raises:
         LinkageError: links that are kept or bounded are unknown, or leave nothing to design.
     """
-    from balance.design import design
+    from balance.designs.optimum import design
 
     limits: dict[str, tuple[float, float]] = {}
     for name, low, high in arguments.bounds:
@@ -80,7 +80,7 @@ def written(arguments: argparse.Namespace, found: Design) -> str:
         raise FileError(arguments.out, "", problem, remedy)
     contents = []
     if arguments.out is not None:
-        from balance.export import with_inertials
+        from balance.designs.export import with_inertials
 
         elements = {body.name: body.urdf for body in found.bodies
                     if body.urdf and body.name not in found.keep}  # fmt: skip

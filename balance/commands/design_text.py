@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.bodies import BodyInertia
-from balance.design import Design
+from balance.designs.optimum import Design
 
 __all__ = ["facts", "rows", "text"]
 

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.bodies import BodyInertia, body_inertias
-from balance.certificate import CertificateCheck
-from balance.cone import from_si, given, matrices_of
-from balance.designspace import design_space
-from balance.feasible import (
+from balance.designs.certificate import CertificateCheck
+from balance.designs.cone import from_si, given, matrices_of
+from balance.designs.feasibility import (
     ROUNDED,
     DesignCheck,
     Verdict,
@@ -23,9 +22,10 @@ from balance.feasible import (
     check_design,
     off_plane,
 )
+from balance.designs.objective import Objective, optimum
+from balance.designs.restriction import Restriction, program, restriction
+from balance.designspace import design_space
 from balance.inertia import LABELS
-from balance.objective import Objective, optimum
-from balance.restriction import Restriction, program, restriction
 from balance.space import DesignSpace
 
 __all__ = ["SCHEMA", "Design", "Objective", "design"]
@@ -135,7 +135,8 @@ def design(
             at the reference pose, kg m², those that slide counted in characteristic lengths
             (``space.length``, in metres);
             ``"change"``: distance from the masses in the file, without a unit. See
-            `balance.objective` for what bounds each. By default, the margin is maximised.
+            `balance.designs.objective` for what bounds each. By default, the margin is
+            maximised.
         keep: bodies that stay as the file gives them.
         bounds: least and largest mass of bodies, kg.
 

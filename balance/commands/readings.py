@@ -11,9 +11,9 @@ from kinematics.linkage import Notice
 from kinematics.reader.angles import READINGS, ROUNDED
 
 if TYPE_CHECKING:
-    from balance.prediction import Predictions
+    from balance.motions.prediction import Predictions
     from balance.space import DesignSpace
-    from balance.verdict import Verification
+    from balance.verification.verdict import Verification
 
 __all__ = ["with_both"]
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.cone import Cone, cone_of, given, matrices_of
+from balance.designs.cone import Cone, cone_of, given, matrices_of
 from balance.space import DesignSpace
 from kinematics.errors import BodyError, LinkageError
 

@@ -78,7 +78,7 @@ def minimise(
         offset: what is added to them (rows,).
         parts: the cones.
         H: quadratic part (n, n), symmetric and positive semidefinite; none by default.
-        careful: solve to 1e-10 instead of 1e-8, and refine all linear systems; without, an
+        careful: solve to 1e-10 instead of 1e-9, and refine all linear systems; without, an
             answer comes a fifth sooner.
     """
     import clarabel
@@ -88,7 +88,7 @@ def minimise(
         "lorentz": clarabel.SecondOrderConeT,
         "line": clarabel.NonnegativeConeT,
     }
-    settings, accuracy = clarabel.DefaultSettings(), 1e-10 if careful else 1e-8
+    settings, accuracy = clarabel.DefaultSettings(), 1e-10 if careful else 1e-9
     settings.verbose = settings.chordal_decomposition_enable = settings.presolve_enable = False
     settings.iterative_refinement_enable, settings.equilibrate_enable = careful, not careful
     settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = accuracy

@@ -1,0 +1,1 @@
+"""Taylor motions put to use: poses that they foretell, their error, and the momentum."""

@@ -11,13 +11,14 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from balance.commands import designing, moving, verifying
 from balance.commands.readings import with_both
+from balance.commands.words import whole_number
 from kinematics.errors import ExactError, LinkageError
 from kinematics.linkage import Notice
 from kinematics.models import describe, gallery, load
@@ -116,7 +117,7 @@ def _parser() -> argparse.ArgumentParser:
 def _add_report_options(report: argparse.ArgumentParser) -> None:
     """Options of ``report`` beside those of every command on a model."""
     report.add_argument(
-        "--max-order", type=_order, metavar="K",
+        "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
         help="compute exactly the orders 0 to K, instead of as many as needed",
     )  # fmt: skip
     report.add_argument(
@@ -187,13 +188,6 @@ def _add_model_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
-def _order(text: str) -> int:
-    order = int(text) if text.isascii() and text.isdigit() else -1
-    if not 0 <= order <= 50:
-        raise argparse.ArgumentTypeError(f"'{text}' is not an order from 0 to 50")
-    return order
-
-
 def _names(text: str) -> list[str]:
     names = [name.strip() for name in text.split(",")]
     if not all(names):
@@ -230,8 +224,7 @@ def _report(arguments: argparse.Namespace) -> int:
     from balance.commands.report_text import text
 
     space, exact = _exactly(space) if arguments.exact else (space, None)
-    for notice in (*space.warnings, *(exact.notices if exact else ())):
-        logging.warning("%s: %s", notice.code, notice.message)
+    _warn((*space.warnings, *(exact.notices if exact else ())))
     explanation = space.explain() if arguments.explain else None
     if arguments.html is not None:
         from balance.files import replacing
@@ -252,8 +245,7 @@ def _report(arguments: argparse.Namespace) -> int:
 
 def _design(arguments: argparse.Namespace) -> int:
     space = with_both(partial(_space, arguments), arguments.angles)
-    for notice in space.warnings:
-        logging.warning("%s: %s", notice.code, notice.message)
+    _warn(space.warnings)
     found = designing.designed(arguments, space)
     if told := designing.written(arguments, found):
         logging.warning(told)
@@ -287,10 +279,15 @@ def _tell(
     found: Verified | Predictions, text: Callable[[], str], arguments: argparse.Namespace
 ) -> None:
     """What was found, as text or as JSON, and what there is to tell of it."""
-    for notice in found.notices:
-        logging.warning("%s: %s", notice.code, notice.message)
+    _warn(found.notices)
     print(json.dumps(found.to_dict(), indent=2, ensure_ascii=False)
           if arguments.json else text())  # fmt: skip
+
+
+def _warn(notices: Iterable[Notice]) -> None:
+    """What there is to tell beside an answer."""
+    for notice in notices:
+        logging.warning("%s: %s", notice.code, notice.message)
 
 
 def _exactly(space: DesignSpace) -> tuple[DesignSpace, Exact | None]:

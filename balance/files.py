@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 from uuid import uuid4
@@ -14,7 +14,7 @@ from uuid import uuid4
 from kinematics.errors import FileError
 from kinematics.reader.markup import shown
 
-__all__ = ["replacing"]
+__all__ = ["replacing", "replacing_all"]
 
 
 @contextmanager
@@ -51,6 +51,20 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def replacing_all(contents: Iterable[tuple[str, bytes]]) -> None:
+    """Write several files, of which all appear or none; see `replacing`.
+
+    Args:
+        contents: path of each file, and what it is to hold.
+
+    Raises:
+        FileError: one cannot be written.
+    """
+    with ExitStack() as all_or_none:
+        for path, content in contents:
+            all_or_none.enter_context(replacing(path)).write(content)
 
 
 def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from balance.files import replacing
+from balance.files import replacing, replacing_all
 from kinematics.errors import FileError
 
 
@@ -61,3 +61,12 @@ def test_what_cannot_be_written_is_one_line(name, tmp_path, monkeypatch):
     with pytest.raises(FileError, match="cannot be written"):
         write(name)
     assert os.listdir(tmp_path) == []
+
+
+def test_of_several_files_all_appear_or_none(tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    replacing_all([(str(one), b"1"), (str(other), b"2")])
+    assert (one.read_bytes(), other.read_bytes()) == (b"1", b"2")
+    with pytest.raises(FileError):
+        replacing_all([(str(one), b"3"), (str(tmp_path / "nowhere" / "file"), b"4")])
+    assert one.read_bytes() == b"1" and sorted(tmp_path.iterdir()) == [one, other]

@@ -6,10 +6,9 @@ import argparse
 import math
 import os
 import shlex
-from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from balance.files import replacing
+from balance.files import replacing_all
 from kinematics.errors import FileError
 from kinematics.reader.sidecar import beside
 
@@ -89,9 +88,7 @@ def written(arguments: argparse.Namespace, found: Design) -> str:
         from balance.web.design import page
 
         contents.append(page(found).encode())
-    with ExitStack() as all_or_none:
-        for path, content in zip(asked, contents, strict=True):
-            all_or_none.enter_context(replacing(path)).write(content)
+    replacing_all(zip(asked, contents, strict=True))
     return f"to verify what was written: {_check(arguments, found)}" if arguments.out else ""
 
 

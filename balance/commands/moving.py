@@ -8,8 +8,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.commands.readings import with_both
-from balance.commands.verifying import picture_path
-from balance.files import replacing
+from balance.commands.words import picture_path, whole_number
+from balance.files import replacing_all
 from kinematics.errors import CoordinateError, MotionError, PoseError
 from kinematics.linkage import Notice
 
@@ -57,7 +57,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "that leaves these free",
     )  # fmt: skip
     parser.add_argument(
-        "--order", type=_order, default=ORDER, metavar="K",
+        "--order", type=whole_number(1, HIGHEST, "an order"), default=ORDER, metavar="K",
         help=f"order of the expansion (default {ORDER})",
     )  # fmt: skip
     where = parser.add_mutually_exclusive_group()
@@ -188,16 +188,7 @@ def _write(found: Predictions, arguments: argparse.Namespace) -> None:
         contents.append((arguments.plot, image))
     if arguments.html:
         contents.append((arguments.html, webpage(found, panels).encode()))
-    for path, content in contents:
-        with replacing(path) as file:
-            file.write(content)
-
-
-def _order(text: str) -> int:
-    order = int(text) if text.isascii() and text.isdigit() and len(text) < 4 else 0
-    if not 1 <= order <= HIGHEST:
-        raise argparse.ArgumentTypeError(f"'{text}' is not an order from 1 to {HIGHEST}")
-    return order
+    replacing_all(contents)
 
 
 def _target(text: str) -> Target:

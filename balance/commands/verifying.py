@@ -9,7 +9,8 @@ from time import monotonic
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.commands.readings import with_both
-from balance.files import replacing
+from balance.commands.words import picture_path, whole_number
+from balance.files import replacing_all
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from balance.verification.verdict import Verification
     from kinematics.linkage import Linkage, Notice
 
-__all__ = ["Verified", "add_options", "picture_path", "progress", "verified"]
+__all__ = ["Verified", "add_options", "progress", "verified"]
 
 # Seconds after which a bar tells how far it is.
 PATIENCE = 2.0
@@ -65,7 +66,7 @@ def _plain(found: Verification) -> list[tuple[str, str]]:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Options of ``verify`` beside those of every command on a model."""
     parser.add_argument(
-        "--trajectories", type=_count, default=10, metavar="N",
+        "--trajectories", type=whole_number(1, 10_000), default=10, metavar="N",
         help="number of random motions (default 10)",
     )  # fmt: skip
     parser.add_argument(
@@ -142,14 +143,12 @@ def _write(found: Verified, arguments: argparse.Namespace) -> None:
     from balance.web.traces import picture, webpage
 
     shown = [found.first, *([found.second] if found.second else [])]
+    contents = []
     if arguments.plot:
-        image = picture(shown, arguments.plot[-3:].lower())
-        with replacing(arguments.plot) as file:
-            file.write(image)
+        contents.append((arguments.plot, picture(shown, arguments.plot[-3:].lower())))
     if arguments.html:
-        page = webpage(shown).encode()
-        with replacing(arguments.html) as file:
-            file.write(page)
+        contents.append((arguments.html, webpage(shown).encode()))
+    replacing_all(contents)
 
 
 @contextmanager
@@ -175,13 +174,6 @@ def progress() -> Iterator[Callable[[int, int], None]]:
         yield advance
 
 
-def _count(text: str) -> int:
-    count = int(text) if text.isascii() and text.isdigit() else 0
-    if not 1 <= count <= 10_000:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 1 to 10000")
-    return count
-
-
 def _seed(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 18):
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 up")
@@ -196,14 +188,3 @@ def _tolerance(text: str) -> float:
     if not 0.0 <= value < 1.0:
         raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0 up to 1")
     return value
-
-
-def picture_path(text: str) -> str:
-    """A word of the command line that names a picture.
-
-    Raises:
-        ArgumentTypeError: by its end it is none.
-    """
-    if not text.lower().endswith((".png", ".svg")):
-        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
-    return text

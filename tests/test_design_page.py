@@ -7,9 +7,9 @@ from functools import cache
 
 import numpy as np
 import pytest
+from laws import sums
 from plotly.offline import get_plotlyjs
 from test_page import HOSTILE, Elements
-from urdf_text import sums
 
 import kinematics
 from balance import design_space, mass_properties

@@ -7,8 +7,9 @@ import re
 import numpy as np
 import pytest
 import yourdfpy
+from laws import point_masses, sums
 from sidecar_text import PAIR, bench, written
-from urdf_text import EYE, FOUR_BAR, along, cloud_of, inertial_of, joint, link, pose_of, sums
+from urdf_text import EYE, FOUR_BAR, along, inertial_of, joint, link, pose_of
 
 import kinematics
 from balance.designs.export import with_inertials
@@ -68,7 +69,7 @@ def redrawn(draft, seed):
     rng = np.random.default_rng(seed)
     elements, expected = {}, []
     for body in draft.bodies:
-        masses, points = cloud_of(rng)
+        masses, points = point_masses(rng)
         elements[body.name] = element_of(**inertial_of(rng, masses, points))
         R, d = body.frame[:3, :3], body.frame[:3, 3]
         expected.append(sums(masses, points @ R.T + d))

@@ -4,11 +4,11 @@ import time
 
 import numpy as np
 import pytest
+from laws import point_masses, sums
 from urdf_text import (
     UNIT_INERTIA,
     about,
     along,
-    cloud_of,
     inertial_of,
     joint,
     link,
@@ -16,7 +16,6 @@ from urdf_text import (
     pose_of,
     random_pose,
     screw,
-    sums,
 )
 
 from kinematics.errors import FileError
@@ -137,7 +136,7 @@ def test_cylindrical_joint(read):
 @pytest.mark.parametrize("seed", range(5))
 def test_inertia_of_a_cloud_of_point_masses(read, seed):
     rng = np.random.default_rng(seed)
-    masses, points = cloud_of(rng)
+    masses, points = point_masses(rng)
     first, second = random_pose(rng), random_pose(rng)
     draft = read(
         link("a"), link("b"), link("c", **inertial_of(rng, masses, points)),
@@ -153,7 +152,7 @@ def test_inertia_of_a_cloud_of_point_masses(read, seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_fixed_joints_merge_links(read, seed):
     rng = np.random.default_rng(seed)
-    clouds = [cloud_of(rng) for _ in range(3)]
+    clouds = [point_masses(rng) for _ in range(3)]
     names, poses = ["arm", "tool", "tip"], [random_pose(rng) for _ in range(3)]
     draft = read(
         *(link(n, **inertial_of(rng, *c)) for n, c in zip(names, clouds, strict=True)),

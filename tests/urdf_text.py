@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from laws import sums
 from scipy.spatial.transform import Rotation
 
 from kinematics.errors import FileError
@@ -123,20 +124,6 @@ def along(d):
     H = np.eye(4)
     H[:3, 3] = d
     return H
-
-
-def cloud_of(rng, count=12):
-    """Random point masses: masses (n,), positions (n, 3)."""
-    return rng.uniform(0.1, 1.0, count), rng.normal(size=(count, 3))
-
-
-def sums(masses, points):
-    """The ten parameters by summing ``[m, m r, m (r·r 1 - r rᵀ)]`` over point masses."""
-    E = sum(
-        m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, points, strict=True)
-    )
-    mc = masses @ points
-    return np.array([masses.sum(), *mc, *np.diag(E), E[0, 1], E[0, 2], E[1, 2]])
 
 
 def inertial_of(rng, masses, points):

@@ -9,17 +9,24 @@ from __future__ import annotations
 import numpy as np
 
 from kinematics.kernels import kernel
+from kinematics.lanes import LANES, load, spread, store
 
 __all__ = [
     "FLOOR",
     "MARGIN",
     "absorb",
+    "absorbed",
     "extend",
+    "factor_of",
+    "follows",
     "gather",
     "implied",
     "null_space",
+    "room_for",
     "smallest_pivot",
     "solutions",
+    "take",
+    "take_factor",
 ]
 
 # Round-off of a regressor, relative to its largest singular value: measured values lie
@@ -34,105 +41,182 @@ ROUNDING = 2.0**-46
 
 
 @kernel
-def absorb(R, rows, columns, begin, end, weight, floor, scale):
-    """Pivoted triangular factor of R and ``weight * rows[begin:end]``, and what was cut off.
+def room_for(p, m):
+    """Room for a factor of p unknowns, m rows to be absorbed, and a row of work."""
+    return np.empty((p + m + 1, -(-p // LANES) * LANES))
 
-    Of the rows only the entries at ``columns`` are used.
+
+@kernel(borrows=True)
+def take_factor(R, permutation, F):
+    """Put a factor, with columns in their own order, into the head of F."""
+    for i in range(R.shape[0]):
+        for j in range(permutation.size):
+            F[i, j] = R[i, permutation[j]]
+        for j in range(permutation.size, F.shape[1]):
+            F[i, j] = 0.0
+
+
+@kernel
+def factor_of(F, permutation, rank):
+    """The factor (rank, columns) with its columns in their own order."""
+    R = np.empty((rank, permutation.size))
+    for i in range(rank):
+        for j in range(permutation.size):
+            R[i, permutation[j]] = F[i, j]
+    return R
+
+
+@kernel(borrows=True)
+def take(F, permutation, rank, rows, columns, begin, end, weight):
+    """Put ``weight * rows[begin:end]`` below the factor; of each, the entries at columns."""
+    for i in range(end - begin):
+        for j in range(columns.size):
+            F[rank + i, j] = weight * rows[begin + i, columns[permutation[j]]]
+        for j in range(columns.size, F.shape[1]):
+            F[rank + i, j] = 0.0
+
+
+@kernel(borrows=True)
+def absorb(F, permutation, rank, m, floor, scale):
+    """Make the m rows below a triangular factor part of it.
+
+    The columns that the factor has eliminated stay its first; the others follow, largest
+    remainder first.
+
+    Args:
+        F: room as from `room_for`: the factor in rows 0 … rank, the new rows below it;
+            columns in the order in which they are eliminated.
+        permutation: that order.
+        rank: rows of the factor.
+        m: rows to absorb.
+        floor: relative size of round-off.
+        scale: largest pivot so far.
 
     Returns:
-        The factor (rank, columns) with columns in their own order, the order in which they
-        were eliminated, the largest pivot, and the norm of the remainder.
+        The rank, the largest pivot, and the norm of what was cut off.
     """
-    old, p = R.shape
-    m = old + end - begin
-    W = np.empty((p, m))
-    norms = np.zeros(p)
-    permutation = np.arange(p)
-    for j in range(p):
-        for i in range(old):
-            W[j, i] = R[i, j]
-        for i in range(end - begin):
-            W[j, old + i] = weight * rows[begin + i, columns[j]]
-        for i in range(m):
-            norms[j] += W[j, i] * W[j, i]
-    rank = 0
-    remainder = 0.0
-    for k in range(min(m, p) + 1):
+    p, P, end = permutation.size, F.shape[1], rank + m
+    f = F.reshape(F.size)
+    norms = f[f.size - P :]
+    for k in range(rank):
+        total = 0.0
+        for i in range(rank, end):
+            total += F[i, k] * F[i, k]
+        if total > 0.0:
+            size = np.sqrt(F[k, k] * F[k, k] + total)
+            scale = max(scale, size)
+            _fold(f, P, k, rank, end, -size if F[k, k] > 0.0 else size)
+    for c in range(rank // LANES * LANES, P, LANES):
+        squares = spread(0.0)
+        for i in range(rank, end):
+            x = load(f, i * P + c)
+            squares = squares + x * x
+        store(norms, c, squares)
+    while True:
         remainder = 0.0
-        pivot = k
-        for j in range(k, p):
+        pivot = rank
+        for j in range(rank, p):
             remainder += norms[j]
             if norms[j] > norms[pivot]:
                 pivot = j
-        if k == min(m, p):
+        if rank == min(end, p):
             break
         size = np.sqrt(norms[pivot])
         scale = max(scale, size)
         if size <= floor * scale:
             break
-        if pivot != k:
-            permutation[k], permutation[pivot] = permutation[pivot], permutation[k]
-            norms[pivot] = norms[k]
-            for i in range(m):
-                W[k, i], W[pivot, i] = W[pivot, i], W[k, i]
-        rank = k + 1
-        v = W[k, k:]
-        diagonal = -size if v[0] > 0.0 else size
-        v[0] -= diagonal
-        factor = 1.0 / (diagonal * v[0])
-        for j in range(k + 1, p):
-            u = W[j, k:]
-            dot = 0.0
-            for i in range(v.size):
-                dot += v[i] * u[i]
-            dot *= factor
-            u[0] += dot * v[0]
-            total = 0.0
-            for i in range(1, v.size):
-                u[i] += dot * v[i]
-                total += u[i] * u[i]
-            norms[j] = total
-        v[0] = diagonal
-    out = np.zeros((rank, p))
-    for j in range(p):
-        for i in range(min(j + 1, rank)):
-            out[i, permutation[j]] = W[j, i]
-    return out, permutation, scale, np.sqrt(remainder)
+        if pivot != rank:
+            permutation[rank], permutation[pivot] = permutation[pivot], permutation[rank]
+            for i in range(end):
+                F[i, rank], F[i, pivot] = F[i, pivot], F[i, rank]
+        _reflect(f, P, rank, end, -size if F[rank, rank] > 0.0 else size, norms)
+        rank += 1
+    return rank, scale, np.sqrt(remainder)
 
 
-@kernel
-def implied(R, permutation, rows, columns, begin, end, weight, floor, scale):
-    """Whether ``weight * rows[begin:end]`` follow from the factor R.
+@kernel(borrows=True)
+def _fold(f, P, k, begin, end, diagonal):
+    """Reflect row k of the factor and rows begin … end, of which many entries are zero."""
+    row = k * P
+    head = f[row + k] - diagonal
+    top, factor = spread(head), spread(1.0 / (diagonal * head))
+    # The block with column k comes last: it holds the multipliers.
+    for c in range(P - LANES, k // LANES * LANES - 1, -LANES):
+        total = top * load(f, row + c)
+        for i in range(begin, end):
+            x = f[i * P + k]
+            if x != 0.0:
+                total = total + spread(x) * load(f, i * P + c)
+        total = total * factor
+        store(f, row + c, load(f, row + c) + top * total)
+        for i in range(begin, end):
+            x = f[i * P + k]
+            if x != 0.0:
+                store(f, i * P + c, load(f, i * P + c) + spread(x) * total)
+    f[row + k] = diagonal
+    for i in range(begin, end):
+        f[i * P + k] = 0.0
+
+
+@kernel(borrows=True)
+def _reflect(f, P, k, end, diagonal, norms):
+    """Reflect rows k … end so that column k ends with its diagonal; norms of what is left."""
+    row = k * P
+    head = f[row + k] - diagonal
+    top, factor = spread(head), spread(1.0 / (diagonal * head))
+    for c in range(P - LANES, k // LANES * LANES - 1, -LANES):
+        total = top * load(f, row + c)
+        for i in range(k + 1, end):
+            total = total + spread(f[i * P + k]) * load(f, i * P + c)
+        total = total * factor
+        store(f, row + c, load(f, row + c) + top * total)
+        squares = spread(0.0)
+        for i in range(k + 1, end):
+            x = load(f, i * P + c) + spread(f[i * P + k]) * total
+            store(f, i * P + c, x)
+            squares = squares + x * x
+        store(norms, c, squares)
+    f[row + k] = diagonal
+    for i in range(k + 1, end):
+        f[i * P + k] = 0.0
+
+
+@kernel(borrows=True)
+def implied(F, permutation, rank, rows, columns, begin, end, weight, floor, scale):
+    """Whether ``weight * rows[begin:end]`` follow from the factor.
 
     One generic combination of the rows is eliminated by the factor: if any of them adds a
     condition, so does almost every combination.
     """
-    rank, p = R.shape
-    x = np.zeros(p)
+    p, P = permutation.size, F.shape[1]
+    f = F.reshape(F.size)
+    x = f[f.size - P :]
+    for j in range(P):
+        x[j] = 0.0
     for i in range(begin, end):
         c = weight * np.cos((i - begin + 1.0) ** 2)
         for j in range(p):
-            x[j] += c * rows[i, columns[j]]
+            x[j] += c * rows[i, columns[permutation[j]]]
     size = 0.0
     for j in range(p):
         size += x[j] * x[j]
-    size = np.sqrt(size)
     growth = 1.0
-    for i in range(rank):
-        multiplier = x[permutation[i]] / R[i, permutation[i]]
+    for k in range(rank):
+        multiplier = x[k] / F[k, k]
         growth = max(growth, abs(multiplier))
-        for j in range(p):
-            x[j] -= multiplier * R[i, j]
+        factor = spread(-multiplier)
+        for c in range(k // LANES * LANES, P, LANES):
+            store(x, c, load(x, c) + factor * load(f, k * P + c))
     remainder = 0.0
-    for i in range(rank, p):
-        remainder += x[permutation[i]] ** 2
-    return np.sqrt(remainder) <= floor * max(scale, size) + ROUNDING * growth * scale
+    for j in range(rank, p):
+        remainder += x[j] * x[j]
+    return np.sqrt(remainder) <= floor * max(scale, np.sqrt(size)) + ROUNDING * growth * scale
 
 
-@kernel
+@kernel(borrows=True)
 def gather(
-    R, permutation, scale, dropped, rows, columns, per_ray, width, first, radius, fresh, stop,
-    floor,
+    F, permutation, rank, scale, dropped, rows, columns, per_ray, width, first, radius, fresh,
+    stop, floor, ranks,
 ):  # fmt: skip
     """Absorb the rows of consecutive orders, along as many rays as it takes.
 
@@ -142,8 +226,9 @@ def gather(
     needed; without any, only conditions that are complete settle that.
 
     Args:
-        R: factor so far.
+        F: factor so far, with room for the rows; see `absorb`.
         permutation: its permutation.
+        rank: its rows.
         scale: its largest pivot.
         dropped: the largest remainder that was cut off.
         rows: shape (orders, rays * per_ray, parameters).
@@ -156,15 +241,14 @@ def gather(
         stop: whether to stop at the order that needs no other; without fresh rows, at the
             first one that adds nothing.
         floor: relative size of round-off.
+        ranks: takes the rank after each order (orders,).
 
     Returns:
-        The factor, its permutation, largest pivot and largest remainder; the rank after each
-        order; whether it is settled that they are all there are, and whether there were
-        enough rays.
+        The rank, largest pivot and largest remainder; how many orders were gathered; whether
+        it is settled that they are all there are, and whether there were enough rays.
     """
     orders, count, _ = rows.shape
     p = columns.size
-    ranks = np.zeros(orders, np.int64)
     settled = False
     done = 0
     for k in range(orders):
@@ -174,35 +258,60 @@ def gather(
         for i in range(order):
             every = every * (width + i) // (i + 1)
         used = 0
-        before = R.shape[0]
-        while used < every and R.shape[0] < p:
-            wanted = 2 * used if used > 0 else -(-(p - R.shape[0]) // per_ray)
+        before = rank
+        while used < every and rank < p:
+            wanted = 2 * used if used > 0 else -(-(p - rank) // per_ray)
             wanted = min(every, max(wanted, 1))
             if (wanted if wanted == every else wanted + 1) * per_ray > count:
-                return R, permutation, scale, dropped, ranks[:done], False, False
+                return rank, scale, dropped, done, False, False
             begin, end = used * per_ray, wanted * per_ray
-            R, permutation, scale, remainder = absorb(
-                R, rows[k], columns, begin, end, weight, floor, scale
-            )
+            take(F, permutation, rank, rows[k], columns, begin, end, weight)
+            rank, scale, remainder = absorb(F, permutation, rank, end - begin, floor, scale)
             dropped = max(dropped, remainder)
             used = wanted
             if used < every and implied(
-                R, permutation, rows[k], columns, end, end + per_ray, weight, floor, scale
+                F, permutation, rank, rows[k], columns, end, end + per_ray, weight, floor, scale
             ):
                 break
-        ranks[k] = R.shape[0]
+        ranks[k] = rank
         done += 1
-        settled = R.shape[0] == p
+        settled = rank == p
         if not settled and fresh.shape[0] > 0:
             settled = implied(
-                R, permutation, fresh, columns, 0, fresh.shape[0], 1.0, floor, scale
+                F, permutation, rank, fresh, columns, 0, fresh.shape[0], 1.0, floor, scale
             )
-        if stop and (settled or (fresh.shape[0] == 0 and R.shape[0] == before)):
+        if stop and (settled or (fresh.shape[0] == 0 and rank == before)):
             break
-    return R, permutation, scale, dropped, ranks[:done], settled, True
+    return rank, scale, dropped, done, settled, True
 
 
 @kernel
+def absorbed(R, permutation, rows, columns, floor, scale):
+    """A factor with its columns in their own order, and rows that become part of it.
+
+    Returns:
+        The factor, the order in which columns are eliminated, the largest pivot, and the
+        norm of what was cut off.
+    """
+    order, rank, m = permutation.copy(), R.shape[0], rows.shape[0]
+    F = room_for(columns.size, m)
+    take_factor(R, order, F)
+    take(F, order, rank, rows, columns, 0, m, 1.0)
+    rank, scale, remainder = absorb(F, order, rank, m, floor, scale)
+    return factor_of(F, order, rank), order, scale, remainder
+
+
+@kernel
+def follows(R, permutation, rows, columns, floor, scale):
+    """Whether rows follow from a factor with its columns in their own order."""
+    F = room_for(columns.size, 0)
+    take_factor(R, permutation, F)
+    return implied(
+        F, permutation, R.shape[0], rows, columns, 0, rows.shape[0], 1.0, floor, scale
+    )
+
+
+@kernel(borrows=True)
 def smallest_pivot(R, permutation):
     """Size of the smallest pivot of a triangular factor; infinite without any."""
     size = np.inf
@@ -211,71 +320,76 @@ def smallest_pivot(R, permutation):
     return size
 
 
-@kernel
-def null_space(A, floor):
-    """Orthonormal null space of A, as columns.
+@kernel(borrows=True)
+def null_space(A, m, n, floor, order, out):
+    """Orthonormal solutions of m conditions on n unknowns, in the rows of ``out``.
 
-    Pivots up to ``floor`` times the largest pivot, or times 1, are round-off.
+    Complete pivoting, which small matrices can afford: pivots up to ``floor`` times the
+    largest pivot, or times 1, are round-off.
+
+    Args:
+        A: the conditions (≥ m, ≥ n); destroyed.
+        m: number of conditions.
+        n: number of unknowns.
+        floor: relative size of round-off.
+        order: room for n numbers.
+        out: room for n solutions.
+
+    Returns:
+        How many solutions there are.
     """
-    m, n = A.shape
-    W = A.copy()
-    Q = np.zeros((n, n))
-    for i in range(n):
-        Q[i, i] = 1.0
-    norms = np.zeros(m)
+    for j in range(n):
+        order[j] = j
+    row = column = rank = 0
+    scale, largest = 1.0, -1.0
     for i in range(m):
         for j in range(n):
-            norms[i] += W[i, j] * W[i, j]
-    scale = 1.0
-    rank = 0
-    for k in range(min(m, n)):
-        pivot = k
-        for i in range(k, m):
-            if norms[i] > norms[pivot]:
-                pivot = i
-        size = np.sqrt(norms[pivot])
-        scale = max(scale, size)
-        if size <= floor * scale:
+            if abs(A[i, j]) > largest:
+                largest, row, column = abs(A[i, j]), i, j
+    while rank < min(m, n):
+        scale = max(scale, largest)
+        if largest <= floor * scale:
             break
-        rank = k + 1
-        norms[pivot] = norms[k]
+        if row != rank:
+            for j in range(rank, n):
+                A[rank, j], A[row, j] = A[row, j], A[rank, j]
+        if column != rank:
+            order[rank], order[column] = order[column], order[rank]
+            for i in range(m):
+                A[i, rank], A[i, column] = A[i, column], A[i, rank]
+        largest = -1.0
+        for i in range(rank + 1, m):
+            multiplier = A[i, rank] / A[rank, rank]
+            for j in range(rank + 1, n):
+                A[i, j] -= multiplier * A[rank, j]
+                if abs(A[i, j]) > largest:
+                    largest, row, column = abs(A[i, j]), i, j
+        rank += 1
+    for free in range(rank, n):
+        x = out[free - rank]
         for j in range(n):
-            W[k, j], W[pivot, j] = W[pivot, j], W[k, j]
-        v = W[k, k:]
-        diagonal = -size if v[0] > 0.0 else size
-        v[0] -= diagonal
-        factor = 1.0 / (diagonal * v[0])
-        for i in range(k + 1, m):
-            dot = 0.0
-            for j in range(v.size):
-                dot += W[i, k + j] * v[j]
-            dot *= factor
-            norms[i] = 0.0
-            for j in range(v.size):
-                W[i, k + j] += dot * v[j]
-                if j > 0:
-                    norms[i] += W[i, k + j] * W[i, k + j]
-        for i in range(n):
-            dot = 0.0
-            for j in range(v.size):
-                dot += Q[i, k + j] * v[j]
-            dot *= factor
-            for j in range(v.size):
-                Q[i, k + j] += dot * v[j]
-    return Q[:, rank:].copy()
+            x[j] = 0.0
+        x[order[free]] = 1.0
+        for k in range(rank - 1, -1, -1):
+            total = A[k, free]
+            for j in range(k + 1, rank):
+                total += A[k, j] * x[order[j]]
+            x[order[k]] = -total / A[k, k]
+    orthonormal(out, n - rank, n)
+    return n - rank
 
 
-@kernel
-def orthonormal(rows):
-    """Make independent rows orthonormal, each in turn against those before it.
+@kernel(borrows=True)
+def orthonormal(rows, count, n):
+    """Make the first rows, of n entries, orthonormal, each in turn against those before it.
 
     A row that lost more than half its size to the others is treated twice (J. W. Daniel et
     al., 1976).
     """
-    for i in range(rows.shape[0]):
+    for i in range(count):
         x = rows[i]
         size = 0.0
-        for j in range(x.size):
+        for j in range(n):
             size += x[j] * x[j]
         before = np.inf
         while size < 0.25 * before:
@@ -283,15 +397,15 @@ def orthonormal(rows):
             for k in range(i):
                 y = rows[k]
                 dot = 0.0
-                for j in range(x.size):
+                for j in range(n):
                     dot += x[j] * y[j]
                 if dot != 0.0:
-                    for j in range(x.size):
+                    for j in range(n):
                         x[j] -= dot * y[j]
             size = 0.0
-            for j in range(x.size):
+            for j in range(n):
                 size += x[j] * x[j]
-        for j in range(x.size):
+        for j in range(n):
             x[j] /= np.sqrt(size)
 
 
@@ -315,18 +429,23 @@ def extend(known, without, factor, columns):
 
 
 @kernel
-def solutions(known, factor, columns):
+def solutions(known, factor, permutation, columns):
     """Orthonormal solutions as rows: those known, and then the others that a factor leaves."""
     s, count = known.shape
-    others = columns.size - factor.shape[0]
-    out = np.zeros((s + others, count))
-    out[:s] = known
-    if others > 0:
-        rest = null_space(factor, 0.0)
-        for i in range(others):
-            for j in range(columns.size):
-                out[s + i, columns[j]] = rest[j, i]
-    orthonormal(out)
+    rank, p = factor.shape
+    out = np.zeros((s + p - rank, count))
+    for i in range(s):
+        for j in range(count):
+            out[i, j] = known[i, j]
+    for free in range(rank, p):
+        x = out[s + free - rank]
+        x[columns[permutation[free]]] = 1.0
+        for k in range(rank - 1, -1, -1):
+            total = factor[k, permutation[free]]
+            for j in range(k + 1, rank):
+                total += factor[k, permutation[j]] * x[columns[permutation[j]]]
+            x[columns[permutation[k]]] = -total / factor[k, permutation[k]]
+    orthonormal(out, out.shape[0], count)
     for i in range(out.shape[0]):
         for j in range(count):
             if abs(out[i, j]) < NOTHING:

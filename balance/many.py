@@ -24,7 +24,7 @@ from balance.inertia import from_chain
 from balance.momentum import parameters_per_body, rows_per_column
 from balance.opening import transfers
 from balance.stage import generic
-from balance.sweep import ROUNDED, place, points_on, sweep
+from balance.sweep import misfit, place, points_on, sweep
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
 from kinematics.linkage import Frame, Linkage, frozen
@@ -126,18 +126,13 @@ def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
     count = len(linkage.joints)
     if screws.ndim != 3 or screws.shape[1:] != (count, 6):
         raise ValueError(f"geometries must have the shape (count, {count}, 6)")
-    axes, moments = screws[..., :3], screws[..., 3:]
     sliding, helical = (
         np.array([joint.kind == kind for joint in linkage.joints])
         for kind in ("prismatic", "helical")
     )
-    size = np.sum(np.where(sliding[:, None], moments, axes) ** 2, axis=-1)
-    turns = np.any(axes != 0.0, axis=-1)
-    pitch = np.abs(np.sum(axes * moments, axis=-1))
-    flat = pitch <= ROUNDED * np.maximum(1.0, np.abs(moments).max(axis=-1))
-    good = (np.abs(size - 1.0) <= ROUNDED) & (turns != sliding) & (flat | helical)
-    if not good.all():
-        number, j = np.argwhere(~good)[0].tolist()
+    wrong = int(misfit(screws, sliding, helical))
+    if wrong >= 0:
+        number, j = divmod(wrong, count)
         joint = linkage.joints[j]
         raise LinkageError(
             f"{linkage.source}: joint '{joint.name}': its screw in geometry {number} is not "

@@ -46,7 +46,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
-@kernel
+@kernel(borrows=True)
 def _spatial(first, last, start, links, moves, V, T, H, N, X):
     """Regressor rows of orders first … last; lower orders of H and N must be in place.
 
@@ -169,7 +169,7 @@ def _add_moments(H, N, x, b):
         x[i, b, 9] += r1 * y2 + r2 * y1
 
 
-@kernel
+@kernel(borrows=True)
 def _planar(first, last, start, links, moves, V, T, H, N, X):
     """As `_spatial` in the plane: H is ``(cos, sin, d_x, d_y)``, and N is its rate."""
     rays, bodies = H.shape[:2]
@@ -225,7 +225,7 @@ def _planar(first, last, start, links, moves, V, T, H, N, X):
                         x[0, b, 2] += dx * nx + dy * ny - gx * ex - gy * ey
 
 
-@kernel
+@kernel(borrows=True)
 def regressor(first, last, start, links, moves, V, T, room, X):
     """Add the rows of orders first … last to X (orders, rays, width, rows, parameters).
 

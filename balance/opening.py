@@ -22,17 +22,22 @@ from balance.transfer import SAME, beyond, contains, transferable
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain
 
-__all__ = ["Transfers", "search", "transfers"]
+__all__ = ["Transfers", "parts", "search", "transfers"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 @kernel
-def _nodes(parent, ends, links):
-    """Rigid parts: node of each link (the ground last), and the first body on each, or -1."""
+def parts(parent, ends, links):
+    """Rigid parts, and who carries what passes a joint.
+
+    Returns:
+        Node of each link, the ground last (n + 1,); the first body on each, or -1 (n + 1,);
+        a number for every joint, the same for joints between which there is no body (n,).
+    """
     n = parent.size
-    node = np.arange(n + 1)
+    node, group = np.arange(n + 1), np.arange(n + 1)
     for loop in range(ends.shape[0]):
         keep, drop = node[ends[loop, 1]], node[ends[loop, 0]]
         if drop == n:
@@ -40,17 +45,10 @@ def _nodes(parent, ends, links):
         for j in range(n + 1):
             if node[j] == drop:
                 node[j] = keep
-    body = np.full(n + 1, -1)
+    body, owner = np.full(n + 1, -1), np.empty(n, np.int64)
     for b in range(links.size - 1, -1, -1):
         body[node[links[b]]] = b
-    return node, body
-
-
-@kernel
-def _owners(parent, node, body):
-    """A number for every joint, the same for joints between which there is no body."""
-    n = parent.size
-    group = np.arange(n + 1)
+    body[n] = -1
     for j in range(n):
         a, b = node[parent[j]], node[j]
         if a != n and b != n and body[a] < 0 and body[b] < 0:
@@ -58,7 +56,6 @@ def _owners(parent, node, body):
             for i in range(n + 1):
                 if group[i] == drop:
                     group[i] = keep
-    owner = np.empty(n, np.int64)
     for j in range(n):
         a, b = node[parent[j]], node[j]
         owner[j] = n + 1 + j
@@ -66,10 +63,10 @@ def _owners(parent, node, body):
             owner[j] = group[a]
         elif b != n and body[b] < 0:
             owner[j] = group[b]
-    return owner
+    return node, body, owner
 
 
-@kernel
+@kernel(borrows=True)
 def _cluster(entry, start, parent, node, body, joint, before, target):
     """The joints from a body through one of its joints up to the next bodies.
 
@@ -102,12 +99,85 @@ def _cluster(entry, start, parent, node, body, joint, before, target):
     return count
 
 
-@kernel
-def _shares(count, before, target, body, passes, passed, floor):
-    """Combinations of what passes the joints of a cluster that leave its inner links empty.
+@kernel(borrows=True)
+def _cross(
+    joints, V, screws, joint, before, target, size, rows, floor, work, order, passes, passed,
+    twists, tall,
+):  # fmt: skip
+    """What passes the joints of a cluster with twists V before it, and the twists beyond."""
+    for k in range(joints):
+        s = screws[joint[k]]
+        passed[k] = tall[k] = 0
+        if target[k] < 0:
+            continue
+        j = before[k]
+        if j < 0:
+            passed[k] = transferable(s, V, size, rows, floor, work, order, passes[k])
+            tall[k] = beyond(s, V, floor, twists[k])
+        else:
+            U = twists[j, : tall[j]]
+            passed[k] = transferable(s, U, size, rows, floor, work, order, passes[k])
+            tall[k] = beyond(s, U, floor, twists[k])
+
+
+@kernel(borrows=True)
+def _known(reached, spans, count, target, U, x):
+    """Whether a body was reached before with no more than the twists U."""
+    for other in range(count):
+        if reached[other, 0] == target and contains(U, spans[other, : reached[other, 2]], x):
+            return True
+    return False
+
+
+@kernel(borrows=True)
+def _keep(found, of, count, owner, shares, combinations, start, target, body, joints):
+    """Add what passes a cluster to the transfers of its owner, if not in their span.
+
+    Transfers are orthonormal for each owner, which takes two rounds (B. N. Parlett, 1980).
 
     Returns:
-        Parameters that pass each joint; (combinations, joints, parameters).
+        How many transfers there are now.
+    """
+    size = shares.shape[2]
+    for c in range(combinations):
+        x = found[count]
+        for j in range(x.size):
+            x[j] = 0.0
+        for k in range(joints):
+            b = body[target[k]] if target[k] >= 0 else -1
+            for p in range(size):
+                if b >= 0:
+                    x[b * size + p] += shares[k, c, p]
+                if k == 0 and body[start] >= 0:
+                    x[body[start] * size + p] -= shares[k, c, p]
+        for _ in range(2):
+            for r in range(count):
+                if of[r] == owner:
+                    dot = 0.0
+                    for j in range(x.size):
+                        dot += found[r, j] * x[j]
+                    for j in range(x.size):
+                        x[j] -= dot * found[r, j]
+        left = 0.0
+        for j in range(x.size):
+            left += x[j] * x[j]
+        left = np.sqrt(left)
+        if left > SAME:
+            for j in range(x.size):
+                x[j] /= left
+            of[count] = owner
+            count += 1
+    return count
+
+
+@kernel
+def _share(
+    found, of, known, owner, passes, passed, start, target, body, count, before, floor
+):  # fmt: skip
+    """Keep combinations of what passes the joints that leave the inner links empty.
+
+    Returns:
+        How many transfers there are now.
     """
     size = passes.shape[2]
     first = np.zeros(count + 1, np.int64)
@@ -118,7 +188,8 @@ def _shares(count, before, target, body, passes, passed, floor):
         row[k] = inner * size
         if target[k] >= 0 and body[target[k]] < 0:
             inner += 1
-    A = np.zeros((inner * size, first[count]))
+    n, m = first[count], inner * size
+    A, mixed = np.zeros((m, n)), np.empty((n, n))
     for k in range(count):
         for c in range(passed[k]):
             for p in range(size):
@@ -126,127 +197,102 @@ def _shares(count, before, target, body, passes, passed, floor):
                     A[row[k] + p, first[k] + c] = passes[k, c, p]
                 if before[k] >= 0:
                     A[row[before[k]] + p, first[k] + c] = -passes[k, c, p]
-    mixed = null_space(A, floor)
-    out = np.zeros((mixed.shape[1], count, size))
-    for m in range(mixed.shape[1]):
+    combinations = null_space(A, m, n, floor, np.empty(n, np.int64), mixed)
+    out = np.zeros((count, combinations, size))
+    for i in range(combinations):
         for k in range(count):
             for c in range(passed[k]):
                 for p in range(size):
-                    out[m, k, p] += mixed[first[k] + c, m] * passes[k, c, p]
-    return out
+                    out[k, i, p] += mixed[i, first[k] + c] * passes[k, c, p]
+    return _keep(found, of, known, owner, out, combinations, start, target, body, count)
 
 
-@kernel
-def _keep(found, of, count, owner, x):
-    """Add x to the orthonormal transfers of its owner, if it is not in their span.
-
-    Returns:
-        The transfers, their owners, and how many they are: there is more room.
-    """
-    if count == found.shape[0]:
-        more, numbers = np.empty((2 * count + 16, x.size)), np.empty(2 * count + 16, np.int64)
-        more[:count], numbers[:count] = found, of
-        found, of = more, numbers
-    # Twice is enough (B. N. Parlett, 1980).
-    for _ in range(2):
-        for r in range(count):
-            if of[r] == owner:
-                dot = 0.0
-                for j in range(x.size):
-                    dot += found[r, j] * x[j]
-                for j in range(x.size):
-                    x[j] -= dot * found[r, j]
-    left = 0.0
-    for j in range(x.size):
-        left += x[j] * x[j]
-    left = np.sqrt(left)
-    if left <= SAME:
-        return found, of, count
-    for j in range(x.size):
-        found[count, j] = x[j] / left
-    of[count] = owner
-    return found, of, count + 1
-
-
-@kernel
-def search(parent, screws, ends, links, size, rows, floor):
-    """All transfers, orthonormal for each owner; see `transfers`.
+@kernel(borrows=True)
+def _walk(
+    parent, screws, node, body, owner, size, rows, floor, found, of, reached, spans, passes,
+    twists, numbers, work,
+):  # fmt: skip
+    """Walk through the linkage from the ground; see `search`.
 
     Returns:
-        Transfers (count, parameters) and the owner of each; the owner of each joint and the
-        rigid part of each link.
+        How many transfers were found, or -1 if there is too little room.
     """
     n, dim = screws.shape
-    node, body = _nodes(parent, ends, links)
-    body[n] = -1
-    owner = _owners(parent, node, body)
-    found, of, count = np.empty((16, links.size * size)), np.empty(16, np.int64), 0
-    x = np.empty(links.size * size)
-    # The joints of a cluster, what passes them, and the twists beyond them.
-    joint, before = np.empty(2 * n, np.int64), np.empty(2 * n, np.int64)
-    target = np.empty(2 * n, np.int64)
-    passes, passed = np.empty((2 * n, size, size)), np.zeros(2 * n, np.int64)
-    twists, tall = np.empty((2 * n, dim, dim)), np.zeros(2 * n, np.int64)
-    # Bodies reached, the owner of the joint they were reached by, what they can attain.
-    room = 2 * n + 2
-    at, by = np.empty(room, np.int64), np.empty(room, np.int64)
-    spans, height = np.empty((room, dim, dim)), np.empty(room, np.int64)
-    at[0], by[0], height[0] = n, -1, 0
-    reached = 1
-    crossed = np.zeros(2 * n + 1, np.bool_)
-    i = 0
-    while i < reached:
-        start = at[i]
+    joint, before, target = numbers[0], numbers[1], numbers[2]
+    passed, tall, crossed, order = numbers[3], numbers[4], numbers[5], numbers[6]
+    for k in range(crossed.size):
+        crossed[k] = 0
+    # Bodies reached, by which owner, and how many twists they can attain, which are in spans.
+    reached[0, 0], reached[0, 1], reached[0, 2] = n, -1, 0
+    count, states, i = 0, 1, 0
+    while i < states:
+        start, height = reached[i, 0], reached[i, 2]
         for entry in range(n):
             a, b = node[parent[entry]], node[entry]
-            if a == b or (a != start and b != start) or owner[entry] == by[i]:
+            if a == b or (a != start and b != start) or owner[entry] == reached[i, 1]:
                 continue
             # Where every twist can be attained, least can be exchanged: nothing new.
-            if crossed[owner[entry]] and height[i] == dim:
+            if crossed[owner[entry]] and height == dim:
                 continue
-            crossed[owner[entry]] = True
+            crossed[owner[entry]] = 1
             joints = _cluster(entry, start, parent, node, body, joint, before, target)
-            if reached + joints > room:
-                room *= 2
-                at, by = np.concatenate((at, at)), np.concatenate((by, by))
-                spans, height = np.concatenate((spans, spans)), np.concatenate((height, height))
+            _cross(
+                joints, spans[i, :height], screws, joint, before, target, size, rows, floor,
+                work, order, passes, passed, twists, tall,
+            )  # fmt: skip
+            passing = 0
             for k in range(joints):
-                s = screws[joint[k]]
-                V = spans[i, : height[i]]
-                if before[k] >= 0:
-                    V = twists[before[k], : tall[before[k]]]
-                passed[k] = tall[k] = 0
-                if target[k] < 0:
+                passing += passed[k]
+            if states + joints > spans.shape[0] or count + passing >= found.shape[0]:
+                return -1
+            for k in range(joints):
+                t = target[k]
+                if t < 0 or body[t] < 0:
                     continue
-                passed[k] = transferable(s, V, size, rows, floor, passes[k])
-                tall[k] = beyond(s, V, floor, twists[k])
-                if body[target[k]] < 0:
-                    continue
-                U = twists[k, : tall[k]]
-                known = False
-                for other in range(reached):
-                    if at[other] == target[k] and contains(U, spans[other, : height[other]]):
-                        known = True
-                        break
-                if not known:
-                    at[reached], by[reached], height[reached] = target[k], owner[entry], tall[k]
-                    spans[reached] = twists[k]
-                    reached += 1
-            shares = passes[0, : passed[0]].reshape((passed[0], 1, size))
+                if not _known(reached, spans, states, t, twists[k, : tall[k]], work[0]):
+                    reached[states, 0], reached[states, 1] = t, owner[entry]
+                    reached[states, 2] = tall[k]
+                    for v in range(tall[k]):
+                        for c in range(dim):
+                            spans[states, v, c] = twists[k, v, c]
+                    states += 1
             if joints > 1 or (target[0] >= 0 and body[target[0]] < 0):
-                shares = _shares(joints, before, target, body, passes, passed, floor)
-            for c in range(shares.shape[0]):
-                x[:] = 0.0
-                for k in range(joints):
-                    b = body[target[k]] if target[k] >= 0 else -1
-                    for p in range(size):
-                        if b >= 0:
-                            x[b * size + p] += shares[c, k, p]
-                        if k == 0 and start != n:
-                            x[body[start] * size + p] -= shares[c, k, p]
-                found, of, count = _keep(found, of, count, owner[entry], x)
+                count = _share(
+                    found, of, count, owner[entry], passes, passed, start, target, body,
+                    joints, before, floor,
+                )  # fmt: skip
+            else:
+                count = _keep(
+                    found, of, count, owner[entry], passes, passed[0], start, target, body, 1
+                )
         i += 1
-    return found[:count].copy(), of[:count].copy(), owner, node
+    return count
+
+
+@kernel
+def search(parent, screws, node, body, owner, unknowns, size, rows, floor):
+    """All transfers, orthonormal for each owner; see `transfers` and `parts`.
+
+    Returns:
+        Transfers (count, parameters), the owner of each, and how many they are; rows after
+        those are room.
+    """
+    n, dim = screws.shape
+    # The joints of a cluster, what passes them, and the twists beyond them.
+    numbers = np.empty((7, max(2 * n + 1, size)), np.int64)
+    passes, twists = np.empty((2 * n, size, size)), np.empty((2 * n, dim, dim))
+    work = np.empty((rows * (dim + 1) + 2 * size, size))
+    room = 2 * n + size
+    while True:
+        found, of = np.empty((2 * room, unknowns)), np.empty(2 * room, np.int64)
+        reached, spans = np.empty((room, 3), np.int64), np.empty((room, dim, dim))
+        count = _walk(
+            parent, screws, node, body, owner, size, rows, floor, found, of, reached, spans,
+            passes, twists, numbers, work,
+        )  # fmt: skip
+        if count >= 0:
+            return found, of, count
+        room *= 2
 
 
 class Transfers(NamedTuple):
@@ -275,11 +321,13 @@ def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transf
         floor: relative size of round-off.
     """
     size = parameters_per_body(chain.planar, force)
-    rows, owner, joints, part = search(
-        chain.parent, chain.screws, chain.ends, chain.links, size,
+    node, body, joints = parts(chain.parent, chain.ends, chain.links)
+    rows, owner, count = search(
+        chain.parent, chain.screws, node, body, joints, chain.links.size * size, size,
         rows_per_column(chain.planar, force), floor,
     )  # fmt: skip
-    return _with_rigid_parts(Transfers(rows, owner, joints, part), chain.links, size)
+    found = Transfers(rows[:count], owner[:count], joints, node)
+    return _with_rigid_parts(found, chain.links, size)
 
 
 def _with_rigid_parts(found: Transfers, links: IntArray, size: int) -> Transfers:

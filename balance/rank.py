@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from balance.elimination import (
     FLOOR,
     MARGIN,
-    absorb,
+    absorbed,
     extend,
-    implied,
+    follows,
     smallest_pivot,
     solutions,
 )
@@ -85,8 +85,8 @@ class Conditions(NamedTuple):
     def beside(cls, known: Array, floor: float = FLOOR) -> Conditions:
         """No conditions yet, on unknowns of which the rows of ``known`` are solutions."""
         count = known.shape[1]
-        factor, permutation, _, _ = absorb(
-            np.empty((0, count)), known, np.arange(count), 0, len(known), 1.0, floor, 1.0
+        factor, permutation, _, _ = absorbed(
+            np.empty((0, count)), np.arange(count), known, np.arange(count), floor, 1.0
         )
         s = len(factor)
         columns = np.sort(permutation[s:])
@@ -117,8 +117,8 @@ class Conditions(NamedTuple):
     def and_also(self, rows: Array) -> Conditions:
         """These conditions and those in ``rows`` (any leading shape, unknowns last)."""
         block = rows.reshape(-1, self.known.shape[1])
-        factor, permutation, scale, remainder = absorb(
-            self.factor, block, self.columns, 0, len(block), 1.0, self.floor, self.scale
+        factor, permutation, scale, remainder = absorbed(
+            self.factor, self.permutation, block, self.columns, self.floor, self.scale
         )
         return self._replace(
             factor=factor, permutation=permutation, scale=scale,
@@ -129,15 +129,14 @@ class Conditions(NamedTuple):
         """Whether rows that were not used follow from these conditions."""
         block = rows.reshape(-1, self.known.shape[1])
         return self.complete or bool(
-            implied(
-                self.factor, self.permutation, block, self.columns, 0, len(block), 1.0,
-                self.floor, self.scale,
+            follows(
+                self.factor, self.permutation, block, self.columns, self.floor, self.scale
             )
-        )  # fmt: skip
+        )
 
     def decide(self) -> Decision:
         """Singular values and null space of the conditions gathered so far."""
-        basis = solutions(self.known, self.factor, self.columns).T
+        basis = solutions(self.known, self.factor, self.permutation, self.columns).T
         if self.rank == 0:
             return Decision(frozen([]), 1.0, False, 0.0, len(self.known), basis)
         values = _singular_values(self.rows)

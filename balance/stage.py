@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.elimination import gather, implied
+from balance.elimination import factor_of, gather, implied, room_for, take_factor
 from balance.momentum import parameters_per_body, regressor, room, rows_per_column
 from balance.rank import Conditions
 from kinematics.closure import series
@@ -111,39 +111,40 @@ def stage(
     fresh = np.empty((0, parameters))
     found = np.zeros(goal + 1, np.int64)
     done = ranks.size
-    found[:done] = ranks
-    settled, first = False, found.size - goal - 1
+    for k in range(done):
+        found[k] = ranks[k]
+    rank, order = R.shape[0], permutation.copy()
+    F = room_for(unknowns.size, rays.shape[0] * width * per)
+    take_factor(R, order, F)
+    settled, first, enough, placed = False, found.size - goal - 1, True, True
     # With several coordinates the last order costs most, and is needed least.
     for upto in range(goal - 1 if stop and width > 1 else goal, goal + 1):
         X = np.zeros((upto + 1 - first, rays.shape[0], width, per, parameters))
         regressor(first, upto, H, links, moves, V, T, work, X)
         rows = X.reshape((upto + 1 - first, rays.shape[0] * width * per, parameters))
-        while not settled and done <= upto:
-            R, permutation, scale, dropped, more, settled, enough = gather(
-                R, permutation, scale, dropped, rows[done - first :], unknowns, width * per,
-                width, done, reach, fresh, stop, floor,
+        while enough and placed and not settled and done <= upto:
+            rank, scale, dropped, more, settled, enough = gather(
+                F, order, rank, scale, dropped, rows[done - first :], unknowns, width * per,
+                width, done, reach, fresh, stop, floor, found[done:],
             )  # fmt: skip
-            if not enough:
-                return (R, permutation, scale, dropped, found[:done].copy(), False, reach,
-                        mismatch, slowest, False, True)  # fmt: skip
-            found[done : done + more.size] = more
-            done += more.size
+            done += more
             stalled = done > 1 and found[done - 1] == found[done - 2]
-            if not settled and fresh.shape[0] == 0 and (stalled or upto == goal):
+            if enough and not settled and fresh.shape[0] == 0 and (stalled or upto == goal):
                 fresh = _fresh_rows(
                     parent, screws, ends, mimics, dependent, columns, moves, links, C, per,
                     size, steps,
                 )  # fmt: skip
-                if fresh.shape[0] == 0:
-                    return (R, permutation, scale, dropped, found[:done].copy(), False, reach,
-                            mismatch, slowest, True, False)  # fmt: skip
-                settled = R.shape[0] == unknowns.size or implied(
-                    R, permutation, fresh, unknowns, first - first, fresh.shape[0], 1.0, floor,
-                    scale,
+                placed = fresh.shape[0] > 0
+                settled = placed and (
+                    rank == unknowns.size or implied(
+                        F, order, rank, fresh, unknowns, first - first, fresh.shape[0], 1.0,
+                        floor, scale,
+                    )
                 )  # fmt: skip
         first = upto + 1
-    return (R, permutation, scale, dropped, found[:done].copy(), settled, reach, mismatch,
-            slowest, True, True)  # fmt: skip
+    settled = settled and enough and placed
+    return (factor_of(F, order, rank), order, scale, dropped, found[:done].copy(), settled,
+            reach, mismatch, slowest, enough, placed)  # fmt: skip
 
 
 class Stage(NamedTuple):

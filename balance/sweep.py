@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.elimination import FLOOR, MARGIN, absorb, smallest_pivot, solutions
-from balance.opening import search
+from balance.elimination import (
+    FLOOR,
+    MARGIN,
+    absorb,
+    factor_of,
+    room_for,
+    smallest_pivot,
+    solutions,
+    take,
+)
+from balance.opening import parts, search
 from balance.stage import FIRST, NEAR, stage
 from kinematics.closure import factor, fill_loop_matrix
 from kinematics.kernels import kernel
 
-__all__ = ["place", "points_on", "sweep"]
+__all__ = ["misfit", "place", "points_on", "sweep"]
 
 # Loops that stay closed to this are those of a linkage that moves.
 CLOSED = 1e-11
@@ -23,7 +32,7 @@ FIRM = 1e-6
 ROUNDED = 1e-9
 
 
-@kernel
+@kernel(borrows=True)
 def points_on(screws, near, points):
     """Points of the joint axes nearest to those in ``near`` (n, 3)."""
     for j in range(near.shape[0]):
@@ -36,7 +45,27 @@ def points_on(screws, near, points):
             points[j, i] = foot if turns else near[j, i]
 
 
-@kernel
+@kernel(borrows=True)
+def misfit(given, sliding, helical):
+    """The first screw that is not of the kind of its joint, counted through; -1 if none."""
+    count, n = given.shape[:2]
+    for g in range(count):
+        for j in range(n):
+            s, axis, moment, along, largest = given[g, j], 0.0, 0.0, 0.0, 1.0
+            for i in range(3):
+                axis += s[i] * s[i]
+                moment += s[3 + i] * s[3 + i]
+                along += s[i] * s[3 + i]
+                largest = max(largest, abs(s[3 + i]))
+            size = moment if sliding[j] else axis
+            level = helical[j] or abs(along) <= ROUNDED * largest
+            # Written so that a NaN fits no joint.
+            if not (abs(size - 1.0) <= ROUNDED and (axis != 0.0) != sliding[j] and level):
+                return g * n + j
+    return -1
+
+
+@kernel(borrows=True)
 def _frame(screws, points, centres, origin):
     """Origin and length of the frame, as in `kinematics.chain.arrange`; 0 for special ones."""
     n = points.shape[0]
@@ -116,13 +145,11 @@ def place(given, near, centres, R, pivots, relations, screws, mimics, origins, l
                 mimics[g, row, j] /= mimics[g, row, pivots[row]]
 
 
-@kernel
-def _regular(parent, screws, ends, mimics, dependent):
+@kernel(borrows=True)
+def _regular(parent, screws, ends, mimics, dependent, A, diagonal):
     """Whether the loop matrix determines the dependent joints well."""
-    rows = ends.shape[0] * screws.shape[1] + mimics.shape[0]
-    if rows < dependent.size:
+    if A.shape[0] < dependent.size:
         return False
-    A, diagonal = np.empty((rows, dependent.size)), np.empty(dependent.size)
     fill_loop_matrix(parent, screws, ends, mimics, dependent, A)
     factor(A, diagonal)
     least, largest = np.inf, 0.0
@@ -132,33 +159,50 @@ def _regular(parent, screws, ends, mimics, dependent):
 
 
 @kernel
+def _others(order, known):
+    """The unknowns that are not among the first of ``order``, as they are numbered."""
+    place = np.empty(order.size, np.int64)
+    for k in range(order.size):
+        place[order[k]] = k
+    others, count = np.empty(order.size - known, np.int64), 0
+    for j in range(order.size):
+        if place[j] >= known:
+            others[count] = j
+            count += 1
+    return others
+
+
+@kernel
 def sweep(
     parent, screws, ends, mimics, dependent, columns, moves, links, rigid, rays, fewest, per,
     size, origins, lengths, answers, kept, bases,
 ):  # fmt: skip
     """Rank, nullity, serial nullity and kmax of each geometry; rank -1 if not settled."""
     unknowns = links.size * size
-    none, start = np.empty(0, np.int64), np.empty((0, unknowns))
+    node, body, owner = parts(parent, ends, links)
+    S = np.empty((ends.shape[0] * screws.shape[2] + mimics.shape[1], dependent.size))
+    diagonal, own = np.empty(dependent.size), np.arange(unknowns)
+    none = np.empty(0, np.int64)
     for g in range(screws.shape[0]):
         answers[g, 0] = -1
         s, m = screws[g], mimics[g]
-        if lengths[g] <= 0.0 or not _regular(parent, s, ends, m, dependent):
+        if lengths[g] <= 0.0 or not _regular(parent, s, ends, m, dependent, S, diagonal):
             continue
         o = origins[g]
         away = np.sqrt(o[0] * o[0] + o[1] * o[1] + o[2] * o[2]) / lengths[g]
         floor = max(FLOOR, 2.0**-50 * away)
-        found = search(parent, s, ends, links, size, per, floor)[0]
-        rows = np.concatenate((found, rigid))
-        known, order, _, _ = absorb(
-            start, rows, np.arange(unknowns), 0, rows.shape[0], 1.0, floor, 1.0
-        )
-        left = np.sort(order[known.shape[0] :])
+        found, _, count = search(parent, s, node, body, owner, unknowns, size, per, floor)
+        F, order = room_for(unknowns, count + rigid.shape[0]), own.copy()
+        take(F, order, 0, found, own, 0, count, 1.0)
+        take(F, order, count, rigid, own, 0, rigid.shape[0], 1.0)
+        known = absorb(F, order, 0, count + rigid.shape[0], floor, 1.0)[0]
+        left = _others(order, known)
         p = left.size
         count = fewest
         while count <= rays.shape[0]:
             R, permutation, scale, _, ranks, settled, reach, open, slowest, enough, _ = stage(
                 parent, s, ends, m, dependent, columns, moves, links, rays[:count], per, size,
-                FIRST, True, 1, np.empty((0, p)), np.arange(p), 0.0, 0.0, left, floor, none,
+                FIRST, True, 1, np.empty((0, p)), own[:p], 0.0, 0.0, left, floor, none,
             )  # fmt: skip
             if enough:
                 break
@@ -173,7 +217,10 @@ def sweep(
             kmax -= 1
         rank = R.shape[0]
         answers[g, 0], answers[g, 1] = rank, unknowns - rank
-        answers[g, 2], answers[g, 3] = known.shape[0], kmax
+        answers[g, 2], answers[g, 3] = known, kmax
         kept[g] = least / scale if rank > 0 else 1.0
         if bases.shape[0] > 0:
-            bases[g, : unknowns - rank] = solutions(known, R, left)
+            rows = solutions(factor_of(F, order, known), R, permutation, left)
+            for i in range(unknowns - rank):
+                for j in range(unknowns):
+                    bases[g, i, j] = rows[i, j]

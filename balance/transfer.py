@@ -29,7 +29,7 @@ __all__ = ["SAME", "beyond", "contains", "remove", "transferable"]
 SAME = 2.0**-30
 
 
-@kernel
+@kernel(borrows=True)
 def _momentum(t, z, h):
     """Momentum h of the parameters z at twist t; without moments if h has no room for them."""
     if t.size == 3:
@@ -50,7 +50,7 @@ def _momentum(t, z, h):
         h[2] = z[8] * t[0] + z[9] * t[1] + z[6] * t[2] + x * t[4] - y * t[3]
 
 
-@kernel
+@kernel(borrows=True)
 def _rate(s, z, d):
     """Rate d of the parameters z of a body that moves with the twist s: d = L z."""
     d[0] = 0.0
@@ -74,19 +74,22 @@ def _rate(s, z, d):
         d[9] = c * z[8] - a * z[6] + a * z[5] - b * z[7] - y * w - k * v
 
 
-@kernel
-def transferable(s, V, size, rows, floor, out):
+@kernel(borrows=True)
+def transferable(s, V, size, rows, floor, A, order, out):
     """What can pass a joint with twists V (v, 6) below it; how much it is.
 
-    Orthonormal parameters are put into the rows of ``out``.
+    Orthonormal parameters are put into the rows of ``out`` (size, size). There must be room
+    for ``rows (v + 1) + 2 size`` rows in A, and as many numbers as parameters in ``order``.
     """
     # Where every twist can be attained, the rate itself must vanish.
     every = V.shape[0] == s.size
-    A = np.empty((rows + (size if every else rows * V.shape[0]), size))
-    z, d, h = np.zeros(size), np.zeros(size), np.zeros(rows)
+    m = rows + (size if every else rows * V.shape[0])
+    z, d, h = out[0], out[1], out[2]
+    for p in range(size):
+        z[p] = 0.0
     for c in range(size):
         z[c] = 1.0
-        _momentum(s, z, h)
+        _momentum(s, z, h[:rows])
         for r in range(rows):
             A[r, c] = h[r]
         _rate(s, z, d)
@@ -94,40 +97,39 @@ def transferable(s, V, size, rows, floor, out):
             for p in range(size):
                 A[rows + p, c] = d[p]
         for i in range(0 if every else V.shape[0]):
-            _momentum(V[i], d, h)
+            _momentum(V[i], d, h[:rows])
             for r in range(rows):
                 A[rows * (1 + i) + r, c] = h[r]
         z[c] = 0.0
-    found = null_space(A, floor)
-    count = found.shape[1]
-    for c in range(count):
-        for p in range(size):
-            out[c, p] = found[p, c]
+    count = null_space(A, m, size, floor, order, out)
     while count > 0 and not every:
         # The part of L K that leaves the span of K must vanish.
-        leaves = np.empty((size, count))
         largest = 0.0
+        d = A[size]
         for c in range(count):
             _rate(s, out[c], d)
             largest = max(largest, remove(out[:count], d))
             for p in range(size):
-                leaves[p, c] = d[p]
+                A[p, c] = d[p]
         if largest <= floor:
             break
-        stays = null_space(leaves, floor)
-        if stays.shape[1] == count:
+        stays = A[size:]
+        kept = null_space(A, size, count, floor, order, stays)
+        if kept == count:
             break
-        kept = np.zeros((stays.shape[1], size))
-        for m in range(stays.shape[1]):
-            for c in range(count):
-                for p in range(size):
-                    kept[m, p] += stays[c, m] * out[c, p]
-        count = stays.shape[1]
-        out[:count] = kept
+        for p in range(size):
+            for i in range(kept):
+                A[i, p] = 0.0
+                for c in range(count):
+                    A[i, p] += stays[i, c] * out[c, p]
+        count = kept
+        for i in range(count):
+            for p in range(size):
+                out[i, p] = A[i, p]
     return count
 
 
-@kernel
+@kernel(borrows=True)
 def remove(W, x):
     """Take from x its part in the span of the orthonormal rows of W; the size of the rest."""
     for _ in range(2):
@@ -143,7 +145,7 @@ def remove(W, x):
     return np.sqrt(total)
 
 
-@kernel
+@kernel(borrows=True)
 def beyond(s, V, floor, W):
     """Twists attainable beyond a joint with twists V (v, 6) below it; how many they are.
 
@@ -153,27 +155,33 @@ def beyond(s, V, floor, W):
     for i in range(count):
         for c in range(dim):
             W[i, c] = V[i, c]
-    x = s.copy()
     i = -1
     while i < count and count < dim:
+        x = W[count]
+        for c in range(dim):
+            x[c] = s[c] if i < 0 else 0.0
         if i >= 0:
-            x[:] = 0.0
             add_bracket(s, W[i], 1.0, x)
         size = remove(W[:count], x)
         if size > floor:
             for c in range(dim):
-                W[count, c] = x[c] / size
+                x[c] /= size
             count += 1
         i += 1
     return count
 
 
-@kernel
-def contains(V, U):
-    """Whether the span of the rows of V contains that of the orthonormal rows of U."""
+@kernel(borrows=True)
+def contains(V, U, x):
+    """Whether the span of the rows of V contains that of the orthonormal rows of U.
+
+    There is room for a row in ``x``.
+    """
     if U.shape[0] > V.shape[0]:
         return False
     for i in range(U.shape[0]):
-        if remove(V, U[i].copy()) > SAME:
+        for c in range(U.shape[1]):
+            x[c] = U[i, c]
+        if remove(V, x) > SAME:
             return False
     return True

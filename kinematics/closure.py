@@ -27,7 +27,14 @@ from numpy.typing import NDArray
 
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain, frozen
-from kinematics.profile import factor_profile, fill_profile, profile, solve_profile
+from kinematics.profile import (
+    FEW,
+    factor_profile,
+    fill_profile,
+    full,
+    profile,
+    solve_profile,
+)
 
 __all__ = [
     "Series",
@@ -44,7 +51,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
-@kernel
+@kernel(borrows=True)
 def factor(A, diagonal):
     """Householder QR of A (rows ≥ columns) in place; R's diagonal goes to ``diagonal``."""
     rows, columns = A.shape
@@ -69,7 +76,7 @@ def factor(A, diagonal):
                 A[i, j] += dot * A[i, k]
 
 
-@kernel
+@kernel(borrows=True)
 def solve(A, diagonal, b):
     """Least-squares solution of the factored system, in the head of b; returns the residual.
 
@@ -95,81 +102,72 @@ def solve(A, diagonal, b):
     return np.sqrt(residual)
 
 
-@kernel
+@kernel(borrows=True)
 def fill_loop_matrix(parent, screws, ends, mimics, joints, A):
     """Columns ``joints`` of the loop matrix S_0, and below them the mimic relations."""
-    dim = screws.shape[1]
-    position = np.empty(parent.size, np.int64)
-    for j in range(parent.size):
-        position[j] = -1
-    for c in range(joints.size):
-        position[joints[c]] = c
-    A[:] = 0.0
+    dim, base = screws.shape[1], ends.shape[0] * screws.shape[1]
+    for row in range(A.shape[0]):
+        for c in range(joints.size):
+            A[row, c] = 0.0 if row < base else mimics[row - base, joints[c]]
     for loop in range(ends.shape[0]):
         for side in range(2):
             sign = 1.0 - 2.0 * side
             j = ends[loop, side]
             while j >= 0:
-                c = position[j]
-                if c >= 0:
-                    for i in range(dim):
-                        A[loop * dim + i, c] += sign * screws[j, i]
+                for c in range(joints.size):
+                    if joints[c] == j:
+                        for i in range(dim):
+                            A[loop * dim + i, c] += sign * screws[j, i]
                 j = parent[j]
-    base = ends.shape[0] * dim
-    for row in range(mimics.shape[0]):
-        for c in range(joints.size):
-            A[base + row, c] = mimics[row, joints[c]]
 
 
-@kernel
+@kernel(inline=True, borrows=True)
+def _planar_bracket(V, s, factor, out):
+    out[1] += factor * (s[0] * V[2] - V[0] * s[2])
+    out[2] += factor * (V[0] * s[1] - s[0] * V[1])
+
+
+@kernel(inline=True, borrows=True)
+def _spatial_bracket(V, s, factor, out):
+    out[0] += factor * (V[1] * s[2] - V[2] * s[1])
+    out[1] += factor * (V[2] * s[0] - V[0] * s[2])
+    out[2] += factor * (V[0] * s[1] - V[1] * s[0])
+    out[3] += factor * (V[4] * s[2] - V[5] * s[1] + V[1] * s[5] - V[2] * s[4])
+    out[4] += factor * (V[5] * s[0] - V[3] * s[2] + V[2] * s[3] - V[0] * s[5])
+    out[5] += factor * (V[3] * s[1] - V[4] * s[0] + V[0] * s[4] - V[1] * s[3])
+
+
+@kernel(borrows=True)
 def add_bracket(V, s, factor, out):
     """Add ``factor ad(V) s`` to ``out``; spatial or planar by the number of components."""
     if s.size == 3:
-        out[1] += factor * (s[0] * V[2] - V[0] * s[2])
-        out[2] += factor * (V[0] * s[1] - s[0] * V[1])
+        _planar_bracket(V, s, factor, out)
     else:
-        out[0] += factor * (V[1] * s[2] - V[2] * s[1])
-        out[1] += factor * (V[2] * s[0] - V[0] * s[2])
-        out[2] += factor * (V[0] * s[1] - V[1] * s[0])
-        out[3] += factor * (V[4] * s[2] - V[5] * s[1] + V[1] * s[5] - V[2] * s[4])
-        out[4] += factor * (V[5] * s[0] - V[3] * s[2] + V[2] * s[3] - V[0] * s[5])
-        out[5] += factor * (V[3] * s[1] - V[4] * s[0] + V[0] * s[4] - V[1] * s[3])
+        _spatial_bracket(V, s, factor, out)
 
 
 def _series_kernel(dim):
     """The series for twists of ``dim`` components: 6 in space, 3 in a plane."""
+    bracket = _planar_bracket if dim == 3 else _spatial_bracket
 
-    @kernel
-    def series(parent, screws, ends, mimics, dependent, columns, moves, rays, order):
-        """All orders 0 … order of C, V and T along every ray; see `expand`."""
+    @kernel(borrows=True)
+    def series(
+        parent, screws, ends, columns, moves, rays, row, joints, start, below, right, A,
+        diagonal, b, forced, extra, S, V, C, T, residual,
+    ):  # fmt: skip
+        """Fill S, V, C, T and the residual, given the factor of the loop matrix."""
         n = parent.size
-        count, width = rays.shape
-        loops = ends.shape[0]
-        rows = loops * dim + mimics.shape[0]
-        nd = dependent.size
-        row, joints, start, below, right, span = profile(parent, ends, mimics, dependent, dim)
-        A = np.empty((rows, span))
-        diagonal = np.empty(nd)
-        fill_profile(parent, screws, ends, mimics, row, joints, start, A)
-        factor_profile(A, start, below, right, diagonal)
-
-        S = np.zeros((count, order + 1, n, dim))
-        V = np.zeros((count, order + 1, n, dim))
-        C = np.zeros((count, order + 1, n, width))
-        T = np.zeros((count, order + 1, n, width, dim))
-        residual = np.zeros(order + 1)
-        b = np.empty(rows)
-        extra = np.zeros((n, dim))
-        for ray in range(count):
+        width = rays.shape[1]
+        for ray in range(rays.shape[0]):
             s, v, c, t = S[ray], V[ray], C[ray], T[ray]
-            for k in range(order + 1):
+            for k in range(residual.size):
                 for j in range(n):
                     if k == 0:
                         for i in range(dim):
                             s[0, j, i] = screws[j, i]
                     elif parent[j] >= 0:
                         for a in range(k):
-                            add_bracket(v[a, parent[j]], s[k - 1 - a, j], 1.0 / k, s[k, j])
+                            bracket(v[a, parent[j]], s[k - 1 - a, j], 1.0 / k, s[k, j])
                 if k == 0 and ray > 0:
                     for j in range(n):
                         for w in range(width):
@@ -192,24 +190,20 @@ def _series_kernel(dim):
                                 if rate != 0.0:
                                     for i in range(dim):
                                         t[k, j, w, i] += s[a, j, i] * rate
-                        if nd == 0:
+                        if joints.size == 0:
                             continue
                         # Their mismatch at the welds gives C_k.
-                        b[:] = 0.0
-                        for loop in range(loops):
+                        for i in range(b.size):
+                            b[i] = -forced[i, w] if k == 0 else 0.0
+                        for loop in range(ends.shape[0]):
                             for i in range(dim):
                                 if ends[loop, 0] >= 0:
                                     b[row[loop] + i] -= t[k, ends[loop, 0], w, i]
                                 if ends[loop, 1] >= 0:
                                     b[row[loop] + i] += t[k, ends[loop, 1], w, i]
-                        if k == 0:
-                            for relation in range(mimics.shape[0]):
-                                i = row[loops + relation]
-                                for j in range(n):
-                                    b[i] -= mimics[relation, j] * columns[j, w]
                         left = solve_profile(A, start, below, right, diagonal, b)
                         residual[k] = max(residual[k], left)
-                        for d in range(nd):
+                        for d in range(joints.size):
                             c[k, joints[d], w] = b[d]
                         # s_0 C_k of the dependent joints completes the twists.
                         for j in range(n):
@@ -227,7 +221,6 @@ def _series_kernel(dim):
                         if moves[j, w]:
                             for i in range(dim):
                                 v[k, j, i] += t[k, j, w, i] * rays[ray, w]
-        return C, V, T, residual
 
     return series
 
@@ -238,11 +231,50 @@ _spatial_series, _planar_series = _series_kernel(6), _series_kernel(3)
 @kernel
 def series(parent, screws, ends, mimics, dependent, columns, moves, rays, order):
     """C, V, T and the residual of a linkage in space or in its plane; see `Series`."""
-    if screws.shape[1] == 3:
-        return _planar_series(
-            parent, screws, ends, mimics, dependent, columns, moves, rays, order
-        )
-    return _spatial_series(parent, screws, ends, mimics, dependent, columns, moves, rays, order)
+    n, dim = screws.shape
+    count, width = rays.shape
+    blocks = ends.shape[0] + mimics.shape[0]
+    rows, nd = ends.shape[0] * dim + mimics.shape[0], dependent.size
+    whole = np.empty(blocks + 3 * nd + rows, np.int64)
+    row, joints = whole[:blocks], whole[blocks : blocks + nd]
+    below, right = whole[blocks + nd : blocks + 2 * nd], whole[blocks + 2 * nd :][:nd]
+    start = whole[blocks + 3 * nd :]
+    span = nd
+    if blocks <= FEW:
+        full(dependent, row, joints, start, below, right, dim, ends.shape[0])
+    else:
+        span = profile(parent, ends, mimics, dependent, dim, row, joints, start, below, right)
+    work = np.zeros(rows * (span + 1 + width) + nd + n * dim)
+    A, b = work[: rows * span].reshape((rows, span)), work[rows * span :][:rows]
+    forced = work[rows * (span + 1) :][: rows * width].reshape((rows, width))
+    extra = work[rows * (span + 1 + width) :][: n * dim].reshape((n, dim))
+    diagonal = work[rows * (span + 1 + width) + n * dim :]
+    if blocks <= FEW:
+        fill_loop_matrix(parent, screws, ends, mimics, dependent, A)
+    else:
+        fill_profile(parent, screws, ends, mimics, row, joints, start, A)
+    factor_profile(A, start, below, right, diagonal)
+    for relation in range(mimics.shape[0]):
+        for j in range(n):
+            for w in range(width):
+                i = row[ends.shape[0] + relation]
+                forced[i, w] += mimics[relation, j] * columns[j, w]
+    SV = np.zeros((2, count, order + 1, n, dim))
+    S, V = SV[0], SV[1]
+    C = np.zeros((count, order + 1, n, width))
+    T = np.zeros((count, order + 1, n, width, dim))
+    residual = np.zeros(order + 1)
+    if dim == 3:
+        _planar_series(
+            parent, screws, ends, columns, moves, rays, row, joints, start, below, right, A,
+            diagonal, b, forced, extra, S, V, C, T, residual,
+        )  # fmt: skip
+    else:
+        _spatial_series(
+            parent, screws, ends, columns, moves, rays, row, joints, start, below, right, A,
+            diagonal, b, forced, extra, S, V, C, T, residual,
+        )  # fmt: skip
+    return C, V, T, residual
 
 
 class Series(NamedTuple):

@@ -26,18 +26,21 @@ __all__ = ["kernel"]
 logger = logging.getLogger(__name__)
 
 
-def kernel(function: Callable[..., Any] | None = None, *, inline: bool = False) -> Any:
+def kernel(
+    function: Callable[..., Any] | None = None, *, inline: bool = False, borrows: bool = False
+) -> Any:
     """Compile ``function`` at its first call, or load it from the disk cache.
 
     A kernel to be put in line costs no call, which for arrays takes as long as dozens of
-    products. Sums may be reordered and contracted, so that loops vectorise; infinities and
-    NaNs keep their meaning. Other threads run meanwhile. Where no folder can be written to,
-    nothing is cached.
+    products. A kernel that borrows makes no arrays and returns none, and so need not count
+    who uses those it is given, which takes as long. Sums may be reordered and contracted, so
+    that loops vectorise; infinities and NaNs keep their meaning. Other threads run meanwhile.
+    Where no folder can be written to, nothing is cached.
     """
     if function is None:
-        return partial(kernel, inline=inline)
+        return partial(kernel, inline=inline, borrows=borrows)
     options = {"error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
-    compiled = numba.njit(nogil=True, forceinline=inline, **options)(function)
+    compiled = numba.njit(nogil=True, forceinline=inline, _nrt=not borrows, **options)(function)
     if compiled is function:  # NUMBA_DISABLE_JIT is set
         return function
     try:

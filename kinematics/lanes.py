@@ -75,7 +75,7 @@ def _arithmetic(operation: object, instruction: str) -> None:
 
     @lower_builtin(operation, _lanes, _lanes)
     def lower(context, builder, sig, args):
-        return getattr(builder, instruction)(*args)
+        return getattr(builder, instruction)(*args, flags=("contract",))
 
 
 _arithmetic(operator.add, "fadd")

@@ -32,17 +32,19 @@ Array = NDArray[np.float64]
 
 # Steps of Newton's method at most.
 STEPS = 30
+# Loops that are open by less are closed.
+ROUNDED = 1e-15
 
 
-@kernel
+@kernel(borrows=True)
 def _exponential(s, q, E):
     """Displacement exp(q ŝ) of a unit screw: one formula for every kind of joint."""
     half = np.sin(0.5 * q)
     c2, c3 = 2.0 * half * half, q - np.sin(q)
     m = E.shape[0]
-    E[:] = 0.0
     for i in range(m):
-        E[i, i] = 1.0
+        for j in range(m):
+            E[i, j] = 1.0 if i == j else 0.0
     if m == 3:
         a = s[0]
         E[0, 0] -= c2 * a * a
@@ -52,23 +54,23 @@ def _exponential(s, q, E):
         E[0, 2] = q * s[1] - c2 * a * s[2] - c3 * a * a * s[1]
         E[1, 2] = q * s[2] + c2 * a * s[1] - c3 * a * a * s[2]
         return
-    hat = np.zeros((4, 4))
-    hat[2, 1], hat[0, 2], hat[1, 0] = s[0], s[1], s[2]
-    hat[1, 2], hat[2, 0], hat[0, 1] = -s[0], -s[1], -s[2]
-    hat[0, 3], hat[1, 3], hat[2, 3] = s[3], s[4], s[5]
-    power, product = np.zeros((4, 4)), np.zeros((4, 4))
+    size = s[0] * s[0] + s[1] * s[1] + s[2] * s[2]
     for i in range(3):
-        for j in range(4):
-            power[i, j] = hat[i, j]
-    for coefficient in (q, c2, c3):
-        for i in range(3):
-            for j in range(4):
-                E[i, j] += coefficient * power[i, j]
-        _multiply(power, hat, product)
-        power, product = product, power
+        u, v = (i + 1) % 3, (i + 2) % 3
+        # ŝ² of a twist is (ω ωᵀ - 1, ω × v), and ŝ³ is -ŝ but for the part of v along ω.
+        for j in range(3):
+            E[i, j] += c2 * s[i] * s[j]
+        E[i, i] -= c2 * size
+        E[v, u] += (q - c3 * size) * s[i]
+        E[u, v] -= (q - c3 * size) * s[i]
+        along = s[0] * s[3] + s[1] * s[4] + s[2] * s[5]
+        E[i, 3] = (
+            q * s[3 + i] + c2 * (s[u] * s[3 + v] - s[v] * s[3 + u])
+            + c3 * (along * s[i] - size * s[3 + i])
+        )  # fmt: skip
 
 
-@kernel
+@kernel(borrows=True)
 def _multiply(A, B, out):
     """Matrix product of small square matrices."""
     m = A.shape[0]
@@ -80,7 +82,7 @@ def _multiply(A, B, out):
             out[i, j] = total
 
 
-@kernel
+@kernel(borrows=True)
 def _carry(H, s, out):
     """Ad(H) s: the screw s, carried along by the displacement H."""
     if s.size == 3:
@@ -96,11 +98,9 @@ def _carry(H, s, out):
     out[5] += H[0, 3] * out[1] - H[1, 3] * out[0]
 
 
-@kernel
-def _forward(parent, screws, q, H, s):
+@kernel(borrows=True)
+def _forward(parent, screws, q, H, s, E):
     """Displacement of every link, and every screw carried to the pose."""
-    m = H.shape[1]
-    E = np.empty((m, m))
     for j in range(parent.size):
         if parent[j] >= 0:
             _carry(H[parent[j]], screws[j], s[j])
@@ -112,7 +112,7 @@ def _forward(parent, screws, q, H, s):
             _exponential(screws[j], q[j], H[j])
 
 
-@kernel
+@kernel(borrows=True)
 def _invert(H, out):
     """Inverse of a displacement."""
     m = H.shape[0] - 1
@@ -124,26 +124,26 @@ def _invert(H, out):
             out[i, m] -= H[j, i] * H[j, m]
 
 
-@kernel
-def _mismatch(H, ends, gaps, b, dim):
+@kernel(borrows=True)
+def _mismatch(H, ends, gaps, b, dim, spare):
     """Twists (small) from each loop's successor to its end; zero if the loop is closed.
 
-    Without ``gaps``, the loops are closed at the reference pose.
+    Without ``gaps``, the loops are closed at the reference pose. There is room for four
+    displacements in ``spare``.
     """
     m = H.shape[1]
-    identity = np.zeros((m, m))
+    identity, inverse, product, D = spare[0], spare[1], spare[2], spare[3]
     for i in range(m):
-        identity[i, i] = 1.0
-    inverse, product, D = np.empty((m, m)), np.empty((m, m)), np.empty((m, m))
+        for j in range(m):
+            identity[i, j] = 1.0 if i == j else 0.0
     for loop in range(ends.shape[0]):
         e, f = ends[loop, 0], ends[loop, 1]
-        end = H[e] if e >= 0 else identity
-        if gaps.shape[0] > 0:
-            _invert(gaps[loop], inverse)
-            _multiply(end, inverse, product)
-            end = product
         _invert(H[f] if f >= 0 else identity, inverse)
-        _multiply(end, inverse, D)
+        _multiply(H[e] if e >= 0 else identity, inverse, D)
+        if gaps.shape[0] > 0:
+            _invert(gaps[loop], D)
+            _multiply(H[e] if e >= 0 else identity, D, product)
+            _multiply(product, inverse, D)
         r = loop * dim
         if dim == 3:
             b[r] = 0.5 * (D[1, 0] - D[0, 1])
@@ -155,31 +155,26 @@ def _mismatch(H, ends, gaps, b, dim):
             b[r + dim - m + 1 + i] = D[i, m - 1]
 
 
-@kernel
-def _close(parent, screws, ends, mimics, dependent, q, H, s, steps):
+@kernel(borrows=True)
+def _close(parent, screws, ends, mimics, dependent, q, H, s, steps, A, diagonal, b, spare):
     """Newton's method on the dependent joints of q, in place; returns the last mismatch."""
     dim = screws.shape[1]
-    rows = ends.shape[0] * dim + mimics.shape[0]
-    A = np.empty((rows, dependent.size))
-    diagonal = np.empty(dependent.size)
-    b = np.empty(rows)
-    closed = np.empty((0, H.shape[1], H.shape[1]))
-    best = np.inf
-    error = np.inf
+    best = error = np.inf
     for _ in range(steps):
-        _forward(parent, screws, q, H, s)
-        _mismatch(H, ends, closed, b, dim)
+        _forward(parent, screws, q, H, s, spare[0])
+        _mismatch(H, ends, H[:0], b, dim, spare)
         for row in range(mimics.shape[0]):
             b[ends.shape[0] * dim + row] = 0.0
             for j in range(q.size):
                 b[ends.shape[0] * dim + row] += mimics[row, j] * q[j]
         error = _size(b)
-        if not error < 1e6 or (error < 1e-12 and error >= 0.5 * best) or error == 0.0:
+        stalled = error < 1e-12 and error >= 0.5 * best
+        if not error < 1e6 or stalled or error < ROUNDED:
             return error
         best = min(best, error)
         fill_loop_matrix(parent, s, ends, mimics, dependent, A)
         factor(A, diagonal)
-        for i in range(rows):
+        for i in range(b.size):
             b[i] = -b[i]
         solve(A, diagonal, b)
         for d in range(dependent.size):
@@ -188,6 +183,22 @@ def _close(parent, screws, ends, mimics, dependent, q, H, s, steps):
 
 
 @kernel
+def close(parent, screws, ends, mimics, dependent, q, H, s, steps):
+    """Newton's method on the dependent joints of q, in place.
+
+    Puts displacements of the links and screws at the pose before the last step into H and s.
+
+    Returns:
+        The mismatch there.
+    """
+    rows, nd, m = ends.shape[0] * screws.shape[1] + mimics.shape[0], dependent.size, H.shape[1]
+    A, work, spare = np.empty((rows, nd)), np.empty(nd + rows), np.empty((4, m, m))
+    return _close(
+        parent, screws, ends, mimics, dependent, q, H, s, steps, A, work[:nd], work[nd:], spare
+    )
+
+
+@kernel(borrows=True)
 def _size(x):
     """Euclidean norm."""
     total = 0.0
@@ -196,7 +207,7 @@ def _size(x):
     return np.sqrt(total)
 
 
-@kernel
+@kernel(borrows=True)
 def series_radius(rates):
     """Radius of convergence of the joint rates (order + 1, n); see `radius`."""
     limit = 1.0
@@ -211,21 +222,20 @@ def series_radius(rates):
 def follow_series(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s):
     """A closed pose along the ray; see `follow`."""
     orders, n, width = C.shape
-    rates = np.zeros((orders, n))
+    work = np.zeros((orders + 3, n))
+    q, rates, guess, moved, off = np.empty(n), work[3:], work[0], work[1], work[2]
     for k in range(orders):
         for j in range(n):
             for w in range(width):
                 rates[k, j] += C[k, j, w] * ray[w]
     step = min(reach, 0.4 * series_radius(rates))
-    guess, q = np.empty(n), np.empty(n)
-    moved, off = np.empty(n), np.empty(n)
     for _ in range(7):
         for j in range(n):
             moved[j] = 0.0
             for k in range(orders):
                 moved[j] += step ** (k + 1) / (k + 1) * rates[k, j]
             guess[j] = q[j] = start[j] + moved[j]
-        error = _close(parent, screws, ends, mimics, dependent, q, H, s, STEPS)
+        error = close(parent, screws, ends, mimics, dependent, q, H, s, STEPS)
         for j in range(n):
             off[j] = q[j] - guess[j]
         if error < 1e-10 and _size(off) <= 0.1 * _size(moved):
@@ -303,7 +313,7 @@ def newton(chain: Chain, start: Array, steps: int = STEPS) -> tuple[Array, float
         Joint positions (n,), and how far the loops were open before the last step.
     """
     q = np.array(start, dtype=np.float64)
-    error = _close(
+    error = close(
         chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent,
         q, *_room(chain), steps,
     )  # fmt: skip
@@ -319,7 +329,7 @@ def _room(chain: Chain) -> tuple[Array, Array]:
 def forward(chain: Chain, q: Array) -> Pose:
     """The pose at given joint positions (n,), whether or not it closes the loops."""
     H, screws = _room(chain)
-    _forward(chain.parent, chain.screws, q, H, screws)
+    _forward(chain.parent, chain.screws, q, H, screws, np.empty(H.shape[1:]))
     screws.flags.writeable = False
     error = mismatch(chain, H, q)
     return Pose(q, H, screws, float(np.sqrt(error @ error)))
@@ -336,6 +346,7 @@ def mismatch(chain: Chain, H: Array, q: Array, gaps: Array | None = None) -> Arr
     """
     dim = chain.screws.shape[1]
     b = np.empty(len(chain.ends) * dim + len(chain.mimics))
-    _mismatch(H, chain.ends, np.empty((0, *H.shape[1:])) if gaps is None else gaps, b, dim)
+    spare = np.empty((4, *H.shape[1:]))
+    _mismatch(H, chain.ends, H[:0] if gaps is None else gaps, b, dim, spare)
     b[len(chain.ends) * dim :] = chain.mimics @ q
     return b

@@ -13,15 +13,19 @@ import numpy as np
 
 from kinematics.kernels import kernel
 
-__all__ = ["factor_profile", "fill_profile", "profile", "solve_profile"]
+__all__ = ["FEW", "factor_profile", "fill_profile", "full", "profile", "solve_profile"]
 
 # Up to as many blocks of rows a matrix is taken as full.
 FEW = 8
 
 
-@kernel
-def _ways(parent, end, successor, seen, mark, joints, signs):
-    """Joints of a loop, without those below both its ends, and their signs; how many."""
+@kernel(borrows=True)
+def _ways(parent, end, successor, seen, mark, joints):
+    """Joints of a loop, without those below both its ends, with the other sign first.
+
+    Returns:
+        How many they are, and how many of them have the other sign.
+    """
     count = 0
     j = end
     while j >= 0:
@@ -29,16 +33,16 @@ def _ways(parent, end, successor, seen, mark, joints, signs):
         j = parent[j]
     j = successor
     while j >= 0 and seen[j] != mark:
-        joints[count], signs[count] = j, -1.0
+        joints[count] = j
         count += 1
         j = parent[j]
-    meeting = j
+    meeting, turned = j, count
     j = end
     while j != meeting:
-        joints[count], signs[count] = j, 1.0
+        joints[count] = j
         count += 1
         j = parent[j]
-    return count
+    return count, turned
 
 
 @kernel
@@ -50,14 +54,14 @@ def _entries(parent, ends, mimics, dependent):
     for c in range(dependent.size):
         position[dependent[c]] = c
     seen = np.full(n, -1)
-    joints, signs = np.empty(n, np.int64), np.empty(n)
+    joints = np.empty(n, np.int64)
     first = np.zeros(blocks + 1, np.int64)
     columns = np.empty(4 * n, np.int64)
     total = 0
     for block in range(blocks):
         count = n
         if block < loops:
-            count = _ways(parent, ends[block, 0], ends[block, 1], seen, block, joints, signs)
+            count = _ways(parent, ends[block, 0], ends[block, 1], seen, block, joints)[0]
         if total + count > columns.size:
             columns = np.concatenate((columns, np.empty(columns.size + count, np.int64)))
         for i in range(count):
@@ -105,28 +109,41 @@ def _neighbours_first(first, columns, count):
     return order
 
 
+@kernel(borrows=True)
+def full(dependent, row, joints, start, below, right, dim, loops):
+    """The profile of a matrix that is taken as full; see `profile`."""
+    for block in range(row.size):
+        row[block] = block * dim if block < loops else loops * dim + block - loops
+    for i in range(start.size):
+        start[i] = 0
+    for c in range(dependent.size):
+        joints[c], below[c], right[c] = dependent[c], start.size, dependent.size
+
+
 @kernel
-def profile(parent, ends, mimics, dependent, dim):
+def profile(parent, ends, mimics, dependent, dim, row, joints, start, below, right):
     """Order and profile of the loop matrix of the dependent joints.
 
+    Args:
+        parent: as in `kinematics.linkage.Chain`, as are the next three.
+        ends: loops.
+        mimics: relations.
+        dependent: joints.
+        dim: components of a twist.
+        row: takes the first row of each block.
+        joints: takes the dependent joints in the order of the columns.
+        start: takes the column at which each row begins.
+        below: takes the row at which the reflection of each column ends.
+        right: takes the column at which it ends.
+
     Returns:
-        The first row of each block; the dependent joints in the order of the columns; the
-        column at which each row begins, and the rows and columns at which the reflection of
-        each column ends; the width of the profile.
+        The width of the profile.
     """
-    loops, count = ends.shape[0], dependent.size
-    blocks = loops + mimics.shape[0]
-    rows = loops * dim + mimics.shape[0]
-    row = np.empty(blocks, np.int64)
-    for block in range(blocks):
-        row[block] = block * dim if block < loops else loops * dim + block - loops
-    start, below = np.zeros(rows, np.int64), np.full(count, rows)
-    right = np.full(count, count)
-    if blocks <= FEW:
-        return row, dependent.copy(), start, below, right, count
+    loops, count, rows = ends.shape[0], dependent.size, start.size
+    full(dependent, row, joints, start, below, right, dim, loops)
     first, columns = _entries(parent, ends, mimics, dependent)
     order = _neighbours_first(first, columns, count)
-    place, joints = np.full(count, -1), np.empty(count, np.int64)
+    place = np.full(count, -1)
     last, reach = np.zeros(count, np.int64), np.empty(rows, np.int64)
     placed = at = furthest = 0
     for block in order:
@@ -158,26 +175,27 @@ def profile(parent, ends, mimics, dependent, dim):
     width = 1
     for i in range(rows if count else 0):
         width = max(width, right[min(i, count - 1)] - start[i])
-    return row, joints, start, below, right, width
+    return width
 
 
 @kernel
 def fill_profile(parent, screws, ends, mimics, row, joints, start, A):
-    """Loop matrix S_0 and mimic relations in the order of `profile`; A is (rows, width)."""
+    """Put loop matrix S_0 and mimic relations in the order of `profile` into A, which is zero.
+
+    It has the shape (rows, width).
+    """
     n, dim = screws.shape
-    position = np.full(n, -1)
+    whole = np.full((3, n), -1)
+    position, seen, met = whole[0], whole[1], whole[2]
     for c in range(joints.size):
         position[joints[c]] = c
-    seen = np.full(n, -1)
-    met, signs = np.empty(n, np.int64), np.empty(n)
-    A[:] = 0.0
     for loop in range(ends.shape[0]):
-        count = _ways(parent, ends[loop, 0], ends[loop, 1], seen, loop, met, signs)
+        count, turned = _ways(parent, ends[loop, 0], ends[loop, 1], seen, loop, met)
         for m in range(count):
-            c = position[met[m]]
+            c, sign = position[met[m]], -1.0 if m < turned else 1.0
             if c >= 0:
                 for i in range(row[loop], row[loop] + dim):
-                    A[i, c - start[i]] = signs[m] * screws[met[m], i - row[loop]]
+                    A[i, c - start[i]] = sign * screws[met[m], i - row[loop]]
     for relation in range(mimics.shape[0]):
         i = row[ends.shape[0] + relation]
         for c in range(joints.size):
@@ -185,7 +203,7 @@ def fill_profile(parent, screws, ends, mimics, row, joints, start, A):
                 A[i, c - start[i]] = mimics[relation, joints[c]]
 
 
-@kernel
+@kernel(borrows=True)
 def factor_profile(A, start, below, right, diagonal):
     """Householder QR in place, within the profile; R's diagonal goes to ``diagonal``."""
     for k in range(diagonal.size):
@@ -210,7 +228,7 @@ def factor_profile(A, start, below, right, diagonal):
                 A[i, j - start[i]] += dot * A[i, k - start[i]]
 
 
-@kernel
+@kernel(borrows=True)
 def solve_profile(A, start, below, right, diagonal, b):
     """Least-squares solution of the factored system, in the head of b; returns the residual.
 

@@ -63,9 +63,12 @@ def test_the_profile_is_as_wide_for_many_loops_as_for_few():
     for loops in (20, 160):
         chain = row(loops, seed=1)
         dependent = np.setdiff1d(np.arange(chain.parent.size), np.arange(0, 4 * loops + 1, 4))
-        first, joints, _, below, right, width = profile(
-            chain.parent, chain.ends, chain.mimics, dependent, 3
-        )
+        first, start = np.empty(loops, np.int64), np.empty(3 * loops, np.int64)
+        joints, below, right = np.empty((3, dependent.size), np.int64)
+        width = profile(
+            chain.parent, chain.ends, chain.mimics, dependent, 3, first, joints, start, below,
+            right,
+        )  # fmt: skip
         assert sorted(first.tolist()) == list(range(0, 3 * loops, 3))
         assert sorted(joints.tolist()) == dependent.tolist()
         assert np.all(below > np.arange(below.size)) and np.all(right > np.arange(right.size))

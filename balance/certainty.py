@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.archive import SpaceRecord
+from balance.answer import Answer
 from balance.exact.proof import Proof, independent
 from balance.exact.ranks import Exact, exact_ranks
 from balance.exact.serial import exact_transfers
 from balance.momentum import rows_at
+from balance.rank import Decision
 from kinematics.errors import LinkageError
 from kinematics.linkage import Chain, Linkage
 from kinematics.walk import walk
@@ -62,16 +63,16 @@ class Certainty(NamedTuple):
         return {name: value for name, value in self._asdict().items() if name not in rest}
 
 
-def certify(space: SpaceRecord, linkage: Linkage, chain: Chain, basis: Array) -> Certainty:
+def certify(space: Answer, linkage: Linkage, chain: Chain, decision: Decision) -> Certainty:
     """The certainty of a design space.
 
     Args:
         space: the design space.
         linkage: the linkage it is of.
         chain: its joints that move.
-        basis: of the design space, in the units of the chain (parameters, nullity).
+        decision: its basis in the units of the chain, and the numbers behind its rank.
     """
-    residual, poses = _residual(chain, space.balance == "force", basis)
+    residual, poses = _residual(chain, space.balance == "force", decision.basis)
     parallel = space.nullity - space.serial_nullity
     verified = space.settled and parallel > 0 and poses > 0 and residual <= BALANCED
     # A complete rank needs no more orders than it took; what looks free is put to the test.
@@ -83,7 +84,7 @@ def certify(space: SpaceRecord, linkage: Linkage, chain: Chain, basis: Array) ->
         )  # fmt: skip
     except LinkageError as error:
         # Without exact arithmetic a condition near round-off is not told from none.
-        verified &= max(space.dropped, residual) <= ROUND_OFF
+        verified &= max(decision.dropped, residual) <= ROUND_OFF
         seen = f"momenta vanish to {residual:.0e}; " if verified else ""
         reason = f"{seen}not by exact arithmetic: {error}"
         return Certainty(LEVELS[verified], reason, None, None, residual, poses)
@@ -105,7 +106,7 @@ def certify(space: SpaceRecord, linkage: Linkage, chain: Chain, basis: Array) ->
 
 
 def _doubt(
-    space: SpaceRecord, exact: Exact, nullity: int, idle: list[int], residual: float,
+    space: Answer, exact: Exact, nullity: int, idle: list[int], residual: float,
     replaced: str,
 ) -> str:  # fmt: skip
     """Why exact arithmetic does not prove the rank; empty if it does."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from balance.archive import Balance, Order
+from balance.answer import Balance, Order
 from balance.gathering import Gathered, gather_conditions, round_off
 from balance.inertia import from_chain
 from balance.opening import Transfers, transfers
@@ -79,12 +79,11 @@ def _result(
         planar=chain.planar, bodies=names(linkage.bodies), inputs=linkage.inputs,
         idle=_idle(linkage, chain), poses=gathered.poses, settled=gathered.settled,
         orders=tuple(Order(k, rank, size - rank) for k, rank in enumerate(gathered.ranks)),
-        basis=frozen(basis.reshape(size, nullity)), serial_nullity=decision.known,
-        axes=chain.frame.R, frames=linkage.frames, length=chain.frame.length,
-        singular_values=decision.singular_values, kept=decision.kept, dropped=decision.dropped,
+        basis=frozen(basis.reshape(size, nullity)),
+        serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
+        frames=linkage.frames, length=chain.frame.length,
         notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),
-        scaled_basis=frozen(decision.basis),
-        _conditions=gathered.conditions, _chain=chain, _exchanged=exchanged,
+        _decision=decision, _chain=chain, _exchanged=exchanged,
     )  # fmt: skip
 
 

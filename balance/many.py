@@ -18,7 +18,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.archive import Balance
+from balance.answer import Balance
 from balance.designspace import design_space
 from balance.inertia import from_chain
 from balance.momentum import parameters_per_body, rows_per_column

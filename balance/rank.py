@@ -8,6 +8,8 @@ whole; a single row never is, because that would turn round-off into a condition
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -27,26 +29,6 @@ from kinematics.linkage import frozen
 __all__ = ["Conditions", "Decision"]
 
 Array = NDArray[np.float64]
-
-
-class Decision(NamedTuple):
-    """The numbers behind a rank, and the null space.
-
-    Attributes:
-        singular_values: of all conditions, relative to the largest, descending (rank,).
-        kept: the smallest of them; 1 if there are none.
-        thin: whether that is near round-off.
-        dropped: upper bound of the first one that counts as round-off, relative.
-        known: how many solutions were known beforehand.
-        basis: orthonormal null space, those first (unknowns, nullity).
-    """
-
-    singular_values: Array
-    kept: float
-    thin: bool
-    dropped: float
-    known: int
-    basis: Array
 
 
 class Conditions(NamedTuple):
@@ -135,15 +117,52 @@ class Conditions(NamedTuple):
         )
 
     def decide(self) -> Decision:
-        """Singular values and null space of the conditions gathered so far."""
+        """The null space of the conditions gathered so far, and the numbers behind it."""
         basis = solutions(self.known, self.factor, self.permutation, self.columns).T
-        if self.rank == 0:
-            return Decision(frozen([]), 1.0, False, 0.0, len(self.known), basis)
-        values = _singular_values(self.rows)
-        relative, dropped = values / values[0], self.dropped / float(values[0])
-        kept = float(relative[-1])
-        thin = kept < MARGIN * self.floor
-        return Decision(frozen(relative), kept, thin, dropped, len(self.known), basis)
+        return Decision(self, frozen(basis))
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """A null space and, computed when first asked for, the numbers behind the rank.
+
+    Attributes:
+        conditions: all of them.
+        basis: orthonormal null space, the known solutions first (unknowns, nullity).
+    """
+
+    conditions: Conditions
+    basis: Array
+
+    @property
+    def singular_values(self) -> Array:
+        """Those of all conditions, relative to the largest, descending (rank,)."""
+        return frozen(self._values / self._values[:1])
+
+    @property
+    def kept(self) -> float:
+        """The smallest singular value, relative to the largest; 1 if there are none."""
+        return float(self._values[-1] / self._values[0]) if self.conditions.rank else 1.0
+
+    @property
+    def dropped(self) -> float:
+        """Upper bound of the first one that counts as round-off, relative."""
+        return self.conditions.dropped / float(self._values[0]) if self.conditions.rank else 0.0
+
+    @property
+    def thin(self) -> bool:
+        """Whether the smallest singular value that counts is near round-off."""
+        conditions = self.conditions
+        least = smallest_pivot(conditions.factor, conditions.permutation)
+        near = MARGIN * conditions.floor
+        # Pivots exceed the singular values they stand for by less than 20 in practice, though
+        # W. Kahan's matrices (1966) show no such bound: a factor of MARGIN is ample.
+        return bool(least < MARGIN * near * conditions.scale and self.kept < near)
+
+    @cached_property
+    def _values(self) -> Array:
+        """Singular values, descending (rank,)."""
+        return _singular_values(self.conditions.rows)
 
 
 def _singular_values(A: Array) -> Array:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.answer import Answer
 from balance.archive import SpaceRecord, digest
 from balance.certainty import Certainty, certify
 from balance.exact.ranks import Exact, exact_ranks
@@ -18,7 +19,7 @@ from balance.meaning.explain import Explanation, explain
 from balance.nearness import nearest_drop
 from balance.opening import Transfers
 from balance.partition import Transfer, by_joint
-from balance.rank import Conditions
+from balance.rank import Decision
 from kinematics.linkage import Chain, Linkage, Notice
 
 __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
@@ -44,19 +45,37 @@ class AsGiven(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class DesignSpace(SpaceRecord):
+class DesignSpace(Answer):
     """Mass distributions with vanishing momentum in every motion of a linkage.
 
     Attributes:
         linkage: the linkage.
-        scaled_basis: the basis in the units of the chain, where its columns are orthonormal.
     """
 
-    linkage: Linkage = field(kw_only=True)
-    scaled_basis: Array = field(repr=False, kw_only=True)
-    _conditions: Conditions = field(repr=False, kw_only=True)
-    _chain: Chain = field(repr=False, kw_only=True)
-    _exchanged: Transfers = field(repr=False, kw_only=True)
+    linkage: Linkage
+    _decision: Decision = field(repr=False)
+    _chain: Chain = field(repr=False)
+    _exchanged: Transfers = field(repr=False)
+
+    @property
+    def singular_values(self) -> Array:
+        """Those of all conditions, relative to the largest (rank,)."""
+        return self._decision.singular_values
+
+    @property
+    def kept(self) -> float:
+        """The smallest singular value that counts; 1 if there are none."""
+        return self._decision.kept
+
+    @property
+    def dropped(self) -> float:
+        """Upper bound of the largest singular value that does not count."""
+        return self._decision.dropped
+
+    @property
+    def scaled_basis(self) -> Array:
+        """The basis in the units of the chain, where its columns are orthonormal."""
+        return self._decision.basis
 
     @property
     def chain(self) -> Chain:
@@ -76,7 +95,7 @@ class DesignSpace(SpaceRecord):
     @cached_property
     def as_given(self) -> AsGiven:
         """Whether the masses in the file are balanced."""
-        rows = self._conditions.rows
+        rows = self._decision.conditions.rows
         given = np.array([body.inertia for body in self.linkage.bodies])
         z = to_chain(given, self._chain.frame, self.planar, self.balance == "force")
         by_body = np.einsum("rbp,bp->rb", rows.reshape(self.rank, *z.shape), z)
@@ -90,7 +109,7 @@ class DesignSpace(SpaceRecord):
     @cached_property
     def certainty(self) -> Certainty:
         """How sure the rank is, and why: proved, verified or estimated."""
-        return certify(self, self.linkage, self._chain, self.scaled_basis)
+        return certify(self, self.linkage, self._chain, self._decision)
 
     @cached_property
     def nearest_drop(self) -> float | None:
@@ -131,8 +150,11 @@ class DesignSpace(SpaceRecord):
 
     def record(self) -> SpaceRecord:
         """What is known of the space without its linkage, and where it comes from."""
-        known = {f.name: getattr(self, f.name) for f in fields(SpaceRecord)}
-        return SpaceRecord(**known | {"sha256": digest(self.source), "version": _version()})
+        return SpaceRecord(
+            **{f.name: getattr(self, f.name) for f in fields(Answer)},
+            singular_values=self.singular_values, kept=self.kept, dropped=self.dropped,
+            sha256=digest(self.source), version=_version(),
+        )  # fmt: skip
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the record of the space to a file; see `SpaceRecord.save`."""

@@ -146,6 +146,7 @@ DAMAGE = [
     {"basis": lambda a: a[:, :-1]}, {"basis": lambda a: a.astype(np.float32)},
     {"basis": lambda a: np.where(a > a.max() / 2, np.nan, a)}, {"basis": None},
     {"frames": lambda a: a[:-1]}, {"axes": np.eye(4)}, {"singular_values": None},
+    {"singular_values": lambda a: a[:-1]}, {"singular_values": lambda a: np.append(a, 1e-9)},
     {"motion": None, "extra": np.zeros(2)}, {"extra": np.zeros(2)}, {"format": "none"},
     {"basis": lambda a: a.astype(object)},
 ]  # fmt: skip

@@ -269,6 +269,14 @@ def test_results_cannot_be_changed():
     assert not any(array.flags.writeable for array in arrays)
 
 
+def test_singular_values_wait_until_they_are_asked_for(monkeypatch):
+    linkage, svd, asked = kinematics.load("three_rsr"), np.linalg.svd, []
+    monkeypatch.setattr("numpy.linalg.svd", lambda *a, **k: asked.append(1) or svd(*a, **k))
+    found = design_space(linkage, max_order=2)
+    assert found.rank == 43 and asked == []
+    assert found.dropped < found.kept == found.singular_values[-1] and len(asked) == 1
+
+
 def test_results_do_not_depend_on_what_was_asked_before():
     linkage = kinematics.load("three_rsr")
     first = design_space(linkage, ["u2=u3"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from laws import exact_rank, outside
 
-from balance.elimination import FLOOR
+from balance.elimination import FLOOR, MARGIN
 from balance.rank import Conditions
 
 SHAPES = [(1, 1, 1), (5, 3, 2), (3, 5, 3), (8, 8, 5), (30, 12, 7), (12, 30, 9), (60, 70, 43)]
@@ -165,3 +165,55 @@ def test_the_factor_is_triangular_and_holds_all_conditions():
     assert np.array_equal(np.tril(factor, -1), np.zeros(factor.shape))
     gram = matrix.T @ matrix
     assert np.abs(conditions.factor.T @ conditions.factor - gram).max() < 1e-13 * gram.max()
+
+
+def of_spectrum(rng, columns, least):
+    """A random matrix whose singular values fall from 1 to about ``least``."""
+    rows = columns + int(rng.integers(columns))
+    left = np.linalg.qr(rng.standard_normal((rows, columns)))[0]
+    right = np.linalg.qr(rng.standard_normal((columns, columns)))[0]
+    values = [
+        np.geomspace(1.0, least, columns),
+        np.append(rng.uniform(0.01, 1.0, columns - 1), least),
+        np.append(1.0, np.full(columns - 1, least)),
+    ][rng.integers(3)]
+    return (left * values) @ right * rng.uniform(rng.choice([0.1, 1.0]), 1.0, columns)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_pivot_never_hides_that_the_smallest_singular_value_is_near_round_off(seed):
+    """Whether decided by pivots or not, with and without solutions that are known before."""
+    rng, verdicts = np.random.default_rng((85, seed)), []
+    for _ in range(60):
+        columns, least = int(rng.integers(2, 90)), 10.0 ** rng.uniform(-11.0, -6.0)
+        matrix, known = of_spectrum(rng, columns, least), np.empty((0, columns))
+        if rng.integers(2):
+            mixing = np.linalg.qr(rng.standard_normal((columns + 5, columns + 5)))[0]
+            matrix, known = matrix @ mixing[:columns], mixing[columns:]
+        conditions = Conditions.beside(known)
+        for block in np.array_split(matrix, 3):
+            conditions = conditions.and_also(block)
+        values = np.linalg.svd(matrix, compute_uv=False)[:columns]
+        decision, margin = conditions.decide(), values[-1] / values[0]
+        assert conditions.rank == columns
+        assert decision.kept == pytest.approx(margin, rel=1e-3)
+        assert decision.thin == (margin < MARGIN * FLOOR)
+        pivots = np.abs(np.diag(conditions.factor[:, conditions.permutation]))
+        assert pivots.min() < 0.1 * MARGIN * margin * conditions.scale
+        verdicts.append(decision.thin)
+    assert 10 < sum(verdicts) < 50
+
+
+def test_singular_values_are_computed_only_where_they_are_needed(monkeypatch):
+    rng, asked = np.random.default_rng(86), []
+
+    def svd(matrix, compute_uv):
+        asked.append(matrix.shape)
+        return np.ones(min(matrix.shape))
+
+    firm, close = (gathered(of_spectrum(rng, 9, least)) for least in (1e-2, 1e-8))
+    monkeypatch.setattr("numpy.linalg.svd", svd)
+    decision = firm.decide()
+    assert not decision.thin and asked == []
+    assert decision.kept == decision.singular_values[-1] == 1.0 and len(asked) == 1
+    assert not close.decide().thin and len(asked) == 2

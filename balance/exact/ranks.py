@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.archive import Balance
+from balance.answer import Balance
 from balance.exact.chain import ExactChain, exact_chain, regular
 from balance.exact.modular import PRIMES, gather, momentum, series
 from kinematics.errors import ExactError

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.archive import Balance
+from balance.answer import Balance
 from balance.inertia import mass_properties
 from balance.verification.bearings import bearings
 from balance.verification.loads import inertia_loads, masses, to_si

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.archive import Balance
+from balance.answer import Balance
 from balance.verification.trajectory import Trajectory
 from kinematics.linkage import Linkage, Notice
 

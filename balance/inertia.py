@@ -129,23 +129,27 @@ def _affine(L: float, o: Array, R: Array, planar: bool) -> Array:
     A spatial chain keeps the inertial axes; in a plane o is resolved in the axes R.
     """
     if planar:
-        ox, oy = R[:2] @ o
+        ox, oy, _ = (R @ o).tolist()
         return np.array([
             [1.0, 0.0, 0.0, 0.0],
             [ox, L, 0.0, 0.0],
             [oy, 0.0, L, 0.0],
             [ox * ox + oy * oy, 2.0 * L * ox, 2.0 * L * oy, L * L],
         ])  # fmt: skip
-    x, y, z = o
-    G = np.diag([1.0, L, L, L] + [L * L] * 6)
-    G[1:4, 0] = o
-    G[4:, 0] = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
-    G[4:, 1:4] = L * np.array([
-        [0.0, 2.0 * y, 2.0 * z],
-        [2.0 * x, 0.0, 2.0 * z],
-        [2.0 * x, 2.0 * y, 0.0],
-        [-y, -x, 0.0],
-        [-z, 0.0, -x],
-        [0.0, -z, -y],
-    ])  # fmt: skip
+    x, y, z = o.tolist()
+    a, b, c = L * x, L * y, L * z
+    G = np.zeros((10, 10))
+    np.fill_diagonal(G[4:, 4:], L * L)
+    G[:, :4] = [
+        [1.0, 0.0, 0.0, 0.0],
+        [x, L, 0.0, 0.0],
+        [y, 0.0, L, 0.0],
+        [z, 0.0, 0.0, L],
+        [y * y + z * z, 0.0, 2.0 * b, 2.0 * c],
+        [x * x + z * z, 2.0 * a, 0.0, 2.0 * c],
+        [x * x + y * y, 2.0 * a, 2.0 * b, 0.0],
+        [-x * y, -b, -a, 0.0],
+        [-x * z, -c, 0.0, -a],
+        [-y * z, 0.0, -c, -b],
+    ]
     return G

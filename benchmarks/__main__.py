@@ -17,8 +17,14 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 
 import numpy as np  # noqa: E402 - after the number of threads is fixed
 
+from benchmarks import table  # noqa: E402
+from benchmarks.show import Markdown, Text, seconds  # noqa: E402
+
 HERE = Path(__file__).parent
-HELPERS = {"__init__", "__main__", "against", "compiled", "geometry", "rows", "sampling"}
+HELPERS = {
+    "__init__", "__main__", "against", "compiled", "geometry", "processes", "reference", "rows",
+    "sampling", "show", "table",
+}  # fmt: skip
 BASELINE = HERE / "baseline.json"
 # A ratio that grew by more than this is a loss.
 LOSS = 1.3
@@ -26,37 +32,41 @@ LOSS = 1.3
 
 def main(argv: list[str] | None = None) -> int:
     """Run the benchmarks; the exit code is 1 if a claim does not hold, or a ratio grew."""
+    options = _options(argv)
+    print(_machine())
+    known = json.loads(BASELINE.read_text(encoding="utf-8")) if BASELINE.exists() else {}
+    names = sorted(path.stem for path in HERE.glob("*.py") if path.stem not in HELPERS)
+    if options.table:
+        names = table.modules()
+    if options.check:
+        names = sorted({name.split(":")[0] for name in known})
+    run = Run(5 if options.quick else 31, Markdown() if options.markdown else Text())
+    for name in options.names or names:
+        run.module(name)
+    if options.check:
+        return 0 if _kept(known, run.ratios) else 1
+    if rows := table.answered(run.verdicts):
+        run.show.claim("table", "Lines that must be reached, as ratios ours / theirs.")
+        run.show.table(rows)
+    if options.record:
+        text = json.dumps(dict(sorted((known | run.ratios).items())), indent=1) + "\n"
+        BASELINE.write_text(text, encoding="utf-8")
+    return 0 if all(verdict.holds for verdict in run.verdicts.values()) else 1
+
+
+def _options(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", help="modules to run; all by default")
     parser.add_argument("--quick", action="store_true", help="few repetitions, to try it out")
     parser.add_argument("--markdown", action="store_true", help="print tables in Markdown")
+    parser.add_argument("--table", action="store_true", help="run what the last table needs")
     stored = parser.add_mutually_exclusive_group()
     stored.add_argument(
         "--check", action="store_true",
         help=f"compare ratios with {BASELINE.name} instead of with claims; run those in it",
     )  # fmt: skip
     stored.add_argument("--record", action="store_true", help=f"write them to {BASELINE.name}")
-    options = parser.parse_args(argv)
-    print(_machine())
-    known = json.loads(BASELINE.read_text(encoding="utf-8")) if BASELINE.exists() else {}
-    modules = sorted(path.stem for path in HERE.glob("*.py") if path.stem not in HELPERS)
-    if options.check:
-        modules = sorted({name.split(":")[0] for name in known})
-    held, ratios = True, {}
-    show = Markdown() if options.markdown else Text()
-    for name in options.names or modules:
-        module = import_module(f"benchmarks.{name}")
-        show.claim(name, module.__doc__.strip())
-        for cls in vars(module).values():
-            if isinstance(cls, type) and cls.__module__ == module.__name__:
-                held &= _run(cls, name, 5 if options.quick else 31, show, ratios)
-        show.end()
-    if options.record:
-        text = json.dumps(dict(sorted((known | ratios).items())), indent=1) + "\n"
-        BASELINE.write_text(text, encoding="utf-8")
-    if options.check:
-        held = _kept(known, ratios)
-    return 0 if held else 1
+    return parser.parse_args(argv)
 
 
 def _kept(known: dict[str, float], ratios: dict[str, float]) -> bool:
@@ -82,123 +92,76 @@ def _machine() -> str:
     )
 
 
-def _run(
-    cls: type, module: str, repetitions: int, show: Text, ratios: dict[str, float]
-) -> bool:
-    """Run one class for all its parameters; whether all its claims hold."""
-    held, rows = True, {}
-    repetitions = min(repetitions, getattr(cls, "repetitions", repetitions))
-    for params in cls.params:
-        bench, label = cls(), " ".join(map(str, params))
-        try:
-            bench.setup(*params)
-        except NotImplementedError as error:
-            show.line(label, "left out", str(error))
-            continue
-        timed = [name for name in dir(cls) if name.startswith("time_")]
-        claims = getattr(cls, "claims", ())
-        wanted = {name for claim in claims for name in claim[:-1]} or set(timed)
-        times = _times(bench, [name for name in timed if name in wanted], params, repetitions)
-        for name, values in times.items():
-            low, median, high = np.percentile(values, [10, 50, 90]) * 1e6
-            show.line(label, name, f"{median:9.1f} µs   ({low:.1f} … {high:.1f})")
-        tracked = [name for name in dir(cls) if name.startswith("track_")]
-        found = times | {name: np.array(getattr(bench, name)(*params)) for name in tracked}
-        for name in tracked:
-            if name not in wanted:
-                show.line(label, name, f"{found[name]:9.1e}")
-        for claim in claims:
-            held &= _holds(label, claim, found, show)
-            if len(claim) == 3:
-                ours, theirs = (found[name].min() for name in claim[:2])
-                ratios[f"{module}:{label}: {claim[0]}/{claim[1]}"] = round(ours / theirs, 4)
-        if hasattr(bench, "row"):
-            rows[label] = bench.row(*params)
-    show.table(rows, getattr(cls, "total", False))
-    return held
+class Run:
+    """Benchmarks as they are run: what their claims came to, and the ratios of times."""
 
+    def __init__(self, repetitions: int, show: Text) -> None:
+        """Nothing yet."""
+        self.repetitions, self.show = repetitions, show
+        self.verdicts: dict[str, table.Verdict] = {}
+        self.ratios: dict[str, float] = {}
 
-def _holds(label: str, claim: tuple, found: dict[str, np.ndarray], show: Text) -> bool:
-    """Whether a claim holds: of the ratio of two times, or of a time or tracked value."""
-    *names, limit = claim
-    if len(names) == 2:
-        value = float(np.median(found[names[0]] / found[names[1]]))
-        name = f"{_short(names[0])} / {_short(names[1])}"
-    else:
-        value, name = float(np.median(found[names[0]])), names[0]
-    verdict = "holds" if value <= limit else "DOES NOT HOLD"
-    show.line(label, name, f"{value:.3g}, at most {limit:.3g}: {verdict}")
-    return value <= limit
+    def module(self, name: str) -> None:
+        """Run the classes of a module."""
+        module = import_module(f"benchmarks.{name}")
+        self.show.claim(name, module.__doc__.strip())
+        for cls in vars(module).values():
+            if isinstance(cls, type) and cls.__module__ == module.__name__:
+                self._class(cls, name)
+
+    def _class(self, cls: type, module: str) -> None:
+        """Run a class for all its parameters."""
+        rows = []
+        for params in cls.params:
+            bench, label = cls(), " ".join(map(str, params))
+            try:
+                bench.setup(*params)
+                found = self._measured(bench, label, params)
+                for claim in getattr(cls, "claims", ()):
+                    if found.keys() >= set(claim[:-1]):
+                        self._judge(f"{module}:{label}", label, claim, found)
+                if hasattr(bench, "row"):
+                    rows.append((label, bench.row(*params)))
+            except NotImplementedError as error:
+                self.show.line(label, "left out", str(error))
+        self.show.table(rows, getattr(cls, "total", False))
+
+    def _measured(self, bench: object, label: str, params: tuple) -> dict[str, np.ndarray]:
+        """Seconds of the methods that are timed, and the values that are tracked."""
+        claimed = {name for claim in getattr(bench, "claims", ()) for name in claim[:-1]}
+        every = [name for name in dir(bench) if name.startswith("time_")]
+        timed = [name for name in every if name in claimed] or every
+        repetitions = min(self.repetitions, getattr(bench, "repetitions", self.repetitions))
+        found = _times(bench, timed, params, repetitions)
+        for name in (name for name in dir(bench) if name.startswith("track_")):
+            try:
+                found[name] = np.atleast_1d(getattr(bench, name)(*params))
+            except NotImplementedError as error:
+                self.show.line(label, name, f"left out: {error}")
+        for name, values in found.items():
+            if name in timed or values.size > 1:
+                self.show.line(label, name, seconds(values))
+            elif name not in claimed:
+                self.show.line(label, name, f"{values[0]:9.1e}")
+        return found
+
+    def _judge(self, case: str, label: str, claim: tuple, found: dict[str, np.ndarray]) -> None:
+        """Whether a claim holds: of the ratio of two times, or of a time or tracked value."""
+        *names, limit = claim
+        values, name = found[names[0]], names[0]
+        key = f"{case}: {'/'.join(names)}"
+        if len(names) == 2:
+            theirs = found[names[1]]
+            self.ratios[key] = round(float(values.min() / theirs.min()), 4)
+            values, name = values / theirs, " / ".join(map(_short, names))
+        verdict = table.Verdict(float(np.median(values)), limit)
+        self.verdicts[key] = verdict
+        text = "holds" if verdict.holds else "DOES NOT HOLD"
+        self.show.line(label, name, f"{verdict.value:.3g}, at most {limit:.3g}: {text}")
 
 
 def _short(name: str) -> str:
     return name.removeprefix("time_").removeprefix("track_")
-
-
-class Text:
-    """Lines as they come."""
-
-    def claim(self, name: str, text: str) -> None:
-        """What a module is about."""
-        print(f"\n{text}")
-
-    def line(self, label: str, name: str, value: str) -> None:
-        """One figure, or one verdict."""
-        print(f"  {label:<28} {name:<32} {value}", flush=True)
-
-    def table(self, rows: dict[str, dict[str, object]], total: bool) -> None:
-        """The rows that the parameters gave, under one head, and their sums if wanted."""
-        if not rows:
-            return
-        head = list(next(iter(rows.values())))
-        if total:
-            sums = {name: sum(row[name] for row in rows.values()) for name in head}
-            rows = {**rows, "total": sums}
-        self.cells("", head, head)
-        for label, row in rows.items():
-            self.cells(label, [str(row[name]) for name in head], head)
-
-    def cells(self, label: str, cells: list[str], head: list[str]) -> None:
-        """One row of a table."""
-        wide = (
-            f"  {cell:>{max(5, len(name))}}" for cell, name in zip(cells, head, strict=True)
-        )
-        print(f"  {label:<28}{''.join(wide)}")
-
-    def end(self) -> None:
-        """After a module."""
-
-
-class Markdown(Text):
-    """Tables in Markdown."""
-
-    def __init__(self) -> None:
-        """No table yet."""
-        self._open = False
-
-    def claim(self, name: str, text: str) -> None:
-        """A heading, and the claim."""
-        print(f"\n### {name}\n\n{text}\n")
-
-    def line(self, label: str, name: str, value: str) -> None:
-        """One row of the table of times and verdicts."""
-        if not self._open:
-            print("| case | what | value |\n|---|---|---|")
-            self._open = True
-        print(f"| {label} | {name.removeprefix('time_')} | {value.strip()} |", flush=True)
-
-    def cells(self, label: str, cells: list[str], head: list[str]) -> None:
-        """One row of a table, the first with a rule below it."""
-        if cells is head:
-            self._open = False
-            print()
-        print(f"| {label} | {' | '.join(cells)} |")
-        if cells is head:
-            print("|---" * (len(head) + 1) + "|")
-
-    def end(self) -> None:
-        """The next table has a head of its own."""
-        self._open = False
 
 
 def _times(
@@ -209,10 +172,11 @@ def _times(
     for name in names:
         method = getattr(bench, name)
         method(*params)
-        start = perf_counter()
-        for _ in range(5):
+        start, count = perf_counter(), 0
+        while count < 5 and perf_counter() - start < 0.01:
             method(*params)
-        calls[name] = max(1, int(0.01 / ((perf_counter() - start) / 5)))
+            count += 1
+        calls[name] = max(1, int(0.01 * count / (perf_counter() - start)))
     times: dict[str, list[float]] = {name: [] for name in names}
     for _ in range(repetitions):
         for name in names:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import shutil
 import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.processes import python
 from kinematics.linkage import Chain
 
 __all__ = ["both_kernels", "momentum", "operations_here", "operations_in_c"]
@@ -118,12 +117,8 @@ def operations_in_c(chain: Chain, V: np.ndarray, T: np.ndarray) -> list[int]:
 
 def operations_here(model: str, order: int, rays: int) -> list[int]:
     """The same of the Python text of our kernel, in a process that compiles nothing."""
-    done = subprocess.run(
-        [sys.executable, "-c", COUNT_HERE, model, str(order), str(rays)], check=True,
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, cwd=SOURCE.parents[1],
-        capture_output=True, text=True,
-    )  # fmt: skip
-    return [int(word) for word in done.stdout.split()]
+    text = python("-c", COUNT_HERE, model, str(order), str(rays), NUMBA_DISABLE_JIT="1")
+    return [int(word) for word in text.split()]
 
 
 def both_kernels(chain: Chain, screws: np.ndarray, order: int, X: np.ndarray) -> None:

@@ -9,8 +9,9 @@ from time import perf_counter
 import numpy as np
 
 from benchmarks.peers import jobs, library
+from benchmarks.show import seconds
 
-__all__ = ["Against", "Rows", "median", "start"]
+__all__ = ["Against", "Rows", "start", "times"]
 
 # Batches of a row, and seconds of each.
 BATCHES, BATCH = 15, 0.005
@@ -25,25 +26,29 @@ def start(peer: str, job: str, order: int) -> tuple[Callable, Callable]:
 
 
 class Against:
-    """Times of ours and of one other on the same job."""
+    """Ours and one other on the same job: times, and errors of the coefficients."""
 
     peer = ""
 
     def setup(self, job: str, order: int) -> None:
-        self.ours, _ = start("ours", job, order)
-        self.theirs, _ = start(self.peer, job, order)
+        self.ours = start("ours", job, order)
+        self.theirs = start(self.peer, job, order)
 
     def time_ours(self, job: str, order: int) -> None:
         """All coefficients of one more geometry."""
-        self.ours()
+        self.ours[0]()
 
-    def time_theirs(self, job: str, order: int) -> None:
-        """All coefficients once more."""
-        self.theirs()
+    def track_error(self, job: str, order: int) -> float:
+        """Of ours, relative, against mpmath."""
+        return _error(self.ours, job, order)
+
+    def track_error_of_theirs(self, job: str, order: int) -> float:
+        """The same of the other's."""
+        return _error(self.theirs, job, order)
 
 
 class Rows:
-    """Median time and largest relative error of every library, a row for each order."""
+    """Time with its spread, and largest relative error, of every library, a row each order."""
 
     peers: tuple[str, ...] = ()
     repetitions = 3
@@ -67,20 +72,25 @@ class Rows:
     def _cell(self, peer: str, job: str, order: int) -> str:
         if peer not in self.found:
             return "-"
-        run, read = self.found[peer]
-        error = jobs.error(job, read(run()), order)
-        return f"{1e6 * median(run):.3g} µs, {error:.0e}"
+        found = self.found[peer]
+        error = _error(found, job, order)
+        return f"{' '.join(seconds(times(found[0])).split())}, {error:.0e}"
 
 
-def median(run: Callable) -> float:
-    """Seconds of one call."""
+def _error(found: tuple[Callable, Callable], job: str, order: int) -> float:
+    run, read = found
+    return jobs.error(job, read(run()), order)
+
+
+def times(run: Callable) -> np.ndarray:
+    """Seconds of one call, of each batch."""
     before = perf_counter()
     run()
     count = max(1, int(BATCH / (perf_counter() - before)))
-    times = []
+    found = []
     for _ in range(BATCHES if count > 1 else 3):
         before = perf_counter()
         for _ in range(count):
             run()
-        times.append((perf_counter() - before) / count)
-    return float(np.median(times))
+        found.append((perf_counter() - before) / count)
+    return np.array(found)

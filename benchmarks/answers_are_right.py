@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from balance import design_space, momentum_regressor
+from balance.exact.ranks import exact_ranks
 from kinematics.models import gallery, load
 
 
@@ -12,6 +13,7 @@ class AnswersAreRight:
     """Error beside run time: momentum left at fresh poses by the null-space basis."""
 
     params = tuple((name,) for name in gallery())
+    claims = (("track_residual", 1e-12), ("track_wrong_rank", 0.0))
 
     def setup(self, model: str) -> None:
         """Load the linkage and its space."""
@@ -32,3 +34,7 @@ class AnswersAreRight:
             left = np.abs(X @ self.space.basis).max()
             worst = max(worst, left / (np.abs(X).max() * np.abs(self.space.basis).max()))
         return float(worst)
+
+    def track_wrong_rank(self, model: str) -> int:
+        """By how much the rank is not that of exact arithmetic."""
+        return abs(self.space.rank - exact_ranks(self.linkage).rank)

@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 from balance import design_space
 from balance.exact.ranks import exact_ranks
 from benchmarks.geometry import four_bar_chain
+from kinematics.linkage import Linkage
 from kinematics.models import load
 
 ORDERS = (10, 20, 50)
@@ -21,8 +22,8 @@ LONGEST = 20
 
 
 @cache
-def _ranks(count: int) -> dict[str, int]:
-    """Ranks of a row of four-bars, and what they took."""
+def _row(count: int) -> tuple[Linkage, dict[str, int]]:
+    """A row of four-bars; its ranks, and what they took."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "chain.urdf"
         path.write_text(four_bar_chain(count), encoding="utf-8")
@@ -30,7 +31,7 @@ def _ranks(count: int) -> dict[str, int]:
         exact = exact_ranks(linkage)
     space = design_space(linkage)
     alone = {f"to order {k}": design_space(linkage, max_order=k).rank for k in ORDERS}
-    return {
+    return linkage, {
         "exact": exact.rank, "kmax": exact.kmax, "ours": space.rank, "poses": space.poses,
         **alone,
     }  # fmt: skip
@@ -44,7 +45,11 @@ class PosesFindTheRank:
 
     def setup(self, count: int) -> None:
         """Ranks by every route."""
-        self.ranks = _ranks(count)
+        self.linkage, self.ranks = _row(count)
+
+    def time_design_space(self, count: int) -> None:
+        """The public call."""
+        design_space(self.linkage)
 
     def track_missed(self, count: int) -> float:
         """By how much the rank is wrong."""
@@ -63,7 +68,11 @@ class OrdersAloneDoNot:
 
     def setup(self, count: int) -> None:
         """Ranks by every route."""
-        self.ranks = _ranks(count)
+        self.linkage, self.ranks = _row(count)
+
+    def time_orders(self, count: int) -> None:
+        """The most orders that were asked for."""
+        design_space(self.linkage, max_order=ORDERS[-1])
 
     def track_right(self, count: int) -> int:
         """How many of the highest orders give the rank."""

@@ -80,6 +80,9 @@ class RankRulesCompared:
 
     def setup(self, model: str) -> None:
         """Count the ranks that are right."""
+        self.linkage = load(model)
+        exact = exact_ranks(self.linkage)
+        self.rays, self.kmax = len(exact.witness.rays), exact.kmax
         self.right = Counter(dict.fromkeys(("cases", "ours", *RULES), 0))
         with TemporaryDirectory() as folder:
             for linkage, exact in _judged(model, Path(folder)):
@@ -87,6 +90,14 @@ class RankRulesCompared:
                     moved = _away(linkage, size, offset)
                     for order in _orders(exact):
                         self._compare(moved, exact, order)
+
+    def time_ours(self, model: str) -> None:
+        """Our decision, conditions included."""
+        design_space(self.linkage)
+
+    def time_svd(self, model: str) -> None:
+        """A rule with a tolerance, from the joint screws too."""
+        RULES["SVD 1e-9"](_stacked(self.linkage, self.rays, self.kmax))
 
     def _compare(self, linkage: Linkage, exact: Exact, order: int) -> None:
         """One case."""

@@ -1,4 +1,7 @@
-"""Claim: ten motions of 200 samples are verified in at most one and a half seconds."""
+"""Claim: ten motions of 200 samples are verified in at most one and a half seconds.
+
+The error is the largest difference of the shaking loads by Pinocchio and by our own series.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ class TenMotionsTakeASecondAndAHalf:
     """Motions, loads by Pinocchio and by our own series, and bearing forces."""
 
     params = (("four_bar_kite_balanced",), ("three_rsr",), ("delta",), ("stewart_6ups",))
-    claims = (("time_verify", 1.5),)
+    claims = (("time_verify", 1.5), ("track_error", 1e-9))
     repetitions = 5
 
     def setup(self, model: str) -> None:
@@ -21,3 +24,7 @@ class TenMotionsTakeASecondAndAHalf:
     def time_verify(self, model: str) -> None:
         """Ten random motions."""
         verify(self.linkage)
+
+    def track_error(self, model: str) -> float:
+        """Relative to the largest load."""
+        return verify(self.linkage, trajectories=1).agreement

@@ -22,8 +22,8 @@ from benchmarks.show import Markdown, Text, seconds  # noqa: E402
 
 HERE = Path(__file__).parent
 HELPERS = {
-    "__init__", "__main__", "against", "compiled", "geometry", "processes", "reference", "rows",
-    "sampling", "show", "table",
+    "__init__", "__main__", "against", "compiled", "geometry", "processes", "profiles",
+    "reference", "rows", "sampling", "show", "table",
 }  # fmt: skip
 BASELINE = HERE / "baseline.json"
 # A ratio that grew by more than this is a loss.
@@ -92,6 +92,13 @@ def _machine() -> str:
     )
 
 
+def classes(name: str) -> list[type]:
+    """The benchmarks of a module."""
+    module = import_module(f"benchmarks.{name}")
+    found = [value for value in vars(module).values() if isinstance(value, type)]
+    return [cls for cls in found if cls.__module__ == module.__name__]
+
+
 class Run:
     """Benchmarks as they are run: what their claims came to, and the ratios of times."""
 
@@ -103,11 +110,9 @@ class Run:
 
     def module(self, name: str) -> None:
         """Run the classes of a module."""
-        module = import_module(f"benchmarks.{name}")
-        self.show.claim(name, module.__doc__.strip())
-        for cls in vars(module).values():
-            if isinstance(cls, type) and cls.__module__ == module.__name__:
-                self._class(cls, name)
+        self.show.claim(name, import_module(f"benchmarks.{name}").__doc__.strip())
+        for cls in classes(name):
+            self._class(cls, name)
 
     def _class(self, cls: type, module: str) -> None:
         """Run a class for all its parameters."""

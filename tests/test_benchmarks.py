@@ -6,7 +6,6 @@ import json
 import subprocess
 import sys
 from collections import Counter
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
@@ -14,7 +13,7 @@ import numpy as np
 import pytest
 
 from benchmarks import __main__ as runner
-from benchmarks import table
+from benchmarks import profiles, table
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted(
@@ -24,19 +23,12 @@ MODULES = sorted(
 OF_TIMES = ("exponent", "share")
 
 
-def classes(name: str) -> list[type]:
-    """The benchmark classes of a module."""
-    module = import_module(f"benchmarks.{name}")
-    found = [c for c in vars(module).values() if isinstance(c, type)]
-    return [c for c in found if c.__module__ == module.__name__]
-
-
 def claims() -> dict[str, float]:
     """The limit of every claim of every benchmark, by its name in a run."""
     found = [
         (f"{name}:{' '.join(map(str, params))}: {'/'.join(claim[:-1])}", claim[-1])
         for name in MODULES
-        for cls in classes(name)
+        for cls in runner.classes(name)
         for params in cls.params
         for claim in getattr(cls, "claims", ())
     ]
@@ -47,7 +39,7 @@ def claims() -> dict[str, float]:
 @pytest.mark.parametrize("name", MODULES)
 def test_every_method_runs_for_its_first_parameters(name):
     left_out = []
-    for cls in classes(name):
+    for cls in runner.classes(name):
         bench = cls()
         try:
             bench.setup(*cls.params[0])
@@ -168,6 +160,16 @@ def test_what_is_missing_is_left_out_in_one_line(stub, capsys):
         ["case", "track_peer", "left", "out:", "a", "peer", "is", "missing"],
         ["missing", "left", "out", "a", "library", "is", "missing"],
     ]
+
+
+def test_a_profile_names_the_functions_that_take_most(capsys, monkeypatch):
+    monkeypatch.setattr(profiles, "SECONDS", 0.01)
+    assert profiles.main(["answer_costs_six_qr"]) == 0
+    head, *listed = capsys.readouterr().out.splitlines()
+    assert head == "answer_costs_six_qr: four_bar_general 4: time_design_space"
+    shares = [float(line.split()[0]) for line in listed[: profiles.MOST]]
+    assert shares == sorted(shares, reverse=True) and 0.0 < sum(shares) <= 100.5
+    assert any("designspace.py" in line for line in listed)
 
 
 def test_tables_in_markdown():

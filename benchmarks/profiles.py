@@ -1,0 +1,66 @@
+"""Where the time of our side of a benchmark goes, compiled functions included.
+
+``python -m benchmarks.profiles NAME…`` runs what the first claim of each class times, or else
+what it times first, under cProfile, and prints the functions that take most, their own time in
+per cent of the whole. The profiler slows down what is Python more than what is compiled, and
+does not see other threads or processes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from cProfile import Profile
+from pathlib import Path
+from pstats import Stats
+from time import perf_counter
+
+from benchmarks.__main__ import classes
+
+__all__ = ["main"]
+
+# Seconds of each profile, and how many functions are listed.
+SECONDS, MOST = 0.5, 8
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print a profile for each case."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.profiles", description=__doc__)
+    parser.add_argument("names", nargs="+", help="modules of benchmarks")
+    for name in parser.parse_args(argv).names:
+        for cls in classes(name):
+            for params in cls.params:
+                _case(name, cls(), params)
+    return 0
+
+
+def _case(name: str, bench: object, params: tuple) -> None:
+    claimed = [claim[0] for claim in getattr(bench, "claims", ())]
+    timed = [method for method in (*claimed, *dir(bench)) if method.startswith("time_")]
+    try:
+        bench.setup(*params)
+    except NotImplementedError:
+        return
+    if timed:
+        print(f"{name}: {' '.join(map(str, params))}: {timed[0]}")
+        _print(_profile(getattr(bench, timed[0]), params))
+
+
+def _profile(call: Callable[..., None], params: tuple) -> Stats:
+    call(*params)
+    profile, start = Profile(), perf_counter()
+    while perf_counter() - start < SECONDS:
+        profile.runcall(call, *params)
+    return Stats(profile)
+
+
+def _print(stats: Stats) -> None:
+    own = {where: entry[2] for where, entry in stats.stats.items()}
+    for (file, line, name), seconds in sorted(own.items(), key=lambda item: -item[1])[:MOST]:
+        place = f"{Path(file).parent.name}/{Path(file).name}:{line} " if line else ""
+        print(f"  {100.0 * seconds / sum(own.values()):5.1f} %  {place}{name}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

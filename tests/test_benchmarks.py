@@ -121,9 +121,10 @@ def stub(monkeypatch, tmp_path):
     monkeypatch.setattr(runner, "BASELINE", tmp_path / "baseline.json")
     runner.BASELINE.write_text(json.dumps({line.claims[0]: 1.0}))
 
-    def at(ratio):
-        times = {"time_ours": np.full(5, ratio), "time_theirs": np.ones(5)}
-        monkeypatch.setattr(runner, "_times", lambda *_: dict(times))
+    def at(*ratios):
+        left = [{"time_ours": np.full(5, ratio), "time_theirs": np.ones(5)} for ratio in ratios]
+        take = iter(left)
+        monkeypatch.setattr(runner, "_times", lambda *_: dict(next(take, left[-1])))
 
     return at
 
@@ -138,6 +139,14 @@ def test_a_run_fails_on_a_claim_and_a_check_on_a_loss(stub, capsys, ratio, held,
     assert ("LOST: stub:case: time_ours/time_theirs" in capsys.readouterr().out) == bool(kept)
     assert runner.main(["--record", "stub"]) == held
     assert runner.main(["--check"]) == 0, "against what was recorded"
+
+
+@pytest.mark.parametrize("second", [0.9, 1.8])
+def test_what_was_slow_once_is_run_again(stub, capsys, second):
+    stub(1.9, second)
+    lost = second > 1.3
+    assert runner.main(["--check"]) == lost
+    assert ("time_ours/time_theirs: 1.8, was 1" in capsys.readouterr().out) == lost
 
 
 def test_a_run_ends_with_the_lines_that_it_answers(stub, capsys):

@@ -17,9 +17,9 @@ import numba
 from numba.core import event
 
 try:
-    from numba.core.caching import FunctionCache
+    from numba.core.caching import FunctionCache, IndexDataCacheFile
 except ImportError:
-    FunctionCache = object
+    FunctionCache = IndexDataCacheFile = object
 
 __all__ = ["kernel"]
 
@@ -80,6 +80,30 @@ def _fingerprint(folder: Path) -> str:
     return digest.hexdigest()
 
 
+class _Files(IndexDataCacheFile):
+    """One file per signature of a kernel, which says of what it is.
+
+    Numba numbers them as they come, and has an index of the numbers: two processes that
+    compile at once may give one number to two signatures, and call one as the other.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Store what was compiled for a signature and a processor."""
+        self._save_data(self._name(key), (self._source_stamp, key, data))
+
+    def load(self, key: Any) -> Any:
+        """What was stored of these sources for a signature and a processor, or None."""
+        try:
+            stamp, stored, data = self._load_data(self._name(key))
+        except FileNotFoundError:
+            return None
+        return data if (stamp, stored) == (self._source_stamp, key) else None
+
+    def _name(self, key: Any) -> str:
+        digest = sha256(f"{numba.__version__} {key}".encode()).digest()
+        return self._data_name(int.from_bytes(digest[:8], "big"))
+
+
 class _Cache(FunctionCache):
     """Numba's disk cache, stale as soon as any file with kernels has changed.
 
@@ -90,25 +114,20 @@ class _Cache(FunctionCache):
     def __init__(self, function: Callable[..., Any]) -> None:
         """Find the folder of the cache; RuntimeError if there is none."""
         super().__init__(function)
-        file = self._cache_file
-        source = Path(function.__code__.co_filename)
-        file._source_stamp = file._source_stamp, _fingerprint(source.parent)
+        stamp = _fingerprint(Path(function.__code__.co_filename).parent)
+        self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled kernel, or None if it is not there or cannot be read."""
         try:
             return super().load_overload(sig, target_context)
         except Exception:  # a file cut short by a crash or a full disk may raise anything
-            self._write(self.flush)
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store a compiled kernel if there is room."""
-        self._write(super().save_overload, sig, data)
-
-    def _write(self, action: Callable[..., None], *arguments: Any) -> None:
         try:
-            action(*arguments)
+            super().save_overload(sig, data)
         except OSError:
             _events.cannot_cache()
 

@@ -13,6 +13,8 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -96,25 +98,26 @@ def test_nowhere_to_write_costs_one_warning(copy, tmp_path):
     folder = tmp_path / "cache"
     assert run(copy, ASK, HOME=home, NUMBA_CACHE_DIR=str(folder))[0] == ["20.0"]
     assert run(copy, ASK, HOME=home, NUMBA_CACHE_DIR=str(folder)) == (["20.0"], [])
-    assert list(folder.glob("*/*.nbi"))
+    assert list(folder.glob("*/*.nbc"))
 
 
 def test_a_damaged_cache_is_compiled_anew(copy):
     run(copy, ASK)
-    for suffix in ("nbi", "nbc"):
-        for file in copy.glob(f"**/*.{suffix}"):
-            file.write_bytes(file.read_bytes()[:7])
-        out, told = run(copy, ASK)
-        assert out == ["20.0"] and len(told) == 1
+    files = list(copy.glob("**/*.nbc"))
+    assert len(files) == 2
+    for file in files:
+        file.write_bytes(file.read_bytes()[:7])
+    out, told = run(copy, ASK)
+    assert out == ["20.0"] and len(told) == 1
     assert run(copy, ASK) == (["20.0"], [])
 
 
 def test_a_full_disk_costs_one_warning(copy):
     full = """
-from numba.core.caching import IndexDataCacheFile
-def save(*_):
+import os
+def replace(*_):
     raise OSError(28, "No space left on device")
-IndexDataCacheFile.save = save
+os.replace = replace
 """
     out, told = run(copy, full + ASK)
     assert out == ["20.0"]
@@ -137,6 +140,38 @@ for other in ({{"__init__": lambda self, f: None}}, {{}}, None):
 """
     assert run(copy, code)[0] == ["20.0", "1"] * 3
     assert run(copy, code) == (["20.0", "1"] * 3, [])
+
+
+# Files appear in the cache by `os.replace`: the first process puts one there when the second
+# has looked, and then waits for all that the second puts there.
+RACE = """
+import os, pathlib, time
+def wait(name):
+    while not pathlib.Path(name).exists():
+        time.sleep(0.01)
+def replace(old, new, plain=os.replace):
+    pathlib.Path(ME).touch()
+    wait("second" if ME == "first" else "put")
+    if pathlib.Path("put").exists() and ME == "first":
+        wait("end")
+    plain(old, new)
+    pathlib.Path("put").touch()
+os.replace = replace
+from kinematics.below import inner
+print(inner(ASKED))
+pathlib.Path("end").touch()
+"""
+
+
+def test_two_processes_may_compile_at_once(copy):
+    """One file each for two signatures, neither lost nor mistaken for the other."""
+    with ThreadPoolExecutor() as pool:
+        cases = {"first": "2", "second": "2.5"}.items()
+        codes = [f"ME, ASKED = {me!r}, {asked}\n{RACE}" for me, asked in cases]
+        answers = [out for out, _ in pool.map(partial(run, copy), codes)]
+    assert answers == [["3.0"], ["3.5"]]
+    code = "from kinematics.below import inner; print(inner(2), inner(2.5))"
+    assert run(copy, code) == (["3.0", "3.5"], [])
 
 
 def test_kernels_run_without_a_compiler(copy):

@@ -152,7 +152,7 @@ DAMAGE = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("changes", DAMAGE, ids=str)
+@pytest.mark.parametrize("changes", DAMAGE, ids="-".join)
 def test_a_damaged_space_is_refused_in_one_line(changes, tmp_path):
     assert balance.load_space(packed(tmp_path)).rank == 35
     refused(packed(tmp_path, **changes), "not a saved design space, or damaged")

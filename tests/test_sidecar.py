@@ -3,6 +3,7 @@
 import itertools
 import shutil
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -172,8 +173,10 @@ def test_where_loops_are_found(write, tmp_path):
     assert len(urdf.read(elsewhere / "robot.urdf", path.with_suffix(".yml")).joints) == 6
 
 
-def test_elements_win_over_a_file_that_was_only_found(write):
-    path = write(bench(loop("k", "revolute", FRAMES, axis=[0, 0, 1])), PAIR + "colour: red")
+def test_elements_win_over_a_file_that_was_only_found(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # so that the path is short, and told as a whole
+    ours = loop("k", "revolute", FRAMES, axis=[0, 0, 1])
+    path = written(Path(), bench(ours), PAIR + "colour: red")
     draft = urdf.read(path)
     assert [w.name for w in draft.loops] == ["k"]
     assert [notice.code for notice in draft.notices] == ["loops_ignored"]

@@ -13,7 +13,7 @@ from second_words import Strange
 from kinematics import gallery
 from kinematics.reader import urdf
 
-CASES = 3000
+CASES = 1000
 EXACT = urdf.Options(angles="as_written")
 
 

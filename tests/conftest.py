@@ -1,4 +1,4 @@
-"""One BLAS thread, and robots as files.
+"""One BLAS thread, processes for the whole suite, and robots as files.
 
 The matrices are small, and sums keep their order on every machine.
 """
@@ -13,6 +13,12 @@ import pytest
 for name in ("OPENBLAS", "OMP", "MKL", "BLIS"):
     os.environ[f"{name}_NUM_THREADS"] = "1"
 os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
+
+
+def pytest_xdist_auto_num_workers(config):
+    """Up to four processes for a folder; tests of files that are named run in this one."""
+    named = all(".py" in argument for argument in config.args)
+    return 0 if named else min(os.cpu_count() or 1, 4)
 
 
 @pytest.fixture

@@ -15,6 +15,20 @@ for name in ("OPENBLAS", "OMP", "MKL", "BLIS"):
 os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
 
 
+# Files of tests that need no kernels, or small ones.
+PLAIN = (
+    "guard hostile hostile_files house inertia keyfile loops markup oddities packaging "
+    "reference screws urdf"
+).split()
+
+
+def pytest_collection_modifyitems(items):
+    """Plain files come second: one process compiles large kernels for the first meanwhile."""
+    first = [item.path for item in items[:1]]
+    plain = {f"test_{name}" for name in PLAIN}
+    items.sort(key=lambda item: (item.path not in first, item.path.stem not in plain))
+
+
 def pytest_xdist_auto_num_workers(config):
     """Up to four processes for a folder; tests of files that are named run in this one."""
     named = all(".py" in argument for argument in config.args)

@@ -15,18 +15,18 @@ for name in ("OPENBLAS", "OMP", "MKL", "BLIS"):
 os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
 
 
-# Files of tests that need no kernels, or small ones.
+# Files of tests that need no kernels, and then small ones.
 PLAIN = (
-    "guard hostile hostile_files house inertia keyfile loops markup oddities packaging "
-    "reference screws urdf"
+    "packaging reference hostile_files keyfile guard loops markup multipole inertia screws "
+    "urdf rank series taylor momentum_taylor sparse"
 ).split()
 
 
 def pytest_collection_modifyitems(items):
-    """Plain files come second: one process compiles large kernels for the first meanwhile."""
+    """Plain files come second: the first file has the large kernels compiled meanwhile."""
     first = [item.path for item in items[:1]]
-    plain = {f"test_{name}" for name in PLAIN}
-    items.sort(key=lambda item: (item.path not in first, item.path.stem not in plain))
+    place = {f"test_{name}": k for k, name in enumerate(PLAIN)}
+    items.sort(key=lambda i: (i.path not in first, place.get(i.path.stem, len(PLAIN))))
 
 
 def pytest_xdist_auto_num_workers(config):

@@ -67,11 +67,11 @@ def factor_of(F, permutation, rank):
 
 
 @kernel(borrows=True)
-def take(F, permutation, rank, rows, columns, begin, end, weight):
-    """Put ``weight * rows[begin:end]`` below the factor; of each, the entries at columns."""
-    for i in range(end - begin):
+def take(F, permutation, rank, rows, columns, weight):
+    """Put ``weight * rows`` below the factor; of each row, the entries at columns."""
+    for i in range(rows.shape[0]):
         for j in range(columns.size):
-            F[rank + i, j] = weight * rows[begin + i, columns[permutation[j]]]
+            F[rank + i, j] = weight * rows[i, columns[permutation[j]]]
         for j in range(columns.size, F.shape[1]):
             F[rank + i, j] = 0.0
 
@@ -182,8 +182,8 @@ def _reflect(f, P, k, end, diagonal, norms):
 
 
 @kernel(borrows=True)
-def implied(F, permutation, rank, rows, columns, begin, end, weight, floor, scale):
-    """Whether ``weight * rows[begin:end]`` follow from the factor.
+def implied(F, permutation, rank, rows, columns, weight, floor, scale):
+    """Whether ``weight * rows`` follow from the factor.
 
     One generic combination of the rows is eliminated by the factor: if any of them adds a
     condition, so does almost every combination.
@@ -193,8 +193,8 @@ def implied(F, permutation, rank, rows, columns, begin, end, weight, floor, scal
     x = f[f.size - P :]
     for j in range(P):
         x[j] = 0.0
-    for i in range(begin, end):
-        c = weight * np.cos((i - begin + 1.0) ** 2)
+    for i in range(rows.shape[0]):
+        c = weight * np.cos((i + 1.0) ** 2)
         for j in range(p):
             x[j] += c * rows[i, columns[permutation[j]]]
     size = 0.0
@@ -252,10 +252,9 @@ def gather(
     settled = False
     done = 0
     for k in range(orders):
-        order = first + k
-        weight = radius**order
-        every = 1
-        for i in range(order):
+        weight, every = 1.0, 1
+        for i in range(first + k):
+            weight *= radius
             every = every * (width + i) // (i + 1)
         used = 0
         before = rank
@@ -264,22 +263,21 @@ def gather(
             wanted = min(every, max(wanted, 1))
             if (wanted if wanted == every else wanted + 1) * per_ray > count:
                 return rank, scale, dropped, done, False, False
-            begin, end = used * per_ray, wanted * per_ray
-            take(F, permutation, rank, rows[k], columns, begin, end, weight)
-            rank, scale, remainder = absorb(F, permutation, rank, end - begin, floor, scale)
+            new = rows[k, used * per_ray : wanted * per_ray]
+            take(F, permutation, rank, new, columns, weight)
+            rank, scale, remainder = absorb(F, permutation, rank, new.shape[0], floor, scale)
             dropped = max(dropped, remainder)
             used = wanted
+            next_ray = rows[k, used * per_ray : (used + 1) * per_ray]
             if used < every and implied(
-                F, permutation, rank, rows[k], columns, end, end + per_ray, weight, floor, scale
+                F, permutation, rank, next_ray, columns, weight, floor, scale
             ):
                 break
         ranks[k] = rank
         done += 1
         settled = rank == p
         if not settled and fresh.shape[0] > 0:
-            settled = implied(
-                F, permutation, rank, fresh, columns, 0, fresh.shape[0], 1.0, floor, scale
-            )
+            settled = implied(F, permutation, rank, fresh, columns, 1.0, floor, scale)
         if stop and (settled or (fresh.shape[0] == 0 and rank == before)):
             break
     return rank, scale, dropped, done, settled, True
@@ -296,7 +294,7 @@ def absorbed(R, permutation, rows, columns, floor, scale):
     order, rank, m = permutation.copy(), R.shape[0], rows.shape[0]
     F = room_for(columns.size, m)
     take_factor(R, order, F)
-    take(F, order, rank, rows, columns, 0, m, 1.0)
+    take(F, order, rank, rows, columns, 1.0)
     rank, scale, remainder = absorb(F, order, rank, m, floor, scale)
     return factor_of(F, order, rank), order, scale, remainder
 
@@ -306,9 +304,7 @@ def follows(R, permutation, rows, columns, floor, scale):
     """Whether rows follow from a factor with its columns in their own order."""
     F = room_for(columns.size, 0)
     take_factor(R, permutation, F)
-    return implied(
-        F, permutation, R.shape[0], rows, columns, 0, rows.shape[0], 1.0, floor, scale
-    )
+    return implied(F, permutation, R.shape[0], rows, columns, 1.0, floor, scale)
 
 
 @kernel(borrows=True)

@@ -23,7 +23,7 @@ from balance.designspace import design_space
 from balance.inertia import from_chain
 from balance.momentum import parameters_per_body, rows_per_column
 from balance.opening import transfers
-from balance.stage import generic
+from balance.stage import FIRST, generic
 from balance.sweep import misfit, place, points_on, sweep
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
@@ -182,8 +182,8 @@ class _Work:
         sweep(
             chain.parent, screws, chain.ends, mimics, chain.dependent, chain.columns,
             chain.moves, chain.links, self.rigid, self.rays, self.fewest, self.per, self.size,
-            self.origins[part], self.lengths[part], self.answers[part], self.kept[part],
-            self.bases[part],
+            FIRST, True, 1, self.origins[part], self.lengths[part], self.answers[part],
+            self.kept[part], self.bases[part],
         )  # fmt: skip
 
     def look_twice(self, number: int) -> None:

@@ -249,7 +249,7 @@ def _walk(
                 t = target[k]
                 if t < 0 or body[t] < 0:
                     continue
-                if not _known(reached, spans, states, t, twists[k, : tall[k]], work[0]):
+                if not _known(reached, spans, states, t, twists[k, : tall[k]], twists[-1, 0]):
                     reached[states, 0], reached[states, 1] = t, owner[entry]
                     reached[states, 2] = tall[k]
                     for v in range(tall[k]):
@@ -280,7 +280,7 @@ def search(parent, screws, node, body, owner, unknowns, size, rows, floor):
     n, dim = screws.shape
     # The joints of a cluster, what passes them, and the twists beyond them.
     numbers = np.empty((7, max(2 * n + 1, size)), np.int64)
-    passes, twists = np.empty((2 * n, size, size)), np.empty((2 * n, dim, dim))
+    passes, twists = np.empty((2 * n, size, size)), np.empty((2 * n + 1, dim, dim))
     work = np.empty((rows * (dim + 1) + 2 * size, size))
     room = 2 * n + size
     while True:

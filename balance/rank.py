@@ -111,9 +111,7 @@ class Conditions(NamedTuple):
         """Whether rows that were not used follow from these conditions."""
         block = rows.reshape(-1, self.known.shape[1])
         return self.complete or bool(
-            follows(
-                self.factor, self.permutation, block, self.columns, self.floor, self.scale
-            )
+            follows(self.factor, self.permutation, block, self.columns, self.floor, self.scale)
         )
 
     def decide(self) -> Decision:

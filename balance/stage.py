@@ -84,6 +84,20 @@ def _fresh_rows(
 
 
 @kernel
+def _rates(C, ray):
+    """Radius of convergence along a ray, and the rate of the slowest joint over the fastest."""
+    rates = np.zeros(C.shape[:2])
+    for k in range(rates.shape[0]):
+        for j in range(rates.shape[1]):
+            for w in range(ray.size):
+                rates[k, j] += C[k, j, w] * ray[w]
+    least, largest = np.inf, 0.0
+    for j in range(rates.shape[1]):
+        least, largest = min(least, abs(rates[0, j])), max(largest, abs(rates[0, j]))
+    return series_radius(rates), least / largest
+
+
+@kernel
 def stage(
     parent, screws, ends, mimics, dependent, columns, moves, links, rays, per, size,
     goal, stop, steps, R, permutation, scale, dropped, unknowns, floor, ranks,
@@ -97,17 +111,7 @@ def stage(
         enough rays, and whether a finite pose was found.
     """
     width, parameters = columns.shape[1], links.size * size
-    last = max(goal, FIRST)
-    C, V, T, open = series(parent, screws, ends, mimics, dependent, columns, moves, rays, last)
-    rates = np.zeros(C.shape[1:3])
-    for k in range(rates.shape[0]):
-        for j in range(rates.shape[1]):
-            for w in range(width):
-                rates[k, j] += C[0, k, j, w] * rays[0, w]
-    reach, mismatch = series_radius(rates), open.max()
-    slowest = np.abs(rates[0]).min() / np.abs(rates[0]).max()
     H = np.empty((0, 4, 4)) if screws.shape[1] == 6 else np.empty((0, 3, 3))
-    work = room(V, links, moves)
     fresh = np.empty((0, parameters))
     found = np.zeros(goal + 1, np.int64)
     done = ranks.size
@@ -116,16 +120,27 @@ def stage(
     rank, order = R.shape[0], permutation.copy()
     F = room_for(unknowns.size, rays.shape[0] * width * per)
     take_factor(R, order, F)
-    settled, first, enough, placed = False, found.size - goal - 1, True, True
+    settled, enough, placed = False, True, True
+    reach = slowest = mismatch = 1.0
     # With several coordinates the last order costs most, and is needed least.
     for upto in range(goal - 1 if stop and width > 1 else goal, goal + 1):
-        X = np.zeros((upto + 1 - first, rays.shape[0], width, per, parameters))
-        regressor(first, upto, H, links, moves, V, T, work, X)
-        rows = X.reshape((upto + 1 - first, rays.shape[0] * width * per, parameters))
+        if settled or not (enough and placed):
+            break
+        C, V, T, open = series(
+            parent, screws, ends, mimics, dependent, columns, moves, rays,
+            upto if stop else max(upto, FIRST),
+        )  # fmt: skip
+        mismatch = 0.0
+        for k in range(open.size):
+            mismatch = max(mismatch, open[k])
+        reach, slowest = _rates(C[0], rays[0])
+        X = np.zeros((upto + 1, rays.shape[0], width, per, parameters))
+        regressor(done - done, upto, H, links, moves, V, T, room(V, links, moves), X)
+        rows = X.reshape((upto + 1, rays.shape[0] * width * per, parameters))
         while enough and placed and not settled and done <= upto:
             rank, scale, dropped, more, settled, enough = gather(
-                F, order, rank, scale, dropped, rows[done - first :], unknowns, width * per,
-                width, done, reach, fresh, stop, floor, found[done:],
+                F, order, rank, scale, dropped, rows[done:], unknowns, width * per, width, done,
+                reach, fresh, stop, floor, found[done:],
             )  # fmt: skip
             done += more
             stalled = done > 1 and found[done - 1] == found[done - 2]
@@ -136,12 +151,9 @@ def stage(
                 )  # fmt: skip
                 placed = fresh.shape[0] > 0
                 settled = placed and (
-                    rank == unknowns.size or implied(
-                        F, order, rank, fresh, unknowns, first - first, fresh.shape[0], 1.0,
-                        floor, scale,
-                    )
-                )  # fmt: skip
-        first = upto + 1
+                    rank == unknowns.size
+                    or implied(F, order, rank, fresh, unknowns, 1.0, floor, scale)
+                )
     settled = settled and enough and placed
     return (factor_of(F, order, rank), order, scale, dropped, found[:done].copy(), settled,
             reach, mismatch, slowest, enough, placed)  # fmt: skip

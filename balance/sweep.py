@@ -15,9 +15,9 @@ from balance.elimination import (
     take,
 )
 from balance.opening import parts, search
-from balance.stage import FIRST, NEAR, stage
-from kinematics.closure import factor, fill_loop_matrix
+from balance.stage import NEAR, stage
 from kinematics.kernels import kernel
+from kinematics.profile import factor, fill, profile
 
 __all__ = ["misfit", "place", "points_on", "sweep"]
 
@@ -146,14 +146,12 @@ def place(given, near, centres, R, pivots, relations, screws, mimics, origins, l
 
 
 @kernel(borrows=True)
-def _regular(parent, screws, ends, mimics, dependent, A, diagonal):
+def _regular(parent, screws, ends, mimics, lines, F, diagonal):
     """Whether the loop matrix determines the dependent joints well."""
-    if A.shape[0] < dependent.size:
-        return False
-    fill_loop_matrix(parent, screws, ends, mimics, dependent, A)
-    factor(A, diagonal)
+    fill(parent, screws, ends, mimics, lines, F)
+    factor(F, lines, diagonal)
     least, largest = np.inf, 0.0
-    for d in range(dependent.size):
+    for d in range(diagonal.size):
         least, largest = min(least, abs(diagonal[d])), max(largest, abs(diagonal[d]))
     return least > REGULAR * largest
 
@@ -175,34 +173,42 @@ def _others(order, known):
 @kernel
 def sweep(
     parent, screws, ends, mimics, dependent, columns, moves, links, rigid, rays, fewest, per,
-    size, origins, lengths, answers, kept, bases,
+    size, goal, stop, steps, origins, lengths, answers, kept, bases,
 ):  # fmt: skip
-    """Rank, nullity, serial nullity and kmax of each geometry; rank -1 if not settled."""
+    """Rank, nullity, serial nullity and kmax of each geometry; rank -1 if not settled.
+
+    What goes to `stage` as it is, ``goal``, ``stop`` and ``steps`` too, is not written here:
+    numbers would have it compiled anew.
+    """
     unknowns = links.size * size
     node, body, owner = parts(parent, ends, links)
-    S = np.empty((ends.shape[0] * screws.shape[2] + mimics.shape[1], dependent.size))
+    lines, S, rows = profile(parent, ends, mimics[0], dependent, screws.shape[2])
     diagonal, own = np.empty(dependent.size), np.arange(unknowns)
     none = np.empty(0, np.int64)
     for g in range(screws.shape[0]):
         answers[g, 0] = -1
         s, m = screws[g], mimics[g]
-        if lengths[g] <= 0.0 or not _regular(parent, s, ends, m, dependent, S, diagonal):
+        if (
+            lengths[g] <= 0.0 or rows < dependent.size
+            or not _regular(parent, s, ends, m, lines, S, diagonal)
+        ):  # fmt: skip
             continue
         o = origins[g]
         away = np.sqrt(o[0] * o[0] + o[1] * o[1] + o[2] * o[2]) / lengths[g]
         floor = max(FLOOR, 2.0**-50 * away)
         found, _, count = search(parent, s, node, body, owner, unknowns, size, per, floor)
+        start = np.empty((0, unknowns))
         F, order = room_for(unknowns, count + rigid.shape[0]), own.copy()
-        take(F, order, 0, found, own, 0, count, 1.0)
-        take(F, order, count, rigid, own, 0, rigid.shape[0], 1.0)
-        known = absorb(F, order, 0, count + rigid.shape[0], floor, 1.0)[0]
+        take(F, order, start.shape[0], found[:count], own, 1.0)
+        take(F, order, count, rigid, own, 1.0)
+        known = absorb(F, order, start.shape[0], count + rigid.shape[0], floor, 1.0)[0]
         left = _others(order, known)
         p = left.size
         count = fewest
         while count <= rays.shape[0]:
             R, permutation, scale, _, ranks, settled, reach, open, slowest, enough, _ = stage(
                 parent, s, ends, m, dependent, columns, moves, links, rays[:count], per, size,
-                FIRST, True, 1, np.empty((0, p)), own[:p], 0.0, 0.0, left, floor, none,
+                goal, stop, steps, np.empty((0, p)), own[:p], 0.0, 0.0, left, floor, none,
             )  # fmt: skip
             if enough:
                 break
@@ -220,7 +226,7 @@ def sweep(
         answers[g, 2], answers[g, 3] = known, kmax
         kept[g] = least / scale if rank > 0 else 1.0
         if bases.shape[0] > 0:
-            rows = solutions(factor_of(F, order, known), R, permutation, left)
+            basis = solutions(factor_of(F, order, known), R, permutation, left)
             for i in range(unknowns - rank):
                 for j in range(unknowns):
-                    bases[g, i, j] = rows[i, j]
+                    bases[g, i, j] = basis[i, j]

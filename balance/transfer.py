@@ -29,7 +29,7 @@ __all__ = ["SAME", "beyond", "contains", "remove", "transferable"]
 SAME = 2.0**-30
 
 
-@kernel(borrows=True)
+@kernel(inline=True, borrows=True)
 def _momentum(t, z, h):
     """Momentum h of the parameters z at twist t; without moments if h has no room for them."""
     if t.size == 3:
@@ -50,7 +50,7 @@ def _momentum(t, z, h):
         h[2] = z[8] * t[0] + z[9] * t[1] + z[6] * t[2] + x * t[4] - y * t[3]
 
 
-@kernel(borrows=True)
+@kernel(inline=True, borrows=True)
 def _rate(s, z, d):
     """Rate d of the parameters z of a body that moves with the twist s: d = L z."""
     d[0] = 0.0

@@ -27,98 +27,36 @@ from numpy.typing import NDArray
 
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain, frozen
-from kinematics.profile import (
-    FEW,
-    factor_profile,
-    fill_profile,
-    full,
-    profile,
-    solve_profile,
-)
+from kinematics.profile import JOINT, ROW, factor, fill, profile, solve
 
 __all__ = [
     "Series",
     "add_bracket",
     "expand",
     "expand_from",
-    "factor",
     "fill_loop_matrix",
     "loop_matrix",
     "series",
-    "solve",
 ]
 
 Array = NDArray[np.float64]
 
 
 @kernel(borrows=True)
-def factor(A, diagonal):
-    """Householder QR of A (rows ≥ columns) in place; R's diagonal goes to ``diagonal``."""
-    rows, columns = A.shape
-    for k in range(columns):
-        norm = 0.0
-        for i in range(k, rows):
-            norm += A[i, k] * A[i, k]
-        norm = np.sqrt(norm)
-        if norm == 0.0:
-            diagonal[k] = 0.0
-            continue
-        if A[k, k] > 0.0:
-            norm = -norm
-        diagonal[k] = norm
-        A[k, k] -= norm
-        for j in range(k + 1, columns):
-            dot = 0.0
-            for i in range(k, rows):
-                dot += A[i, k] * A[i, j]
-            dot /= norm * A[k, k]
-            for i in range(k, rows):
-                A[i, j] += dot * A[i, k]
-
-
-@kernel(borrows=True)
-def solve(A, diagonal, b):
-    """Least-squares solution of the factored system, in the head of b; returns the residual.
-
-    The tail of b keeps the residual in the rotated rows; its norm is returned.
-    """
-    rows, columns = A.shape
-    for k in range(columns):
-        if diagonal[k] == 0.0:
-            continue
-        dot = 0.0
-        for i in range(k, rows):
-            dot += A[i, k] * b[i]
-        dot /= diagonal[k] * A[k, k]
-        for i in range(k, rows):
-            b[i] += dot * A[i, k]
-    for k in range(columns - 1, -1, -1):
-        for j in range(k + 1, columns):
-            b[k] -= A[k, j] * b[j]
-        b[k] = b[k] / diagonal[k] if diagonal[k] != 0.0 else 0.0
-    residual = 0.0
-    for i in range(columns, rows):
-        residual += b[i] * b[i]
-    return np.sqrt(residual)
-
-
-@kernel(borrows=True)
-def fill_loop_matrix(parent, screws, ends, mimics, joints, A):
-    """Columns ``joints`` of the loop matrix S_0, and below them the mimic relations."""
+def fill_loop_matrix(parent, screws, ends, mimics, S):
+    """Put the loop matrix S_0 of all joints, with the mimic relations below, into zeros."""
     dim, base = screws.shape[1], ends.shape[0] * screws.shape[1]
-    for row in range(A.shape[0]):
-        for c in range(joints.size):
-            A[row, c] = 0.0 if row < base else mimics[row - base, joints[c]]
     for loop in range(ends.shape[0]):
         for side in range(2):
             sign = 1.0 - 2.0 * side
             j = ends[loop, side]
             while j >= 0:
-                for c in range(joints.size):
-                    if joints[c] == j:
-                        for i in range(dim):
-                            A[loop * dim + i, c] += sign * screws[j, i]
+                for i in range(dim):
+                    S[loop * dim + i, j] += sign * screws[j, i]
                 j = parent[j]
+    for relation in range(mimics.shape[0]):
+        for j in range(parent.size):
+            S[base + relation, j] = mimics[relation, j]
 
 
 @kernel(inline=True, borrows=True)
@@ -148,16 +86,18 @@ def add_bracket(V, s, factor, out):
 
 def _series_kernel(dim):
     """The series for twists of ``dim`` components: 6 in space, 3 in a plane."""
-    bracket = _planar_bracket if dim == 3 else _spatial_bracket
 
     @kernel(borrows=True)
     def series(
-        parent, screws, ends, columns, moves, rays, row, joints, start, below, right, A,
-        diagonal, b, forced, extra, S, V, C, T, residual,
+        parent, screws, ends, mimics, columns, moves, rays, lines, F, work, SV, C, T, residual,
     ):  # fmt: skip
-        """Fill S, V, C, T and the residual, given the factor of the loop matrix."""
-        n = parent.size
-        width = rays.shape[1]
+        """Fill SV, C, T and the residual, with the loop matrix in F and its profile."""
+        n, nd, width = parent.size, F.shape[0], rays.shape[1]
+        loops, row, joints = ends.shape[0], lines[ROW], lines[JOINT]
+        rows = loops * dim + mimics.shape[0]
+        diagonal, b, extra = work[:nd], work[nd : nd + rows], work[nd + rows :]
+        S, V = SV[0], SV[1]
+        factor(F, lines, diagonal)
         for ray in range(rays.shape[0]):
             s, v, c, t = S[ray], V[ray], C[ray], T[ray]
             for k in range(residual.size):
@@ -167,7 +107,11 @@ def _series_kernel(dim):
                             s[0, j, i] = screws[j, i]
                     elif parent[j] >= 0:
                         for a in range(k):
-                            bracket(v[a, parent[j]], s[k - 1 - a, j], 1.0 / k, s[k, j])
+                            above, before = v[a, parent[j]], s[k - 1 - a, j]
+                            if dim == 3:
+                                _planar_bracket(above, before, 1.0 / k, s[k, j])
+                            else:
+                                _spatial_bracket(above, before, 1.0 / k, s[k, j])
                 if k == 0 and ray > 0:
                     for j in range(n):
                         for w in range(width):
@@ -190,20 +134,23 @@ def _series_kernel(dim):
                                 if rate != 0.0:
                                     for i in range(dim):
                                         t[k, j, w, i] += s[a, j, i] * rate
-                        if joints.size == 0:
+                        if nd == 0:
                             continue
                         # Their mismatch at the welds gives C_k.
-                        for i in range(b.size):
-                            b[i] = -forced[i, w] if k == 0 else 0.0
-                        for loop in range(ends.shape[0]):
+                        for i in range(rows):
+                            b[i] = 0.0
+                        for loop in range(loops):
                             for i in range(dim):
                                 if ends[loop, 0] >= 0:
                                     b[row[loop] + i] -= t[k, ends[loop, 0], w, i]
                                 if ends[loop, 1] >= 0:
                                     b[row[loop] + i] += t[k, ends[loop, 1], w, i]
-                        left = solve_profile(A, start, below, right, diagonal, b)
-                        residual[k] = max(residual[k], left)
-                        for d in range(joints.size):
+                        for relation in range(mimics.shape[0] if k == 0 else 0):
+                            for j in range(n):
+                                i = row[loops + relation]
+                                b[i] -= mimics[relation, j] * columns[j, w]
+                        residual[k] = max(residual[k], solve(F, lines, diagonal, b))
+                        for d in range(nd):
                             c[k, joints[d], w] = b[d]
                         # s_0 C_k of the dependent joints completes the twists.
                         for j in range(n):
@@ -212,10 +159,10 @@ def _series_kernel(dim):
                             rate = c[k, j, w] - (columns[j, w] if k == 0 else 0.0)
                             p = parent[j]
                             for i in range(dim):
-                                extra[j, i] = screws[j, i] * rate
+                                extra[j * dim + i] = screws[j, i] * rate
                                 if p >= 0 and moves[p, w]:
-                                    extra[j, i] += extra[p, i]
-                                t[k, j, w, i] += extra[j, i]
+                                    extra[j * dim + i] += extra[p * dim + i]
+                                t[k, j, w, i] += extra[j * dim + i]
                 for j in range(n):
                     for w in range(width):
                         if moves[j, w]:
@@ -233,48 +180,24 @@ def series(parent, screws, ends, mimics, dependent, columns, moves, rays, order)
     """C, V, T and the residual of a linkage in space or in its plane; see `Series`."""
     n, dim = screws.shape
     count, width = rays.shape
-    blocks = ends.shape[0] + mimics.shape[0]
-    rows, nd = ends.shape[0] * dim + mimics.shape[0], dependent.size
-    whole = np.empty(blocks + 3 * nd + rows, np.int64)
-    row, joints = whole[:blocks], whole[blocks : blocks + nd]
-    below, right = whole[blocks + nd : blocks + 2 * nd], whole[blocks + 2 * nd :][:nd]
-    start = whole[blocks + 3 * nd :]
-    span = nd
-    if blocks <= FEW:
-        full(dependent, row, joints, start, below, right, dim, ends.shape[0])
-    else:
-        span = profile(parent, ends, mimics, dependent, dim, row, joints, start, below, right)
-    work = np.zeros(rows * (span + 1 + width) + nd + n * dim)
-    A, b = work[: rows * span].reshape((rows, span)), work[rows * span :][:rows]
-    forced = work[rows * (span + 1) :][: rows * width].reshape((rows, width))
-    extra = work[rows * (span + 1 + width) :][: n * dim].reshape((n, dim))
-    diagonal = work[rows * (span + 1 + width) + n * dim :]
-    if blocks <= FEW:
-        fill_loop_matrix(parent, screws, ends, mimics, dependent, A)
-    else:
-        fill_profile(parent, screws, ends, mimics, row, joints, start, A)
-    factor_profile(A, start, below, right, diagonal)
-    for relation in range(mimics.shape[0]):
-        for j in range(n):
-            for w in range(width):
-                i = row[ends.shape[0] + relation]
-                forced[i, w] += mimics[relation, j] * columns[j, w]
+    lines, F, rows = profile(parent, ends, mimics, dependent, dim)
+    fill(parent, screws, ends, mimics, lines, F)
+    work = np.empty(dependent.size + rows + n * dim)
     SV = np.zeros((2, count, order + 1, n, dim))
-    S, V = SV[0], SV[1]
     C = np.zeros((count, order + 1, n, width))
     T = np.zeros((count, order + 1, n, width, dim))
     residual = np.zeros(order + 1)
     if dim == 3:
         _planar_series(
-            parent, screws, ends, columns, moves, rays, row, joints, start, below, right, A,
-            diagonal, b, forced, extra, S, V, C, T, residual,
+            parent, screws, ends, mimics, columns, moves, rays, lines, F, work, SV, C, T,
+            residual,
         )  # fmt: skip
     else:
         _spatial_series(
-            parent, screws, ends, columns, moves, rays, row, joints, start, below, right, A,
-            diagonal, b, forced, extra, S, V, C, T, residual,
+            parent, screws, ends, mimics, columns, moves, rays, lines, F, work, SV, C, T,
+            residual,
         )  # fmt: skip
-    return C, V, T, residual
+    return C, SV[1], T, residual
 
 
 class Series(NamedTuple):
@@ -327,11 +250,7 @@ def loop_matrix(chain: Chain, screws: Array | None = None) -> Array:
         chain: the linkage as arrays.
         screws: joint screws of another pose; those of the reference pose by default.
     """
-    joints = frozen(range(chain.parent.size), np.int64)
-    rows = len(chain.ends) * chain.screws.shape[1] + len(chain.mimics)
-    A = np.empty((rows, joints.size))
     at = chain.screws if screws is None else frozen(screws)
-    fill_loop_matrix(chain.parent, at, chain.ends, chain.mimics, joints, A)
-    return A
-
-
+    S = np.zeros((len(chain.ends) * at.shape[1] + len(chain.mimics), len(at)))
+    fill_loop_matrix(chain.parent, at, chain.ends, chain.mimics, S)
+    return S

@@ -23,6 +23,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.closure import fill_loop_matrix
 from kinematics.inverse import pseudo_inverse
 from kinematics.kernels import kernel
 from kinematics.lanes import LANES, load, spread, store
@@ -34,24 +35,7 @@ __all__ = ["polynomials"]
 Array = NDArray[np.float64]
 
 
-@kernel
-def _fill(parent, screws, ends, mimics, S):
-    """The loop matrix S_0 of all joints, with the mimic relations below; zero before."""
-    dim, loops = screws.shape[1], ends.shape[0]
-    for loop in range(loops):
-        for side in range(2):
-            sign = 1.0 - 2.0 * side
-            j = ends[loop, side]
-            while j >= 0:
-                for i in range(dim):
-                    S[loop * dim + i, j] += sign * screws[j, i]
-                j = parent[j]
-    for row in range(mimics.shape[0]):
-        for j in range(parent.size):
-            S[loops * dim + row, j] = mimics[row, j]
-
-
-@kernel
+@kernel(borrows=True)
 def _fill_points(parent, screws, cuts, points, pitch):
     """Points of the joints, then of the cuts; a slider has that of the joint before it."""
     n, space = parent.size, points.shape[1]
@@ -75,14 +59,14 @@ def _fill_points(parent, screws, cuts, points, pitch):
             points[n + loop, i] = points[cuts[loop], i] if cuts[loop] >= 0 else 0.0
 
 
-@kernel
+@kernel(borrows=True)
 def _add(factor, G, row, K, lane, width):
     """Add a row of G to that of a lane in K."""
     for d in range(width):
         K[lane * width + d] += factor * G[row * width + d]
 
 
-@kernel
+@kernel(borrows=True)
 def _spatial_responses(G, width, axes, terms, points, pitch, K):
     """Rates of the dependent joints that each product of known parts calls for."""
     for q in range(terms.shape[0]):
@@ -102,7 +86,7 @@ def _spatial_responses(G, width, axes, terms, points, pitch, K):
                 _add(sign * points[j, u], G, row + 3 + v, K, slide + i, width)
 
 
-@kernel
+@kernel(borrows=True)
 def _planar_responses(G, width, axes, terms, K):
     """As `_spatial_responses`, in a plane."""
     for q in range(terms.shape[0]):
@@ -116,7 +100,7 @@ def _planar_responses(G, width, axes, terms, K):
             _add(-sign, G, row + 2, K, slide + 1, width)
 
 
-@kernel
+@kernel(borrows=True)
 def _solve(begin, end, few, lanes, Z, K, dependent, x, rates):
     """Rates of the dependent joints (M, n) from the products of known parts."""
     for t in range(begin, end):
@@ -129,7 +113,7 @@ def _solve(begin, end, few, lanes, Z, K, dependent, x, rates):
             rates[t, dependent[d]] = x[d]
 
 
-@kernel
+@kernel(borrows=True)
 def _planar_vectors(
     k, begin, end, lanes, joints, arms, axes, screws, starts, rates, omega, Z, left, right
 ):
@@ -158,7 +142,7 @@ def _planar_vectors(
             two[x + 1] = two[slide + 1] = part * (w * starts[few + h, 0] + z[x])
 
 
-@kernel
+@kernel(borrows=True)
 def _spatial_vectors(
     k, begin, end, lanes, joints, arms, axes, screws, starts, pitch, rates, omega, Z, left,
     right,
@@ -202,9 +186,9 @@ def _polynomials_kernel(dim):
     """The kernel for screws of ``dim`` components: 6 in space, 3 in a plane."""
     space = 3 if dim == 6 else 2
 
-    @kernel
-    def expand(whole, real, screws):
-        """Coefficients (M, n) of q, and the condition number; see `polynomials`."""
+    @kernel(borrows=True)
+    def fill(whole, real, screws, rates, room):
+        """Put the coefficients of q into rates; returns the condition number."""
         sizes = whole[whole[0] : whole[1]]
         parent = whole[whole[1] : whole[2]]
         ends = whole[whole[2] : whole[3]].reshape(-1, 2)
@@ -223,40 +207,40 @@ def _polynomials_kernel(dim):
         mimics = real[n * width :].reshape(-1, n)
         order, M = degrees.size - 2, places.shape[0] - 1
 
-        S = np.zeros((ends.shape[0] * dim + mimics.shape[0], n))
-        _fill(parent, screws, ends, mimics, S)
-        G, condition = pseudo_inverse(S, equations, dependent)
-        points, pitch = np.empty((n + cuts.size, space)), np.empty(n)
+        rows, m, nd = ends.shape[0] * dim + mimics.shape[0], equations.size, dependent.size
+        wide, arrows = -(-nd // LANES) * LANES, arms.shape[0] + axes.shape[0]
+        left, room = room[: M * lanes], room[M * lanes :]
+        right, room = room[: M * lanes], room[M * lanes :]
+        Z, room = room[: M * lanes], room[M * lanes :]
+        K, room = room[: few * wide], room[few * wide :]
+        G, room = room[: rows * wide], room[rows * wide :]
+        S, room = room[: rows * n].reshape(rows, n), room[rows * n :]
+        points, room = room[: (n + cuts.size) * space], room[(n + cuts.size) * space :]
+        points = points.reshape(n + cuts.size, space)
+        starts, room = room[: arrows * space].reshape(arrows, space), room[arrows * space :]
+        omega, room = room[: n * (dim - space)].reshape(n, -1), room[n * (dim - space) :]
+        x, pitch, v, W = room[:wide], room[wide:], room[wide + n :], room[wide + n + m :]
+
+        fill_loop_matrix(parent, screws, ends, mimics, S)
+        condition = pseudo_inverse(S, equations, dependent, G, W, v)
         _fill_points(parent, screws, cuts, points, pitch)
-        starts = np.empty((arms.shape[0] + axes.shape[0], space))
         for i in range(space):
             for h in range(arms.shape[0]):
                 starts[h, i] = points[arms[h, 1], i] - points[arms[h, 0], i]
             for h in range(axes.shape[0]):
                 first = 0 if axes[h, 2] > 0 else dim - space
                 starts[arms.shape[0] + h, i] = screws[axes[h, 1], first + i]
-        x = np.empty(-(-dependent.size // LANES) * LANES)
-        K = np.zeros(few * x.size)
         if dim == 6:
-            _spatial_responses(G, x.size, axes, terms, points, pitch, K)
+            _spatial_responses(G, wide, axes, terms, points, pitch, K)
         else:
-            _planar_responses(G, x.size, axes, terms, K)
-
-        rates = np.zeros((M, n))
-        omega = np.zeros((n, dim - space))
-        # Vectors are fast where they do not straddle lines of the cache, of 64 bytes.
-        work = np.zeros(2 * M * lanes + 8)
-        skip = -(work.ctypes.data // 8) % 8
-        left = work[skip : skip + M * lanes]
-        right = work[skip + M * lanes : skip + 2 * M * lanes]
-        Z = np.zeros(M * lanes)
+            _planar_responses(G, wide, axes, terms, K)
         for w in range(width if order > 0 else 0):
             for r in range(S.shape[0]):
                 b = 0.0
                 for j in range(n):
                     b -= S[r, j] * columns[j, w]
                 for d in range(dependent.size):
-                    rates[1 + w, dependent[d]] += b * G[r * x.size + d]
+                    rates[1 + w, dependent[d]] += b * G[r * wide + d]
             for j in range(n):
                 rates[1 + w, j] += columns[j, w]
         for k in range(1, order + 1):
@@ -281,12 +265,30 @@ def _polynomials_kernel(dim):
             part = 1.0 / k
             for i in range(degrees[k] * n, degrees[k + 1] * n):
                 flat[i] *= part
-        return rates, condition
+        return condition
 
-    return expand
+    return fill
 
 
-_spatial, _planar = _polynomials_kernel(6), _polynomials_kernel(3)
+_fill_spatial, _fill_planar = _polynomials_kernel(6), _polynomials_kernel(3)
+
+
+@kernel(inline=True)
+def _room(whole):
+    """Room for the vectors and all else, from a line of the cache on."""
+    room = np.zeros(whole[whole[0] + 4])
+    # Vectors are fast where they do not straddle lines of the cache, of 64 bytes.
+    return room[-(room.ctypes.data // 8) % 8 :]
+
+
+@kernel
+def _spatial(whole, real, screws, rates):
+    return _fill_spatial(whole, real, screws, rates, _room(whole))
+
+
+@kernel
+def _planar(whole, real, screws, rates):
+    return _fill_planar(whole, real, screws, rates, _room(whole))
 
 
 def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
@@ -301,5 +303,5 @@ def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
         number of the equations that are solved, infinite if they determine no motion.
     """
     expand = _spatial if screws.shape[1] == 6 else _planar
-    found: tuple[Array, float] = expand(which.whole, which.real, screws)
-    return found
+    rates = np.zeros(which.shape)
+    return rates, float(expand(which.whole, which.real, screws, rates))

@@ -10,23 +10,29 @@ from kinematics.lanes import LANES, load, spread, store
 __all__ = ["pseudo_inverse"]
 
 
-@kernel
-def pseudo_inverse(S, equations, dependent):
+@kernel(borrows=True)
+def pseudo_inverse(S, equations, dependent, G, W, v):
     """Pseudo-inverse of rows and columns of the loop matrix S, transposed and padded.
 
     Householder's reflections turn ``[A 1]`` into ``[R Qᵀ]``, all columns at a time. The
     condition number is the product of both Frobenius norms; it is infinite if the dependent
     joints are not determined, and 1 without any.
 
+    Args:
+        S: the loop matrix.
+        equations: its rows that are solved.
+        dependent: its columns.
+        G: takes a row of lanes for each row of S; zero before.
+        W: room for a row of lanes, as many as columns and rows, for each equation; zero.
+        v: room for as many numbers as equations.
+
     Returns:
-        A flat array with a row of lanes for each row of S, of zeros for those that are not
-        solved, and the condition number.
+        The condition number.
     """
     m, nd = equations.size, dependent.size
     stride, lanes = -(-(nd + m) // LANES) * LANES, -(-nd // LANES) * LANES
-    G, W, v = np.zeros(S.shape[0] * lanes), np.zeros(m * stride), np.empty(m)
     if nd == 0 or m < nd:
-        return G, 1.0 if nd == 0 else np.inf
+        return 1.0 if nd == 0 else np.inf
     size = inverse = 0.0
     for r in range(m):
         for d in range(nd):
@@ -39,7 +45,7 @@ def pseudo_inverse(S, equations, dependent):
             v[r] = W[r * stride + k]
             square += v[r] * v[r]
         if square == 0.0:
-            return G, np.inf
+            return np.inf
         norm = -np.sqrt(square) if v[k] > 0.0 else np.sqrt(square)
         v[k] -= norm
         factor = spread(1.0 / (norm * v[k]))
@@ -63,15 +69,16 @@ def pseudo_inverse(S, equations, dependent):
         for d in range(nd):
             G[equations[r] * lanes + d] = W[d * stride + nd + r]
             inverse += W[d * stride + nd + r] ** 2
-    _refine(S, equations, dependent, lanes, G)
-    return G, np.sqrt(size * inverse)
+    _refine(S, equations, dependent, lanes, G, W, v)
+    return np.sqrt(size * inverse)
 
 
-@kernel
-def _refine(S, equations, dependent, lanes, G):
+@kernel(borrows=True)
+def _refine(S, equations, dependent, lanes, G, E, before):
     """A Newton step for the inverse P of A, transposed in G: ``P + (1 - P A) P``."""
     m, nd = equations.size, dependent.size
-    E, before = np.zeros(nd * lanes), np.empty(nd)
+    for i in range(nd * lanes):
+        E[i] = 0.0
     for e in range(nd):
         E[e * lanes + e] = 1.0
         for x in range(0, lanes, LANES):

@@ -32,10 +32,12 @@ class Layout(NamedTuple):
             loops, arms, axes, which of these count in which loop, points where the loops are
             cut, and the table of the monomials.
         real: the columns of the independent joints, then the mimic relations.
+        shape: number of monomials, and of joints.
     """
 
     whole: IntArray
     real: Array
+    shape: tuple[int, int]
 
 
 def layout(chain: Chain, table: Monomials, equations: IntArray | None = None) -> Layout:
@@ -58,8 +60,14 @@ def layout(chain: Chain, table: Monomials, equations: IntArray | None = None) ->
         axis += [few + across * lane, across * len(arms) + space * lane]
     lanes = padded(few + across * len(axes))
     every = range(rows) if equations is None else equations
+    dependent, m = padded(chain.dependent.size), len(every)
+    room = (
+        3 * len(table.exponents) * lanes + (few + rows + 1) * dependent + (rows + 1) * n
+        + (n + len(cuts) + len(arms) + len(axes)) * space + n * (dim - space)
+        + m + m * padded(chain.dependent.size + m) + 8
+    )  # fmt: skip
     sections: list[Iterable] = [
-        [n, chain.width, few, lanes],
+        [n, chain.width, few, lanes, room],
         chain.parent, chain.ends, chain.dependent, every, joints, arms, axes, terms, cuts,
         table.starts, table.places, table.pairs,
     ]  # fmt: skip
@@ -68,6 +76,7 @@ def layout(chain: Chain, table: Monomials, equations: IntArray | None = None) ->
     return Layout(
         frozen(np.concatenate([places, *flat]), np.int64),
         frozen(np.concatenate([chain.columns.ravel(), chain.mimics.ravel()])),
+        (len(table.exponents), n),
     )
 
 

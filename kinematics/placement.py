@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure import Series, expand_from, factor, fill_loop_matrix, solve
+from kinematics.closure import Series, expand_from
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain
+from kinematics.profile import JOINT, ROW, factor, fill, profile, solve
 
 __all__ = [
     "Pose",
@@ -156,29 +157,34 @@ def _mismatch(H, ends, gaps, b, dim, spare):
 
 
 @kernel(borrows=True)
-def _close(parent, screws, ends, mimics, dependent, q, H, s, steps, A, diagonal, b, spare):
+def _close(parent, screws, ends, mimics, q, H, s, steps, lines, F, work, spare):
     """Newton's method on the dependent joints of q, in place; returns the last mismatch."""
-    dim = screws.shape[1]
+    dim, loops, nd = screws.shape[1], ends.shape[0], F.shape[0]
+    rows = loops * dim + mimics.shape[0]
+    diagonal, b, sorted_b = work[:nd], work[nd : nd + rows], work[nd + rows :]
+    row, joints = lines[ROW], lines[JOINT]
     best = error = np.inf
     for _ in range(steps):
         _forward(parent, screws, q, H, s, spare[0])
         _mismatch(H, ends, H[:0], b, dim, spare)
-        for row in range(mimics.shape[0]):
-            b[ends.shape[0] * dim + row] = 0.0
+        for relation in range(mimics.shape[0]):
+            b[loops * dim + relation] = 0.0
             for j in range(q.size):
-                b[ends.shape[0] * dim + row] += mimics[row, j] * q[j]
+                b[loops * dim + relation] += mimics[relation, j] * q[j]
         error = _size(b)
         stalled = error < 1e-12 and error >= 0.5 * best
         if not error < 1e6 or stalled or error < ROUNDED:
             return error
         best = min(best, error)
-        fill_loop_matrix(parent, s, ends, mimics, dependent, A)
-        factor(A, diagonal)
-        for i in range(b.size):
-            b[i] = -b[i]
-        solve(A, diagonal, b)
-        for d in range(dependent.size):
-            q[dependent[d]] += b[d]
+        fill(parent, s, ends, mimics, lines, F)
+        factor(F, lines, diagonal)
+        for block in range(loops + mimics.shape[0]):
+            at = block * dim if block < loops else loops * (dim - 1) + block
+            for i in range(dim if block < loops else 1):
+                sorted_b[row[block] + i] = -b[at + i]
+        solve(F, lines, diagonal, sorted_b)
+        for d in range(nd):
+            q[joints[d]] += sorted_b[d]
     return error
 
 
@@ -191,11 +197,10 @@ def close(parent, screws, ends, mimics, dependent, q, H, s, steps):
     Returns:
         The mismatch there.
     """
-    rows, nd, m = ends.shape[0] * screws.shape[1] + mimics.shape[0], dependent.size, H.shape[1]
-    A, work, spare = np.empty((rows, nd)), np.empty(nd + rows), np.empty((4, m, m))
-    return _close(
-        parent, screws, ends, mimics, dependent, q, H, s, steps, A, work[:nd], work[nd:], spare
-    )
+    m = H.shape[1]
+    lines, F, rows = profile(parent, ends, mimics, dependent, screws.shape[1])
+    work, spare = np.empty(dependent.size + 2 * rows), np.empty((4, m, m))
+    return _close(parent, screws, ends, mimics, q, H, s, steps, lines, F, work, spare)
 
 
 @kernel(borrows=True)
@@ -218,30 +223,48 @@ def series_radius(rates):
     return 1.0 / limit
 
 
-@kernel
-def follow_series(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s):
-    """A closed pose along the ray; see `follow`."""
+@kernel(borrows=True)
+def _follow(
+    parent, screws, ends, mimics, start, C, ray, reach, q, H, s, way, lines, F, work, spare
+):
+    """A closed pose along the ray; see `follow_series`."""
     orders, n, width = C.shape
-    work = np.zeros((orders + 3, n))
-    q, rates, guess, moved, off = np.empty(n), work[3:], work[0], work[1], work[2]
+    rates, guess = way, way[orders]
     for k in range(orders):
         for j in range(n):
+            rates[k, j] = 0.0
             for w in range(width):
                 rates[k, j] += C[k, j, w] * ray[w]
-    step = min(reach, 0.4 * series_radius(rates))
+    step = min(reach, 0.4 * series_radius(rates[:orders]))
     for _ in range(7):
         for j in range(n):
-            moved[j] = 0.0
-            for k in range(orders):
-                moved[j] += step ** (k + 1) / (k + 1) * rates[k, j]
-            guess[j] = q[j] = start[j] + moved[j]
-        error = close(parent, screws, ends, mimics, dependent, q, H, s, STEPS)
+            moved = 0.0
+            for k in range(orders - 1, -1, -1):
+                moved = (moved + rates[k, j] / (k + 1)) * step
+            guess[j] = moved
+            q[j] = start[j] + moved
+        error = _close(parent, screws, ends, mimics, q, H, s, STEPS, lines, F, work, spare)
+        off = size = 0.0
         for j in range(n):
-            off[j] = q[j] - guess[j]
-        if error < 1e-10 and _size(off) <= 0.1 * _size(moved):
-            return q, step
+            off += (q[j] - start[j] - guess[j]) ** 2
+            size += guess[j] * guess[j]
+        if error < 1e-10 and off <= 0.01 * size:
+            return step
         step *= 0.5
-    return q, 0.0
+    return 0.0
+
+
+@kernel
+def follow_series(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s):
+    """A closed pose along the ray, and the length of the step, 0 if none; see `follow`."""
+    m = H.shape[1]
+    lines, F, rows = profile(parent, ends, mimics, dependent, screws.shape[1])
+    work, spare = np.empty(dependent.size + 2 * rows), np.empty((4, m, m))
+    q, way = np.empty(start.size), np.empty((C.shape[0] + 1, start.size))
+    step = _follow(
+        parent, screws, ends, mimics, start, C, ray, reach, q, H, s, way, lines, F, work, spare
+    )
+    return q, step
 
 
 class Pose(NamedTuple):

@@ -3,8 +3,12 @@
 Each loop gives a block of rows, each mimic relation one row. They are put into an order in
 which neighbours share joints (E. Cuthill and J. McKee, 1969), and columns into the order in
 which they first occur; then Householder's reflections stay within a profile of the matrix,
-and only that is stored: row i from column ``start[i]`` on. (A. George and J. W.-H. Liu,
-Computer Solution of Large Sparse Positive Definite Systems, 1981.)
+and only that is stored: of each column the rows ``TOP`` to ``BELOW``. (A. George and J.
+W.-H. Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981.)
+
+A profile is one array of whole numbers, whose lines are named by the constants below: the
+first row of each block of rows, the joint of each column, the rows between which it has
+entries, and the column at which its reflection ends. The last lines are room.
 """
 
 from __future__ import annotations
@@ -13,10 +17,11 @@ import numpy as np
 
 from kinematics.kernels import kernel
 
-__all__ = ["FEW", "factor_profile", "fill_profile", "full", "profile", "solve_profile"]
+__all__ = ["JOINT", "ROW", "factor", "fill", "pivots", "profile", "solve"]
 
 # Up to as many blocks of rows a matrix is taken as full.
 FEW = 8
+ROW, JOINT, TOP, BELOW, RIGHT, PLACE, SEEN, MET = range(8)
 
 
 @kernel(borrows=True)
@@ -109,38 +114,35 @@ def _neighbours_first(first, columns, count):
     return order
 
 
-@kernel(borrows=True)
-def full(dependent, row, joints, start, below, right, dim, loops):
-    """The profile of a matrix that is taken as full; see `profile`."""
-    for block in range(row.size):
-        row[block] = block * dim if block < loops else loops * dim + block - loops
-    for i in range(start.size):
-        start[i] = 0
-    for c in range(dependent.size):
-        joints[c], below[c], right[c] = dependent[c], start.size, dependent.size
+@kernel
+def profile(parent, ends, mimics, dependent, dim):
+    """The profile of the loop matrix of the dependent joints.
+
+    Returns:
+        The profile, room for the entries by columns (dependent joints, height), and the
+        number of rows.
+    """
+    loops, count = ends.shape[0], dependent.size
+    blocks = loops + mimics.shape[0]
+    height = rows = loops * dim + mimics.shape[0]
+    lines = np.empty((8, max(parent.size, rows)), np.int64)
+    for block in range(blocks):
+        lines[ROW, block] = block * dim if block < loops else loops * dim + block - loops
+    for c in range(count):
+        lines[JOINT, c], lines[TOP, c] = dependent[c], 0
+        lines[BELOW, c], lines[RIGHT, c] = rows, count
+    if blocks > FEW:
+        height = _ordered(parent, ends, mimics, dependent, dim, lines)
+    return lines, np.empty((count, height)), rows
 
 
 @kernel
-def profile(parent, ends, mimics, dependent, dim, row, joints, start, below, right):
-    """Order and profile of the loop matrix of the dependent joints.
-
-    Args:
-        parent: as in `kinematics.linkage.Chain`, as are the next three.
-        ends: loops.
-        mimics: relations.
-        dependent: joints.
-        dim: components of a twist.
-        row: takes the first row of each block.
-        joints: takes the dependent joints in the order of the columns.
-        start: takes the column at which each row begins.
-        below: takes the row at which the reflection of each column ends.
-        right: takes the column at which it ends.
-
-    Returns:
-        The width of the profile.
-    """
-    loops, count, rows = ends.shape[0], dependent.size, start.size
-    full(dependent, row, joints, start, below, right, dim, loops)
+def _ordered(parent, ends, mimics, dependent, dim, lines):
+    """Order rows and columns so that the profile is narrow; returns its height."""
+    loops, count = ends.shape[0], dependent.size
+    rows = loops * dim + mimics.shape[0]
+    row, joints = lines[ROW], lines[JOINT]
+    top, below, right = lines[TOP], lines[BELOW], lines[RIGHT]
     first, columns = _entries(parent, ends, mimics, dependent)
     order = _neighbours_first(first, columns, count)
     place = np.full(count, -1)
@@ -164,90 +166,116 @@ def profile(parent, ends, mimics, dependent, dim, row, joints, start, below, rig
         if place[c] < 0:
             joints[placed] = dependent[c]
             placed += 1
-    touched = 0
+    touched, height = 0, 1
     for k in range(count):
         end = max(last[k], min(k + 1, rows))
         below[k] = max(end, below[k - 1]) if k > 0 else end
         right[k] = max(reach[below[k] - 1], k + 1)
-        for i in range(touched, below[k]):
-            start[i] = k
-        touched = below[k]
-    width = 1
-    for i in range(rows if count else 0):
-        width = max(width, right[min(i, count - 1)] - start[i])
-    return width
-
-
-@kernel
-def fill_profile(parent, screws, ends, mimics, row, joints, start, A):
-    """Put loop matrix S_0 and mimic relations in the order of `profile` into A, which is zero.
-
-    It has the shape (rows, width).
-    """
-    n, dim = screws.shape
-    whole = np.full((3, n), -1)
-    position, seen, met = whole[0], whole[1], whole[2]
-    for c in range(joints.size):
-        position[joints[c]] = c
-    for loop in range(ends.shape[0]):
-        count, turned = _ways(parent, ends[loop, 0], ends[loop, 1], seen, loop, met)
-        for m in range(count):
-            c, sign = position[met[m]], -1.0 if m < turned else 1.0
-            if c >= 0:
-                for i in range(row[loop], row[loop] + dim):
-                    A[i, c - start[i]] = sign * screws[met[m], i - row[loop]]
-    for relation in range(mimics.shape[0]):
-        i = row[ends.shape[0] + relation]
-        for c in range(joints.size):
-            if mimics[relation, joints[c]] != 0.0:
-                A[i, c - start[i]] = mimics[relation, joints[c]]
+        # The first reflection that reaches a column gives it its first entry.
+        while touched < right[k]:
+            top[touched] = k
+            touched += 1
+    for k in range(count):
+        height = max(height, below[k] - top[k])
+    return height
 
 
 @kernel(borrows=True)
-def factor_profile(A, start, below, right, diagonal):
+def fill(parent, screws, ends, mimics, lines, F):
+    """Loop matrix S_0 and mimic relations in the order of a profile, by columns.
+
+    Args:
+        parent: as in `kinematics.linkage.Chain`, as are the next three.
+        screws: joint screws.
+        ends: loops.
+        mimics: relations.
+        lines: the profile.
+        F: takes the entries of each column from its top on (dependent joints, height).
+    """
+    n, dim = screws.shape
+    row, joints, top = lines[ROW], lines[JOINT], lines[TOP]
+    place, seen, met = lines[PLACE], lines[SEEN], lines[MET]
+    for j in range(n):
+        place[j] = seen[j] = -1
+    for c in range(F.shape[0]):
+        place[joints[c]] = c
+        for i in range(F.shape[1]):
+            F[c, i] = 0.0
+    for loop in range(ends.shape[0]):
+        count, turned = _ways(parent, ends[loop, 0], ends[loop, 1], seen, loop, met)
+        for m in range(count):
+            c, sign = place[met[m]], -1.0 if m < turned else 1.0
+            if c >= 0:
+                for i in range(dim):
+                    F[c, row[loop] - top[c] + i] = sign * screws[met[m], i]
+    for relation in range(mimics.shape[0]):
+        i = row[ends.shape[0] + relation]
+        for c in range(F.shape[0]):
+            if mimics[relation, joints[c]] != 0.0:
+                F[c, i - top[c]] = mimics[relation, joints[c]]
+
+
+@kernel(borrows=True)
+def factor(F, lines, diagonal):
     """Householder QR in place, within the profile; R's diagonal goes to ``diagonal``."""
-    for k in range(diagonal.size):
+    top, below, right = lines[TOP], lines[BELOW], lines[RIGHT]
+    for k in range(F.shape[0]):
+        x = F[k, k - top[k] : below[k] - top[k]]
         norm = 0.0
-        for i in range(k, below[k]):
-            norm += A[i, k - start[i]] * A[i, k - start[i]]
+        for i in range(x.size):
+            norm += x[i] * x[i]
         norm = np.sqrt(norm)
         if norm == 0.0:
             diagonal[k] = 0.0
             continue
-        if A[k, k - start[k]] > 0.0:
+        if x[0] > 0.0:
             norm = -norm
         diagonal[k] = norm
-        A[k, k - start[k]] -= norm
-        scale = 1.0 / (norm * A[k, k - start[k]])
+        x[0] -= norm
+        scale = 1.0 / (norm * x[0])
         for j in range(k + 1, right[k]):
+            y = F[j, k - top[j] :]
             dot = 0.0
-            for i in range(k, below[k]):
-                dot += A[i, k - start[i]] * A[i, j - start[i]]
+            for i in range(x.size):
+                dot += x[i] * y[i]
             dot *= scale
-            for i in range(k, below[k]):
-                A[i, j - start[i]] += dot * A[i, k - start[i]]
+            for i in range(x.size):
+                y[i] += dot * x[i]
+
+
+@kernel
+def pivots(parent, screws, ends, mimics, dependent):
+    """Distances of the columns of the loop matrix from those before them, with signs."""
+    lines, F, _ = profile(parent, ends, mimics, dependent, screws.shape[1])
+    diagonal = np.empty(dependent.size)
+    fill(parent, screws, ends, mimics, lines, F)
+    factor(F, lines, diagonal)
+    return diagonal
 
 
 @kernel(borrows=True)
-def solve_profile(A, start, below, right, diagonal, b):
+def solve(F, lines, diagonal, b):
     """Least-squares solution of the factored system, in the head of b; returns the residual.
 
     The tail of b keeps the residual in the rotated rows; its norm is returned.
     """
-    columns = diagonal.size
+    top, below = lines[TOP], lines[BELOW]
+    columns = F.shape[0]
     for k in range(columns):
         if diagonal[k] == 0.0:
             continue
+        x, y = F[k, k - top[k] : below[k] - top[k]], b[k:]
         dot = 0.0
-        for i in range(k, below[k]):
-            dot += A[i, k - start[i]] * b[i]
-        dot /= diagonal[k] * A[k, k - start[k]]
-        for i in range(k, below[k]):
-            b[i] += dot * A[i, k - start[i]]
+        for i in range(x.size):
+            dot += x[i] * y[i]
+        dot /= diagonal[k] * x[0]
+        for i in range(x.size):
+            y[i] += dot * x[i]
     for k in range(columns - 1, -1, -1):
-        for j in range(k + 1, right[k]):
-            b[k] -= A[k, j - start[k]] * b[j]
         b[k] = b[k] / diagonal[k] if diagonal[k] != 0.0 else 0.0
+        x, y = F[k], b[top[k] : k]
+        for i in range(y.size):
+            y[i] -= b[k] * x[i]
     residual = 0.0
     for i in range(columns, b.size):
         residual += b[i] * b[i]

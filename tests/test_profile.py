@@ -10,7 +10,7 @@ from scipy.linalg import qr
 
 from kinematics.closure import expand, loop_matrix
 from kinematics.linkage import Chain, Frame, frozen
-from kinematics.profile import profile
+from kinematics.profile import JOINT, ROW, profile
 
 
 def row(loops, seed, mimics=0):
@@ -63,14 +63,10 @@ def test_the_profile_is_as_wide_for_many_loops_as_for_few():
     for loops in (20, 160):
         chain = row(loops, seed=1)
         dependent = np.setdiff1d(np.arange(chain.parent.size), np.arange(0, 4 * loops + 1, 4))
-        first, start = np.empty(loops, np.int64), np.empty(3 * loops, np.int64)
-        joints, below, right = np.empty((3, dependent.size), np.int64)
-        width = profile(
-            chain.parent, chain.ends, chain.mimics, dependent, 3, first, joints, start, below,
-            right,
-        )  # fmt: skip
+        lines, room, rows = profile(chain.parent, chain.ends, chain.mimics, dependent, 3)
+        first, joints = lines[ROW, :loops], lines[JOINT, : dependent.size]
+        assert rows == 3 * loops
         assert sorted(first.tolist()) == list(range(0, 3 * loops, 3))
         assert sorted(joints.tolist()) == dependent.tolist()
-        assert np.all(below > np.arange(below.size)) and np.all(right > np.arange(right.size))
-        widths.append(width)
+        widths.append(room.shape[1])
     assert widths[1] <= widths[0] < 40

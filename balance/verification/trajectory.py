@@ -17,12 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.verification.table import columns, unfit
-from kinematics.closure import expand_from, factor, fill_loop_matrix
+from kinematics.closure import expand_from
 from kinematics.errors import MotionError, PoseError
 from kinematics.linkage import Chain, Linkage, frozen
 from kinematics.motion import Motion
 from kinematics.placement import follow, forward
 from kinematics.pose import input_chain, joint_positions
+from kinematics.profile import pivots
 
 __all__ = [
     "FIRM",
@@ -173,13 +174,8 @@ def _fastest(chain: Chain) -> float:
 
 def _firmness(chain: Chain, screws: Array) -> float:
     """Least distance of a column of the loop matrix from those before it; 0 if singular."""
-    rows = 6 * len(chain.ends) + len(chain.mimics)
-    if chain.dependent.size == 0:
-        return 1.0
-    A, diagonal = np.empty((rows, chain.dependent.size)), np.empty(chain.dependent.size)
-    fill_loop_matrix(chain.parent, screws, chain.ends, chain.mimics, chain.dependent, A)
-    factor(A, diagonal)
-    return float(np.abs(diagonal).min())
+    found = pivots(chain.parent, screws, chain.ends, chain.mimics, chain.dependent)
+    return float(np.abs(found).min()) if found.size else 1.0
 
 
 def _ordered(motion: Motion, linkage: Linkage) -> Array:

@@ -11,21 +11,17 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from balance.archive import SpaceRecord, load_space
     from balance.bodies import BodyInertia
-    from balance.certainty import Certainty
     from balance.designs.certificate import CertificateCheck, check_certificate
     from balance.designs.feasibility import DesignCheck, Feasibility, check_design, feasible
     from balance.designs.optimum import Design, design
-    from balance.designspace import design_space
     from balance.exact.proof import Proof
     from balance.exact.ranks import Exact, exact_ranks
     from balance.inertia import mass_properties, parameters, pseudo_inertia, violations
-    from balance.many import ManySpaces, design_space_many
     from balance.meaning.explain import Explanation
     from balance.meaning.freedoms import Freedom
     from balance.meaning.multipole import Primitive
     from balance.momentum import momentum_regressor
     from balance.motions.momentum import MomentumTaylor, momentum_taylor
-    from balance.partition import Transfer
     from balance.screw_lines import (
         Meeting,
         ScrewLine,
@@ -35,7 +31,11 @@ if TYPE_CHECKING:
         momentum_wrenches,
         screw_figure,
     )
-    from balance.space import DesignSpace
+    from balance.spaces.certainty import Certainty
+    from balance.spaces.designspace import design_space
+    from balance.spaces.geometries import ManySpaces, design_space_many
+    from balance.spaces.space import DesignSpace
+    from balance.transfers.partition import Transfer
     from balance.verification.loads import shaking
     from balance.verification.trajectory import Trajectory
     from balance.verification.twin import verify
@@ -87,16 +87,16 @@ __all__ = [
 
 _HOMES = {
     "BodyInertia": "bodies",
-    "Certainty": "certainty",
+    "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
     "Design": "designs.optimum",
     "DesignCheck": "designs.feasibility",
-    "DesignSpace": "space",
+    "DesignSpace": "spaces.space",
     "Exact": "exact.ranks",
     "Explanation": "meaning.explain",
     "Feasibility": "designs.feasibility",
     "Freedom": "meaning.freedoms",
-    "ManySpaces": "many",
+    "ManySpaces": "spaces.geometries",
     "Meeting": "screw_lines",
     "MomentumTaylor": "motions.momentum",
     "Primitive": "meaning.multipole",
@@ -104,14 +104,14 @@ _HOMES = {
     "ScrewLine": "screw_lines",
     "SpaceRecord": "archive",
     "Trajectory": "verification.trajectory",
-    "Transfer": "partition",
+    "Transfer": "transfers.partition",
     "Verification": "verification.verdict",
     "common_normal": "screw_lines",
     "check_certificate": "designs.certificate",
     "check_design": "designs.feasibility",
     "design": "designs.optimum",
-    "design_space": "designspace",
-    "design_space_many": "many",
+    "design_space": "spaces.designspace",
+    "design_space_many": "spaces.geometries",
     "exact_ranks": "exact.ranks",
     "feasible": "designs.feasibility",
     "load_space": "archive",

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from balance.exact.ranks import Exact
     from balance.meaning.explain import Explanation
     from balance.motions.prediction import Predictions
-    from balance.space import DesignSpace
+    from balance.spaces.space import DesignSpace
     from kinematics.linkage import Linkage
 
 __all__ = ["main"]
@@ -211,7 +211,7 @@ def _space(arguments: argparse.Namespace, angles: str) -> DesignSpace:
     """The design space that the options describe, with rounded angles read as told."""
     linkage = _load(arguments, angles)
     # The file has been accepted; only now is it worth loading the kernels.
-    from balance.designspace import design_space
+    from balance.spaces.designspace import design_space
 
     return design_space(
         linkage, arguments.motion, arguments.balance, arguments.max_order,
@@ -301,7 +301,7 @@ def _exactly(space: DesignSpace) -> tuple[DesignSpace, Exact | None]:
 
 def _sure(space: DesignSpace, arguments: argparse.Namespace) -> bool:
     """Whether the answer is as certain as the user wants it."""
-    from balance.certainty import LEVELS
+    from balance.spaces.certainty import LEVELS
 
     if arguments.require:
         return LEVELS.index(space.certainty.level) >= LEVELS.index(arguments.require)

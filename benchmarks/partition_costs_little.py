@@ -11,8 +11,8 @@ import numpy as np
 
 from balance import design_space, designspace
 from balance.exact.ranks import exact_ranks
-from balance.opening import Transfers, transfers
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
+from balance.transfers.opening import Transfers, transfers
 from benchmarks.geometry import resized
 from kinematics.linkage import Chain, Linkage
 from kinematics.models import gallery, load

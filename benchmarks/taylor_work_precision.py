@@ -17,7 +17,7 @@ from kinematics.linkage import Linkage
 from kinematics.models import load
 from kinematics.placement import forward, newton
 from kinematics.taylor import taylor_motion
-from kinematics.virtual import tool
+from kinematics.tools import tool
 
 POINTS, SHARE, SEED = 200, 0.25, 2
 MOST = 64

@@ -20,11 +20,11 @@ from benchmarks.peers.ours import LINE, linkage
 from benchmarks.reference import off, positions
 from benchmarks.show import seconds
 from kinematics import load, taylor_motion
-from kinematics.expansion import polynomials
-from kinematics.layout import layout
 from kinematics.linkage import Linkage, frozen
-from kinematics.polynomials import monomials, powers
 from kinematics.taylor import TaylorMotion
+from kinematics.taylor.expansion import polynomials
+from kinematics.taylor.layout import layout
+from kinematics.taylor.polynomials import monomials, powers
 
 # Seconds, by order; the Bennett linkage with the closure of rotations only, and with all.
 PRINTED = {

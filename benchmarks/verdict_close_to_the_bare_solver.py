@@ -24,7 +24,7 @@ from balance.designs.feasibility import Feasibility, feasible, least_traces
 from balance.designs.restriction import Restriction, program
 from balance.inertia import pseudo_inertia
 from balance.momentum import rows_at
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
 from benchmarks.geometry import resized
 from kinematics.inertial import from_pseudo_inertia
 from kinematics.models import load

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from kinematics.models import gallery, load
     from kinematics.motion import Motion
     from kinematics.taylor import TaylorMotion, taylor_motion
-    from kinematics.virtual import tool
+    from kinematics.tools import tool
 
 __all__ = [
     "Body",
@@ -34,7 +34,7 @@ _HOMES = {
     **dict.fromkeys(["gallery", "load"], "models"),
     **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor"),
     "Motion": "motion",
-    "tool": "virtual",
+    "tool": "tools",
 }
 
 

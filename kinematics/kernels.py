@@ -64,14 +64,14 @@ def _keep(compiled: Any, function: Callable[..., Any]) -> None:
 
 
 @cache
-def _fingerprint(folder: Path) -> str:
-    """Hash of all files with kernels in a folder and in the one of this file.
+def _fingerprint(package: Path) -> str:
+    """Hash of all files with kernels in a package and in that of this file.
 
     Contents are hashed: files that a package manager installs may all bear one date.
     """
     digest = sha256()
     here = Path(__file__)
-    files = {*folder.glob("*.py"), *here.parent.glob("*.py")}
+    files = {*package.rglob("*.py"), *here.parent.rglob("*.py")}
     for file in sorted(file for file in files if file.is_file()):
         text = file.read_bytes()
         if file == here or b"kinematics.kernels" in text:
@@ -114,7 +114,8 @@ class _Cache(FunctionCache):
     def __init__(self, function: Callable[..., Any]) -> None:
         """Find the folder of the cache; RuntimeError if there is none."""
         super().__init__(function)
-        stamp = _fingerprint(Path(function.__code__.co_filename).parent)
+        parents = Path(function.__code__.co_filename).parents
+        stamp = _fingerprint(parents[max(0, function.__module__.count(".") - 1)])
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:

@@ -14,7 +14,7 @@ import kinematics
 from balance import design_space
 from balance.cli import main
 from balance.commands.report_text import schema
-from balance.rank import FLOOR
+from balance.conditions.rank import FLOOR
 from benchmarks.geometry import four_bar_chain, variants
 
 # The table has it with the forces alone.

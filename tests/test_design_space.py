@@ -25,8 +25,8 @@ from laws import (
 
 import kinematics
 from balance import design_space
+from balance.conditions.rank import FLOOR
 from balance.inertia import displaced, from_chain, pseudo_inertia
-from balance.rank import FLOOR
 from kinematics import Motion
 from kinematics.errors import MotionError
 

@@ -9,7 +9,7 @@ import pytest
 from laws import outside
 
 import balance
-from balance.many import CHUNK
+from balance.spaces.geometries import CHUNK
 from kinematics import load
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError

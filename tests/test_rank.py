@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from laws import exact_rank, outside
 
-from balance.elimination import FLOOR, MARGIN
-from balance.rank import Conditions
+from balance.conditions.elimination import FLOOR, MARGIN
+from balance.conditions.rank import Conditions
 
 SHAPES = [(1, 1, 1), (5, 3, 2), (3, 5, 3), (8, 8, 5), (30, 12, 7), (12, 30, 9), (60, 70, 43)]
 

@@ -16,12 +16,12 @@ from kinematics import taylor_motion
 from kinematics.assembly import assemble
 from kinematics.closure import expand
 from kinematics.errors import LinkageError, MobilityError, MotionError, PoseError
-from kinematics.expansion import polynomials
 from kinematics.lanes import LANES
-from kinematics.layout import layout
 from kinematics.linkage import Mimic
-from kinematics.polynomials import monomials, multiply, powers
 from kinematics.pose import joint_positions
+from kinematics.taylor.expansion import polynomials
+from kinematics.taylor.layout import layout
+from kinematics.taylor.polynomials import monomials, multiply, powers
 
 SIX = ["four_bar_general", "bennett", "five_bar", "three_rrr", "three_rsr", "delta"]
 

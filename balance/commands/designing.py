@@ -14,7 +14,7 @@ from kinematics.reader.sidecar import beside
 
 if TYPE_CHECKING:
     from balance.designs.optimum import Design
-    from balance.space import DesignSpace
+    from balance.spaces.space import DesignSpace
 
 __all__ = ["OBJECTIVES", "add_options", "designed", "written"]
 

@@ -111,7 +111,7 @@ def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
     # The file has been accepted; only now is it worth loading the kernels.
     from balance.motions.prediction import Predictions, predict
     from kinematics.taylor import taylor_motion
-    from kinematics.virtual import tool
+    from kinematics.tools import tool
 
     if arguments.tool is not None:
         linkage = tool(linkage, arguments.tool, arguments.along)

@@ -12,7 +12,7 @@ from kinematics.reader.angles import READINGS, ROUNDED
 
 if TYPE_CHECKING:
     from balance.motions.prediction import Predictions
-    from balance.space import DesignSpace
+    from balance.spaces.space import DesignSpace
     from balance.verification.verdict import Verification
 
 __all__ = ["with_both"]

@@ -10,7 +10,7 @@ from importlib.resources import files
 
 from balance.exact.ranks import Exact
 from balance.meaning.explain import Explanation
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
 
 __all__ = ["facts", "meaning", "schema", "table", "text"]
 

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.designs.cone import Cone, cone_of, given, matrices_of
 from balance.designs.restriction import Program, Restriction
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
 
 __all__ = ["CertificateCheck", "certificates", "check_certificate", "clash", "judged"]
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from balance.designs.conic import TRIANGLES, Part
 from balance.inertia import pseudo_inertia
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
 from kinematics.inertial import from_pseudo_inertia
 from kinematics.linkage import Frame
 

@@ -19,7 +19,7 @@ from balance.designs.certificate import CertificateCheck, certificates, clash, j
 from balance.designs.cone import counted, from_si, given, to_si
 from balance.designs.conic import Part, minimise
 from balance.designs.restriction import Program, Restriction, program
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
 from kinematics.inertial import from_pseudo_inertia
 from kinematics.linkage import frozen
 

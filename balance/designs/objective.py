@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from balance.designs.cone import Cone, given, matrices_of
 from balance.designs.conic import Part, minimise, triangles
 from balance.designs.restriction import Program
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
 from kinematics.closure import expand
 from kinematics.errors import BodyError
 

@@ -24,9 +24,9 @@ from balance.designs.feasibility import (
 )
 from balance.designs.objective import Objective, optimum
 from balance.designs.restriction import Restriction, program, restriction
-from balance.designspace import design_space
 from balance.inertia import LABELS
-from balance.space import DesignSpace
+from balance.spaces.designspace import design_space
+from balance.spaces.space import DesignSpace
 
 __all__ = ["SCHEMA", "Design", "Objective", "design"]
 

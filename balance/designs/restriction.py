@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.designs.cone import Cone, cone_of, given, matrices_of
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
 from kinematics.errors import BodyError, LinkageError
 
 __all__ = ["Program", "Restriction", "program", "restriction"]

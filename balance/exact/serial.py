@@ -1,8 +1,8 @@
 """Inertia transfers in rational numbers: a lower bound on the nullity that nothing rounds.
 
-The walk and the definition are those of `balance.opening` and `balance.transfer`; here they
-run on fractions. A transfer found is one by identity, and its momentum is zero in every pose
-that the joints can take, closed or not.
+The walk and the definition are those of `balance.transfers`; here they run on fractions. A
+transfer found is one by identity, and its momentum is zero in every pose that the joints can
+take, closed or not.
 """
 
 from __future__ import annotations

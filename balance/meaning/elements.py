@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from balance.meaning.multipole import NOUNS, Primitive
 from balance.meaning.sites import Described
 from balance.meaning.vocabulary import Term
-from balance.partition import Transfer
+from balance.transfers.partition import Transfer
 from kinematics.chain import plane_axes
 from kinematics.linkage import Joint
 

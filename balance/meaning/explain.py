@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from balance.meaning.freedoms import Freedom, parallel_freedoms, summary, transfer_freedoms
 from balance.meaning.sites import Described
-from balance.partition import Transfer
+from balance.transfers.partition import Transfer
 
 __all__ = ["ExplainedTransfer", "Explanation", "explain"]
 

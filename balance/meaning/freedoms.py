@@ -19,7 +19,7 @@ from balance.meaning.multipole import Primitive
 from balance.meaning.sites import Described
 from balance.meaning.sparse import Search
 from balance.meaning.vocabulary import Term, in_words, simple, vectors, vocabulary
-from balance.partition import Transfer
+from balance.transfers.partition import Transfer
 from kinematics.linkage import frozen
 
 __all__ = ["Freedom", "parallel_freedoms", "summary", "transfer_freedoms"]

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.opening import Transfers
+from balance.transfers.opening import Transfers
 from kinematics.linkage import Chain, Joint, Linkage
 
 __all__ = ["Described", "Direction", "Site", "directions", "distinct", "sites"]

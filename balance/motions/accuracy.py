@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.motions.prediction import Predictions, offset
-from kinematics.polynomials import powers
 from kinematics.taylor import TaylorMotion
+from kinematics.taylor.polynomials import powers
 from kinematics.walk import walk
 
 __all__ = ["Curves", "curves"]

@@ -4,7 +4,7 @@
 
 Along a ray ``u = t δ`` the coefficient of order k is a homogeneous polynomial of degree k in
 δ: its values along enough rays, from the kernels of the momentum, determine ``X_{w,α}``. The
-multi-indices α and their order are those of `kinematics.polynomials`.
+multi-indices α and their order are those of `kinematics.taylor.polynomials`.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from balance.momentum import RegressorSeries
 from kinematics.closure import expand
 from kinematics.linkage import IntArray, Linkage, frozen
 from kinematics.motion import Motion, restriction
-from kinematics.polynomials import monomials, powers
 from kinematics.pose import si_chain
-from kinematics.taylor import scaled_chain
+from kinematics.taylor.motion import scaled_chain
+from kinematics.taylor.polynomials import monomials, powers
 
 __all__ = ["MomentumTaylor", "momentum_taylor"]
 

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.commands.report_text import facts, table
-from balance.designspace import design_space
 from balance.meaning.explain import ExplainedTransfer, Explanation
 from balance.meaning.freedoms import Freedom
 from balance.meaning.multipole import NOUNS, UNITS, Primitive
-from balance.space import DesignSpace
+from balance.spaces.designspace import design_space
+from balance.spaces.space import DesignSpace
 from balance.web import html
 from balance.web.scene import scene
 from kinematics.linkage import Notice

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
 from kinematics.closure import expand_from
 from kinematics.errors import PoseError
 from kinematics.inertial import pseudo_inertia

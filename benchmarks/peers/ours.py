@@ -13,14 +13,14 @@ import numpy as np
 
 from benchmarks.peers import jobs
 from kinematics.assembly import assemble, moving_chain
-from kinematics.expansion import polynomials
-from kinematics.layout import layout
 from kinematics.linkage import Body, Draft, Joint, Linkage, Loop, frozen
 from kinematics.motion import Motion, restriction
-from kinematics.polynomials import monomials, powers
 from kinematics.screws import revolute
-from kinematics.taylor import scaled_chain
-from kinematics.virtual import tool
+from kinematics.taylor.expansion import polynomials
+from kinematics.taylor.layout import layout
+from kinematics.taylor.motion import scaled_chain
+from kinematics.taylor.polynomials import monomials, powers
+from kinematics.tools import tool
 
 __all__ = ["LINE", "five_bar", "linkage", "six_r"]
 

@@ -2,7 +2,7 @@
 
 The total momentum vanishes in every motion if and only if, for every coordinate w, all
 derivatives of ``h_w = X_w z`` vanish at the reference pose. What the opened linkage allows is
-known before (`balance.opening`); the rest is a matter of rank. (J. J. de Jong, PhD thesis,
+known before (`balance.transfers`); the rest is a matter of rank. (J. J. de Jong, PhD thesis,
 University of Twente, chapter 5.)
 """
 
@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from balance.answer import Balance, Order
-from balance.gathering import Gathered, gather_conditions, round_off
+from balance.conditions.gathering import Gathered, gather_conditions, round_off
+from balance.conditions.rank import Decision
 from balance.inertia import from_chain
-from balance.opening import Transfers, transfers
-from balance.rank import Decision
-from balance.space import DesignSpace
+from balance.spaces.space import DesignSpace
+from balance.transfers.opening import Transfers, transfers
 from kinematics.assembly import moving_chain
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names

@@ -1,9 +1,9 @@
 """Design spaces of many geometries of one topology, for sweeps and searches.
 
 One compiled loop per core places the joints, finds the transfers, expands the motion and
-decides the rank, as `balance.designspace.design_space` does for one linkage. What the loop
-does not settle is left to that function: geometries that need higher orders or finite poses,
-that are singular or next to it, or that close only within round-off.
+decides the rank, as `balance.design_space` does for one linkage. What the loop does not
+settle is left to that function: geometries that need higher orders or finite poses, that are
+singular or next to it, or that close only within round-off.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.answer import Balance
-from balance.designspace import design_space
+from balance.conditions.orders import FIRST, generic
 from balance.inertia import from_chain
 from balance.momentum import parameters_per_body, rows_per_column
-from balance.opening import transfers
-from balance.stage import FIRST, generic
-from balance.sweep import misfit, place, points_on, sweep
+from balance.spaces.designspace import design_space
+from balance.spaces.sweep import misfit, place, points_on, sweep
+from balance.transfers.opening import transfers
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
 from kinematics.linkage import Frame, Linkage, frozen

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.inertia import from_chain
-from balance.opening import Transfers
+from balance.transfers.opening import Transfers
 from kinematics.linkage import Chain, Linkage, frozen, names
 
 __all__ = ["Transfer", "by_joint"]

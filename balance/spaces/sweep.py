@@ -1,10 +1,10 @@
-"""Geometries of one topology, one after the other: the compiled loop of `balance.many`."""
+"""The compiled loop of `balance.spaces.geometries`: one geometry after the other."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from balance.elimination import (
+from balance.conditions.elimination import (
     FLOOR,
     MARGIN,
     absorb,
@@ -14,8 +14,8 @@ from balance.elimination import (
     solutions,
     take,
 )
-from balance.opening import parts, search
-from balance.stage import NEAR, stage
+from balance.conditions.orders import NEAR, stage
+from balance.transfers.opening import parts, search
 from kinematics.kernels import kernel
 from kinematics.profile import factor, fill, profile
 

@@ -2,7 +2,7 @@
 
     q(u) = Σ_α c_α u^α          ∂^α q(0) = α! c_α
 
-The multi-indices α and their order are those of `kinematics.polynomials`.
+The multi-indices α and their order are those of `kinematics.taylor.polynomials`.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from kinematics.assembly import moving_chain
 from kinematics.chain import move
 from kinematics.closure import expand, loop_matrix
 from kinematics.errors import MobilityError, PoseError
-from kinematics.expansion import polynomials
-from kinematics.layout import layout
 from kinematics.linkage import Chain, IntArray, Linkage, frozen, names
 from kinematics.motion import Motion, restriction
 from kinematics.placement import forward, newton
-from kinematics.polynomials import Monomials, monomials, powers
 from kinematics.pose import followed
+from kinematics.taylor.expansion import polynomials
+from kinematics.taylor.layout import layout
+from kinematics.taylor.polynomials import Monomials, monomials, powers
 
 __all__ = ["TaylorMotion", "scaled_chain", "taylor_motion"]
 

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.elimination import FLOOR
+from balance.conditions.elimination import FLOOR
+from balance.conditions.orders import FAR, FIRST, NEAR, along_rays, generic
+from balance.conditions.rank import Conditions
 from balance.momentum import rows_at, rows_per_column
-from balance.rank import Conditions
-from balance.stage import FAR, FIRST, NEAR, along_rays, generic
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain
 from kinematics.walk import wander

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.answer import Answer
+from balance.conditions.rank import Decision
 from balance.exact.proof import Proof, independent
 from balance.exact.ranks import Exact, exact_ranks
 from balance.exact.serial import exact_transfers
 from balance.momentum import rows_at
-from balance.rank import Decision
 from kinematics.errors import LinkageError
 from kinematics.linkage import Chain, Linkage
 from kinematics.walk import walk

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.elimination import (
+from balance.conditions.elimination import (
     FLOOR,
     MARGIN,
     absorbed,

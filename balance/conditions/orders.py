@@ -1,7 +1,7 @@
 """Orders at the reference pose and a finite pose that tells whether they are enough.
 
-One compiled step of `balance.gathering`: closure, momentum and rank without leaving the
-compiled code, for one linkage or for many of one topology.
+One compiled step of `balance.conditions.gathering`: closure, momentum and rank without
+leaving the compiled code, for one linkage or for many of one topology.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.elimination import factor_of, gather, implied, room_for, take_factor
+from balance.conditions.elimination import factor_of, gather, implied, room_for, take_factor
+from balance.conditions.rank import Conditions
 from balance.momentum import parameters_per_body, regressor, room, rows_per_column
-from balance.rank import Conditions
 from kinematics.closure import series
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain

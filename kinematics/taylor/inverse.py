@@ -1,4 +1,4 @@
-"""The pseudo-inverse of a small matrix of full rank, compiled for `kinematics.expansion`."""
+"""The pseudo-inverse of a small matrix of full rank, compiled for Taylor expansions."""
 
 from __future__ import annotations
 

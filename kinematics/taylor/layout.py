@@ -1,8 +1,8 @@
 """What the kernel of Taylor expansions needs besides the geometry of a chain.
 
-Turning links carry vectors, which change as they turn (see `kinematics.expansion`): which
-these are, and in which loops they count, follows from how joints are connected, and from
-which of them turn and which slide.
+Turning links carry vectors, which change as they turn (see `kinematics.taylor.expansion`):
+which these are, and in which loops they count, follows from how joints are connected, and
+from which of them turn and which slide.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from kinematics.chain import path
 from kinematics.lanes import padded
 from kinematics.linkage import Chain, IntArray, frozen
-from kinematics.polynomials import Monomials
+from kinematics.taylor.polynomials import Monomials
 
 __all__ = ["Layout", "layout"]
 

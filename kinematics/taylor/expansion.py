@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.closure import fill_loop_matrix
-from kinematics.inverse import pseudo_inverse
 from kinematics.kernels import kernel
 from kinematics.lanes import LANES, load, spread, store
-from kinematics.layout import Layout
-from kinematics.polynomials import multiply
+from kinematics.taylor.inverse import pseudo_inverse
+from kinematics.taylor.layout import Layout
+from kinematics.taylor.polynomials import multiply
 
 __all__ = ["polynomials"]
 

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from balance.answer import Answer
 from balance.archive import SpaceRecord, digest
-from balance.certainty import Certainty, certify
+from balance.conditions.rank import Decision
 from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
 from balance.meaning.explain import Explanation, explain
-from balance.nearness import nearest_drop
-from balance.opening import Transfers
-from balance.partition import Transfer, by_joint
-from balance.rank import Decision
+from balance.spaces.certainty import Certainty, certify
+from balance.spaces.nearness import nearest_drop
+from balance.transfers.opening import Transfers
+from balance.transfers.partition import Transfer, by_joint
 from kinematics.linkage import Chain, Linkage, Notice
 
 __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]

@@ -1,0 +1,1 @@
+"""Conditions on mass distributions: gathered order by order, and how many are independent."""

@@ -1,0 +1,1 @@
+"""Design spaces: of one linkage, of many geometries, and how sure they are."""

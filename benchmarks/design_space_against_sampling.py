@@ -61,7 +61,7 @@ class DesignSpaceAgainstSampling:
         return found
 
     def time_ours(self, model: str) -> None:
-        """The public call: rank by order, null space, singular values, transfers."""
+        """The public call: rank by order, null space, transfers."""
         design_space(next(self.linkages))
 
     def time_sampling(self, model: str) -> None:

@@ -1,4 +1,4 @@
-"""Elimination with pivots: the compiled kernels behind every rank and null space.
+"""Elimination with pivots: the compiled kernels behind every rank.
 
 Householder reflections, largest column first, cut off where what remains is round-off (in
 the spirit of T. F. Chan, 1987). What counts as round-off is for the caller to say.
@@ -16,15 +16,12 @@ __all__ = [
     "MARGIN",
     "absorb",
     "absorbed",
-    "extend",
     "factor_of",
     "follows",
     "gather",
     "implied",
-    "null_space",
     "room_for",
     "smallest_pivot",
-    "solutions",
     "take",
     "take_factor",
 ]
@@ -34,8 +31,6 @@ __all__ = [
 FLOOR = 2.0**-40
 # What is kept within this factor of round-off is uncertain.
 MARGIN = 1e3
-# Entries of orthonormal vectors that are smaller are round-off.
-NOTHING = 2.0**-48
 # Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
 ROUNDING = 2.0**-46
 
@@ -314,136 +309,3 @@ def smallest_pivot(R, permutation):
     for i in range(R.shape[0]):
         size = min(size, abs(R[i, permutation[i]]))
     return size
-
-
-@kernel(borrows=True)
-def null_space(A, m, n, floor, order, out):
-    """Orthonormal solutions of m conditions on n unknowns, in the rows of ``out``.
-
-    Complete pivoting, which small matrices can afford: pivots up to ``floor`` times the
-    largest pivot, or times 1, are round-off.
-
-    Args:
-        A: the conditions (≥ m, ≥ n); destroyed.
-        m: number of conditions.
-        n: number of unknowns.
-        floor: relative size of round-off.
-        order: room for n numbers.
-        out: room for n solutions.
-
-    Returns:
-        How many solutions there are.
-    """
-    for j in range(n):
-        order[j] = j
-    row = column = rank = 0
-    scale, largest = 1.0, -1.0
-    for i in range(m):
-        for j in range(n):
-            if abs(A[i, j]) > largest:
-                largest, row, column = abs(A[i, j]), i, j
-    while rank < min(m, n):
-        scale = max(scale, largest)
-        if largest <= floor * scale:
-            break
-        if row != rank:
-            for j in range(rank, n):
-                A[rank, j], A[row, j] = A[row, j], A[rank, j]
-        if column != rank:
-            order[rank], order[column] = order[column], order[rank]
-            for i in range(m):
-                A[i, rank], A[i, column] = A[i, column], A[i, rank]
-        largest = -1.0
-        for i in range(rank + 1, m):
-            multiplier = A[i, rank] / A[rank, rank]
-            for j in range(rank + 1, n):
-                A[i, j] -= multiplier * A[rank, j]
-                if abs(A[i, j]) > largest:
-                    largest, row, column = abs(A[i, j]), i, j
-        rank += 1
-    for free in range(rank, n):
-        x = out[free - rank]
-        for j in range(n):
-            x[j] = 0.0
-        x[order[free]] = 1.0
-        for k in range(rank - 1, -1, -1):
-            total = A[k, free]
-            for j in range(k + 1, rank):
-                total += A[k, j] * x[order[j]]
-            x[order[k]] = -total / A[k, k]
-    orthonormal(out, n - rank, n)
-    return n - rank
-
-
-@kernel(borrows=True)
-def orthonormal(rows, count, n):
-    """Make the first rows, of n entries, orthonormal, each in turn against those before it.
-
-    A row that lost more than half its size to the others is treated twice (J. W. Daniel et
-    al., 1976).
-    """
-    for i in range(count):
-        x = rows[i]
-        size = 0.0
-        for j in range(n):
-            size += x[j] * x[j]
-        before = np.inf
-        while size < 0.25 * before:
-            before = size
-            for k in range(i):
-                y = rows[k]
-                dot = 0.0
-                for j in range(n):
-                    dot += x[j] * y[j]
-                if dot != 0.0:
-                    for j in range(n):
-                        x[j] -= dot * y[j]
-            size = 0.0
-            for j in range(n):
-                size += x[j] * x[j]
-        for j in range(n):
-            x[j] /= np.sqrt(size)
-
-
-@kernel
-def extend(known, without, factor, columns):
-    """Rows of a factor, written for all unknowns so that every row of ``known`` solves them.
-
-    The head of ``known``, its columns ``without``, is upper triangular.
-    """
-    s, count = known.shape
-    rows = np.zeros((factor.shape[0], count))
-    for r in range(factor.shape[0]):
-        for j in range(columns.size):
-            rows[r, columns[j]] = factor[r, j]
-        for k in range(s - 1, -1, -1):
-            total = 0.0
-            for j in range(count):
-                total += known[k, j] * rows[r, j]
-            rows[r, without[k]] = -total / known[k, without[k]]
-    return rows
-
-
-@kernel
-def solutions(known, factor, permutation, columns):
-    """Orthonormal solutions as rows: those known, and then the others that a factor leaves."""
-    s, count = known.shape
-    rank, p = factor.shape
-    out = np.zeros((s + p - rank, count))
-    for i in range(s):
-        for j in range(count):
-            out[i, j] = known[i, j]
-    for free in range(rank, p):
-        x = out[s + free - rank]
-        x[columns[permutation[free]]] = 1.0
-        for k in range(rank - 1, -1, -1):
-            total = factor[k, permutation[free]]
-            for j in range(k + 1, rank):
-                total += factor[k, permutation[j]] * x[columns[permutation[j]]]
-            x[columns[permutation[k]]] = -total / factor[k, permutation[k]]
-    orthonormal(out, out.shape[0], count)
-    for i in range(out.shape[0]):
-        for j in range(count):
-            if abs(out[i, j]) < NOTHING:
-                out[i, j] = 0.0
-    return out

@@ -15,15 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.elimination import (
-    FLOOR,
-    MARGIN,
-    absorbed,
-    extend,
-    follows,
-    smallest_pivot,
-    solutions,
-)
+from balance.conditions.elimination import FLOOR, MARGIN, absorbed, follows, smallest_pivot
+from balance.conditions.solutions import extend, solutions
 from kinematics.linkage import frozen
 
 __all__ = ["Conditions", "Decision"]

@@ -11,10 +11,10 @@ from balance.conditions.elimination import (
     factor_of,
     room_for,
     smallest_pivot,
-    solutions,
     take,
 )
 from balance.conditions.orders import NEAR, stage
+from balance.conditions.solutions import solutions
 from balance.transfers.opening import parts, search
 from kinematics.kernels import kernel
 from kinematics.profile import factor, fill, profile

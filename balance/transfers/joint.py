@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.conditions.elimination import null_space
+from balance.conditions.solutions import null_space
 from kinematics.closure import add_bracket
 from kinematics.kernels import kernel
 

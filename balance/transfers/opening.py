@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.elimination import FLOOR, null_space
+from balance.conditions.elimination import FLOOR
+from balance.conditions.solutions import null_space
 from balance.momentum import parameters_per_body, rows_per_column
 from balance.transfers.joint import SAME, beyond, contains, transferable
 from kinematics.kernels import kernel

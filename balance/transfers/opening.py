@@ -225,7 +225,8 @@ def _walk(
         crossed[k] = 0
     # Bodies reached, by which owner, and how many twists they can attain, which are in spans.
     reached[0, 0], reached[0, 1], reached[0, 2] = n, -1, 0
-    count, states, i = 0, 1, 0
+    # Not written 0 and 1, for which kernels would be compiled anew.
+    count, states, i = reached[0, 2], reached[0, 2] + 1, 0
     while i < states:
         start, height = reached[i, 0], reached[i, 2]
         for entry in range(n):
@@ -264,8 +265,9 @@ def _walk(
                 )  # fmt: skip
             else:
                 count = _keep(
-                    found, of, count, owner[entry], passes, passed[0], start, target, body, 1
-                )
+                    found, of, count, owner[entry], passes, passed[0], start, target, body,
+                    joints,
+                )  # fmt: skip
         i += 1
     return count
 

@@ -135,6 +135,7 @@ def stage(
             mismatch = max(mismatch, open[k])
         reach, slowest = _rates(C[0], rays[0])
         X = np.zeros((upto + 1, rays.shape[0], width, per, parameters))
+        # The first order: not written 0, for which kernels would be compiled anew.
         regressor(done - done, upto, H, links, moves, V, T, room(V, links, moves), X)
         rows = X.reshape((upto + 1, rays.shape[0] * width * per, parameters))
         while enough and placed and not settled and done <= upto:

@@ -15,7 +15,8 @@ from balance.conditions.elimination import (
 )
 from balance.conditions.orders import NEAR, stage
 from balance.conditions.solutions import solutions
-from balance.transfers.opening import parts, search
+from balance.transfers.clusters import parts
+from balance.transfers.opening import search
 from kinematics.kernels import kernel
 from kinematics.profile import factor, fill, profile
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drafts import axis_edge, linked
 from laws import outside
 
 import balance
@@ -13,7 +14,7 @@ from balance.spaces.geometries import CHUNK
 from kinematics import load
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
-from kinematics.linkage import frozen
+from kinematics.linkage import Mimic, frozen
 
 
 def four_bars(count, seed):
@@ -107,6 +108,24 @@ def test_other_topologies_in_other_places(name, options):
         screws.append(moved)
     found = balance.design_space_many(linkage, np.array(screws), bases=True, **options)
     agree(found, one_by_one(linkage, screws, **options))
+
+
+@pytest.mark.parametrize("kinds", [("revolute",) * 4, ("revolute", "prismatic") * 2])
+def test_joints_that_follow_others(kinds):
+    rng = np.random.default_rng(95)
+    axes = {"revolute": np.array([0.0, 0.0, 1.0]), "prismatic": np.array([0.6, 0.8, 0.0])}
+    edges = [
+        axis_edge(kind, axes[kind], np.r_[rng.standard_normal(2), 0.0], (j, j + 1), f"j{j}")
+        for j, kind in enumerate(kinds)
+    ]
+    follow = (Mimic(1, 0, 0.5), Mimic(3, 2, -2.0))
+    linkage = assemble(replace(linked(edges, range(1, 5), rng), mimics=follow))
+    screws = np.array([[joint.screw for joint in linkage.joints]] * 3)
+    turning = np.any(screws[0, :, :3] != 0.0, axis=1)
+    screws[:, turning, 3:5] += rng.standard_normal((3, int(turning.sum()), 2))
+    found = balance.design_space_many(linkage, screws, bases=True)
+    assert not found.refused
+    agree(found, one_by_one(linkage, screws))
 
 
 def test_what_cannot_be_assembled_is_told_and_the_rest_answered():

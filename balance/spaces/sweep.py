@@ -142,8 +142,9 @@ def place(given, near, centres, R, pivots, relations, screws, mimics, origins, l
                     if abs(moved) > ROUNDED:
                         lengths[g] = -1.0
         for row in range(relations.shape[0]):
+            pivot = mimics[g, row, pivots[row]]
             for j in range(n):
-                mimics[g, row, j] /= mimics[g, row, pivots[row]]
+                mimics[g, row, j] /= pivot
 
 
 @kernel(borrows=True)

@@ -155,3 +155,9 @@ def test_screws_of_another_kind_are_refused():
             balance.design_space_many(linkage, wrong)
     with pytest.raises(ValueError, match="balance must be"):
         balance.design_space_many(linkage, screws, "static")
+    linkage = load("hprs")
+    screws = np.array([[joint.screw for joint in linkage.joints]])
+    for number in (np.nan, np.inf):
+        screws[0, 0, 4] = number
+        with pytest.raises(LinkageError, match="is not that of a helical joint"):
+            balance.design_space_many(linkage, screws)

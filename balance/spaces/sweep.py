@@ -59,8 +59,8 @@ def misfit(given, sliding, helical):
                 along += s[i] * s[3 + i]
                 largest = max(largest, abs(s[3 + i]))
             size = moment if sliding[j] else axis
-            level = helical[j] or abs(along) <= ROUNDED * largest
             # Written so that a NaN fits no joint.
+            level = abs(along) < np.inf if helical[j] else abs(along) <= ROUNDED * largest
             if not (abs(size - 1.0) <= ROUNDED and (axis != 0.0) != sliding[j] and level):
                 return g * n + j
     return -1

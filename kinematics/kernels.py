@@ -32,10 +32,11 @@ def kernel(
     """Compile ``function`` at its first call, or load it from the disk cache.
 
     A kernel to be put in line costs no call, which for arrays takes as long as dozens of
-    products. A kernel that borrows makes no arrays and returns none, and so need not count
-    who uses those it is given, which takes as long. Sums may be reordered and contracted, so
-    that loops vectorise; infinities and NaNs keep their meaning. Other threads run meanwhile.
-    Where no folder can be written to, nothing is cached.
+    products. A kernel that borrows makes no arrays and returns none (those that it calls may
+    make some), and so need not count who uses those it is given, which takes as long. Sums
+    may be reordered and contracted, so that loops vectorise; infinities and NaNs keep their
+    meaning. Other threads run meanwhile. Where no folder can be written to, nothing is
+    cached.
     """
     if function is None:
         return partial(kernel, inline=inline, borrows=borrows)

@@ -100,10 +100,10 @@ def _close(parent, screws, ends, mimics, q, H, s, steps, lines, F, work, spare):
 def close(parent, screws, ends, mimics, dependent, q, H, s, steps):
     """Newton's method on the dependent joints of q, in place.
 
-    Puts displacements of the links and screws at the pose before the last step into H and s.
+    Puts displacements of the links and screws at the last pose looked at into H and s.
 
     Returns:
-        The mismatch there.
+        The mismatch there; unless the steps were used up, that pose is q.
     """
     m = H.shape[1]
     lines, F, rows = profile(parent, ends, mimics, dependent, screws.shape[1])
@@ -241,7 +241,7 @@ def newton(chain: Chain, start: Array, steps: int = STEPS) -> tuple[Array, float
         steps: how many to take at most.
 
     Returns:
-        Joint positions (n,), and how far the loops were open before the last step.
+        Joint positions (n,), and how far the loops were open when last looked at.
     """
     q = np.array(start, dtype=np.float64)
     error = close(

@@ -79,8 +79,8 @@ def absorb(F, permutation, rank, m, floor, scale):
     remainder first.
 
     Args:
-        F: room as from `room_for`: the factor in rows 0 … rank, the new rows below it;
-            columns in the order in which they are eliminated.
+        F: room as from `room_for`: first the factor, then the new rows; columns in the order
+            in which they are eliminated.
         permutation: that order.
         rank: rows of the factor.
         m: rows to absorb.
@@ -279,18 +279,22 @@ def gather(
 
 
 @kernel
-def absorbed(R, permutation, rows, columns, floor, scale):
-    """A factor with its columns in their own order, and rows that become part of it.
+def absorbed(R, rows, columns, floor, scale):
+    """The factor of a factor R and of rows, all pivots chosen anew.
+
+    A factor that is only ever updated reveals the rank less and less well.
 
     Returns:
-        The factor, the order in which columns are eliminated, the largest pivot, and the
-        norm of what was cut off.
+        The factor with its columns in their own order, the order in which they were
+        eliminated, the largest pivot, and the norm of what was cut off.
     """
-    order, rank, m = permutation.copy(), R.shape[0], rows.shape[0]
-    F = room_for(columns.size, m)
+    old, order = R.shape[0], np.arange(columns.size)
+    F = room_for(columns.size, old + rows.shape[0])
     take_factor(R, order, F)
-    take(F, order, rank, rows, columns, 1.0)
-    rank, scale, remainder = absorb(F, order, rank, m, floor, scale)
+    take(F, order, old, rows, columns, 1.0)
+    # Not written 0, for which kernels would be compiled anew.
+    none = order.size - columns.size
+    rank, scale, remainder = absorb(F, order, none, old + rows.shape[0], floor, scale)
     return factor_of(F, order, rank), order, scale, remainder
 
 

@@ -61,7 +61,7 @@ class Conditions(NamedTuple):
         """No conditions yet, on unknowns of which the rows of ``known`` are solutions."""
         count = known.shape[1]
         factor, permutation, _, _ = absorbed(
-            np.empty((0, count)), np.arange(count), known, np.arange(count), floor, 1.0
+            np.empty((0, count)), known, np.arange(count), floor, 1.0
         )
         s = len(factor)
         columns = np.sort(permutation[s:])
@@ -93,7 +93,7 @@ class Conditions(NamedTuple):
         """These conditions and those in ``rows`` (any leading shape, unknowns last)."""
         block = rows.reshape(-1, self.known.shape[1])
         factor, permutation, scale, remainder = absorbed(
-            self.factor, self.permutation, block, self.columns, self.floor, self.scale
+            self.factor, block, self.columns, self.floor, self.scale
         )
         return self._replace(
             factor=factor, permutation=permutation, scale=scale,

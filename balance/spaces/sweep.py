@@ -215,7 +215,8 @@ def sweep(
             if enough:
                 break
             count *= 2
-        if count > rays.shape[0] or not settled or open > CLOSED or slowest < REGULAR:
+        # Written so that a NaN is looked at twice.
+        if count > rays.shape[0] or not (settled and open <= CLOSED and slowest >= REGULAR):
             continue
         least = smallest_pivot(R, permutation)
         if reach < NEAR or least < max(FIRM, MARGIN * floor) * scale:

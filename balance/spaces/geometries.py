@@ -109,8 +109,11 @@ def design_space_many(
     work = _Work(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
     if not linkage.idle:
         starts = range(0, len(screws), CHUNK)
-        with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-            list(pool.map(work.sweep, starts))
+        if threads == 1:
+            list(map(work.sweep, starts))
+        else:
+            with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+                list(pool.map(work.sweep, starts))
     refused = {}
     for number in np.flatnonzero(work.answers[:, 0] < 0).tolist():
         try:

@@ -33,6 +33,7 @@ def _exponential(s, q, E):
         E[1, 2] = q * s[2] + c2 * a * s[1] - c3 * a * a * s[2]
         return
     size = s[0] * s[0] + s[1] * s[1] + s[2] * s[2]
+    along = s[0] * s[3] + s[1] * s[4] + s[2] * s[5]
     for i in range(3):
         u, v = (i + 1) % 3, (i + 2) % 3
         # ŝ² of a twist is (ω ωᵀ - 1, ω × v), and ŝ³ is -ŝ but for the part of v along ω.
@@ -41,7 +42,6 @@ def _exponential(s, q, E):
         E[i, i] -= c2 * size
         E[v, u] += (q - c3 * size) * s[i]
         E[u, v] -= (q - c3 * size) * s[i]
-        along = s[0] * s[3] + s[1] * s[4] + s[2] * s[5]
         E[i, 3] = (
             q * s[3 + i] + c2 * (s[u] * s[3 + v] - s[v] * s[3 + u])
             + c3 * (along * s[i] - size * s[3 + i])

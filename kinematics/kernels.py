@@ -15,6 +15,7 @@ from typing import Any
 
 import numba
 from numba.core import event
+from numba.core.types.misc import unliteral
 
 try:
     from numba.core.caching import FunctionCache, IndexDataCacheFile
@@ -44,12 +45,24 @@ def kernel(
     compiled = numba.njit(nogil=True, forceinline=inline, _nrt=not borrows, **options)(function)
     if compiled is function:  # NUMBA_DISABLE_JIT is set
         return function
+    _for_any_number(compiled)
     try:
         _keep(compiled, function)
     except RuntimeError:
         _events.cannot_cache()
     _events.modules.add(function.__module__)
     return compiled
+
+
+def _for_any_number(compiled: Any) -> None:
+    """Compile a kernel once for numbers of one type.
+
+    Where another kernel writes a number, Numba would take it for a type of its own.
+    """
+    typed = compiled.get_call_template
+    compiled.get_call_template = lambda args, kws: typed(
+        [unliteral(arg) for arg in args], {name: unliteral(arg) for name, arg in kws.items()}
+    )
 
 
 def _keep(compiled: Any, function: Callable[..., Any]) -> None:

@@ -22,6 +22,7 @@ __all__ = [
     "mismatch",
     "newton",
     "radius",
+    "rates_along",
     "series_radius",
 ]
 
@@ -121,6 +122,16 @@ def _size(x):
 
 
 @kernel(borrows=True)
+def rates_along(C, ray, rates):
+    """Joint rates along a ray (order + 1, n), from those for unit rates C (…, …, width)."""
+    for k in range(C.shape[0]):
+        for j in range(C.shape[1]):
+            rates[k, j] = 0.0
+            for w in range(ray.size):
+                rates[k, j] += C[k, j, w] * ray[w]
+
+
+@kernel(borrows=True)
 def series_radius(rates):
     """Radius of convergence of the joint rates (order + 1, n); see `radius`."""
     limit = 1.0
@@ -136,13 +147,9 @@ def _follow(
     parent, screws, ends, mimics, start, C, ray, reach, q, H, s, way, lines, F, work, spare
 ):
     """A closed pose along the ray; see `follow_series`."""
-    orders, n, width = C.shape
+    orders, n = C.shape[:2]
     rates, guess = way, way[orders]
-    for k in range(orders):
-        for j in range(n):
-            rates[k, j] = 0.0
-            for w in range(width):
-                rates[k, j] += C[k, j, w] * ray[w]
+    rates_along(C, ray, rates)
     step = min(reach, 0.4 * series_radius(rates[:orders]))
     for _ in range(7):
         for j in range(n):

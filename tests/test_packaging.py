@@ -88,6 +88,13 @@ def test_a_change_in_another_file_is_seen(copy):
     assert len(told) == 1
 
 
+def test_a_number_that_is_written_is_no_type_of_its_own(copy):
+    text = ABOVE.replace("inner(x) * 10.0", "inner(1) + inner(2) + inner(x)")
+    (copy / "kinematics" / "written.py").write_text(text, encoding="utf-8")
+    code = "from kinematics.written import inner, outer; print(outer(3), len(inner.signatures))"
+    assert run(copy, code)[0] == ["9.0", "1"]
+
+
 def test_nowhere_to_write_costs_one_warning(copy, tmp_path):
     """Files stand where the folders would have to be: nobody can write there."""
     (copy / "kinematics" / "__pycache__").write_text("", encoding="utf-8")

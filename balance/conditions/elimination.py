@@ -20,7 +20,9 @@ __all__ = [
     "follows",
     "gather",
     "implied",
+    "others",
     "room_for",
+    "round_off",
     "smallest_pivot",
     "take",
     "take_factor",
@@ -33,6 +35,18 @@ FLOOR = 2.0**-40
 MARGIN = 1e3
 # Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
 ROUNDING = 2.0**-46
+
+
+@kernel(borrows=True)
+def round_off(origin, length):
+    """Relative size of what counts as round-off in a frame with this origin and length.
+
+    Coordinates of a linkage far from the origin of its file are rounded accordingly.
+    """
+    square = 0.0
+    for i in range(3):
+        square += (origin[i] / length) ** 2
+    return max(FLOOR, 2.0**-50 * np.sqrt(square))
 
 
 @kernel
@@ -279,6 +293,20 @@ def gather(
 
 
 @kernel
+def others(permutation, known):
+    """What is not among the first ``known`` of a permutation, ascending."""
+    place = np.empty(permutation.size, np.int64)
+    for k in range(permutation.size):
+        place[permutation[k]] = k
+    left, count = np.empty(permutation.size - known, np.int64), 0
+    for j in range(permutation.size):
+        if place[j] >= known:
+            left[count] = j
+            count += 1
+    return left
+
+
+@kernel
 def absorbed(R, rows, columns, floor, scale):
     """The factor of a factor R and of rows, all pivots chosen anew.
 
@@ -292,9 +320,7 @@ def absorbed(R, rows, columns, floor, scale):
     F = room_for(columns.size, old + rows.shape[0])
     take_factor(R, order, F)
     take(F, order, old, rows, columns, 1.0)
-    # Not written 0, for which kernels would be compiled anew.
-    none = order.size - columns.size
-    rank, scale, remainder = absorb(F, order, none, old + rows.shape[0], floor, scale)
+    rank, scale, remainder = absorb(F, order, 0, old + rows.shape[0], floor, scale)
     return factor_of(F, order, rank), order, scale, remainder
 
 

@@ -9,13 +9,12 @@ poses all around are added.
 from __future__ import annotations
 
 from itertools import islice
-from math import comb, hypot
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.elimination import FLOOR
 from balance.conditions.orders import FAR, FIRST, NEAR, along_rays, generic
 from balance.conditions.rank import Conditions
 from balance.momentum import rows_at, rows_per_column
@@ -23,7 +22,7 @@ from kinematics.errors import MobilityError
 from kinematics.linkage import Chain
 from kinematics.walk import wander
 
-__all__ = ["Gathered", "gather_conditions", "round_off"]
+__all__ = ["Gathered", "gather_conditions"]
 
 Array = NDArray[np.float64]
 
@@ -47,15 +46,6 @@ class Gathered(NamedTuple):
     ranks: tuple[int, ...]
     poses: int
     settled: bool
-
-
-def round_off(chain: Chain) -> float:
-    """Relative size of what counts as round-off.
-
-    The coordinates of a linkage far from the origin of its file are rounded accordingly.
-    """
-    away = hypot(*chain.frame.origin.tolist()) / chain.frame.length
-    return max(FLOOR, 2.0**-50 * away)
 
 
 def gather_conditions(

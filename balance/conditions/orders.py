@@ -17,7 +17,7 @@ from balance.momentum import parameters_per_body, regressor, room, rows_per_colu
 from kinematics.closure import series
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain
-from kinematics.placement import follow_series, series_radius
+from kinematics.placement import follow_series, rates_along, series_radius
 
 __all__ = ["FAR", "FIRST", "NEAR", "Stage", "along_rays", "generic", "stage"]
 
@@ -76,21 +76,17 @@ def _fresh_rows(
     if H.shape[0] == 0:
         return np.empty((0, links.size * size))
     X = np.zeros((1, 1, width, per, links.size * size))
-    # Not written 0, for which kernels would be compiled anew.
-    zero, still = X.shape[0] - 1, np.zeros((1, width))
-    _, V, T, _ = series(parent, s, ends, mimics, dependent, columns, moves, still, zero)
-    regressor(zero, zero, H, links, moves, V, T, room(V, links, moves), X)
+    still = np.zeros((1, width))
+    _, V, T, _ = series(parent, s, ends, mimics, dependent, columns, moves, still, 0)
+    regressor(0, 0, H, links, moves, V, T, room(V, links, moves), X)
     return X.reshape((width * per, links.size * size))
 
 
 @kernel
 def _rates(C, ray):
     """Radius of convergence along a ray, and the rate of the slowest joint over the fastest."""
-    rates = np.zeros(C.shape[:2])
-    for k in range(rates.shape[0]):
-        for j in range(rates.shape[1]):
-            for w in range(ray.size):
-                rates[k, j] += C[k, j, w] * ray[w]
+    rates = np.empty(C.shape[:2])
+    rates_along(C, ray, rates)
     least, largest = np.inf, 0.0
     for j in range(rates.shape[1]):
         least, largest = min(least, abs(rates[0, j])), max(largest, abs(rates[0, j]))
@@ -135,8 +131,7 @@ def stage(
             mismatch = max(mismatch, open[k])
         reach, slowest = _rates(C[0], rays[0])
         X = np.zeros((upto + 1, rays.shape[0], width, per, parameters))
-        # The first order: not written 0, for which kernels would be compiled anew.
-        regressor(done - done, upto, H, links, moves, V, T, room(V, links, moves), X)
+        regressor(0, upto, H, links, moves, V, T, room(V, links, moves), X)
         rows = X.reshape((upto + 1, rays.shape[0] * width * per, parameters))
         while enough and placed and not settled and done <= upto:
             rank, scale, dropped, more, settled, enough = gather(
@@ -151,9 +146,8 @@ def stage(
                     size, steps,
                 )  # fmt: skip
                 placed = fresh.shape[0] > 0
-                settled = placed and (
-                    rank == unknowns.size
-                    or implied(F, order, rank, fresh, unknowns, 1.0, floor, scale)
+                settled = placed and implied(
+                    F, order, rank, fresh, unknowns, 1.0, floor, scale
                 )
     settled = settled and enough and placed
     return (factor_of(F, order, rank), order, scale, dropped, found[:done].copy(), settled,

@@ -15,7 +15,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.elimination import FLOOR, MARGIN, absorbed, follows, smallest_pivot
+from balance.conditions.elimination import (
+    FLOOR,
+    MARGIN,
+    absorbed,
+    follows,
+    others,
+    smallest_pivot,
+)
 from balance.conditions.solutions import extend, solutions
 from kinematics.linkage import frozen
 
@@ -64,7 +71,7 @@ class Conditions(NamedTuple):
             np.empty((0, count)), known, np.arange(count), floor, 1.0
         )
         s = len(factor)
-        columns = np.sort(permutation[s:])
+        columns = others(permutation, s)
         empty = np.empty((0, columns.size))
         return cls(empty, np.arange(columns.size), columns, factor, permutation[:s], floor)
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from balance.answer import Balance, Order
-from balance.conditions.gathering import Gathered, gather_conditions, round_off
+from balance.conditions.elimination import round_off
+from balance.conditions.gathering import Gathered, gather_conditions
 from balance.conditions.rank import Decision
 from balance.inertia import from_chain
 from balance.spaces.space import DesignSpace
@@ -56,7 +57,7 @@ def design_space(
         raise ValueError(f"max_order must be a whole number from 0 to {HIGHEST}")
     motion = restriction(linkage, motion)
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
-    floor = round_off(chain)
+    floor = float(round_off(chain.frame.origin, chain.frame.length))
     exchanged = transfers(chain, force, floor)
     try:
         gathered = gather_conditions(chain, exchanged.rows, force, floor, max_order)

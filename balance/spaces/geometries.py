@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.answer import Balance
-from balance.conditions.orders import FIRST, generic
+from balance.conditions.orders import generic
 from balance.inertia import from_chain
 from balance.momentum import parameters_per_body, rows_per_column
 from balance.spaces.designspace import design_space
@@ -185,8 +185,8 @@ class _Work:
         sweep(
             chain.parent, screws, chain.ends, mimics, chain.dependent, chain.columns,
             chain.moves, chain.links, self.rigid, self.rays, self.fewest, self.per, self.size,
-            FIRST, True, 1, self.origins[part], self.lengths[part], self.answers[part],
-            self.kept[part], self.bases[part],
+            self.origins[part], self.lengths[part], self.answers[part], self.kept[part],
+            self.bases[part],
         )  # fmt: skip
 
     def look_twice(self, number: int) -> None:

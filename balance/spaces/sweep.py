@@ -4,16 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.conditions.elimination import (
-    FLOOR,
-    MARGIN,
-    absorb,
-    factor_of,
-    room_for,
-    smallest_pivot,
-    take,
-)
-from balance.conditions.orders import NEAR, stage
+from balance.conditions.elimination import MARGIN, absorbed, others, round_off, smallest_pivot
+from balance.conditions.orders import FIRST, NEAR, stage
 from balance.conditions.solutions import solutions
 from balance.transfers.clusters import parts
 from balance.transfers.opening import search
@@ -159,29 +151,11 @@ def _regular(parent, screws, ends, mimics, lines, F, diagonal):
 
 
 @kernel
-def _others(order, known):
-    """The unknowns that are not among the first of ``order``, as they are numbered."""
-    place = np.empty(order.size, np.int64)
-    for k in range(order.size):
-        place[order[k]] = k
-    others, count = np.empty(order.size - known, np.int64), 0
-    for j in range(order.size):
-        if place[j] >= known:
-            others[count] = j
-            count += 1
-    return others
-
-
-@kernel
 def sweep(
     parent, screws, ends, mimics, dependent, columns, moves, links, rigid, rays, fewest, per,
-    size, goal, stop, steps, origins, lengths, answers, kept, bases,
+    size, origins, lengths, answers, kept, bases,
 ):  # fmt: skip
-    """Rank, nullity, serial nullity and kmax of each geometry; rank -1 if not settled.
-
-    What goes to `stage` as it is, ``goal``, ``stop`` and ``steps`` too, is not written here:
-    numbers would have it compiled anew.
-    """
+    """Rank, nullity, serial nullity and kmax of each geometry; rank -1 if not settled."""
     unknowns = links.size * size
     node, body, owner = parts(parent, ends, links)
     lines, S, rows = profile(parent, ends, mimics[0], dependent, screws.shape[2])
@@ -195,22 +169,16 @@ def sweep(
             or not _regular(parent, s, ends, m, lines, S, diagonal)
         ):  # fmt: skip
             continue
-        o = origins[g]
-        away = np.sqrt(o[0] * o[0] + o[1] * o[1] + o[2] * o[2]) / lengths[g]
-        floor = max(FLOOR, 2.0**-50 * away)
+        floor = round_off(origins[g], lengths[g])
         found, _, count = search(parent, s, node, body, owner, unknowns, size, per, floor)
-        start = np.empty((0, unknowns))
-        F, order = room_for(unknowns, count + rigid.shape[0]), own.copy()
-        take(F, order, start.shape[0], found[:count], own, 1.0)
-        take(F, order, count, rigid, own, 1.0)
-        known = absorb(F, order, start.shape[0], count + rigid.shape[0], floor, 1.0)[0]
-        left = _others(order, known)
+        known, order, _, _ = absorbed(rigid, found[:count], own, floor, 1.0)
+        left = others(order, known.shape[0])
         p = left.size
         count = fewest
         while count <= rays.shape[0]:
             R, permutation, scale, _, ranks, settled, reach, open, slowest, enough, _ = stage(
                 parent, s, ends, m, dependent, columns, moves, links, rays[:count], per, size,
-                goal, stop, steps, np.empty((0, p)), own[:p], 0.0, 0.0, left, floor, none,
+                FIRST, True, 1, np.empty((0, p)), own[:p], 0.0, 0.0, left, floor, none,
             )  # fmt: skip
             if enough:
                 break
@@ -226,10 +194,10 @@ def sweep(
             kmax -= 1
         rank = R.shape[0]
         answers[g, 0], answers[g, 1] = rank, unknowns - rank
-        answers[g, 2], answers[g, 3] = known, kmax
+        answers[g, 2], answers[g, 3] = known.shape[0], kmax
         kept[g] = least / scale if rank > 0 else 1.0
         if bases.shape[0] > 0:
-            basis = solutions(factor_of(F, order, known), R, permutation, left)
+            basis = solutions(known, R, permutation, left)
             for i in range(unknowns - rank):
                 for j in range(unknowns):
                     bases[g, i, j] = basis[i, j]

@@ -155,8 +155,7 @@ def _walk(
         crossed[k] = 0
     # Bodies reached, by which owner, and how many twists they can attain, which are in spans.
     reached[0, 0], reached[0, 1], reached[0, 2] = n, -1, 0
-    # Not written 0 and 1, for which kernels would be compiled anew.
-    count, states, i = reached[0, 2], reached[0, 2] + 1, 0
+    count, states, i = 0, 1, 0
     while i < states:
         start, height = reached[i, 0], reached[i, 2]
         for entry in range(n):

@@ -16,7 +16,7 @@ import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from balance.commands import designing, moving, verifying
 from balance.commands.readings import with_both
@@ -25,6 +25,7 @@ from balance.json_text import json_text
 from kinematics.errors import ExactError, LinkageError
 from kinematics.linkage import Notice
 from kinematics.models import describe, gallery, load
+from kinematics.reader.markup import shown
 
 if TYPE_CHECKING:
     from balance.commands.verifying import Verified
@@ -70,8 +71,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(argv: Sequence[str] | None, debug: bool) -> int:
     """One command, and what is said where it fails."""
+    words = sys.argv[1:] if argv is None else argv
     try:
-        arguments = _parser().parse_args(argv)
+        arguments = _parser().parse_args(words)
         return int(arguments.run(arguments))
     except SystemExit as stop:
         return int(stop.code or 0)
@@ -87,12 +89,29 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     except Exception as error:
         if debug:
             traceback.print_exc(file=sys.stderr)
-        print(unexpected(error, sys.argv[1:] if argv is None else argv), file=sys.stderr)
+        print(unexpected(error, words), file=sys.stderr)
         return DEFECT
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line, whatever the words are made of."""
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str], namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse words; ``--option=--``, which Python 3.11 reads as a list, is refused."""
+        for name in (word[:-3] for word in args if word.startswith("--")
+                     and word.endswith("=--")):  # fmt: skip
+            self.error(f"argument {name}: expected one argument")
+        return super().parse_known_args(args, namespace)
+
+    def error(self, message: str) -> NoReturn:
+        """End the command with code 2."""
+        super().error(shown(message, 1000))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="balance", description="Dynamic balance of linkages.", epilog=EXIT_CODES
     )
     verbs = parser.add_subparsers(metavar="command", required=True)
@@ -194,7 +213,6 @@ def _report(arguments: argparse.Namespace) -> int:
     from balance.commands.report_text import text
 
     space, exact = _exactly(space) if arguments.exact else (space, None)
-    _warn((*space.warnings, *(exact.notices if exact else ())))
     explanation = space.explain() if arguments.explain else None
     if arguments.html is not None:
         from balance.files import replacing
@@ -203,6 +221,7 @@ def _report(arguments: argparse.Namespace) -> int:
         content = page(space, explanation).encode()
         with replacing(arguments.html) as file:
             file.write(content)
+    _warn((*space.warnings, *(exact.notices if exact else ())))
     if arguments.json:
         print(json_text(space.to_dict(explanation, exact), 2))
     elif sys.stdout.isatty():

@@ -169,7 +169,7 @@ GOOD: dict[str, list[str]] = {
     "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
     "--inputs": ["{inputs}"], "--motion": ["{first}=0"], "--balance": ["force"],
     "--max-order": ["1"], "--html": ["{folder}/page.html"], "--require": ["verified"],
-    "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{table}"],
+    "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
     "--out": ["{folder}/out.urdf"], "--tool": ["{tool}", "--along", "x"],

@@ -200,12 +200,14 @@ def _space(arguments: argparse.Namespace, angles: str) -> DesignSpace:
     """The design space that the options describe, with rounded angles read as told."""
     linkage = _load(arguments, angles)
     # The file has been accepted; only now is it worth loading the kernels.
+    from balance.spaces.certainty import certify
     from balance.spaces.designspace import design_space
 
-    return design_space(
+    space = design_space(
         linkage, arguments.motion, arguments.balance, arguments.max_order,
         spatial=arguments.spatial,
     )  # fmt: skip
+    return certify(space)
 
 
 def _report(arguments: argparse.Namespace) -> int:
@@ -289,12 +291,13 @@ def _exactly(space: DesignSpace) -> tuple[DesignSpace, Exact | None]:
 
 
 def _sure(space: DesignSpace, arguments: argparse.Namespace) -> bool:
-    """Whether the answer is as certain as the user wants it."""
+    """Whether the answer is sure, and as certain as the user wants it."""
     from balance.spaces.certainty import LEVELS
 
-    if arguments.require:
-        return LEVELS.index(space.certainty.level) >= LEVELS.index(arguments.require)
-    return space.settled or arguments.max_order is not None
+    wanted = LEVELS.index(arguments.require) if arguments.require else 0
+    complete = space.settled or arguments.max_order is not None
+    certainty = space.certainty
+    return complete and not certainty.doubts and LEVELS.index(certainty.level) >= wanted
 
 
 def _show(space: DesignSpace, explanation: Explanation | None, exact: Exact | None) -> None:

@@ -25,7 +25,7 @@ MANY = 20
 
 def in_chain(space, basis):
     """Columns of a space (parameters, d) in the coordinates of its chain."""
-    G = from_chain(space._chain.frame, space.planar, space.balance == "force")
+    G = from_chain(space.chain.frame, space.planar, space.balance == "force")
     blocks = np.linalg.solve(G, basis.reshape(len(space.bodies), len(G), -1))
     return blocks.reshape(basis.shape)
 
@@ -44,7 +44,7 @@ def gap(one, other):
 
 def check(space, ways=None):
     """Serial space as by the definition; parallel space the rest; both orthonormal."""
-    chain, force = space._chain, space.balance == "force"
+    chain, force = space.chain, space.balance == "force"
     ways = ways or ways_of(Graph.of(chain))
     assert ways
     ser, par, all_ = (in_chain(space, b) for b in (space.serial, space.parallel, space.basis))
@@ -89,7 +89,7 @@ def test_most_linkages_have_one_serial_space_for_all_ways_of_opening(
 ):
     """Not Sarrus, nor the 3-RSR on a symmetry plane: V below a joint depends on the way."""
     found = design_space(kinematics.load(model), motion or None)
-    chain = found._chain
+    chain = found.chain
     assert len(set(openings(Graph.of(chain)))) == count
     every = serials(chain)
     assert len(every) == count and {one.shape[1] for one in every} == sizes
@@ -324,7 +324,7 @@ def test_random_linkages(spatial):
             found = design_space(linkage)
         except MobilityError:
             continue
-        ways = list(islice(openings(Graph.of(found._chain)), 400))
+        ways = list(islice(openings(Graph.of(found.chain)), 400))
         if ways:
             check(found, ways[:: 1 + len(ways) // 16])
             done[double] += 1

@@ -87,7 +87,7 @@ def chain_of(kinds, rng):
 
 def blocks(space, transfer):
     """The transfer in coordinates of the chain: (bodies, parameters, dimension)."""
-    chain = space._chain
+    chain = space.chain
     G = from_chain(chain.frame, space.planar, space.balance == "force")
     return np.linalg.solve(G, transfer.basis.reshape(len(space.bodies), len(G), -1))
 
@@ -125,7 +125,7 @@ def check_exchanges(space):
         z[k] = 0.0
         assert not z.any()
     found = np.hstack([blocks(space, t).reshape(len(space.basis), -1) for t in space.transfers])
-    (expected,) = serials(space._chain)
+    (expected,) = serials(space.chain)
     assert found.shape == expected.shape
     assert max(outside(found, expected), outside(expected, found)) < 1e-10
     assert space.parallel.shape[1] == 0
@@ -208,7 +208,7 @@ def test_force_balance_only_exchanges_masses_and_first_moments():
         rng = np.random.default_rng(seed)
         kinds = [(str(k), unit_vector(rng)) for k in rng.choice(SIMPLE, 4)]
         space = design_space(chain_of(kinds, rng)[0], balance="force")
-        (expected,) = serials(space._chain, force=True)
+        (expected,) = serials(space.chain, force=True)
         found = np.hstack([blocks(space, t).reshape(16, -1) for t in space.transfers])
         assert found.shape == expected.shape
         assert max(outside(found, expected), outside(expected, found)) < 1e-10
@@ -219,9 +219,9 @@ def test_the_reference_route_sees_a_wrong_transfer():
     rng = np.random.default_rng(1)
     kinds = [("revolute", unit_vector(rng)), ("revolute", unit_vector(rng))]
     space = design_space(chain_of(kinds, rng)[0])
-    graph = Graph.of(space._chain)
+    graph = Graph.of(space.chain)
     assert graph.loops == 0
-    (expected,) = serials(space._chain)
+    (expected,) = serials(space.chain)
     z = blocks(space, space.transfers[1]).reshape(20, -1)
     assert outside(z, expected) < 1e-12
     z[1] += 1e-6

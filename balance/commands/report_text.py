@@ -46,6 +46,7 @@ def facts(space: DesignSpace) -> list[tuple[str, str]]:
         ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
         *([("near-special", near)] if (near := _nearness(space)) else []),
         ("certainty", f"{space.certainty.level}: {space.certainty.reason}"),
+        *(("in doubt", doubt) for doubt in space.certainty.doubts),
         ("as given", f"{verdict} (residual {given.residual:.1e})"),
     ]
 
@@ -66,7 +67,7 @@ def _state(space: DesignSpace) -> str:
     """Whether the conditions are all there are."""
     last = space.orders[-1].order
     if space.settled:
-        if space.poses:
+        if space.kmax is None:
             return f"complete with {space.poses} poses; order {last} was not enough"
         return f"complete at order {space.kmax}"
     poses = f" and at {space.poses} poses" if space.poses else ""

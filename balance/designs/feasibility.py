@@ -9,7 +9,7 @@ not clear, the margin itself is maximised. Either answer is checked without the 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -49,6 +49,10 @@ ROUNDED = 1e-9
 UNSETTLED = (
     "not all conditions are known, and a design may break the others; leave out max_order, if "
     "it was given"
+)
+TOO_NARROW = (
+    "a certificate excludes the designs that were found possible, but conditions near round-off "
+    "may be false ones, and there may be more designs"
 )
 # The solver heeds bounds to this part of them.
 WITHIN = 1e-8
@@ -110,17 +114,24 @@ def feasible(space: DesignSpace) -> Feasibility:
     return answer(space, Restriction())
 
 
-def answer(space: DesignSpace, asked: Restriction) -> Feasibility:
+def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Feasibility:
     """Whether a design space holds a distribution that fulfils a restriction.
 
     See `feasible`; the design has the largest margin among those of its total trace.
+
+    Args:
+        space: the design space.
+        asked: what the bodies must fulfil.
+        trusted: whether all of the space is known to be balanced.
     """
     question = program(space, asked)
     for x, proofs in _candidates(question):
         if x is not None and (found := _design(space, asked, question, x)):
-            return found if space.settled else _undecided(UNSETTLED)
+            return found if trusted or space.sure else _surely(space, asked)
         for Z in proofs:
             check = judged(space, question.whole, Z, asked)
+            if check.accepted and not space.encloses:
+                return _undecided(TOO_NARROW)
             if check.accepted:
                 alone = not asked or judged(space, question.whole, Z, Restriction()).accepted
                 text = in_words(space, Z, Restriction() if alone else asked)
@@ -130,6 +141,21 @@ def answer(space: DesignSpace, asked: Restriction) -> Feasibility:
         "neither a design nor a certificate stands up to its check; ask less of the masses, or "
         "put the linkage nearer to the origin"
     )
+
+
+def _surely(space: DesignSpace, asked: Restriction) -> Feasibility:
+    """The verdict on a space that is in doubt, for which there is a design.
+
+    Inertia transfers that are proved are in every space that it may be: a design made of
+    these stands.
+    """
+    serial = space.serial_nullity
+    proved = space.stated is not None and space.stated.nullity == serial
+    if not proved:
+        return _undecided(UNSETTLED)
+    decision = replace(space.decision, basis=space.decision.basis[:, :serial])
+    found = answer(replace(space, basis=space.serial, decision=decision), asked, True)
+    return found if found.verdict == "feasible" else _undecided(UNSETTLED)
 
 
 def _undecided(why: str) -> Feasibility:

@@ -25,6 +25,7 @@ from balance.designs.feasibility import (
 from balance.designs.objective import Objective, optimum
 from balance.designs.restriction import Restriction, program, restriction
 from balance.inertia import LABELS
+from balance.spaces.certainty import certify
 from balance.spaces.designspace import design_space
 from balance.spaces.space import DesignSpace
 
@@ -151,7 +152,8 @@ def design(
     bounds = dict(bounds or {})
     asked = restriction(space, keep, bounds)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, asked):
-        space = design_space(space.linkage, space.motion, spatial=True)
+        wider = design_space(space.linkage, space.motion, spatial=True)
+        space = wider if space.stated is None else certify(wider)
     found = answer(space, asked)
     design = Design(
         space, found.verdict, minimise, None, tuple(keep), bounds, found.z,

@@ -67,7 +67,7 @@ def vectors(space: Described, primitives: Iterable[Primitive], scaled: bool) -> 
     """
     some = list(primitives)
     # Measured from the middle of the mechanism from the start: nothing large cancels.
-    found = [_scaled(p, space._chain.frame) if scaled else p for p in some]
+    found = [_scaled(p, space.chain.frame) if scaled else p for p in some]
     z = np.array([primitive.parameters() for primitive in found]).reshape(-1, 10)
     z = to_chain(z, Frame(space.axes), space.planar, space.balance == "force")
     out = np.zeros((len(some), len(space.bodies), z.shape[1]))
@@ -90,7 +90,7 @@ def vocabulary(space: Described) -> list[Term]:
     """Every term on the bodies that move, body by body; they span all parameters."""
     found: list[Term] = []
     for b, name in enumerate(space.bodies):
-        if space._chain.links[b] >= 0:
+        if space.chain.links[b] >= 0:
             found += _of_body(space, name, sites(space, b))
     return found
 

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from balance.conditions.elimination import FLOOR, round_off
 from balance.exact.chain import exact_chain, regular
 from balance.exact.modular import PRIMES
 from balance.exact.proof import Proof, independent
 from balance.exact.ranks import at_rest, ranks_of
 from balance.exact.serial import branches, exact_transfers
 from balance.momentum import rows_at
-from balance.spaces.correction import Evidence, correct, exact_orders, with_more_poses
-from kinematics.errors import ExactError, LinkageError
+from balance.spaces.correction import Evidence, correct, with_more_poses
+from kinematics.errors import LinkageError
 from kinematics.linkage import Notice
 from kinematics.reader.geometry import exact_geometry
 from kinematics.walk import walk
@@ -74,8 +73,9 @@ class Certainty(NamedTuple):
 
     def to_dict(self) -> dict[str, object]:
         """The entry ``evidence`` of the report: all but the level and the proof."""
-        rest = ("level", "proof")
-        return {name: value for name, value in self._asdict().items() if name not in rest}
+        rest = {"level", "proof"}
+        known = {name: value for name, value in self._asdict().items() if name not in rest}
+        return known | {"doubts": list(self.doubts)}
 
 
 def certify(space: DesignSpace) -> DesignSpace:

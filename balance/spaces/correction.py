@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from balance.answer import Order
 from balance.conditions.elimination import round_off
 from balance.conditions.gathering import Gathered, add_poses, gather_conditions
-from balance.conditions.rank import Conditions
 from balance.exact.ranks import Exact
 from balance.exact.serial import ExactTransfer
 from balance.inertia import from_chain, to_chain

@@ -103,6 +103,22 @@ class DesignSpace(Answer):
             found.append(f"the smallest singular value kept, {self.kept:.1e}, is near round-off")
         return tuple(found)
 
+    @property
+    def sure(self) -> bool:
+        """Whether the space may be relied on: all conditions are known, and none is in doubt."""
+        doubts = self.doubts if self.stated is None else self.stated.doubts
+        return self.settled and not doubts
+
+    @property
+    def encloses(self) -> bool:
+        """Whether every balanced distribution is in the space: no condition is a false one.
+
+        Known where exact arithmetic finds as many conditions, or where none is near
+        round-off.
+        """
+        proved = self.stated.rank if self.stated is not None else None
+        return not self.decision.thin if proved is None else self.rank <= proved
+
     @cached_property
     def transfers(self) -> tuple[Transfer, ...]:
         """What may be exchanged across each joint that moves; together, ``serial``.

@@ -70,9 +70,9 @@ def from_pseudo_inertia(P: ArrayLike) -> Array:
 
 
 def displaced(z: ArrayLike, H: ArrayLike) -> Array:
-    """Parameters (..., 10) of a body after the displacement H (4, 4), about the same origin.
+    """Parameters (..., 10) of bodies after displacements H (..., 4, 4), about the same origin.
 
     H may be an affine map, such as a change of units.
     """
     H = np.asarray(H, dtype=np.float64)
-    return from_pseudo_inertia(H @ pseudo_inertia(z) @ H.T)
+    return from_pseudo_inertia(H @ pseudo_inertia(z) @ H.mT)

@@ -13,7 +13,7 @@ NOTHING = 2.0**-48
 
 
 @kernel(borrows=True)
-def null_space(A, m, n, floor, order, out):
+def null_space(A, m, n, floor, order, out, gap):
     """Orthonormal solutions of m conditions on n unknowns, in the rows of ``out``.
 
     Complete pivoting, which small matrices can afford: pivots up to ``floor`` times the
@@ -26,6 +26,7 @@ def null_space(A, m, n, floor, order, out):
         floor: relative size of round-off.
         order: room for n numbers.
         out: room for n solutions.
+        gap: smallest size that was kept, and largest that was dropped, so far; updated.
 
     Returns:
         How many solutions there are.
@@ -41,7 +42,9 @@ def null_space(A, m, n, floor, order, out):
     while rank < min(m, n):
         scale = max(scale, largest)
         if largest <= floor * scale:
+            gap[1] = max(gap[1], largest / scale)
             break
+        gap[0] = min(gap[0], largest / scale)
         if row != rank:
             for j in range(rank, n):
                 A[rank, j], A[row, j] = A[row, j], A[rank, j]

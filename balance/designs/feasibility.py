@@ -51,8 +51,8 @@ UNSETTLED = (
     "it was given"
 )
 TOO_NARROW = (
-    "a certificate excludes the designs that were found possible, but conditions near round-off "
-    "may be false ones, and there may be more designs"
+    "a certificate excludes the designs of the space that was found, but conditions near "
+    "round-off may be false ones, and there may be more designs"
 )
 # The solver heeds bounds to this part of them.
 WITHIN = 1e-8

@@ -80,10 +80,14 @@ class Described(Protocol):
         ...
 
     @property
-    def chain(self) -> Chain: ...
+    def chain(self) -> Chain:
+        """The joints that move as arrays."""
+        ...
 
     @property
-    def exchanged(self) -> Transfers: ...
+    def exchanged(self) -> Transfers:
+        """What may be exchanged across joints, in the units of the chain."""
+        ...
 
 
 class Direction(NamedTuple):

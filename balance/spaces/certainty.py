@@ -31,8 +31,6 @@ LEVELS = ("estimated", "verified", "proved")
 BALANCED = 1e-11
 # Sizes below which that, and a singular value, are round-off beyond doubt.
 ROUND_OFF = 1e-14
-# What floating point cuts off as round-off is no larger than this part of its own limit.
-SURE = 0.05
 # Rays along which poses are tried, steps each way, and the longest of them.
 RAYS, STEPS, STEP = 2, 8, 0.237
 # Times that poses are added while momenta are left at fresh ones.

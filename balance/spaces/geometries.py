@@ -20,9 +20,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.answer import Balance
 from balance.conditions.orders import generic
-from balance.inertia import from_chain
+from balance.inertia import displaced, from_chain, to_chain
 from balance.momentum import parameters_per_body, rows_per_column
 from balance.spaces.designspace import design_space
+from balance.spaces.space import DesignSpace
 from balance.spaces.sweep import misfit, place, points_on, sweep
 from balance.transfers.opening import transfers
 from kinematics.assembly import assemble
@@ -36,6 +37,8 @@ IntArray = NDArray[np.int64]
 
 # Geometries that a thread takes at a time.
 CHUNK = 128
+# Where the entries of a symmetric tensor stand, in the order of the parameters.
+ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +52,8 @@ class ManySpaces:
         kmax: highest order that adds a condition (count,); -1 where poses decided, and there.
         kept: smallest pivot of the conditions, relative to the largest (count,).
         refused: why a linkage cannot be assembled, by number of the geometry.
+        unsure: why its integers may be wrong, by number of the geometry: what decides about
+            them is near round-off. `balance.certify` tells, for a file.
         bases: orthonormal bases in the units of the frames, as rows; those of a geometry are
             the first ``nullity`` (count, parameters, parameters), or (0, …).
         origins: middle of the mechanism (count, 3), metres.
@@ -64,6 +69,7 @@ class ManySpaces:
     kmax: IntArray
     kept: Array
     refused: Mapping[int, str]
+    unsure: Mapping[int, str]
     bases: Array = field(repr=False)
     origins: Array = field(repr=False)
     lengths: Array = field(repr=False)
@@ -114,13 +120,16 @@ def design_space_many(
         else:
             with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
                 list(pool.map(work.sweep, starts))
-    refused = {}
+    refused, unsure = {}, {}
     for number in np.flatnonzero(work.answers[:, 0] < 0).tolist():
         try:
-            work.look_twice(number)
+            doubts = work.look_twice(number)
         except LinkageError as error:
             refused[number] = str(error)
-    return work.result(refused)
+        else:
+            if doubts:
+                unsure[number] = "; ".join(doubts)
+    return work.result(refused, unsure)
 
 
 def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
@@ -189,8 +198,12 @@ class _Work:
             self.bases[part],
         )  # fmt: skip
 
-    def look_twice(self, number: int) -> None:
-        """One geometry by `design_space`; LinkageError if it cannot be assembled."""
+    def look_twice(self, number: int) -> tuple[str, ...]:
+        """One geometry by `design_space`; LinkageError if it cannot be assembled.
+
+        Returns:
+            Why its integers may be wrong.
+        """
         points, linkage = np.empty_like(self.near), self.linkage
         points_on(self.screws[number], self.near, points)
         joints = tuple(
@@ -213,13 +226,44 @@ class _Work:
         self.answers[number] = space.rank, space.nullity, space.serial_nullity, kmax
         self.kept[number] = space.kept
         if len(self.bases):
-            self.bases[number, : space.nullity] = space.scaled_basis.T
+            self.bases[number, : space.nullity] = _back(space, linkage)
+        unsettled = () if space.settled else ("not all conditions were found",)
+        return (*unsettled, *space.doubts)
 
-    def result(self, refused: dict[int, str]) -> ManySpaces:
+    def result(self, refused: dict[int, str], unsure: dict[int, str]) -> ManySpaces:
         """The answers, read-only."""
         rank, nullity, serial, kmax = (frozen(a, np.int64) for a in self.answers.T)
         return ManySpaces(
             rank, nullity, serial, kmax, frozen(self.kept), MappingProxyType(refused),
-            frozen(self.bases), frozen(self.origins), frozen(self.lengths), self.chain.frame.R,
-            self.chain.planar, self.force,
+            MappingProxyType(unsure), frozen(self.bases), frozen(self.origins),
+            frozen(self.lengths), self.chain.frame.R, self.chain.planar, self.force,
         )  # fmt: skip
+
+
+def _back(space: DesignSpace, linkage: Linkage) -> Array:
+    """Basis of a space, as orthonormal rows in its frame, at the pose of a linkage.
+
+    A singular pose is left along the motion; the space is that of the pose further on, and
+    parameters move back with their bodies.
+    """
+    away = space.frames @ np.linalg.inv(linkage.frames)
+    if np.abs(away - np.eye(4)).max(initial=0.0) == 0.0:
+        return space.scaled_basis.T
+    force, axes = space.balance == "force", space.axes
+    size = len(space.labels)
+    rows = space.basis.T.reshape(space.nullity, -1, size)
+    z = np.zeros((*rows.shape[:2], 10))
+    z[..., 0] = rows[..., 0]
+    if space.planar:
+        z[..., 1:4] = rows[..., 1:3] @ axes[:2]
+        n = axes[2]
+        moment = 0.0 if force else rows[..., 3]
+        z[..., 4:] = np.multiply.outer(
+            moment * np.ones(rows.shape[:2]), [n[i] * n[j] for i, j in ENTRIES]
+        )
+    else:
+        z[..., :size] = rows
+    here = displaced(z, np.linalg.inv(away))
+    scaled = to_chain(here.reshape(-1, 10), space.chain.frame, space.planar, force)
+    Q, _ = np.linalg.qr(scaled.reshape(space.nullity, -1).T)
+    return np.asarray(Q.T)

@@ -16,9 +16,9 @@ from balance.conditions.rank import Decision
 from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
 from balance.meaning.explain import Explanation, explain
-from balance.spaces.certainty import SURE, Certainty, level_of
+from balance.spaces.certainty import Certainty, level_of
 from balance.spaces.nearness import nearest_drop
-from balance.transfers.opening import Transfers
+from balance.transfers.opening import CLEAR, SURE, Transfers
 from balance.transfers.partition import Transfer, by_joint
 from kinematics.linkage import Chain, Linkage, Notice
 
@@ -97,15 +97,24 @@ class DesignSpace(Answer):
         floor = self.decision.conditions.floor
         if self.dropped > SURE * floor:
             found.append(
-                f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be too low"
+                f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be "
+                "too low"
+            )
+        exchanged = self.exchanged
+        if exchanged.kept < CLEAR:
+            found.append(f"a direction of size {exchanged.kept:.1e} decides about transfers")
+        if exchanged.dropped > SURE * floor:
+            found.append(
+                f"a direction of size {exchanged.dropped:.1e} counts as round-off: the serial "
+                "part may be wrong"
             )
         if self.decision.thin:
-            found.append(f"the smallest singular value kept, {self.kept:.1e}, is near round-off")
+            found.append(f"a singular value kept, {self.kept:.1e}, is near round-off")
         return tuple(found)
 
     @property
     def sure(self) -> bool:
-        """Whether the space may be relied on: all conditions are known, and none is in doubt."""
+        """Whether all conditions are known, and none is in doubt."""
         doubts = self.doubts if self.stated is None else self.stated.doubts
         return self.settled and not doubts
 

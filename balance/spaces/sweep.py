@@ -8,7 +8,7 @@ from balance.conditions.elimination import MARGIN, absorbed, others, round_off, 
 from balance.conditions.orders import FIRST, NEAR, stage
 from balance.conditions.solutions import solutions
 from balance.transfers.clusters import parts
-from balance.transfers.opening import search
+from balance.transfers.opening import CLEAR, SURE, search
 from kinematics.kernels import kernel
 from kinematics.profile import factor, fill, profile
 
@@ -170,13 +170,15 @@ def sweep(
         ):  # fmt: skip
             continue
         floor = round_off(origins[g], lengths[g])
-        found, _, count = search(parent, s, node, body, owner, unknowns, size, per, floor)
+        found, _, count, gap = search(parent, s, node, body, owner, unknowns, size, per, floor)
+        if gap[0] < CLEAR or gap[1] > SURE * floor:
+            continue
         known, order, _, _ = absorbed(rigid, found[:count], own, floor, 1.0)
         left = others(order, known.shape[0])
         p = left.size
         count = fewest
         while count <= rays.shape[0]:
-            R, permutation, scale, _, ranks, settled, reach, open, slowest, enough, _ = stage(
+            R, permutation, scale, cut, ranks, settled, reach, open, slowest, enough, _ = stage(
                 parent, s, ends, m, dependent, columns, moves, links, rays[:count], per, size,
                 FIRST, True, 1, np.empty((0, p)), own[:p], 0.0, 0.0, left, floor, none,
             )  # fmt: skip
@@ -187,7 +189,8 @@ def sweep(
         if count > rays.shape[0] or not (settled and open <= CLOSED and slowest >= REGULAR):
             continue
         least = smallest_pivot(R, permutation)
-        if reach < NEAR or least < max(FIRM, MARGIN * floor) * scale:
+        firm = least >= max(FIRM, MARGIN * floor) * scale and cut <= SURE * floor * scale
+        if reach < NEAR or not firm:
             continue
         kmax = ranks.size - 1
         while kmax > 0 and ranks[kmax] == ranks[kmax - 1]:

@@ -75,11 +75,12 @@ def _rate(s, z, d):
 
 
 @kernel(borrows=True)
-def transferable(s, V, size, rows, floor, A, order, out):
+def transferable(s, V, size, rows, floor, A, order, out, gap):
     """What can pass a joint with twists V (v, 6) below it; how much it is.
 
     Orthonormal parameters are put into the rows of ``out`` (size, size). There must be room
     for ``rows (v + 1) + 2 size`` rows in A, and as many numbers as parameters in ``order``.
+    The smallest size that was kept, and the largest that was dropped, go into ``gap``.
     """
     # Where every twist can be attained, the rate itself must vanish.
     every = V.shape[0] == s.size
@@ -101,7 +102,7 @@ def transferable(s, V, size, rows, floor, A, order, out):
             for r in range(rows):
                 A[rows * (1 + i) + r, c] = h[r]
         z[c] = 0.0
-    count = null_space(A, m, size, floor, order, out)
+    count = null_space(A, m, size, floor, order, out, gap)
     while count > 0 and not every:
         # The part of L K that leaves the span of K must vanish.
         largest = 0.0
@@ -112,9 +113,10 @@ def transferable(s, V, size, rows, floor, A, order, out):
             for p in range(size):
                 A[p, c] = d[p]
         if largest <= floor:
+            gap[1] = max(gap[1], largest)
             break
         stays = A[size:]
-        kept = null_space(A, size, count, floor, order, stays)
+        kept = null_space(A, size, count, floor, order, stays, gap)
         if kept == count:
             break
         for p in range(size):
@@ -146,10 +148,10 @@ def remove(W, x):
 
 
 @kernel(borrows=True)
-def beyond(s, V, floor, W):
+def beyond(s, V, floor, W, gap):
     """Twists attainable beyond a joint with twists V (v, 6) below it; how many they are.
 
-    They are orthonormal, and put into the rows of W.
+    They are orthonormal, and put into the rows of W; ``gap`` as in `transferable`.
     """
     dim, count = s.size, V.shape[0]
     for i in range(count):
@@ -164,24 +166,30 @@ def beyond(s, V, floor, W):
             add_bracket(s, W[i], 1.0, x)
         size = remove(W[:count], x)
         if size > floor:
+            gap[0] = min(gap[0], size)
             for c in range(dim):
                 x[c] /= size
             count += 1
+        else:
+            gap[1] = max(gap[1], size)
         i += 1
     return count
 
 
 @kernel(borrows=True)
-def contains(V, U, x):
+def contains(V, U, x, gap):
     """Whether the span of the rows of V contains that of the orthonormal rows of U.
 
-    There is room for a row in ``x``.
+    There is room for a row in ``x``; ``gap`` as in `transferable`.
     """
     if U.shape[0] > V.shape[0]:
         return False
     for i in range(U.shape[0]):
         for c in range(U.shape[1]):
             x[c] = U[i, c]
-        if remove(V, x) > SAME:
+        size = remove(V, x)
+        if size > SAME:
+            gap[0] = min(gap[0], size)
             return False
+        gap[1] = max(gap[1], size)
     return True

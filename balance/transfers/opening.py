@@ -24,16 +24,20 @@ from balance.transfers.joint import SAME, beyond, contains, transferable
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain
 
-__all__ = ["Transfers", "search", "transfers"]
+__all__ = ["CLEAR", "SURE", "Transfers", "search", "transfers"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+# What is dropped as round-off is beyond doubt below this part of the limit for it; what is
+# kept, above this part of the whole. In regular linkages the sizes are 1e-15 and 1e-2.
+SURE, CLEAR = 0.05, 1e-6
 
 
 @kernel(borrows=True)
 def _cross(
     joints, V, screws, joint, before, target, size, rows, floor, work, order, passes, passed,
-    twists, tall,
+    twists, tall, gap,
 ):  # fmt: skip
     """What passes the joints of a cluster with twists V before it, and the twists beyond."""
     for k in range(joints):
@@ -43,25 +47,27 @@ def _cross(
             continue
         j = before[k]
         if j < 0:
-            passed[k] = transferable(s, V, size, rows, floor, work, order, passes[k])
-            tall[k] = beyond(s, V, floor, twists[k])
+            passed[k] = transferable(s, V, size, rows, floor, work, order, passes[k], gap)
+            tall[k] = beyond(s, V, floor, twists[k], gap)
         else:
             U = twists[j, : tall[j]]
-            passed[k] = transferable(s, U, size, rows, floor, work, order, passes[k])
-            tall[k] = beyond(s, U, floor, twists[k])
+            passed[k] = transferable(s, U, size, rows, floor, work, order, passes[k], gap)
+            tall[k] = beyond(s, U, floor, twists[k], gap)
 
 
 @kernel(borrows=True)
-def _known(reached, spans, count, target, U, x):
+def _known(reached, spans, count, target, U, x, gap):
     """Whether a body was reached before with no more than the twists U."""
     for other in range(count):
-        if reached[other, 0] == target and contains(U, spans[other, : reached[other, 2]], x):
+        if reached[other, 0] == target and contains(
+            U, spans[other, : reached[other, 2]], x, gap
+        ):
             return True
     return False
 
 
 @kernel(borrows=True)
-def _keep(found, of, count, owner, shares, combinations, start, target, body, joints):
+def _keep(found, of, count, owner, shares, combinations, start, target, body, joints, gap):
     """Add what passes a cluster to the transfers of its owner, if not in their span.
 
     Transfers are orthonormal for each owner, which takes two rounds (B. N. Parlett, 1980).
@@ -93,7 +99,10 @@ def _keep(found, of, count, owner, shares, combinations, start, target, body, jo
         for j in range(x.size):
             left += x[j] * x[j]
         left = np.sqrt(left)
-        if left > SAME:
+        if left <= SAME:
+            gap[1] = max(gap[1], left)
+        else:
+            gap[0] = min(gap[0], left)
             for j in range(x.size):
                 x[j] /= left
             of[count] = owner
@@ -103,7 +112,7 @@ def _keep(found, of, count, owner, shares, combinations, start, target, body, jo
 
 @kernel
 def _share(
-    found, of, known, owner, passes, passed, start, target, body, count, before, floor
+    found, of, known, owner, passes, passed, start, target, body, count, before, floor, gap
 ):  # fmt: skip
     """Keep combinations of what passes the joints that leave the inner links empty.
 
@@ -128,20 +137,20 @@ def _share(
                     A[row[k] + p, first[k] + c] = passes[k, c, p]
                 if before[k] >= 0:
                     A[row[before[k]] + p, first[k] + c] = -passes[k, c, p]
-    combinations = null_space(A, m, n, floor, np.empty(n, np.int64), mixed)
+    combinations = null_space(A, m, n, floor, np.empty(n, np.int64), mixed, gap)
     out = np.zeros((count, combinations, size))
     for i in range(combinations):
         for k in range(count):
             for c in range(passed[k]):
                 for p in range(size):
                     out[k, i, p] += mixed[i, first[k] + c] * passes[k, c, p]
-    return _keep(found, of, known, owner, out, combinations, start, target, body, count)
+    return _keep(found, of, known, owner, out, combinations, start, target, body, count, gap)
 
 
 @kernel(borrows=True)
 def _walk(
     parent, screws, node, body, owner, size, rows, floor, found, of, reached, spans, passes,
-    twists, numbers, work,
+    twists, numbers, work, gap,
 ):  # fmt: skip
     """Walk through the linkage from the ground; see `search`.
 
@@ -169,7 +178,7 @@ def _walk(
             joints = cluster(entry, start, parent, node, body, joint, before, target)
             _cross(
                 joints, spans[i, :height], screws, joint, before, target, size, rows, floor,
-                work, order, passes, passed, twists, tall,
+                work, order, passes, passed, twists, tall, gap,
             )  # fmt: skip
             passing = 0
             for k in range(joints):
@@ -180,7 +189,8 @@ def _walk(
                 t = target[k]
                 if t < 0 or body[t] < 0:
                     continue
-                if not _known(reached, spans, states, t, twists[k, : tall[k]], twists[-1, 0]):
+                U = twists[k, : tall[k]]
+                if not _known(reached, spans, states, t, U, twists[-1, 0], gap):
                     reached[states, 0], reached[states, 1] = t, owner[entry]
                     reached[states, 2] = tall[k]
                     for v in range(tall[k]):
@@ -190,12 +200,12 @@ def _walk(
             if joints > 1 or (target[0] >= 0 and body[target[0]] < 0):
                 count = _share(
                     found, of, count, owner[entry], passes, passed, start, target, body,
-                    joints, before, floor,
+                    joints, before, floor, gap,
                 )  # fmt: skip
             else:
                 count = _keep(
                     found, of, count, owner[entry], passes, passed[0], start, target, body,
-                    joints,
+                    joints, gap,
                 )  # fmt: skip
         i += 1
     return count
@@ -207,7 +217,8 @@ def search(parent, screws, node, body, owner, unknowns, size, rows, floor):
 
     Returns:
         Transfers (count, parameters), the owner of each, and how many they are; rows after
-        those are room.
+        those are room. Then the smallest size that was kept, and the largest that was dropped
+        as round-off, in all decisions.
     """
     n, dim = screws.shape
     # The joints of a cluster, what passes them, and the twists beyond them.
@@ -215,15 +226,16 @@ def search(parent, screws, node, body, owner, unknowns, size, rows, floor):
     passes, twists = np.empty((2 * n, size, size)), np.empty((2 * n + 1, dim, dim))
     work = np.empty((rows * (dim + 1) + 2 * size, size))
     room = 2 * n + size
+    gap = np.array([1.0, 0.0])
     while True:
         found, of = np.empty((2 * room, unknowns)), np.empty(2 * room, np.int64)
         reached, spans = np.empty((room, 3), np.int64), np.empty((room, dim, dim))
         count = _walk(
             parent, screws, node, body, owner, size, rows, floor, found, of, reached, spans,
-            passes, twists, numbers, work,
+            passes, twists, numbers, work, gap,
         )  # fmt: skip
         if count >= 0:
-            return found, of, count
+            return found, of, count, gap
         room *= 2
 
 
@@ -236,12 +248,16 @@ class Transfers(NamedTuple):
             passes through, or ``-1 - part`` between bodies of one rigid part.
         joints: the number of each joint of the chain (n,).
         part: rigid part of each link, and last of the ground, whose number is n; (n + 1,).
+        kept: smallest size, of a vector of size 1, that a decision kept.
+        dropped: largest size that a decision dropped as round-off.
     """
 
     rows: Array
     owner: IntArray
     joints: IntArray
     part: IntArray
+    kept: float
+    dropped: float
 
 
 def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transfers:
@@ -254,11 +270,12 @@ def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transf
     """
     size = parameters_per_body(chain.planar, force)
     node, body, joints = parts(chain.parent, chain.ends, chain.links)
-    rows, owner, count = search(
+    rows, owner, count, gap = search(
         chain.parent, chain.screws, node, body, joints, chain.links.size * size, size,
         rows_per_column(chain.planar, force), floor,
     )  # fmt: skip
-    found = Transfers(rows[:count], owner[:count], joints, node)
+    kept, dropped = gap.tolist()
+    found = Transfers(rows[:count], owner[:count], joints, node, kept, dropped)
     return _with_rigid_parts(found, chain.links, size)
 
 

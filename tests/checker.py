@@ -1,61 +1,133 @@
 """A checker of proofs: it reads their data alone, and shares nothing with what wrote them.
 
+What it proves is a statement on the chain in the proof. Its joints move with the rates
+``columns · u̇``, and those in ``dependent`` follow: loops stay closed, mimics keep their
+relations. Then for all u, u̇ the momentum of its bodies, or its force alone, is linear in
+their parameters, and these conditions have the rank and the nullity that the proof says.
+`check` returns which momentum is meant. That the chain is that of a file is not part of it:
+`checker_file` compares the two.
+
 A twist t = [ω; v] is a 4×4 matrix here, and a body of parameters z twice its pseudo-inertia
 P. With ``A = t P``, a twist that carries the body changes it at the rate ``A + Aᵀ``, and
 ``A - Aᵀ`` holds its momentum [ξ; p]. All numbers are fractions, or whole numbers modulo the
 prime of the proof.
+
+``python tests/checker.py PROOF.json [ROBOT.urdf]`` checks a file.
 """
 
-import json
+import sys
 from fractions import Fraction
-from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
+from checker_form import Rejected, check_form, need, read
+
+NUMBERS = "screws mimics columns rows parameters".split()
 
 
 def check(proof):
-    """Raise an error unless the rank and the nullity are what a proof says."""
-    rest = {name: value for name, value in proof.items() if name != "sha256"}
-    text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
-    assert sha256(text.encode()).hexdigest() == proof["sha256"]
-    chain = proof["chain"] | {
-        name: np.array([[Fraction(x) for x in row] for row in proof["chain"][name]], object)
-        for name in ("screws", "mimics", "columns", "rows", "parameters")
-    }
-    (bodies, size), p = (len(chain[name]) for name in ("links", "parameters")), proof["prime"]
-    rank, nullity, pivots = proof["rank"], proof["nullity"], proof["pivots"]
-    assert rank + nullity == bodies * size and proof["format"] == "balance.proof/1"
-    way = well_posed(chain)
+    """The momentum of which a proof says the rank and the nullity.
+
+    Returns:
+        ``"spatial"`` or ``"planar"``, and ``"dynamic"`` or ``"force"``.
+
+    Raises:
+        Rejected: it is not well formed, or does not prove what it says.
+    """
+    check_form(proof)
+    chain = fractions(proof["chain"])
+    p, pivots = proof["prime"], proof["pivots"]
+    kind, way = momentum_of(chain), well_posed(chain)
+    for name in NUMBERS:
+        need(all(x.denominator % p for x in chain[name].flat), name, "prime in a denominator")
     order = max((pivot["order"] for pivot in pivots), default=0)
     X = [list(conditions(chain, way, ray, order, p)) for ray in proof["rays"]]
     rows = [X[a["ray"]][a["order"]][a["column"], a["row"]] for a in pivots]
     minor = [[row[a["body"], a["parameter"]] for a in pivots] for row in rows]
-    assert len(echelon(np.array(minor, object), p)) == rank == len(pivots)
+    regular = len(echelon(np.array(minor, object), p)) == len(pivots)
+    need(regular, "pivots", "their minor is zero modulo the prime")
+    bodies, size = len(chain["links"]), len(chain["parameters"])
     moved = np.zeros((len(proof["transfers"]), bodies, size), object)
+    parts = rigid_parts(chain)
     for row, transfer in zip(moved, proof["transfers"], strict=True):
         z = np.array([Fraction(x) for x in transfer["z"]], object)
-        harmless(chain, transfer, z)
+        need(all(x.denominator % p for x in z), "transfers: z", "prime in a denominator")
+        harmless(chain, parts, transfer, z)
         row[transfer["target"]] += z
         row[transfer["source"]] -= z * (transfer["source"] >= 0)
-    assert len(echelon(modulo(moved.reshape(-1, bodies * size), p), p)) == nullity == len(moved)
+    different = echelon(modulo(moved.reshape(-1, bodies * size), p), p)
+    need(len(different) == len(moved), "transfers", "not independent modulo the prime")
+    return kind
+
+
+def fractions(chain):
+    """A well formed chain with arrays of fractions for its texts."""
+    return chain | {
+        name: np.array([[Fraction(x) for x in row] for row in chain[name]], object)
+        for name in NUMBERS
+    }
+
+
+def momentum_of(chain):
+    """Which momentum and which parameters the conditions are about: one of four kinds.
+
+    In space [ξ; p] of all ten parameters, or p of m and mc. In a plane of normal n, and
+    spanned by a and b: [ξ·n, p·a, p·b] of m, mc·a, mc·b and n·En, or p·a and p·b of the first
+    three. All that moves does so in that plane.
+    """
+    rows, given = chain["rows"], chain["parameters"]
+    units = np.array([[Fraction(int(i == j)) for j in range(10)] for i in range(10)], object)
+    spatial = len(rows) == 6 or (len(rows) == 3 and not rows[:, :3].any())
+    force = len(rows) == 2 or (len(rows) == 3 and spatial)
+    if spatial:
+        momenta, meant = units[3 * force : 6, :6], units[: 4 if force else 10]
+    else:
+        need(len(rows) in (2, 3), "rows", "neither of space nor of a plane")
+        a, b = rows[-2:, 3:]
+        zero, n = 0 * a, np.cross(a, b)
+        momenta = [[*n, *zero], [*zero, *a], [*zero, *b]][force:]
+        squares = [n[i] * n[j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        firsts = [[Fraction(0), *x, *[Fraction(0)] * 6] for x in (a, b)]
+        meant = [units[0], *firsts, [*units[0, 1:5], *squares]][: 4 - force]
+        for s in chain["screws"][sorted(set(range(len(chain["parent"]))) - idle(chain))]:
+            flat = not np.cross(s[:3], n).any() and s[3:] @ n == 0
+            need(flat, "screws", "what moves does so out of the plane")
+    need(same_span(rows, momenta), "rows", "not a momentum, or its rows depend on each other")
+    need(same_span(given, meant), "parameters", "not those that the momentum depends on")
+    return "spatial" if spatial else "planar", "force" if force else "dynamic"
+
+
+def same_span(rows, others):
+    """Whether independent rows span what others do, which are as many."""
+    others = np.array(others, object)
+    return len(rows) == len(others) == len(echelon(rows)) == len(echelon([*rows, *others]))
+
+
+def idle(chain):
+    """Joints that are kept at rest."""
+    return set(np.flatnonzero(~chain["columns"].any(axis=1)).tolist()) - set(chain["dependent"])
 
 
 def well_posed(chain):
     """Joints on the way to each link, and last to the ground; their loops close for good.
 
     Constraints are as many as the dimensions of what the loops can do, and `conditions`
-    finds them independent. The rows of momentum must not depend on the pose.
+    finds them independent. The rows of momentum must not depend on the pose: no joint that
+    moves leads out of their span.
     """
-    screws, rows, dependent = chain["screws"], chain["rows"], chain["dependent"]
+    screws, columns, dependent = (chain[name] for name in ("screws", "columns", "dependent"))
     way = np.zeros((len(screws) + 1, len(screws)), dtype=int)
     for j, parent in enumerate(chain["parent"]):
-        assert -1 <= parent < j
         way[j] = way[parent]
         way[j, j] = 1
     loops = [screws[way[e] != way[f]] for e, f in chain["ends"]]
     constraints = sum(len(closed(loop, loop)) for loop in loops) + len(chain["mimics"])
-    assert len(dependent) == constraints and not chain["columns"][dependent].any()
-    assert len(closed(rows, screws)) == len(rows)
+    need(len(dependent) == constraints, "dependent", f"not {constraints}, as constraints are")
+    need(not columns[dependent].any(), "columns", "a dependent joint is driven")
+    need(len(echelon(columns.T)) == columns.shape[1], "columns", "not independent")
+    moving = [s for j, s in enumerate(screws) if j not in idle(chain)]
+    fixed = len(closed(chain["rows"], moving)) == len(chain["rows"])
+    need(fixed, "rows", "they depend on the pose")
     return way
 
 
@@ -79,7 +151,8 @@ def conditions(chain, way, ray, order, p):
         G.append(np.concatenate([*loops, mimics.reshape(-1, len(parent)) * (k == 0)]))
         left = sum(G[a] @ C[k - a] for a in range(k + 1))
         solved = echelon(np.concatenate([G[0][:, dependent], -left], axis=1) % p, p)
-        assert sorted(solved) == list(range(len(dependent)))
+        full = sorted(solved) == list(range(len(dependent)))
+        need(full, "dependent", "their rates do not follow from the others")
         for c, row in solved.items():
             C[k][dependent[c]] = row[len(dependent) :]
         rates = sum(S[a][:, None] * C[k - a][..., None, None] for a in range(k + 1))
@@ -89,29 +162,42 @@ def conditions(chain, way, ray, order, p):
         yield (vee(A - A.mT) @ rows.T % p).transpose(1, 3, 0, 2)
 
 
-def harmless(chain, transfer, z):
+def rigid_parts(chain):
+    """The part of each link, and last of the ground: what is welded or idle is one part."""
+    parent = chain["parent"]
+    part = [*range(len(parent)), -1]
+    for a, b in [*chain["ends"], *((j, parent[j]) for j in sorted(idle(chain)))]:
+        part = [part[b] if x == part[a] else x for x in part]
+    return part
+
+
+def harmless(chain, part, transfer, z):
     """Parameters z pass joints, one by one, and the momentum of all motions stays 0.
 
     They turn into ``Lᵏ z`` on the other side: of the twists V below a joint, and its screw
-    s, ``M(Lᵏ z) s = 0`` for all k, and ``M(Lᵏ z) V = 0`` but for k = 0. Nine k are enough.
+    s, ``M(Lᵏ z) s = 0`` for all k, and ``M(Lᵏ z) V = 0`` but for k = 0. L acts on ten
+    parameters, so that nine k are enough. Bodies of one part exchange anything.
     """
-    parent, links, columns = chain["parent"], chain["links"], chain["columns"]
-    part, below = [*range(len(parent)), -1], transfer["below"]
-    idle = set(np.flatnonzero(~columns.any(axis=1))) - set(chain["dependent"])
-    for a, b in [*chain["ends"], *((j, parent[j]) for j in idle)]:
-        part = [part[b] if x == part[a] else x for x in part]
+    links, below, joints = chain["links"], transfer["below"], transfer["joints"]
     stops = [part[links[transfer[b]] if transfer[b] >= 0 else -1] for b in ("source", "target")]
+    if not joints:
+        need(not below and stops[0] == stops[1], "transfers", "no joint, and not one part")
+        return
     visited, V = [part[-1]], []
-    for i, j in enumerate([*below, *transfer["joints"]]):
+    for i, j in enumerate([*below, *joints]):
         P, s = pseudo(z @ chain["parameters"]), chain["screws"][j]
         for k in range(10 if i >= len(below) else 0):
             for A in [hat(t) @ P for t in (*V[: None if k else 0], s)]:
-                assert not (chain["rows"] @ vee(A - A.T)).any()
+                still = not (chain["rows"] @ vee(A - A.T)).any()
+                need(still, "transfers: z", "it changes the momentum")
             P = A + A.T  # by the last of them, s
-        ends = [part[j], part[parent[j]]]
+        ends = [part[j], part[chain["parent"][j]]]
+        joined = visited[-1] in ends and ends[0] != ends[1]
+        need(joined, "transfers: joints", "one does not lead on from the part before")
         ends.remove(visited[-1])
         visited, V = visited + ends, closed([s, *V], [s])
-    assert [visited[len(below)], visited[-1]] == stops
+    right = [visited[len(below)], visited[-1]] == stops
+    need(right, "transfers: joints", "they do not lead from the source to the target")
 
 
 def closed(twists, by):
@@ -161,3 +247,16 @@ def pseudo(z):
 
 def modulo(A, p):
     return np.vectorize(lambda x: x.numerator * pow(x.denominator, -1, p) % p, [object])(A)
+
+
+if __name__ == "__main__":
+    try:
+        found = read(Path(sys.argv[1]).read_text("utf-8"))
+        words = check(found)
+        for file in sys.argv[2:3]:
+            from checker_file import check_file
+
+            check_file(found, Path(file).read_bytes())
+    except Rejected as error:
+        sys.exit(f"rejected: {error}")
+    sys.stdout.write(f"{' '.join(words)}: rank {found['rank']}, nullity {found['nullity']}\n")

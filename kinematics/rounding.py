@@ -14,20 +14,22 @@ matter of the axes, and is taken out at each pose.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.chain import arrange, clusters, extent, plane_normal
+from kinematics.chain import arrange, extent, plane_normal
 from kinematics.closure import loop_matrix
+from kinematics.components import component, components
 from kinematics.freedom import DEPENDENT, spectrum
 from kinematics.linkage import Chain, Draft, Joint, Notice, frozen
 from kinematics.placement import forward, mismatch
 from kinematics.screws import Ad, exp, skew
 
-__all__ = ["Fit", "doubtful", "fitted", "mended"]
+__all__ = ["Fit", "doubtful", "fitted", "mended", "mended_part"]
 
 Array = NDArray[np.float64]
 
@@ -52,7 +54,7 @@ class Fit(NamedTuple):
         draft: the linkage with these axes.
         angle: largest change of a direction, in radians.
         shift: largest shift of an axis, in metres.
-        size: of the linkage, in metres.
+        size: of the linkage, in metres, amid its joints.
         change: the larger of the two, with the shift in parts of the size of the linkage.
         freedom: degrees of freedom that the loops have.
         gap: opening of the loops with the axes as given, once joints close them as well as
@@ -80,11 +82,36 @@ def doubtful(values: Array, planar: bool) -> bool:
     return bool(np.any((relative > least) & (relative < LARGEST)))
 
 
-def mended(draft: Draft, angle: float = 0.0, distance: float = 0.0) -> Draft | str:
+def mended(draft: Draft) -> Draft | str:
     """The draft with axes moved within rounding so that its loops move, or why there is none.
+
+    Loops that depend on one another are looked at together, and apart from the others: what
+    is rounding is relative to their own size.
 
     Args:
         draft: a linkage whose loops are closed at the reference pose.
+
+    Returns:
+        The draft, or a text as of `mended_part`.
+    """
+    better, texts = draft, []
+    for part in components(draft):
+        found = mended_part(better, part.joints.tolist())
+        if isinstance(found, str):
+            texts.append(found)
+        else:
+            better = found
+    return max(texts, key=len, default="") if better is draft else better
+
+
+def mended_part(
+    draft: Draft, joints: Sequence[int], angle: float = 0.0, distance: float = 0.0
+) -> Draft | str:
+    """The draft with axes of some joints moved so that their loops move, or why there is none.
+
+    Args:
+        draft: a linkage whose loops are closed at the reference pose.
+        joints: those of a part whose joints depend on one another.
         angle: by which they were open there, at most, before their welds were moved.
         distance: by which they were open there, at most, in metres.
 
@@ -92,7 +119,8 @@ def mended(draft: Draft, angle: float = 0.0, distance: float = 0.0) -> Draft | s
         The draft, or a text that tells how far the axes are from closing the loops: empty
         if the loops close as they are, or no axes nearby let them close.
     """
-    fit = fitted(draft)
+    normal = _normal(draft)
+    fit = fitted(component(draft, joints).draft, normal)
     if fit is None:
         return ""
     gap = max(angle, distance / fit.size, fit.gap)
@@ -114,16 +142,44 @@ def mended(draft: Draft, angle: float = 0.0, distance: float = 0.0) -> Draft | s
         f"have {degrees}"
     )
     notices = (*draft.notices, Notice("closes_to_rounding", text))
-    return replace(fit.draft, notices=notices)
+    new = [joint if normal is None else _levelled(joint, normal) for joint in draft.joints]
+    for j, joint in zip(joints, fit.draft.joints, strict=True):
+        new[j] = replace(draft.joints[j], screw=joint.screw)
+    return replace(draft, joints=tuple(new), notices=notices)
 
 
-def fitted(draft: Draft) -> Fit | None:
+def _normal(draft: Draft) -> Array | None:
+    """Mean direction of all axes of rotation, if the linkage is planar but for rounding."""
+    chain = arrange(draft)
+    near = plane_normal(chain, LARGEST)
+    if near is None:
+        return None
+    turning = chain.screws[np.any(chain.screws[:, :3], axis=1), :3]
+    mean = np.sign(turning @ near) @ turning if len(turning) else near
+    return np.array(mean / np.linalg.norm(mean))
+
+
+def _levelled(joint: Joint, normal: Array) -> Joint:
+    """A joint whose axis is exactly along a normal, or across it if it slides."""
+    n, m = joint.screw[:3], joint.screw[3:]
+    if joint.kind == "prismatic":
+        flat = m - (m @ normal) * normal
+        screw = np.concatenate([n, flat / np.linalg.norm(flat)])
+    else:
+        upright = np.sign(n @ normal) * normal
+        screw = np.concatenate([upright, np.cross(joint.point, upright) + (n @ m) * upright])
+    return replace(joint, screw=frozen(screw))
+
+
+def fitted(draft: Draft, normal: Array | None = None) -> Fit | None:
     """The linkage with the axes nearest to its own that let its loops move.
 
     None if no axes nearby do.
 
     Args:
-        draft: a linkage whose loops are closed at the reference pose.
+        draft: a linkage whose joints depend on one another, with its loops closed at the
+            reference pose.
+        normal: of the plane in which the whole linkage moves but for rounding, if it does.
     """
     chain = arrange(draft, extent(draft))
     size = chain.frame.length
@@ -138,7 +194,8 @@ def fitted(draft: Draft) -> Fit | None:
     points = np.array([joint.point for joint in draft.joints])
     points = (points - chain.frame.origin) / size
     for groups in (_parallel(chain), [[j] for j in range(len(points))]):
-        moved = _moved(_aligned(chain, groups, points), used, rank, _moves(groups, points))
+        aligned, moves = _aligned(chain, groups, points, normal), _moves(groups, points)
+        moved = _moved(aligned, used, rank, moves)
         if moved and max(np.abs(_left(moved, q, rank)[1]).max() for q in fresh) <= CLOSED:
             break
     else:
@@ -160,29 +217,30 @@ def _at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Array]:
 
 
 def _parallel(chain: Chain) -> list[list[int]]:
-    """Joints in groups whose axes are parallel but for rounding.
-
-    Joints outside loops stay alone, unless the whole linkage is planar but for rounding.
-    """
+    """Joints in groups whose axes are parallel but for rounding."""
     n = chain.parent.size
     directions = np.where(np.any(chain.screws[:, :3], axis=1)[:, None],
                           chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
-    looped = {j for group in clusters(chain) for j in group}
     groups: list[list[int]] = []
     for j in range(n):
         near = [
             group for group in groups
             if np.linalg.norm(np.cross(directions[group[0]], directions[j])) <= 2 * LARGEST
         ]  # fmt: skip
-        if near and (j in looped or plane_normal(chain, LARGEST) is not None):
+        if near:
             near[0].append(j)
         else:
             groups.append([j])
     return groups
 
 
-def _aligned(chain: Chain, groups: list[list[int]], points: Array) -> Chain:
-    """The chain with the axes of each group in their mean direction, at the same points."""
+def _aligned(
+    chain: Chain, groups: list[list[int]], points: Array, normal: Array | None = None
+) -> Chain:
+    """The chain with the axes of each group in their mean direction, at the same points.
+
+    If the linkage is planar but for rounding, turning axes are along its normal.
+    """
     screws = chain.screws.copy()
     for group in (g for g in groups if len(g) > 1):
         turning = [bool(chain.screws[j, :3].any()) for j in group]
@@ -190,6 +248,8 @@ def _aligned(chain: Chain, groups: list[list[int]], points: Array) -> Chain:
                        for j, t in zip(group, turning, strict=True)])  # fmt: skip
         signs = np.sign(ns @ ns[0])
         mean = signs @ ns
+        if normal is not None and all(turning):
+            mean = np.sign(mean @ normal) * normal
         mean /= np.linalg.norm(mean)
         for j, t, sign in zip(group, turning, signs, strict=True):
             n, p = sign * mean, points[j]

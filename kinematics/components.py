@@ -27,7 +27,7 @@ IntArray = NDArray[np.int64]
 
 # A part that is smaller, beside its distance from the ground, has too few digits left there;
 # below the second its joints are in one place, but for round-off.
-LEAST, COINCIDENT = 1e-9, 1e-14
+LEAST, COINCIDENT = 4e-9, 1e-14
 
 
 class Component(NamedTuple):

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         momentum_wrenches,
         screw_figure,
     )
-    from balance.spaces.certainty import Certainty
+    from balance.spaces.certainty import Certainty, certify
     from balance.spaces.designspace import design_space
     from balance.spaces.geometries import ManySpaces, design_space_many
     from balance.spaces.space import DesignSpace
@@ -62,6 +62,7 @@ __all__ = [
     "Trajectory",
     "Transfer",
     "Verification",
+    "certify",
     "check_certificate",
     "check_design",
     "common_normal",
@@ -106,6 +107,7 @@ _HOMES = {
     "Trajectory": "verification.trajectory",
     "Transfer": "transfers.partition",
     "Verification": "verification.verdict",
+    "certify": "spaces.certainty",
     "common_normal": "screw_lines",
     "check_certificate": "designs.certificate",
     "check_design": "designs.feasibility",

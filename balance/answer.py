@@ -99,12 +99,8 @@ class Answer:
 
     @property
     def kmax(self) -> int | None:
-        """First order at which the rank has its final value; None if poses decided it."""
-        return (
-            None
-            if self.poses
-            else next(order.order for order in self.orders if order.rank == self.rank)
-        )
+        """First order at which the rank has its final value; None if no order reaches it."""
+        return next((order.order for order in self.orders if order.rank == self.rank), None)
 
     @property
     def labels(self) -> tuple[str, ...]:

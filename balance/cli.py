@@ -1,27 +1,31 @@
 """The command line: the only place that prints, and the only one with exit codes.
 
-0 done, 1 a negative verdict, 2 usage, 3 bad input or a refused mechanism, 4 undecided.
+0 done, 1 a negative verdict, 2 usage, 3 bad input or a refused mechanism, 4 undecided, 70 a
+defect of this program, 130 interrupted.
 """
 
 from __future__ import annotations
 
 import argparse
 import io
-import json
 import logging
 import os
 import sys
+import traceback
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from balance.commands import designing, moving, verifying
 from balance.commands.readings import with_both
-from balance.commands.words import whole_number
+from balance.commands.words import add_model_options, unexpected, whole_number
+from balance.json_text import json_text
 from kinematics.errors import ExactError, LinkageError
 from kinematics.linkage import Notice
 from kinematics.models import describe, gallery, load
+from kinematics.reader.markup import shown
 
 if TYPE_CHECKING:
     from balance.commands.verifying import Verified
@@ -33,7 +37,12 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
-DONE, NEGATIVE, REFUSED, UNDECIDED = 0, 1, 3, 4
+EXIT_CODES = (
+    "Exit codes: 0 done, 1 a negative verdict, 2 usage, 3 bad input or a refused mechanism, "
+    "4 undecided, 70 a defect of this program (one line says what; BALANCE_DEBUG=1 shows "
+    "where), 130 interrupted."
+)
+DONE, NEGATIVE, REFUSED, UNDECIDED, DEFECT, INTERRUPTED = 0, 1, 3, 4, 70, 130
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -52,8 +61,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     logging.basicConfig(format="%(message)s", stream=sys.stderr, level=logging.WARNING)
+    debug = bool(os.environ.get("BALANCE_DEBUG"))
+    with warnings.catch_warnings():
+        if not debug:
+            # Words of libraries for programmers; those for users are notices.
+            warnings.showwarning = lambda *_, **__: None
+        return _run(argv, debug)
+
+
+def _run(argv: Sequence[str] | None, debug: bool) -> int:
+    """One command, and what is said where it fails."""
+    words = sys.argv[1:] if argv is None else argv
     try:
-        arguments = _parser().parse_args(argv)
+        arguments = _parser().parse_args(words)
         return int(arguments.run(arguments))
     except SystemExit as stop:
         return int(stop.code or 0)
@@ -64,10 +84,36 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return DONE
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception as error:
+        if debug:
+            traceback.print_exc(file=sys.stderr)
+        print(unexpected(error, words), file=sys.stderr)
+        return DEFECT
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line, whatever the words are made of."""
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str], namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse words; ``--option=--``, which Python 3.11 reads as a list, is refused."""
+        for name in (word[:-3] for word in args if word.startswith("--")
+                     and word.endswith("=--")):  # fmt: skip
+            self.error(f"argument {name}: expected one argument")
+        return super().parse_known_args(args, namespace)
+
+    def error(self, message: str) -> NoReturn:
+        """End the command with code 2."""
+        super().error(shown(message, 1000))
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="balance", description="Dynamic balance of linkages.")
+    parser = _Parser(
+        prog="balance", description="Dynamic balance of linkages.", epilog=EXIT_CODES
+    )
     verbs = parser.add_subparsers(metavar="command", required=True)
 
     report = verbs.add_parser(
@@ -76,7 +122,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Which mass distributions leave a linkage balanced: rank and dimension "
         "of the design space, order by order.",
     )
-    _add_model_options(report)
+    add_model_options(report)
     _add_report_options(report)
     report.set_defaults(run=_report)
 
@@ -88,7 +134,7 @@ def _parser() -> argparse.ArgumentParser:
         "balanced, 1 if not, 4 if the two disagree. All six components are always computed: "
         "--spatial changes nothing here.",
     )
-    _add_model_options(verify)
+    add_model_options(verify)
     verifying.add_options(verify)
     verify.set_defaults(run=_verify)
 
@@ -99,12 +145,12 @@ def _parser() -> argparse.ArgumentParser:
         "bodies can have, or a certificate that there are none. Exits with 0 if there is a "
         "design, 1 if there is none, 4 if that is undecided.",
     )
-    _add_model_options(design)
+    add_model_options(design)
     designing.add_options(design)
     design.set_defaults(run=_design, max_order=None)
 
     motion = verbs.add_parser("motion", help=moving.HELP, description=moving.DESCRIPTION)
-    _add_model_options(motion)
+    add_model_options(motion)
     moving.add_options(motion)
     motion.set_defaults(run=_motion)
 
@@ -138,63 +184,6 @@ def _add_report_options(report: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def _add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Options that every command on a model shares."""
-    parser.add_argument(
-        "model",
-        help="path of a URDF file, a name from 'balance models', or a robot of "
-        "example-robot-data if that is installed",
-    )
-    parser.add_argument(
-        "--loops", metavar="FILE",
-        help="YAML file that describes the loops; by default the one next to the URDF file",
-    )  # fmt: skip
-    parser.add_argument(
-        "--fix-base", action="store_true", help="fix a base that floats to the ground"
-    )
-    parser.add_argument(
-        "--bodies", choices=("given", "all"), default="given",
-        help="all: links without mass in the file carry parameters too",
-    )  # fmt: skip
-    parser.add_argument(
-        "--massless", type=_names, default=[], metavar="L1,L2",
-        help="links that carry no parameters, whatever the file says",
-    )  # fmt: skip
-    reading = parser.add_mutually_exclusive_group()
-    reading.add_argument(
-        "--nominal", dest="angles", action="store_const", const="nominal", default="nominal",
-        help="read angles that look rounded, such as 1.5708, as the multiples of π/12 they "
-        "round (the default)",
-    )  # fmt: skip
-    reading.add_argument(
-        "--as-written", dest="angles", action="store_const", const="as_written",
-        help="take all angles and axes by their digits, in loops that do not quite close too",
-    )  # fmt: skip
-    parser.add_argument(
-        "--inputs", type=_names, metavar="J1,J2",
-        help="joints to use as independent coordinates",
-    )  # fmt: skip
-    parser.add_argument(
-        "--motion", action="append", metavar="RELATION",
-        help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
-    )  # fmt: skip
-    parser.add_argument(
-        "--balance", choices=("dynamic", "force"), default="dynamic",
-        help="force: linear momentum only",
-    )  # fmt: skip
-    parser.add_argument(
-        "--spatial", action="store_true", help="ten parameters per body, even if it is planar"
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-
-
-def _names(text: str) -> list[str]:
-    names = [name.strip() for name in text.split(",")]
-    if not all(names):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
-    return names
-
-
 def _load(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:
     """The linkage that the shared options describe, with rounded angles read as told.
 
@@ -224,7 +213,6 @@ def _report(arguments: argparse.Namespace) -> int:
     from balance.commands.report_text import text
 
     space, exact = _exactly(space) if arguments.exact else (space, None)
-    _warn((*space.warnings, *(exact.notices if exact else ())))
     explanation = space.explain() if arguments.explain else None
     if arguments.html is not None:
         from balance.files import replacing
@@ -233,8 +221,9 @@ def _report(arguments: argparse.Namespace) -> int:
         content = page(space, explanation).encode()
         with replacing(arguments.html) as file:
             file.write(content)
+    _warn((*space.warnings, *(exact.notices if exact else ())))
     if arguments.json:
-        print(json.dumps(space.to_dict(explanation, exact), indent=2, ensure_ascii=False))
+        print(json_text(space.to_dict(explanation, exact), 2))
     elif sys.stdout.isatty():
         _show(space, explanation, exact)
     else:
@@ -245,12 +234,13 @@ def _report(arguments: argparse.Namespace) -> int:
 
 def _design(arguments: argparse.Namespace) -> int:
     space = with_both(partial(_space, arguments), arguments.angles)
-    _warn(space.warnings)
     found = designing.designed(arguments, space)
-    if told := designing.written(arguments, found):
+    told = designing.written(arguments, found)
+    _warn(space.warnings)
+    if told:
         logging.warning(told)
     if arguments.json:
-        print(json.dumps(found.to_dict(), indent=2, ensure_ascii=False))
+        print(json_text(found.to_dict(), 2))
     else:
         from balance.commands.design_text import text
 
@@ -280,8 +270,7 @@ def _tell(
 ) -> None:
     """What was found, as text or as JSON, and what there is to tell of it."""
     _warn(found.notices)
-    print(json.dumps(found.to_dict(), indent=2, ensure_ascii=False)
-          if arguments.json else text())  # fmt: skip
+    print(json_text(found.to_dict(), 2) if arguments.json else text())
 
 
 def _warn(notices: Iterable[Notice]) -> None:
@@ -336,7 +325,7 @@ def _show(space: DesignSpace, explanation: Explanation | None, exact: Exact | No
 def _models(arguments: argparse.Namespace) -> int:
     found = {name: describe(path) for name, path in gallery().items()}
     if arguments.json:
-        print(json.dumps({"schema": "balance.models/1", "models": found}, indent=2))
+        print(json_text({"schema": "balance.models/1", "models": found}, 2))
     else:
         width = max(map(len, found), default=0)
         print("\n".join(f"{name:<{width}}  {line}" for name, line in found.items()))

@@ -20,6 +20,7 @@ __all__ = [
     "LONGEST",
     "Vector",
     "bracket",
+    "combination",
     "cross",
     "decimal",
     "dot",
@@ -156,3 +157,10 @@ def null_space(rows: Sequence[Sequence[Fraction]], columns: int) -> list[list[Fr
             vector[pivot] = -row[free]
         found.append(vector)
     return found
+
+
+def combination(
+    x: Sequence[Fraction], vectors: Sequence[Sequence[Fraction]]
+) -> list[Fraction]:
+    """Sum of vectors times the entries of x."""
+    return [dot(x, column) for column in zip(*vectors, strict=True)]

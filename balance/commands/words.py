@@ -1,11 +1,71 @@
-"""Words of the command line that several commands read alike."""
+"""Options and words of the command line that several commands read alike."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Sequence
 
-__all__ = ["picture_path", "whole_number"]
+from kinematics.reader.markup import shown
+
+__all__ = ["add_model_options", "picture_path", "unexpected", "whole_number"]
+
+
+def add_model_options(parser: argparse.ArgumentParser) -> None:
+    """Options that every command on a model shares."""
+    parser.add_argument(
+        "model",
+        help="path of a URDF file, a name from 'balance models', or a robot of "
+        "example-robot-data if that is installed",
+    )
+    parser.add_argument(
+        "--loops", metavar="FILE",
+        help="YAML file that describes the loops; by default the one next to the URDF file",
+    )  # fmt: skip
+    parser.add_argument(
+        "--fix-base", action="store_true", help="fix a base that floats to the ground"
+    )
+    parser.add_argument(
+        "--bodies", choices=("given", "all"), default="given",
+        help="all: links without mass in the file carry parameters too",
+    )  # fmt: skip
+    parser.add_argument(
+        "--massless", type=_names, default=[], metavar="L1,L2",
+        help="links that carry no parameters, whatever the file says",
+    )  # fmt: skip
+    reading = parser.add_mutually_exclusive_group()
+    reading.add_argument(
+        "--nominal", dest="angles", action="store_const", const="nominal", default="nominal",
+        help="read angles that look rounded, such as 1.5708, as the multiples of π/12 they "
+        "round (the default)",
+    )  # fmt: skip
+    reading.add_argument(
+        "--as-written", dest="angles", action="store_const", const="as_written",
+        help="take all angles and axes by their digits, in loops that do not quite close too",
+    )  # fmt: skip
+    parser.add_argument(
+        "--inputs", type=_names, metavar="J1,J2",
+        help="joints to use as independent coordinates",
+    )  # fmt: skip
+    parser.add_argument(
+        "--motion", action="append", metavar="RELATION",
+        help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--balance", choices=("dynamic", "force"), default="dynamic",
+        help="force: linear momentum only",
+    )  # fmt: skip
+    parser.add_argument(
+        "--spatial", action="store_true", help="ten parameters per body, even if it is planar"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _names(text: str) -> list[str]:
+    names = [name.strip() for name in text.split(",")]
+    if not all(names):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
+    return names
 
 
 def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:
@@ -35,3 +95,19 @@ def picture_path(text: str) -> str:
     if not text.lower().endswith((".png", ".svg")):
         raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
     return text
+
+
+def unexpected(error: Exception, words: Sequence[str]) -> str:
+    """One line about an error that nobody foresaw: what, where, and what to do about it.
+
+    Args:
+        error: what was raised.
+        words: the words of the command, without the name of the program.
+    """
+    what = shown(" ".join(f"{type(error).__name__}: {error}".split()), 500).rstrip(": ")
+    command = shown(shlex.join(["balance", *words]), 500)
+    return (
+        f"balance: unexpected {what}; this is a defect of balance, not of what was asked: "
+        f"please report it with the file and the command {command} (BALANCE_DEBUG=1 shows "
+        "where it happened)"
+    )

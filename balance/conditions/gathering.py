@@ -22,7 +22,7 @@ from kinematics.errors import MobilityError
 from kinematics.linkage import Chain
 from kinematics.walk import wander
 
-__all__ = ["Gathered", "gather_conditions"]
+__all__ = ["Gathered", "add_poses", "gather_conditions"]
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ def gather_conditions(
     poses = 0
     if max_order is None and not conditions.complete:
         if not settled or reach < NEAR or conditions.thin:
-            conditions, poses, settled = _with_poses(chain, force, conditions)
+            conditions, poses, settled = add_poses(chain, force, conditions)
     return Gathered(conditions, tuple(ranks), poses, settled)
 
 
@@ -108,10 +108,16 @@ def _along(
     return conditions, listed, settled, reach
 
 
-def _with_poses(
-    chain: Chain, force: bool, conditions: Conditions
+def add_poses(
+    chain: Chain, force: bool, conditions: Conditions, least: int = 0
 ) -> tuple[Conditions, int, bool]:
-    """Conditions at ever more poses, until as many again add none.
+    """Add the conditions at ever more poses, until as many again add none.
+
+    Args:
+        chain: the linkage without idle joints.
+        force: whether only linear momentum counts.
+        conditions: those known before.
+        least: a rank that is known to be reached.
 
     Returns:
         The conditions, how many poses were used, and whether that settles them.
@@ -129,8 +135,10 @@ def _with_poses(
         block = np.concatenate([block / size for block, size in zip(rows, sizes, strict=True)])
         conditions = conditions.and_also(block)
         # As many again make a complete answer a well-conditioned one.
-        if settled or (conditions.rank == before and batch > FAR and not conditions.thin):
+        stays = conditions.rank == before and conditions.rank >= least
+        if settled or (stays and batch > FAR and not conditions.thin):
             return conditions, used, True
         settled = conditions.complete
         batch *= 2
-    return conditions, used, settled or (conditions.rank == before and not conditions.thin)
+    stays = conditions.rank == before and conditions.rank >= least
+    return conditions, used, settled or (stays and not conditions.thin)

@@ -107,6 +107,10 @@ class Conditions(NamedTuple):
             dropped=max(self.dropped, remainder),
         )  # fmt: skip
 
+    def first(self, rank: int) -> Conditions:
+        """The conditions of the first pivots, as many as there are of ``rank``."""
+        return self._replace(factor=self.factor[:rank])
+
     def imply(self, rows: Array) -> bool:
         """Whether rows that were not used follow from these conditions."""
         block = rows.reshape(-1, self.known.shape[1])
@@ -133,14 +137,23 @@ class Decision:
     basis: Array
 
     @property
+    def rank(self) -> int:
+        """Unknowns that are not free; where more is known than the conditions tell, as many."""
+        return len(self.basis) - self.basis.shape[1]
+
+    @property
     def singular_values(self) -> Array:
-        """Those of all conditions, relative to the largest, descending (rank,)."""
-        return frozen(self._values / self._values[:1])
+        """Those of all conditions, relative to the largest, descending (rank,).
+
+        Conditions that floating point does not see count as 0.
+        """
+        unseen = np.zeros(self.rank - self._values.size)
+        return frozen(np.concatenate([self._values / self._values[:1], unseen]))
 
     @property
     def kept(self) -> float:
         """The smallest singular value, relative to the largest; 1 if there are none."""
-        return float(self._values[-1] / self._values[0]) if self.conditions.rank else 1.0
+        return float(self.singular_values[-1]) if self.rank else 1.0
 
     @property
     def dropped(self) -> float:

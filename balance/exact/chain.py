@@ -7,7 +7,7 @@ of a motion, and of joints that follow others, are rescaled by the lengths of th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from fractions import Fraction
 from itertools import combinations
 from typing import NamedTuple
@@ -201,16 +201,30 @@ def _normal(
     return tuple(-x for x in n) if largest < 0 else n
 
 
-def regular(chain: ExactChain) -> bool:
+def regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
     """Whether loops close at all orders because their constraints are independent.
 
     The displacement around a loop stays in the group that its screws generate. Where the
     loop matrix has as many independent rows as all those groups have dimensions, the
-    closed poses are a manifold.
+    closed poses are a manifold. (Implicit function theorem; the loop matrix has as many
+    independent rows as there are dependent joints.)
+
+    If both the linkage and the same linkage with some of its joints locked are regular,
+    these joints are at rest in every motion: the closed poses of the locked linkage are a
+    manifold of the same dimension, within those of the whole.
+
+    Args:
+        chain: the linkage and its motion.
+        locked: joints that are locked: the loop matrix of the others decides.
     """
-    return len(chain.dependent) == len(chain.mimics) + sum(
-        _dimension([chain.screws[j] for j in _around(chain, *ends)]) for ends in chain.ends
+    still = set(locked)
+    constraints = sum(
+        any(c and j not in still for j, c in enumerate(row)) for row in chain.mimics
     )
+    for ends in chain.ends:
+        around = [j for j in _around(chain, *ends) if j not in still]
+        constraints += _dimension([chain.screws[j] for j in around])
+    return len(set(chain.dependent) - still) == constraints
 
 
 def _around(chain: ExactChain, end: int, successor: int) -> list[int]:

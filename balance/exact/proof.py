@@ -9,6 +9,7 @@ the rank and the nullity. All numbers in it are whole or rational, none is round
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from fractions import Fraction
 from hashlib import sha256
 from typing import NamedTuple
@@ -18,12 +19,12 @@ from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
 from balance.exact.modular import eliminate
-from balance.exact.ranks import Exact, Witness
+from balance.exact.ranks import Witness
 from balance.exact.serial import ExactTransfer
 
 __all__ = ["Proof", "independent"]
 
-FORMAT = "balance.proof/1"
+FORMAT = "balance.proof/2"
 
 
 class Proof(NamedTuple):
@@ -33,11 +34,14 @@ class Proof(NamedTuple):
         chain: the linkage in rational numbers.
         witness: rays, and rows and columns of a minor, of the conditions along them.
         transfers: as many independent ones as the nullity is.
+        idle: joints that are at rest in every motion. Locked, they leave constraints that
+            are as independent as before, so that no motion is lost.
     """
 
     chain: ExactChain
     witness: Witness
     transfers: tuple[ExactTransfer, ...]
+    idle: tuple[int, ...]
 
     @property
     def rank(self) -> int:
@@ -64,6 +68,7 @@ class Proof(NamedTuple):
                 {name: _plain(value) for name, value in transfer._asdict().items()}
                 for transfer in self.transfers
             ],
+            "idle": list(self.idle),
             "rank": self.rank,
             "nullity": self.nullity,
         }
@@ -78,12 +83,13 @@ def _plain(value: object) -> object:
     return str(value) if isinstance(value, Fraction) else value
 
 
-def independent(found: Exact, transfers: list[ExactTransfer]) -> tuple[ExactTransfer, ...]:
-    """As many of the transfers as are independent modulo the prime of the witness.
+def independent(
+    chain: ExactChain, transfers: Sequence[ExactTransfer], p: int
+) -> tuple[ExactTransfer, ...]:
+    """As many of the transfers as are independent modulo the prime p.
 
     They are independent then as rational vectors as well.
     """
-    chain, p = found.chain, found.witness.prime
     size = len(chain.parameters)
     A: NDArray[np.int64] = np.zeros((len(chain.links) * size, len(transfers)), np.int64)
     for column, transfer in enumerate(transfers):

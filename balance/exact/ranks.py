@@ -29,7 +29,7 @@ from kinematics.linkage import Linkage, Notice
 from kinematics.motion import Motion, restriction
 from kinematics.reader.geometry import exact_geometry
 
-__all__ = ["Exact", "Pivot", "Witness", "conditions", "exact_ranks"]
+__all__ = ["Exact", "Pivot", "Witness", "at_rest", "conditions", "exact_ranks", "ranks_of"]
 
 IntArray = NDArray[np.int64]
 
@@ -37,7 +37,7 @@ IntArray = NDArray[np.int64]
 PLATEAU = 3
 # Highest orders tried one after the other: for one degree of freedom, and for more.
 LADDER = (6, 14, 30, 62, 126)
-LADDER_OF_MANY = (5, 8, 14)
+LADDER_OF_MANY = (5, 9, 17, 33)
 # Rays are whole numbers below this, so that they are the same modulo every prime.
 RAYS = 2**20
 
@@ -170,28 +170,58 @@ def exact_ranks(
         MobilityError: the linkage cannot follow the motion.
     """
     geometry = exact_geometry(linkage)
-    moving = restriction(linkage, motion)
-    chain = exact_chain(linkage, geometry, moving, balance == "force", spatial)
+    chain = exact_chain(
+        linkage, geometry, restriction(linkage, motion), balance == "force", spatial
+    )
+    return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
+
+
+def ranks_of(
+    source: str,
+    chain: ExactChain,
+    notices: tuple[Notice, ...],
+    max_order: int | None = None,
+    expected: int = 0,
+    highest: int | None = None,
+) -> Exact:
+    """Ranks of the conditions on a chain by order; see `exact_ranks`.
+
+    Args:
+        source: file of the linkage, for messages.
+        chain: the linkage in rational numbers.
+        notices: numbers of the file that were replaced.
+        max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
+        expected: a rank that is known or believed to be reached.
+        highest: a rank that is known not to be exceeded: the order that reaches it is the
+            last one.
+
+    Raises:
+        ExactError: the loops do not close exactly, or the inputs do not determine the other
+            joints.
+    """
     ladder = LADDER if chain.width == 1 else LADDER_OF_MANY
     for order in ladder if max_order is None else (max_order,):
-        first, second, rays = _twice(linkage, chain, order)
+        first, second, rays = _twice(source, chain, order)
         best = tuple(max(pair) for pair in zip(first.ranks, second.ranks, strict=True))
         kmax = best.index(best[-1])
-        settled = best[-1] >= expected and kmax + PLATEAU <= order
+        complete = best[-1] == highest
+        # A false plateau is no longer than the orders before it, in all linkages tried.
+        plateau = PLATEAU if highest is None else max(PLATEAU, kmax)
+        settled = complete or (best[-1] >= expected and kmax + plateau <= order)
         if settled and max_order is None:
-            best = best[: kmax + PLATEAU + 1]
+            best = best[: kmax + 1 + (0 if complete else PLATEAU)]
             break
     better = max((first, second), key=lambda run: run.ranks[-1])
     return Exact(
         ranks=best, parameters=len(chain.links) * len(chain.parameters),
         primes=(first.prime, second.prime), agreed=first.ranks == second.ranks,
-        settled=settled, regular=regular(chain), notices=geometry.notices, chain=chain,
+        settled=settled, regular=regular(chain), notices=notices, chain=chain,
         witness=Witness(better.prime, rays, _pivots(chain, better.pivots)),
     )  # fmt: skip
 
 
 def _twice(
-    linkage: Linkage, chain: ExactChain, order: int
+    source: str, chain: ExactChain, order: int
 ) -> tuple[_Run, _Run, tuple[tuple[int, ...], ...]]:
     """Ranks modulo two primes, along as many rays as it takes."""
     width, rows = chain.width, chain.width * len(chain.rows)
@@ -206,14 +236,14 @@ def _twice(
                 runs.append(run)
         if len(runs) < 2:
             raise ExactError(
-                f"{linkage.source}: its inputs do not determine the other joints, to first "
+                f"{source}: its inputs do not determine the other joints, to first "
                 "order and exactly; choose other inputs"
             )
         first, second = runs
         closed = min(first.closed, second.closed)
         if closed <= order:
             raise ExactError(
-                f"{linkage.source}: its geometry is not exactly representable: in the decimals "
+                f"{source}: its geometry is not exactly representable: in the decimals "
                 f"of the file the loops close at {closed} orders, and not at the next; "
                 "write it with decimals that close exactly, or do without exact arithmetic"
             )
@@ -239,6 +269,27 @@ def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> Int
     return found
 
 
+def _modular_chain(chain: ExactChain, p: int) -> tuple[IntArray, ...] | None:
+    """The arrays of a chain modulo p, or None if p divides a denominator.
+
+    Returns:
+        Parents, screws, ends, mimics, dependent joints and columns, as `series` takes them;
+        links, rows and parameters.
+    """
+    parent, links, dependent = (
+        np.array(x, dtype=np.int64) for x in (chain.parent, chain.links, chain.dependent)
+    )
+    ends = np.array(chain.ends, dtype=np.int64).reshape(-1, 2)
+    try:
+        screws, rows = _remainders(chain.screws, 6, p), _remainders(chain.rows, 6, p)
+        mimics = _remainders(chain.mimics, parent.size, p)
+        columns = _remainders(chain.columns, chain.width, p)
+        parameters = _remainders(chain.parameters, 10, p)
+    except ValueError:
+        return None
+    return parent, screws, ends, mimics, dependent, columns, links, rows, parameters
+
+
 def conditions(
     chain: ExactChain, rays: IntArray, order: int, p: int
 ) -> tuple[IntArray, int] | None:
@@ -255,25 +306,37 @@ def conditions(
         ``k!``, and the number of orders at which all loops close; or None if p divides a
         denominator or a pivot of the loops.
     """
-    parent, links, dependent = (
-        np.array(x, dtype=np.int64) for x in (chain.parent, chain.links, chain.dependent)
-    )
-    ends = np.array(chain.ends, dtype=np.int64).reshape(-1, 2)
-    try:
-        screws, rows = _remainders(chain.screws, 6, p), _remainders(chain.rows, 6, p)
-        mimics = _remainders(chain.mimics, parent.size, p)
-        columns = _remainders(chain.columns, chain.width, p)
-        parameters = _remainders(chain.parameters, 10, p)
-    except ValueError:
+    arrays = _modular_chain(chain, p)
+    if arrays is None:
         return None
-    V, T, closed = series(parent, screws, ends, mimics, dependent, columns, rays, order, p)
+    V, T, closed = series(*arrays[:6], rays, order, p)
     if closed < 0:
         return None
+    links, rows, parameters = arrays[6:]
     X = momentum(links, V, T, p)
     X = _combined(X.reshape(*X.shape[:4], links.size, 10), parameters, p)
     X = _combined(np.moveaxis(X, 3, -1), rows, p)
     X = np.ascontiguousarray(np.moveaxis(X, -1, 3).swapaxes(0, 1))
     return X.reshape(*X.shape[:4], links.size * len(parameters)), closed
+
+
+def at_rest(chain: ExactChain, idle: Sequence[int], order: int) -> bool:
+    """Whether the loops close, and idle joints do not move, at the orders 0 … order.
+
+    Exact for these orders up to a chance of the prime; no proof for those beyond.
+    """
+    rays = _rays(min(chain.width, 3), chain.width)
+    p = PRIMES[-1]
+    arrays = _modular_chain(chain, p)
+    if arrays is None:
+        return False
+    _, T, closed = series(*arrays[:6], rays, order, p)
+    for j in idle:
+        parent = chain.parent[j]
+        below = T[:, :, parent] if parent >= 0 else np.zeros_like(T[:, :, j])
+        if np.any(T[:, :, j] != below):
+            return False
+    return int(closed) == order + 1
 
 
 def _run(chain: ExactChain, rays: IntArray, order: int, p: int) -> _Run | None:

@@ -7,15 +7,16 @@ take, closed or not.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
 from balance.exact.chain import ExactChain
 from kinematics.linkage import GROUND
-from kinematics.rational import Vector, bracket, cross, dot, echelon, null_space
+from kinematics.rational import Vector, bracket, combination, cross, dot, echelon, null_space
 
-__all__ = ["ExactTransfer", "exact_transfers"]
+__all__ = ["ExactTransfer", "branches", "exact_transfers"]
 
 Rows = list[list[Fraction]]
 # Ways through links without parameters that are tried from one body: transfers along the
@@ -90,6 +91,22 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
                 if not any(_contains(twists, other) for other in known):
                     reached.append(_Reached(part, state.below + joints, twists))
     return found
+
+
+def branches(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
+    """Whether three or more joints meet at a link without parameters.
+
+    There are more transfers then than `exact_transfers` finds.
+    """
+    parts = _parts(chain, idle)
+    with_body = {parts[link] for link in (GROUND, *chain.links)}
+    met = Counter(
+        part
+        for j, parent in enumerate(chain.parent)
+        if parts[j] != parts[parent]
+        for part in (parts[j], parts[parent])
+    )
+    return any(count > 2 for part, count in met.items() if part not in with_body)
 
 
 def _rigid(
@@ -170,7 +187,7 @@ def _passing(chain: ExactChain, s: Vector, twists: Rows, candidates: Rows) -> Ro
     # Where every twist can be attained, the first rate itself must vanish.
     every = len(twists) == 6
     for k in range(2 if every else degree):
-        rates = [_combination(z, chain.parameters) for z in candidates]
+        rates = [combination(z, chain.parameters) for z in candidates]
         for _ in range(k):
             rates = [list(_rate(s, z)) for z in rates]
         conditions = []
@@ -180,17 +197,10 @@ def _passing(chain: ExactChain, s: Vector, twists: Rows, candidates: Rows) -> Ro
         if every and k:
             conditions = [list(row) for row in zip(*rates, strict=True)][: len(candidates[0])]
         mixed = null_space(conditions, len(candidates))
-        candidates = [_combination(x, candidates) for x in mixed]
+        candidates = [combination(x, candidates) for x in mixed]
         if not candidates:
             break
     return candidates
-
-
-def _combination(
-    x: Sequence[Fraction], vectors: Sequence[Sequence[Fraction]]
-) -> list[Fraction]:
-    """Sum of vectors times the entries of x."""
-    return [dot(x, column) for column in zip(*vectors, strict=True)]
 
 
 def _beyond(s: Vector, twists: Rows) -> Rows:

@@ -80,10 +80,10 @@ class Described(Protocol):
         ...
 
     @property
-    def _chain(self) -> Chain: ...
+    def chain(self) -> Chain: ...
 
     @property
-    def _exchanged(self) -> Transfers: ...
+    def exchanged(self) -> Transfers: ...
 
 
 class Direction(NamedTuple):
@@ -127,8 +127,8 @@ class Site(NamedTuple):
 
 def sites(space: Described, body: int) -> list[Site]:
     """The moving joints at a body, one for every centre; those of loops come last."""
-    chain, joints = space._chain, space.linkage.joints
-    part = space._exchanged.part
+    chain, joints = space.chain, space.linkage.joints
+    part = space.exchanged.part
     found: list[Site] = []
     for j, joint in enumerate(joints[k] for k in chain.joints):
         here = part[chain.links[body]] in (part[j], part[chain.parent[j]])

@@ -2,33 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import islice
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from balance.answer import Answer
-from balance.conditions.rank import Decision
+from balance.conditions.elimination import FLOOR, round_off
+from balance.exact.chain import exact_chain, regular
+from balance.exact.modular import PRIMES
 from balance.exact.proof import Proof, independent
-from balance.exact.ranks import Exact, exact_ranks
-from balance.exact.serial import exact_transfers
+from balance.exact.ranks import at_rest, ranks_of
+from balance.exact.serial import branches, exact_transfers
 from balance.momentum import rows_at
-from kinematics.errors import LinkageError
-from kinematics.linkage import Chain, Linkage
+from balance.spaces.correction import Evidence, correct, exact_orders, with_more_poses
+from kinematics.errors import ExactError, LinkageError
+from kinematics.linkage import Notice
+from kinematics.reader.geometry import exact_geometry
 from kinematics.walk import walk
 
-__all__ = ["LEVELS", "Certainty", "certify"]
+if TYPE_CHECKING:
+    from balance.spaces.space import DesignSpace
 
-Array = NDArray[np.float64]
+__all__ = ["LEVELS", "Certainty", "certify", "level_of"]
 
 LEVELS = ("estimated", "verified", "proved")
 # Momentum of a distribution of size 1 that counts as none, relative to the conditions.
 BALANCED = 1e-11
 # Sizes below which that, and a singular value, are round-off beyond doubt.
 ROUND_OFF = 1e-14
+# What floating point cuts off as round-off is no larger than this part of its own limit.
+SURE = 0.05
 # Rays along which poses are tried, steps each way, and the longest of them.
-RAYS, STEPS, STEP = 2, 5, 0.137
+RAYS, STEPS, STEP = 2, 8, 0.237
+# Times that poses are added while momenta are left at fresh ones.
+ROUNDS = 3
+# Orders to which the loops of an overconstrained linkage are closed exactly, at least.
+CLOSURE_ORDERS = 12
 
 
 class Certainty(NamedTuple):
@@ -36,9 +47,10 @@ class Certainty(NamedTuple):
 
     Attributes:
         level: ``"proved"``: exact lower bounds of rank and nullity add up to the number of
-            parameters; ``"verified"``: there is a parallel part, and all momenta vanish at
-            finite poses that were not used, to 1e-11 of the size of the conditions; exact
-            arithmetic, where it can be done, finds the same rank; ``"estimated"``: neither.
+            parameters, and rank by order, kmax, serial and parallel part are those of exact
+            arithmetic; ``"verified"``: the same ranks by exact arithmetic, where it can be
+            done, and all momenta vanish to 1e-11 of the size of the conditions at finite
+            poses that were not used; ``"estimated"``: neither.
         reason: why, in one line.
         rank: lower bound of the rank by exact arithmetic, if the loops close at all orders;
             None if it cannot be done.
@@ -46,6 +58,8 @@ class Certainty(NamedTuple):
             rest; or None.
         residual: largest momentum left at the poses tried, relative to the conditions.
         poses: how many were tried.
+        doubts: why an estimate may be wrong, a line each; without any, floating point
+            decided by a wide margin.
         proof: of the rank and nullity, if they are proved.
     """
 
@@ -55,6 +69,7 @@ class Certainty(NamedTuple):
     nullity: int | None
     residual: float
     poses: int
+    doubts: tuple[str, ...] = ()
     proof: Proof | None = None
 
     def to_dict(self) -> dict[str, object]:
@@ -63,81 +78,222 @@ class Certainty(NamedTuple):
         return {name: value for name, value in self._asdict().items() if name not in rest}
 
 
-def certify(space: Answer, linkage: Linkage, chain: Chain, decision: Decision) -> Certainty:
-    """The certainty of a design space.
+def certify(space: DesignSpace) -> DesignSpace:
+    """The design space with its integers confirmed or corrected, and how sure they are.
+
+    Exact arithmetic, from the decimals of the file, bounds the rank from below at every
+    order, and inertia transfers in rational numbers bound the nullity from below. Where
+    floating point found other integers, the space is computed again with the exact ones,
+    and a notice says so. Where momenta are left at fresh poses, poses are added.
 
     Args:
-        space: the design space.
-        linkage: the linkage it is of.
-        chain: its joints that move.
-        decision: its basis in the units of the chain, and the numbers behind its rank.
+        space: what `design_space` found.
+
+    Returns:
+        The space; its ``certainty`` holds for all of its integers.
+
+    Example:
+        >>> import balance, kinematics
+        >>> space = balance.design_space(kinematics.load("four_bar_general"))
+        >>> balance.certify(space).certainty.level
+        'proved'
     """
-    residual, poses = _residual(chain, space.balance == "force", decision.basis)
-    parallel = space.nullity - space.serial_nullity
-    verified = space.settled and parallel > 0 and poses > 0 and residual <= BALANCED
-    # A complete rank needs no more orders than it took; what looks free is put to the test.
-    last = space.kmax if parallel == 0 else None
     try:
-        exact = exact_ranks(
-            linkage, space.motion, space.balance, last, spatial=not space.planar,
-            expected=space.rank,
-        )  # fmt: skip
+        found = _evidence(space)
     except LinkageError as error:
-        # Without exact arithmetic a condition near round-off is not told from none.
-        verified &= max(decision.dropped, residual) <= ROUND_OFF
-        seen = f"momenta vanish to {residual:.0e}; " if verified else ""
-        reason = f"{seen}not by exact arithmetic: {error}"
-        return Certainty(LEVELS[verified], reason, None, None, residual, poses)
-    moving = set(chain.joints.tolist())
-    idle = [j for j in range(len(linkage.joints)) if j not in moving]
-    found = independent(exact, exact_transfers(exact.chain, idle))
-    bounds = exact.rank, len(found)
-    count = sum(notice.code == "not_exact" for notice in exact.notices)
+        return _by_rounding(space, f"not by exact arithmetic: {error}", None)
+    if (count := found.replaced) and _differences(space, found):
+        lines = "; ".join(_differences(space, found))
+        reason = f"exact arithmetic, with {count} numbers of the file replaced: {lines}"
+        return _by_rounding(space, reason, found)
+    corrected = correct(space, found)
+    residual, poses = _residual(corrected)
+    for _ in range(ROUNDS):
+        if not _unsettled(corrected, found, residual):
+            break
+        corrected = with_more_poses(corrected)
+        found = _evidence(corrected)
+        corrected = correct(corrected, found)
+        residual, poses = _residual(corrected)
+    certainty = _judged(corrected, found, residual, poses)
+    return _told(space, replace(corrected, stated=certainty))
+
+
+def level_of(space: DesignSpace) -> Certainty:
+    """The certainty of a space as it is, whatever `certify` makes of it."""
+    certified = certify(space)
+    if certified is space or not (differences := _changes(space, certified)):
+        return certified.certainty
+    reason = "exact arithmetic and fresh poses correct it: " + "; ".join(differences)
+    return certified.certainty._replace(
+        level="estimated", reason=reason, doubts=(reason,), proof=None
+    )
+
+
+def _evidence(space: DesignSpace) -> Evidence:
+    """What exact arithmetic finds.
+
+    Raises:
+        LinkageError: exact arithmetic cannot be done.
+    """
+    linkage = space.linkage
+    geometry = exact_geometry(linkage)
+    chain = exact_chain(
+        linkage, geometry, space.motion, space.balance == "force", not space.planar
+    )
+    idle = _idle(space)
+    transfers = tuple(exact_transfers(chain, idle))
+    size = len(chain.links) * len(chain.parameters)
+    most = size - len(independent(chain, transfers, PRIMES[0]))
+    exact = ranks_of(
+        linkage.source, chain, geometry.notices, space.highest_order, space.rank, most
+    )
+    found = independent(chain, transfers, exact.witness.prime)
+    return Evidence(exact, transfers, found, not branches(chain, idle))
+
+
+def _idle(space: DesignSpace) -> list[int]:
+    """Joints of the linkage that do not move."""
+    moving = set(space.chain.joints.tolist())
+    return [j for j in range(len(space.linkage.joints)) if j not in moving]
+
+
+def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
+    """Whether momenta are left that poses further on may condition."""
+    complete = found.exact.rank + len(found.independent) == found.exact.parameters
+    return residual > BALANCED and not complete and space.highest_order is None
+
+
+def _differences(space: DesignSpace, found: Evidence) -> list[str]:
+    """Where the integers of a space differ from the exact ones, a line each."""
+    exact, lines = found.exact, []
+    ranks = [order.rank for order in space.orders]
+    known = exact.ranks + exact.ranks[-1:] * (len(ranks) - len(exact.ranks))
+    apart = [k for k, pair in enumerate(zip(ranks, known, strict=False)) if len({*pair}) > 1]
+    if apart:
+        here, there = ([row[k] for k in apart] for row in (ranks, known))
+        lines.append(f"{_counted('order', apart)}: rank {_list(there)}, not {_list(here)}")
+    if space.rank != exact.rank:
+        lines.append(f"rank {exact.rank}, not {space.rank}")
+    serial = len(found.independent)
+    if serial != space.serial_nullity and (found.complete or serial > space.serial_nullity):
+        lines.append(f"serial part {serial}, not {space.serial_nullity}")
+    return lines
+
+
+def _counted(noun: str, numbers: Sequence[int]) -> str:
+    return f"{noun}{'s' if len(numbers) > 1 else ''} {_list(numbers)}"
+
+
+def _list(numbers: Sequence[int]) -> str:
+    return ", ".join(map(str, numbers))
+
+
+def _changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
+    """Where two answers on one linkage have other integers, a line each."""
+    pairs = [
+        ("rank", space.rank, certified.rank),
+        ("serial part", space.serial_nullity, certified.serial_nullity),
+    ]
+    lines = [f"{name} {there}, not {here}" for name, here, there in pairs if here != there]
+    ranks = {order.order: order.rank for order in certified.orders}
+    for order in space.orders:
+        known = ranks.get(order.order, certified.rank)
+        if known != order.rank:
+            lines.append(f"order {order.order}: rank {known}, not {order.rank}")
+    return lines
+
+
+def _told(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
+    """The certified space with a notice of what floating point found instead."""
+    if not (changes := _changes(space, certified)):
+        return certified
+    text = f"floating point alone finds other integers; here it is {'; '.join(changes)}"
+    codes = ("not_settled",) if certified.settled else ()
+    kept = tuple(notice for notice in certified.notices if notice.code not in codes)
+    return replace(certified, notices=(*kept, Notice("corrected", text)))
+
+
+def _judged(space: DesignSpace, found: Evidence, residual: float, poses: int) -> Certainty:
+    """The certainty of a space from exact arithmetic and fresh poses."""
+    exact, serial = found.exact, len(found.independent)
+    count = found.replaced
     replaced = f", with {count} numbers of the file replaced (see --exact)" if count else ""
-    doubt = _doubt(space, exact, len(found), idle, residual, replaced)
-    if not doubt:
-        proof = Proof(exact.chain, exact.witness, found)
+    bounds = exact.rank, serial, residual, poses
+    lines = _differences(space, found)
+    limited = space.highest_order is not None and not space.decision.conditions.complete
+    if limited and not lines:
+        reason = f"orders up to {space.highest_order} only: more conditions may follow"
+        return Certainty("estimated", reason, *bounds)
+    if lines or not space.settled:
+        reason = "exact arithmetic finds " + "; ".join(lines) if lines else _UNSETTLED
+        return Certainty("estimated", reason, *bounds, (reason,))
+    complete = exact.rank + serial == exact.parameters
+    idle = _idle(space)
+    free = {j for j in idle if j in exact.chain.dependent or any(exact.chain.columns[j])}
+    if complete and exact.regular and (not free or regular(exact.chain, idle)):
+        proof = Proof(exact.chain, exact.witness, found.independent, tuple(sorted(idle)))
         reason = "exact lower bounds of rank and nullity add up to the number of parameters"
-        return Certainty("proved", reason + replaced, *bounds, residual, poses, proof)
-    if exact.rank == space.rank and verified:
-        reason = "balanced at finite poses, and of the same rank by exact arithmetic"
-        return Certainty("verified", reason + replaced, *bounds, residual, poses)
-    return Certainty("estimated", doubt, *bounds, residual, poses)
+        return Certainty("proved", reason + replaced, *bounds, (), proof)
+    order = max(CLOSURE_ORDERS, len(exact.ranks) - 1)
+    if not at_rest(exact.chain, idle, order):
+        reason = f"its loops do not close exactly, or idle joints move, up to order {order}"
+    elif residual > BALANCED:
+        reason = f"momenta of {residual:.1e} of the conditions are left at finite poses"
+    elif not poses:
+        reason = "no finite pose was found to check it at"
+    else:
+        how = "" if complete else "balanced at finite poses, and of the same rank "
+        how = how or "exact bounds of rank and nullity meet, if its loops close at all orders: "
+        closed = f"they do up to order {order}, " if complete else ""
+        how += f"{closed}and at {poses} poses" if complete else "by exact arithmetic"
+        return Certainty("verified", how + replaced, *bounds)
+    return Certainty("estimated", reason, *bounds, (reason,))
 
 
-def _doubt(
-    space: Answer, exact: Exact, nullity: int, idle: list[int], residual: float,
-    replaced: str,
-) -> str:  # fmt: skip
-    """Why exact arithmetic does not prove the rank; empty if it does."""
-    if not space.settled and not space.poses:
-        return f"orders up to {space.orders[-1].order} only: more conditions may follow"
-    if exact.rank > space.rank:
-        if exact.rank + nullity == exact.parameters and not replaced:
-            return (
-                f"exact arithmetic proves rank {exact.rank}: what makes the difference is "
-                "below round-off"
-            )
-        return f"exact arithmetic{replaced} finds rank {exact.rank} or more"
-    if exact.rank < space.rank:
-        return f"exact arithmetic finds rank {exact.rank} only, at the orders it computed"
-    if residual > BALANCED:
-        return f"momenta of {residual:.1e} of the conditions are left at finite poses"
-    if exact.rank + nullity != exact.parameters:
-        return "there are solutions that no inertia transfer from body to body explains"
-    if not exact.regular:
-        return "that its loops close at all orders is not proved"
-    held = {
-        j for j in idle if j not in exact.chain.dependent and not any(exact.chain.columns[j])
-    }
-    return "" if held == set(idle) else "that its idle joints stay at rest is not proved"
+_UNSETTLED = "poses further on need more conditions than were found"
 
 
-def _residual(chain: Chain, force: bool, basis: Array) -> tuple[float, int]:
+def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> DesignSpace:
+    """The certainty of a space where floating point alone decides."""
+    settled, (residual, poses) = space, _residual(space)
+    for _ in range(ROUNDS):
+        if residual <= BALANCED or space.highest_order is not None:
+            break
+        settled = with_more_poses(settled)
+        residual, poses = _residual(settled)
+    doubts = _doubts(settled, residual)
+    sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
+    tiny = max(settled.dropped, residual) <= ROUND_OFF
+    # Without exact arithmetic a condition near round-off is not told from none; nor is it
+    # known that axes that are parallel to within rounding are meant to be.
+    parallel = settled.nullity > settled.serial_nullity
+    same = found is not None and found.exact.rank == settled.rank
+    level = LEVELS[sure and ((tiny and parallel) or same)]
+    seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
+    bounds: tuple[int | None, int | None] = (None, None)
+    if found is not None:
+        bounds = found.exact.rank, len(found.independent)
+    certainty = Certainty(level, seen + reason, *bounds, residual, poses, doubts)
+    return _told(space, replace(settled, stated=certainty))
+
+
+def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
+    """Why the decisions of floating point may be wrong."""
+    found = list(space.doubts)
+    if not space.settled and space.highest_order is None:
+        found.append(_UNSETTLED)
+    elif residual > BALANCED and space.highest_order is None:
+        found.append(f"momenta of {residual:.1e} of the conditions are left at finite poses")
+    return tuple(found)
+
+
+def _residual(space: DesignSpace) -> tuple[float, int]:
     """Largest momentum left at fresh poses, relative to the conditions; how many poses.
 
     Both ways along generic rays; steps are shorter than those to the poses that decided.
     """
+    chain, force, basis = space.chain, space.balance == "force", space.decision.basis
     rng = np.random.default_rng(106)
     worst, poses = 0.0, 0
     for _ in range(1 if chain.width == 1 else RAYS):

@@ -63,12 +63,12 @@ def design_space(
         gathered = gather_conditions(chain, exchanged.rows, force, floor, max_order)
     except MobilityError as error:
         raise MobilityError(f"{linkage.source}: {error}") from None
-    return _result(linkage, chain, motion, balance, exchanged, gathered)
+    return _result(linkage, chain, motion, balance, max_order, exchanged, gathered)
 
 
 def _result(
     linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
-    exchanged: Transfers, gathered: Gathered,
+    highest: int | None, exchanged: Transfers, gathered: Gathered,
 ) -> DesignSpace:  # fmt: skip
     """Everything that the conditions tell, in SI units."""
     decision = gathered.conditions.decide()
@@ -84,7 +84,7 @@ def _result(
         serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
         frames=linkage.frames, length=chain.frame.length,
         notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),
-        _decision=decision, _chain=chain, _exchanged=exchanged,
+        highest_order=highest, decision=decision, chain=chain, exchanged=exchanged,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from balance.conditions.rank import Decision
 from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
 from balance.meaning.explain import Explanation, explain
-from balance.spaces.certainty import Certainty, certify
+from balance.spaces.certainty import SURE, Certainty, level_of
 from balance.spaces.nearness import nearest_drop
 from balance.transfers.opening import Transfers
 from balance.transfers.partition import Transfer, by_joint
@@ -50,37 +50,58 @@ class DesignSpace(Answer):
 
     Attributes:
         linkage: the linkage.
+        highest_order: the highest order of derivative that was asked for; None if as many
+            as needed.
+        decision: basis and conditions in the units of the chain, where columns of the basis
+            are orthonormal, and the numbers behind the rank.
+        chain: the joints that move as arrays, and those units.
+        exchanged: what may be exchanged across joints, in those units.
+        stated: the certainty that `balance.certify` found; None before.
     """
 
     linkage: Linkage
-    _decision: Decision = field(repr=False)
-    _chain: Chain = field(repr=False)
-    _exchanged: Transfers = field(repr=False)
+    highest_order: int | None
+    decision: Decision = field(repr=False)
+    chain: Chain = field(repr=False)
+    exchanged: Transfers = field(repr=False)
+    stated: Certainty | None = field(default=None, repr=False)
 
     @property
     def singular_values(self) -> Array:
         """Those of all conditions, relative to the largest (rank,)."""
-        return self._decision.singular_values
+        return self.decision.singular_values
 
     @property
     def kept(self) -> float:
         """The smallest singular value that counts; 1 if there are none."""
-        return self._decision.kept
+        return self.decision.kept
 
     @property
     def dropped(self) -> float:
         """Upper bound of the largest singular value that does not count."""
-        return self._decision.dropped
+        return self.decision.dropped
 
     @property
     def scaled_basis(self) -> Array:
         """The basis in the units of the chain, where its columns are orthonormal."""
-        return self._decision.basis
+        return self.decision.basis
 
     @property
-    def chain(self) -> Chain:
-        """The joints that move as arrays, with the units of ``scaled_basis``."""
-        return self._chain
+    def doubts(self) -> tuple[str, ...]:
+        """Why the decisions of floating point may be wrong, a line each; none if they are sure.
+
+        What was cut off as round-off is then far below the limit for it, and what was kept
+        far above.
+        """
+        found = []
+        floor = self.decision.conditions.floor
+        if self.dropped > SURE * floor:
+            found.append(
+                f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be too low"
+            )
+        if self.decision.thin:
+            found.append(f"the smallest singular value kept, {self.kept:.1e}, is near round-off")
+        return tuple(found)
 
     @cached_property
     def transfers(self) -> tuple[Transfer, ...]:
@@ -90,14 +111,14 @@ class DesignSpace(Answer):
         dimensions may add up to more than that of ``serial``.
         """
         force = self.balance == "force"
-        return by_joint(self.linkage, self._chain, self._exchanged, force)
+        return by_joint(self.linkage, self.chain, self.exchanged, force)
 
     @cached_property
     def as_given(self) -> AsGiven:
         """Whether the masses in the file are balanced."""
-        rows = self._decision.conditions.rows
+        rows = self.decision.conditions.rows
         given = np.array([body.inertia for body in self.linkage.bodies])
-        z = to_chain(given, self._chain.frame, self.planar, self.balance == "force")
+        z = to_chain(given, self.chain.frame, self.planar, self.balance == "force")
         by_body = np.einsum("rbp,bp->rb", rows.reshape(self.rank, *z.shape), z)
         total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
         left = by_body.sum(axis=1)
@@ -108,8 +129,8 @@ class DesignSpace(Answer):
 
     @cached_property
     def certainty(self) -> Certainty:
-        """How sure the rank is, and why: proved, verified or estimated."""
-        return certify(self, self.linkage, self._chain, self._decision)
+        """How sure the integers of this space are, and why; see `balance.certify`."""
+        return level_of(self) if self.stated is None else self.stated
 
     @cached_property
     def nearest_drop(self) -> float | None:
@@ -121,7 +142,7 @@ class DesignSpace(Answer):
         if self.kmax is None or self.rank == 0:
             return None
         force = self.balance == "force"
-        found = nearest_drop(self.linkage, self._chain, force, self.kmax, self.rank)
+        found = nearest_drop(self.linkage, self.chain, force, self.kmax, self.rank)
         return found if np.isfinite(found) else None
 
     @property
@@ -167,10 +188,9 @@ class DesignSpace(Answer):
             ExactError: the linkage is not from a file with closed loops, its loops do not
                 close exactly, or the motion relates axes without a rational ratio.
         """
-        last = self.orders[-1].order if not self.settled else None
         return exact_ranks(
-            self.linkage, self.motion, self.balance, last, spatial=not self.planar,
-            expected=self.rank,
+            self.linkage, self.motion, self.balance, self.highest_order,
+            spatial=not self.planar, expected=self.rank,
         )  # fmt: skip
 
     def to_dict(

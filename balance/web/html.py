@@ -6,12 +6,12 @@ in it, and a policy in its head forbids the browser to fetch anything else.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 
+from balance.json_text import json_text
 from kinematics.errors import LinkageError
 
 __all__ = ["bullets", "facts", "render", "table"]
@@ -69,8 +69,7 @@ def _source(name: str) -> str:
 
 def _json(data: object, indent: int | None = None) -> str:
     """JSON that may stand in a script element: no ``<`` can end it."""
-    text = json.dumps(data, indent=indent, ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c")
+    return json_text(data, indent).replace("<", "\\u003c")
 
 
 def facts(pairs: Iterable[tuple[str, str]]) -> str:

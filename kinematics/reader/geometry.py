@@ -41,6 +41,8 @@ Matrix = tuple[Vector, ...]
 SAME = 1e-12
 # A direction whose squared length differs from 1 by less was rounded from a unit vector.
 ROUNDED = Fraction(1, 10**4)
+# Significant digits of a number that was rounded to double precision, and not chosen.
+DOUBLE = 15
 _AXES = tuple(tuple(Fraction(int(i == j)) for j in range(3)) for i in range(3))
 
 
@@ -53,7 +55,8 @@ class Geometry(NamedTuple):
         squares: squared length of each n. A rate of the screw is that of the joint over
             the length.
         ratios: of each mimic, in the units of its joint over those of its source.
-        notices: what was replaced.
+        notices: what was replaced, or is a rounded number (``not_exact``); and axes whose
+            length is nearly 1 (``as_written``).
     """
 
     screws: tuple[Vector, ...]
@@ -133,6 +136,11 @@ def _scaled(factor: Fraction, a: Vector) -> Vector:
 def _numbers(item: Element | None, attribute: str, default: str) -> Vector:
     text = item.attributes.get(attribute, default) if item is not None else default
     return tuple(decimal(word) for word in text.split())
+
+
+def _digits(word: str) -> int:
+    """How many significant digits a decimal text has."""
+    return len(word.lower().split("e")[0].lstrip("+-").replace(".", "").strip("0"))
 
 
 def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
@@ -230,8 +238,13 @@ class _Reading:
 
     def _axis(self, item: Element, axis: Element | None) -> Vector:
         n = _numbers(axis, "xyz", "1 0 0")
-        if 0 < abs(dot(n, n) - 1) < ROUNDED:
-            self._note(item.label, "its axis is a unit vector only to its digits: as written")
+        off = abs(dot(n, n) - 1)
+        if axis is not None and 0 < off < ROUNDED:
+            digits = max(map(_digits, axis.attributes.get("xyz", "1 0 0").split()))
+            double = digits >= DOUBLE and off < Fraction(1, 10**DOUBLE)
+            code = "not_exact" if double else "as_written"
+            text = "its axis is a unit vector only to its digits: as written"
+            self.notices.append(Notice(code, f"{item.label}: {text}"))
         return n
 
     def _pitch(self, joint: Element) -> Fraction:

@@ -1,0 +1,248 @@
+"""A design space with the integers of exact arithmetic, and a basis that belongs to them.
+
+Floating point loses a condition, or an inertia transfer, whose size is below round-off: the
+product of two small angles, say. Exact arithmetic tells how many there are; here the basis is
+computed again with as many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.answer import Order
+from balance.conditions.elimination import round_off
+from balance.conditions.gathering import Gathered, add_poses, gather_conditions
+from balance.conditions.rank import Conditions
+from balance.exact.ranks import Exact
+from balance.exact.serial import ExactTransfer
+from balance.inertia import from_chain, to_chain
+from balance.transfers.opening import Transfers
+from kinematics.linkage import Chain, Frame, frozen
+from kinematics.rational import combination, dot
+
+if TYPE_CHECKING:
+    from balance.spaces.space import DesignSpace
+
+__all__ = ["Evidence", "correct", "exact_orders", "with_more_poses"]
+
+Array = NDArray[np.float64]
+
+# Below this size no direction is told from round-off; used where the rank is known.
+NOTHING = 2.0**-64
+# Rows that keep less than this part of their size beside the others are made independent in
+# rational numbers.
+DEPENDENT = 1e-6
+
+
+class Evidence(NamedTuple):
+    """What exact arithmetic finds about a design space.
+
+    Attributes:
+        exact: ranks by order, lower bounds of the true ones.
+        transfers: inertia transfers, all of which change no momentum.
+        independent: as many of them as are independent.
+        complete: whether these are all there are; otherwise links without parameters branch,
+            and there may be more.
+    """
+
+    exact: Exact
+    transfers: tuple[ExactTransfer, ...]
+    independent: tuple[ExactTransfer, ...]
+    complete: bool
+
+    @property
+    def replaced(self) -> int:
+        """How many numbers of the file are not exact, or were rounded to double precision."""
+        return sum(notice.code == "not_exact" for notice in self.exact.notices)
+
+
+def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
+    """The table by order: up to the order that reaches the rank, or to the one asked for."""
+    last = exact.kmax if space.highest_order is None else len(exact.ranks) - 1
+    ranks = exact.ranks[: last + 1]
+    return tuple(Order(k, rank, exact.parameters - rank) for k, rank in enumerate(ranks))
+
+
+def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
+    """The space with the ranks and the serial part that exact arithmetic finds.
+
+    Args:
+        space: the design space by floating-point arithmetic.
+        found: what exact arithmetic finds. If its orders are not settled, and its rank is
+            less than that of the space, the space is returned as it is.
+    """
+    exact = found.exact
+    use_transfers = found.complete or len(found.independent) > space.serial_nullity
+    serial = len(found.independent) if use_transfers else space.serial_nullity
+    if exact.rank < space.rank and not exact.settled:
+        return space
+    orders = exact_orders(space, exact)
+    if (space.rank, space.serial_nullity) == (exact.rank, serial):
+        return space if space.orders == orders else replace(space, orders=orders)
+    exchanged = space.exchanged
+    known = exchanged.rows
+    if use_transfers:
+        exchanged = _exchanged(space.chain, found, space.exchanged)
+        known = _spanning(space.chain, found.exact, found.independent)
+    gathered = _conditions(space, known, exact)
+    return _rebuilt(space, gathered, exchanged, orders)
+
+
+def with_more_poses(space: DesignSpace) -> DesignSpace:
+    """The space with the conditions of more finite poses, if these add any."""
+    force, conditions = space.balance == "force", space.decision.conditions
+    more, poses, settled = add_poses(space.chain, force, conditions)
+    if more.rank == conditions.rank:
+        return space
+    gathered = Gathered(more, (), space.poses + poses, settled)
+    return _rebuilt(space, gathered, space.exchanged, space.orders)
+
+
+def _conditions(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
+    """Conditions beside known solutions, as many as the exact rank says.
+
+    Where floating point finds more, the smallest pivots are round-off; where it finds
+    fewer, what is left below its limit is sorted by size.
+    """
+    chain, force, rank = space.chain, space.balance == "force", exact.rank
+    floor = float(round_off(chain.frame.origin, chain.frame.length))
+    gathered = gather_conditions(chain, known, force, floor, space.highest_order)
+    for limit in (floor, NOTHING):
+        if gathered.conditions.rank >= rank:
+            break
+        conditions = gathered.conditions._replace(floor=limit)
+        if space.highest_order is not None:
+            gathered = gather_conditions(chain, known, force, limit, space.highest_order)
+        else:
+            conditions, poses, settled = add_poses(chain, force, conditions, rank)
+            gathered = Gathered(conditions, (), gathered.poses + poses, settled)
+    conditions = gathered.conditions.first(rank)
+    reached = conditions.rank == rank and exact.settled
+    return gathered._replace(conditions=conditions, settled=gathered.settled or reached)
+
+
+def _rebuilt(
+    space: DesignSpace, gathered: Gathered, exchanged: Transfers, orders: tuple[Order, ...]
+) -> DesignSpace:
+    """The space with other conditions and transfers."""
+    decision = gathered.conditions.decide()
+    G = from_chain(space.chain.frame, space.planar, space.balance == "force")
+    size, nullity = decision.basis.shape
+    basis = G @ decision.basis.reshape(size // len(G), len(G), nullity)
+    complete = gathered.conditions.complete
+    return replace(
+        space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
+        basis=frozen(basis.reshape(size, nullity)),
+        serial_nullity=len(gathered.conditions.known), decision=decision, exchanged=exchanged,
+    )  # fmt: skip
+
+
+def _exchanged(chain: Chain, found: Evidence, rounded: Transfers) -> Transfers:
+    """The exact transfers, joint by joint, as `balance.transfers` gives them."""
+    place = {joint: k for k, joint in enumerate(chain.joints.tolist())}
+    groups: dict[int, list[ExactTransfer]] = {}
+    for transfer in found.transfers:
+        part = int(rounded.part[chain.links[transfer.target]])
+        owner = -1 - part
+        if transfer.joints:
+            owner = int(rounded.joints[place[transfer.joints[0]]])
+        groups.setdefault(owner, []).append(transfer)
+    rows = [_spanning(chain, found.exact, group) for group in groups.values()]
+    owners = [
+        np.full(len(block), owner) for owner, block in zip(groups, rows, strict=True)
+    ]
+    width = rounded.rows.shape[1]
+    return rounded._replace(
+        rows=np.concatenate([np.empty((0, width)), *rows]),
+        owner=np.concatenate([np.empty(0, np.int64), *owners]),
+    )
+
+
+def _spanning(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Array:
+    """Orthonormal rows that span transfers, in the units of the moving chain.
+
+    Vectors that floating point cannot tell apart are first made independent in rational
+    numbers, by Gauss-Jordan elimination with complete pivoting.
+    """
+    force = len(exact.chain.rows) < (3 if chain.planar else 6)
+    frame = Frame(chain.frame.R, np.zeros(3), chain.frame.length)
+    units = to_chain(np.eye(10), frame, chain.planar, force)
+    vectors = [_vector(chain, exact, units, transfer) for transfer in transfers]
+    width = units.shape[1] * chain.links.size
+    rows = _orthonormal(np.array(vectors, dtype=np.float64).reshape(-1, width))
+    if rows is None:
+        rows = _orthonormal(np.array(_reduced(vectors), dtype=np.float64), known=True)
+    assert rows is not None
+    return rows
+
+
+def _orthonormal(A: Array, known: bool = False) -> Array | None:
+    """Orthonormal rows that span those of A; None if rows are nearly dependent.
+
+    ``known`` says that the rows are independent. Rows that depend on others exactly, up to
+    round-off, are left out.
+    """
+    if not len(A):
+        return A
+    A = A / np.sqrt(np.sum(A**2, axis=1, keepdims=True))
+    _, values, Vt = np.linalg.svd(A, full_matrices=False)
+    count = len(A) if known else int(np.sum(values > DEPENDENT))
+    doubtful = np.any((values <= DEPENDENT) & (values > 0.0)) and not known
+    return None if doubtful else Vt[:count]
+
+
+def _vector(
+    chain: Chain, exact: Exact, units: Array, transfer: ExactTransfer
+) -> list[Fraction]:
+    """A transfer as parameters of all bodies, in the units of the moving chain."""
+    origin = [Fraction(x) for x in chain.frame.origin.tolist()]
+    z = _about(origin, combination(transfer.z, exact.chain.parameters))
+    moved = [dot([Fraction(x) for x in row], z) for row in units.T.tolist()]
+    size = len(moved)
+    found = [Fraction(0)] * (size * len(exact.chain.links))
+    for body, sign in ((transfer.target, 1), (transfer.source, -1)):
+        if body >= 0:
+            for p, value in enumerate(moved):
+                found[body * size + p] += sign * value
+    return found
+
+
+def _reduced(vectors: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]:
+    """Independent combinations of vectors, with bounded entries, by complete pivoting."""
+    left = [list(vector) for vector in vectors if any(vector)]
+    done: list[list[Fraction]] = []
+    while left:
+        sizes = [max(map(abs, row)) for row in left]
+        row = left.pop(sizes.index(max(sizes)))
+        pivot = max(range(len(row)), key=lambda c: abs(row[c]))
+        row = [x / row[pivot] for x in row]
+        for group in (left, done):
+            group[:] = [
+                [x - other[pivot] * y for x, y in zip(other, row, strict=True)]
+                if other[pivot] else other
+                for other in group
+            ]  # fmt: skip
+        done.append(row)
+        left = [other for other in left if any(other)]
+    return done
+
+
+def _about(point: Sequence[Fraction], z: Sequence[Fraction]) -> list[Fraction]:
+    """The ten parameters z about another point o: ``mc - m o``, and E by the parallel axes.
+
+    ``E' = E - 2 (mc·o) 1 + mc oᵀ + o mcᵀ + m (o·o 1 - o oᵀ)``.
+    """
+    m, c, o = z[0], z[1:4], point
+    both, square = 2 * dot(c, o), dot(o, o)
+    moments = [z[4 + i] - both + 2 * c[i] * o[i] + m * (square - o[i] * o[i]) for i in range(3)]
+    products = [
+        z[k] + c[i] * o[j] + o[i] * c[j] - m * o[i] * o[j]
+        for k, (i, j) in ((7, (0, 1)), (8, (0, 2)), (9, (1, 2)))
+    ]
+    return [m, *(x - m * y for x, y in zip(c, o, strict=True)), *moments, *products]

@@ -332,7 +332,10 @@ def moved(draft: Draft, chain: Chain, q: Array) -> Draft:
         name: place if place.link < 0 else Place(place.link, frozen(H[place.link] @ place.pose))
         for name, place in draft.places.items()
     }
+    positions = draft.displaced
+    if q.any():
+        positions = frozen(q * chain.units + (0.0 if positions is None else positions))
     return replace(
-        draft, joints=joints, bodies=bodies, places=places,
+        draft, joints=joints, bodies=bodies, places=places, displaced=positions,
         loops=tuple(replace(loop, gap=frozen(np.eye(4))) for loop in draft.loops),
     )  # fmt: skip

@@ -111,6 +111,7 @@ def component(draft: Draft, joints: Sequence[int]) -> Component:
             for x in draft.mimics if x.joint in number
         ),
         places={},
+        displaced=None,
     )  # fmt: skip
     _measurable(part)
     return Component(np.array(joints, dtype=np.int64), part, arrange(part), loops)

@@ -18,7 +18,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, NoReturn
 
-from balance.commands import designing, moving, verifying
+from balance.commands import designing, moving, reporting, verifying
 from balance.commands.readings import with_both
 from balance.commands.words import add_model_options, unexpected, whole_number
 from balance.json_text import json_text
@@ -175,6 +175,10 @@ def _add_report_options(report: argparse.ArgumentParser) -> None:
         help="write a page with the moving linkage and all of this; it needs no network",
     )  # fmt: skip
     report.add_argument(
+        "--write-closed", metavar="FILE",
+        help="write the URDF file at the pose at which its loops close",
+    )  # fmt: skip
+    report.add_argument(
         "--exact", action="store_true",
         help="also compute the ranks by exact arithmetic, from the decimals of the file",
     )  # fmt: skip
@@ -216,14 +220,8 @@ def _report(arguments: argparse.Namespace) -> int:
 
     space, exact = _exactly(space) if arguments.exact else (space, None)
     explanation = space.explain() if arguments.explain else None
-    if arguments.html is not None:
-        from balance.files import replacing
-        from balance.web.page import page
-
-        content = page(space, explanation).encode()
-        with replacing(arguments.html) as file:
-            file.write(content)
-    _warn((*space.warnings, *(exact.notices if exact else ())))
+    told = reporting.written(arguments, space, explanation)
+    _warn((*space.warnings, *(exact.notices if exact else ()), *told))
     if arguments.json:
         print(json_text(space.to_dict(explanation, exact), 2))
     elif sys.stdout.isatty():

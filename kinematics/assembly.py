@@ -1,9 +1,10 @@
 """From a draft to a linkage: loops closed, mobility known, coordinates chosen.
 
-Mobility is decided at first order at the reference pose, by the rank of the loop matrix,
-and then put to the test: along a generic direction the series must close at every order
-computed, and a finite pose must exist there. The same finite pose tells which joints are
-idle, because an analytic joint motion that vanishes at a generic pose vanishes everywhere.
+Mobility is decided at first order at the reference pose, by the rank of the loop matrix of
+each part whose joints depend on one another, and then put to the test: along a generic
+direction the series must close at every order computed, and a finite pose must exist there.
+The same finite pose tells which joints are idle, because an analytic joint motion that
+vanishes at a generic pose vanishes everywhere.
 """
 
 from __future__ import annotations
@@ -16,14 +17,13 @@ from numpy.typing import NDArray
 
 from kinematics import closing
 from kinematics.chain import arrange, move, plane_normal, reduce
-from kinematics.closure import loop_matrix
+from kinematics.components import Component, components, freedoms
 from kinematics.coordinates import coordinates
 from kinematics.errors import CoordinateError, MobilityError, MotionError
-from kinematics.freedom import first_order
 from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen
 from kinematics.motion import Motion
 from kinematics.placement import Pose
-from kinematics.rounding import doubtful, mended
+from kinematics.rounding import doubtful, mended, mended_part
 from kinematics.singular import CLOSED, crowded, generic, settled
 
 __all__ = ["assemble", "moving_chain"]
@@ -54,7 +54,7 @@ def assemble(
             branches of motion meet at the pose of the file.
         CoordinateError: an input is unknown or depends on the others.
     """
-    draft = closing.welded(closing.closed(draft, None if exactly else mended))
+    draft = closing.welded(closing.closed(draft, None if exactly else mended_part))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     try:
         linkage, rounded, near = _assembled(draft, wanted)
@@ -94,8 +94,8 @@ def _assembled(draft: Draft, wanted: Sequence[str]) -> tuple[Linkage, bool, bool
 
     Also whether its axes look rounded, and whether a singular pose is near.
     """
-    chain = arrange(draft)
-    free, values = first_order(loop_matrix(chain))
+    chain, parts = arrange(draft), components(draft)
+    free, spectra = freedoms(parts, len(draft.joints))
     mobility = free.shape[1]
     if mobility == 0:
         raise MobilityError(
@@ -104,10 +104,11 @@ def _assembled(draft: Draft, wanted: Sequence[str]) -> tuple[Linkage, bool, bool
         )
     independent, notices = coordinates(draft, free, wanted)
     chain = move(chain, independent, np.eye(mobility))
-    idle, near = np.all(chain.columns == 0.0, axis=1), False
-    if len(chain.ends) or len(chain.mimics):
-        pose = _moved(draft, chain)
-        idle, near = _still(pose), crowded(chain, values, pose)
+    idle, poses = _still(draft, chain, parts)
+    near = any(
+        pose is not None and crowded(part.with_columns(chain), values, pose)
+        for part, values, pose in zip(parts, spectra, poses, strict=True)
+    )
     spatial, flat = reduce(chain, idle)
     notices += _nearly_planar(flat)
     linkage = Linkage(
@@ -120,7 +121,7 @@ def _assembled(draft: Draft, wanted: Sequence[str]) -> tuple[Linkage, bool, bool
         chain=flat,
         spatial_chain=spatial,
     )
-    return linkage, doubtful(values, flat.planar), near
+    return linkage, any(doubtful(values, flat.planar) for values in spectra), near
 
 
 def moving_chain(
@@ -146,9 +147,7 @@ def moving_chain(
     independent = linkage.positions_of(motion.inputs)
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     moved = move(full, independent, scaled)
-    idle = np.all(moved.columns == 0.0, axis=1)
-    if len(moved.ends) or len(moved.mimics):
-        idle = _still(_moved(linkage, moved))
+    idle, _ = _still(linkage, moved, components(linkage))
     reduced, flat = reduce(moved, idle)
     return reduced if spatial else flat
 
@@ -176,24 +175,45 @@ def _nearly_planar(chain: Chain) -> list[Notice]:
     return [Notice("nearly_planar", text)]
 
 
-def _moved(draft: Draft, chain: Chain) -> Pose:
-    """A finite pose in a generic direction of the chain's columns.
+def _still(
+    draft: Draft, chain: Chain, parts: Sequence[Component]
+) -> tuple[NDArray[np.bool_], list[Pose | None]]:
+    """Joints that do not move up to a generic pose, and so in no motion.
+
+    Args:
+        draft: the linkage.
+        chain: its arrays, with a motion.
+        parts: of its joints that depend on one another.
+
+    Returns:
+        Whether each joint is idle, and a generic pose of each part, None if it stands still.
+
+    Raises:
+        MobilityError: closure fails at a higher order or at a finite pose.
+    """
+    still: NDArray[np.bool_] = np.all(chain.columns == 0.0, axis=1)
+    poses: list[Pose | None] = []
+    for part in parts:
+        local = part.with_columns(chain)
+        pose = _moved(draft, part, local) if local.width else None
+        poses.append(pose)
+        if pose is not None:
+            still[part.joints] = np.abs(pose.q) <= CLOSED * np.abs(pose.q).max()
+    return still, poses
+
+
+def _moved(draft: Draft, part: Component, chain: Chain) -> Pose:
+    """A finite pose of a part in a generic direction of the chain's columns.
 
     Raises:
         MobilityError: closure fails at a higher order or at a finite pose.
     """
     order, pose = generic(chain)
     if pose is None:
-        moving = np.setdiff1d(np.arange(chain.parent.size), chain.dependent)
+        moving = part.joints[np.any(chain.columns != 0.0, axis=1)]
         raise MobilityError(
             f"{draft.source}: its loops do not close at order {order} of a motion of "
             f"{', '.join(draft.joints[j].name for j in moving)}; choose another motion",
             order=order,
         )
     return pose
-
-
-def _still(pose: Pose) -> NDArray[np.bool_]:
-    """Joints that do not move up to a generic pose, and so in no motion."""
-    still: NDArray[np.bool_] = np.abs(pose.q) <= CLOSED * np.abs(pose.q).max()
-    return still

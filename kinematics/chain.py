@@ -82,7 +82,8 @@ def _frame(draft: Draft) -> Frame:
     """Origin amid the joints; length from the distances of their axes to it.
 
     The distances vanish where all axes meet in a point, but for rounding, or nothing turns:
-    then those of the centres of mass, and of the joints themselves, stand in for them.
+    then those of the centres of mass, and of the joints themselves, stand in for them. The
+    parallel axes of a loop meet nowhere: however near each other, their distances count.
     """
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
     origin = points.mean(axis=0)
@@ -90,13 +91,19 @@ def _frame(draft: Draft) -> Frame:
     arms = np.array([np.cross(s[:3], s[3:] + np.cross(s[:3], origin)) for s in turning])
     centres = _centres(draft)
     largest = max(float(np.abs(a).max(initial=0.0)) for a in (points, centres))
-    least = max(1e-9 * largest, 1e-4 * extent(draft).length)
+    meeting = not (draft.loops and turning and _parallel(turning))
+    least = max(1e-9 * largest, 1e-4 * extent(draft).length * meeting)
     for candidate in (arms, centres - origin, points - origin):
         if len(candidate):
             length = float(np.sqrt(np.mean(np.sum(candidate**2, axis=1))))
             if length > least:
                 return Frame(frozen(np.eye(3)), frozen(origin), length)
     return Frame(frozen(np.eye(3)), frozen(origin), 1.0)
+
+
+def _parallel(screws: list[Array]) -> bool:
+    """Whether the axes of turning joints are parallel but for rounding."""
+    return all(np.abs(np.cross(s[:3], screws[0][:3])).max() <= 1e-4 for s in screws)
 
 
 def _centres(draft: Draft) -> Array:

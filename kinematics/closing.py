@@ -8,14 +8,16 @@ pose found becomes the reference pose.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.chain import arrange, extent
 from kinematics.closure import loop_matrix
+from kinematics.components import Component, components
 from kinematics.errors import OpenLoopError
 from kinematics.inertial import displaced
 from kinematics.linkage import Chain, Draft, Notice, Place, frozen
@@ -25,6 +27,7 @@ from kinematics.screws import Ad, hat
 __all__ = ["NEARBY", "closed", "moved", "neighbours", "welded"]
 
 Array = NDArray[np.float64]
+Mend = Callable[[Draft, Sequence[int], float, float], Draft | str]
 
 # Mismatch, in radians and characteristic lengths, at which loops count as closed.
 CLOSED = 1e-11
@@ -38,40 +41,90 @@ SEED = 0
 NEARBY = 0.2
 
 
-def closed(
-    draft: Draft, mend: Callable[[Draft, float, float], Draft | str] | None = None
-) -> Draft:
+def closed(draft: Draft, mend: Mend | None = None) -> Draft:
     """The draft at a pose that closes its loops; the draft itself if its own pose does.
 
-    A notice tells how far the loops were open, which start led to the solution, and which
-    joint moved furthest.
+    Loops that depend on one another are closed together, and apart from the others: how far
+    they may be open is relative to their own size. A notice tells how far the loops were
+    open, which start led to the solution, and which joint moved furthest.
 
     Args:
         draft: the linkage as its file describes it.
         mend: what may be done with loops that no pose closes, but almost: it is given the
-            draft with its welds moved to close them, and by what angle and what
-            distance at most, and returns a draft, or why it cannot.
+            draft with its welds moved to close them, the joints that depend on one another
+            along them, and by what angle and what distance welds were moved at most, and
+            returns a draft, or why it cannot.
 
     Raises:
         OpenLoopError: no start leads to a closed pose.
     """
     if all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops):
         return draft
+    parts = components(draft)
+    loose = set(range(len(draft.loops))).difference(*(part.loops for part in parts))
+    if any(not np.array_equal(draft.loops[k].gap, np.eye(4)) for k in loose):
+        raise _error(draft, "")
+    found = [_closed_part(part, mend) for part in parts]
+    for each in found:
+        if isinstance(each, str):
+            raise _error(draft, each)
+    closings = [each for each in found if isinstance(each, _Closing)]
     chain = arrange(draft)
-    gaps = np.array([_in_frame(chain, loop.gap) for loop in draft.loops])
-    hint = ""
-    for number, start in enumerate(_starts(len(draft.joints))):
-        q = _solved(chain, gaps, start)
+    q = np.zeros(len(draft.joints))
+    for each in closings:
+        q += each.part.positions(each.q, chain.units)
+    furthest = max(closings, key=_distance)
+    there = replace(moved(draft, chain, q), notices=(*draft.notices, *_told(furthest)))
+    for each in closings:
+        if each.open and mend is not None:
+            better = mend(there, each.part.joints.tolist(), *each.open)
+            if isinstance(better, str):
+                raise _error(draft, better)
+            there = better
+    return there
+
+
+class _Closing(NamedTuple):
+    """How a part of a linkage is closed.
+
+    Attributes:
+        part: the part.
+        q: positions of its joints, in its own units.
+        start: number of the start that led there.
+        open: angle and distance (metres) by which welds stay open; empty if they do not.
+    """
+
+    part: Component
+    q: Array
+    start: int
+    open: tuple[float, ...] = ()
+
+
+def _distance(closing: _Closing) -> float:
+    """How far joints moved, unless welds were moved instead."""
+    size = float(np.abs(closing.q).max())
+    return size if size > ALMOST or not closing.open else 0.0
+
+
+def _closed_part(part: Component, mend: Mend | None) -> _Closing | str:
+    """A pose that closes the loops of a part, or what might help if there is none."""
+    gaps, hint = _gaps(part), ""
+    for number, start in enumerate(_starts(part.joints.size)):
+        q = _solved(part.chain, gaps, start)
         if q is not None:
-            notice = _told(draft, chain, gaps, q, number)
-            there = moved(draft, chain, q)
-            return replace(there, notices=(*draft.notices, *notice))
+            return _Closing(part, q, number)
         if number == 0 and mend is not None:
-            found = _almost(draft, mend)
-            if isinstance(found, Draft):
+            found = _almost(part, mend)
+            if not isinstance(found, str):
                 return found
             hint = found
-    raise _error(draft, hint)
+    return hint
+
+
+def _gaps(part: Component) -> Array:
+    """Displacements of the welds of a part in its coordinates; (loops, 4, 4)."""
+    gaps = [_in_frame(part.chain, loop.gap) for loop in part.draft.loops]
+    return np.reshape(gaps, (-1, 4, 4))
 
 
 def neighbours(chain: Chain) -> Iterator[Array]:
@@ -139,15 +192,14 @@ def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
     return q
 
 
-def _almost(draft: Draft, mend: Callable[[Draft, float, float], Draft | str]) -> Draft | str:
-    """The draft mended, if no pose closes its loops but almost; otherwise why it is not.
+def _almost(part: Component, mend: Mend) -> _Closing | str:
+    """How a part can be mended that no pose closes, but almost; otherwise why it cannot.
 
     Steps leave out directions in which the loops hardly open: those are freedoms that
     rounded axes block.
     """
-    chain = arrange(draft, extent(draft))
-    gaps = np.array([_in_frame(chain, loop.gap) for loop in draft.loops])
-    home = np.zeros(len(draft.joints))
+    scaled = part.arranged(extent(part.draft))
+    chain, gaps, home = scaled.chain, _gaps(scaled), np.zeros(part.joints.size)
     for far in (False, True):
         q = _damped(chain, gaps, home) if far else home
         for _ in range(10):
@@ -158,9 +210,9 @@ def _almost(draft: Draft, mend: Callable[[Draft, float, float], Draft | str]) ->
         D = _openness(chain, gaps, forward(chain, q))[: 12 * len(gaps)].reshape(-1, 3, 4)
         angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
         if max(angle, distance) <= ALMOST:
-            told = _told(draft, chain, gaps, q, 0) if np.abs(q).max() > ALMOST else []
-            there = replace(moved(draft, chain, q), notices=(*draft.notices, *told))
-            return mend(there, angle, distance * chain.frame.length)
+            left = angle, distance * chain.frame.length
+            better = mend(moved(part.draft, chain, q), range(q.size), *left)
+            return better if isinstance(better, str) else _Closing(scaled, q, 0, left)
     return ""
 
 
@@ -209,13 +261,15 @@ def _across(chain: Chain, gaps: Array, pose: Pose) -> Array:
     return D
 
 
-def _told(draft: Draft, chain: Chain, gaps: Array, q: Array, number: int) -> list[Notice]:
+def _told(found: _Closing) -> list[Notice]:
     """What the user should know of the pose that was found."""
-    if np.abs(q).max() <= 1e-9:
+    if _distance(found) <= 1e-9:
         return []
-    open_by = np.abs(_openness(chain, gaps, forward(chain, np.zeros(q.size)))).max()
+    chain, q, number = found.part.chain, found.q, found.start
+    home = forward(chain, np.zeros(q.size))
+    open_by = np.abs(_openness(chain, _gaps(found.part), home)).max()
     furthest = int(np.argmax(np.abs(q)))
-    joint = draft.joints[furthest]
+    joint = found.part.draft.joints[furthest]
     unit = "m" if joint.kind == "prismatic" else "rad"
     start = "the pose of the file" if number == 0 else f"random start {number} (seed {SEED})"
     text = (
@@ -278,7 +332,10 @@ def moved(draft: Draft, chain: Chain, q: Array) -> Draft:
         name: place if place.link < 0 else Place(place.link, frozen(H[place.link] @ place.pose))
         for name, place in draft.places.items()
     }
+    positions = draft.displaced
+    if q.any():
+        positions = frozen(q * chain.units + (0.0 if positions is None else positions))
     return replace(
-        draft, joints=joints, bodies=bodies, places=places,
+        draft, joints=joints, bodies=bodies, places=places, displaced=positions,
         loops=tuple(replace(loop, gap=frozen(np.eye(4))) for loop in draft.loops),
     )  # fmt: skip

@@ -159,6 +159,8 @@ class Draft:
         notices: what the reader has to tell.
         places: where every link of the file is, by name.
         tree: the elements of the file it was read from, with their decimals, or None.
+        displaced: positions of all joints (n,) at the reference pose, measured from the pose
+            of the file, in radians and metres; None if it is that pose.
     """
 
     name: str
@@ -171,6 +173,7 @@ class Draft:
     notices: tuple[Notice, ...] = ()
     places: Mapping[str, Place] = field(default_factory=dict, repr=False)
     tree: Element | None = field(default=None, repr=False)
+    displaced: Array | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, eq=False)

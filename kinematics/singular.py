@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics import closing
-from kinematics.chain import arrange, clusters, lock, move
+from kinematics.chain import arrange, move
 from kinematics.closure import Series, expand, loop_matrix
+from kinematics.components import Component, components
 from kinematics.errors import MobilityError
 from kinematics.freedom import (
     DEPENDENT,
@@ -32,6 +33,7 @@ from kinematics.placement import Pose, follow
 __all__ = ["CLOSED", "crowded", "generic", "settled"]
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 # Closure to round-off, at series orders and at finite poses.
 CLOSED = 1e-9
@@ -45,10 +47,9 @@ NAMED = 6
 
 
 class _Group(NamedTuple):
-    """Joints that move together: their places, their chain, what they can do, poses."""
+    """Joints that move together, what they can do, and poses on their branches."""
 
-    joints: list[int]
-    chain: Chain
+    part: Component
     local: Local
     poses: list[Array]
 
@@ -104,17 +105,22 @@ def settled(draft: Draft) -> Draft:
             at the pose of the file.
     """
     chain = arrange(draft)
-    groups = [g for joints in clusters(chain) if (g := _singular(draft, chain, joints))]
+    parts = components(draft)
+    groups = [g for part in parts if (g := _singular(part))]
     if not groups:
         return draft
     if meeting := [g for g in groups if len(g.poses) > 1]:
         raise _bifurcation(draft, chain, meeting)
     q = np.zeros(len(draft.joints))
     for group in groups:
-        q[group.joints] = group.poses[0]
+        q += group.part.positions(group.poses[0], chain.units)
     if not q.any():
         return draft
-    there, here = nullity(chain, q), nullity(chain, np.zeros(q.size))
+    outside = q.size - sum(part.joints.size for part in parts)
+    here, there = (
+        outside + sum(nullity(p.chain, p.taken(at, chain.units)) for p in parts)
+        for at in (np.zeros(q.size), q)
+    )
     text = (
         "the pose of the file is nearly singular; the reference pose is further along the "
         f"motion, away from it, by {_positions(draft, chain, q)}"
@@ -129,15 +135,14 @@ def settled(draft: Draft) -> Draft:
     return replace(closing.moved(draft, chain, q), notices=notices)
 
 
-def _singular(draft: Draft, chain: Chain, joints: list[int]) -> _Group | None:
+def _singular(group: Component) -> _Group | None:
     """What joints can do that move together, if their pose is singular; otherwise None.
 
     Raises:
         MobilityError: they move only infinitesimally.
     """
-    idle = np.ones(chain.parent.size, dtype=bool)
-    idle[joints] = False
-    part = lock(chain, idle)
+    draft, part = group.draft, group.chain
+    joints = range(len(draft.joints))
     free, values = first_order(loop_matrix(part))
     freedom = free.shape[1]
     pose = _ahead(part, free) if freedom else None
@@ -155,13 +160,13 @@ def _singular(draft: Draft, chain: Chain, joints: list[int]) -> _Group | None:
         here = float(values[values.size - freedom - 1] / values[0])
         local = examine(part, 2 * here) if here < AT else None
         if local is None or len(local.branches) < 2:
-            return _Group(joints, part, Local(freedom, freedom, 0, free.T), [away(part, free)])
+            return _Group(group, Local(freedom, freedom, 0, free.T), [away(part, free)])
     elif freedom == 0:
         return None
     else:
         local = examine(part)
     if local.mobility == 0:
-        raise _rigid(draft, chain, joints, local)
+        raise _rigid(group, local)
     if local.mobility >= local.freedom:
         raise MobilityError(
             f"{draft.source}: part of the linkage moves only infinitesimally: joints "
@@ -169,7 +174,7 @@ def _singular(draft: Draft, chain: Chain, joints: list[int]) -> _Group | None:
             "pose nearby, but cannot follow them all; replace that part by one rigid link",
             joints=[draft.joints[j].name for j in joints],
         )
-    return _Group(joints, part, local, [onward(part, q) for q in local.branches])
+    return _Group(group, local, [onward(part, q) for q in local.branches])
 
 
 def _ahead(chain: Chain, free: Array) -> Pose | None:
@@ -177,8 +182,10 @@ def _ahead(chain: Chain, free: Array) -> Pose | None:
     return generic(move(chain, independent(free), np.eye(free.shape[1])))[1]
 
 
-def _rigid(draft: Draft, chain: Chain, joints: list[int], local: Local) -> MobilityError:
+def _rigid(group: Component, local: Local) -> MobilityError:
     """The error for joints that move only infinitesimally."""
+    draft, chain = group.draft, group.chain
+    joints = range(len(draft.joints))
     order = f"at order {local.order}" if local.order <= ORDERS else f"beyond order {ORDERS}"
     remedy = "it is a structure: check the origins and axes along its loops"
     turning = np.array([joint.kind == "revolute" for joint in draft.joints])
@@ -206,12 +213,13 @@ def _bifurcation(draft: Draft, chain: Chain, groups: Sequence[_Group]) -> Mobili
     for choice in range(2):
         q = np.zeros(len(draft.joints))
         for each in groups:
-            q[each.joints] = each.poses[choice]
+            q += each.part.positions(each.poses[choice], chain.units)
         poses.append(_positions(draft, chain, q))
-    names = [draft.joints[j].name for j in group.joints]
-    how = f"several branches of motion meet there, of joints {_listed(draft, group.joints)}"
+    joints = group.part.joints
+    names = [draft.joints[j].name for j in joints]
+    how = f"several branches of motion meet there, of joints {_listed(draft, joints)}"
     if there == 1:
-        ratios, names = _parting(draft, chain, group)
+        ratios, names = _parting(group)
         count = len(group.poses) if len(group.poses) <= NAMED else "many"
         how = f"{count} branches of motion meet there: {ratios}"
     return MobilityError(
@@ -222,9 +230,10 @@ def _bifurcation(draft: Draft, chain: Chain, groups: Sequence[_Group]) -> Mobili
     )
 
 
-def _parting(draft: Draft, chain: Chain, group: _Group) -> tuple[str, list[str]]:
+def _parting(group: _Group) -> tuple[str, list[str]]:
     """Which joints move differently on the branches of a group, and their names."""
-    rates = group.local.branches * chain.units[group.joints]
+    joints = group.part.draft.joints
+    rates = group.local.branches * group.part.chain.units
     least = np.abs(group.local.branches).min(axis=0)
     lead = int(np.flatnonzero(least >= 0.3 * least.max())[0])
     ratios = rates / rates[:, lead, None]
@@ -232,8 +241,8 @@ def _parting(draft: Draft, chain: Chain, group: _Group) -> tuple[str, list[str]]
     told = []
     for column in differ[:NAMED]:
         values = list(dict.fromkeys(f"{x:.2g}" for x in ratios[:, column]))
-        told.append(f"{draft.joints[group.joints[column]].name} by {' or '.join(values)}")
-    names = [draft.joints[group.joints[column]].name for column in (lead, *differ)]
+        told.append(f"{joints[column].name} by {' or '.join(values)}")
+    names = [joints[column].name for column in (lead, *differ)]
     return f"for each unit of {names[0]} move {', '.join(told)}", names
 
 
@@ -241,7 +250,7 @@ def _degrees(count: int) -> str:
     return f"{count} degree{'s' if count > 1 else ''} of freedom"
 
 
-def _listed(draft: Draft, joints: Sequence[int]) -> str:
+def _listed(draft: Draft, joints: Sequence[int] | IntArray) -> str:
     """Names of joints, the first few of many."""
     more = ["…"] if len(joints) > NAMED else []
     return ", ".join([draft.joints[j].name for j in joints[:NAMED]] + more)

@@ -7,22 +7,14 @@ encoding and whatever other programs keep in the file stay the same bytes.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 from kinematics.errors import FileError
 from kinematics.linkage import Draft
 from kinematics.reader.fields import needed
 from kinematics.reader.markup import Element, build, contents, naming, shown
+from kinematics.reader.splicing import Splice, Text
 
 __all__ = ["with_inertials"]
-
-
-class _Splice(NamedTuple):
-    """A text in place of the bytes from ``start`` to ``end``."""
-
-    start: int
-    end: int
-    text: str
 
 
 def with_inertials(linkage: Draft, inertials: Mapping[str, str]) -> bytes:
@@ -51,15 +43,13 @@ def with_inertials(linkage: Draft, inertials: Mapping[str, str]) -> bytes:
     top = _tops(linkage.tree)
     if links.keys() != top.keys():
         raise FileError(file, "", "has other links than when it was read", "start again")
-    text = _Text(data)
+    text = _Inertials(data)
     splices = [
         text.changed(link, inertials.get(name))
         for name, link in links.items()
         if top[name] in inertials
     ]
-    for start, end, new in sorted(filter(None, splices), reverse=True):
-        data = data[:start] + new.encode(text.codec) + data[end:]
-    return data
+    return text.spliced([splice for splice in splices if splice is not None])
 
 
 def _tops(robot: Element) -> dict[str, str]:
@@ -78,67 +68,34 @@ def _tops(robot: Element) -> dict[str, str]:
     return {link.name: topmost(link.name) for link in robot.every("link")}
 
 
-class _Text:
-    """The bytes of an XML file, in which to find room for an element."""
+class _Inertials(Text):
+    """The bytes of an XML file, in which to find room for inertial elements."""
 
-    def __init__(self, data: bytes) -> None:
-        # Other encodings that expat reads have ASCII's characters where ASCII has them.
-        self.data, self.codec = data, "ascii"
-        if data.startswith((b"\xff\xfe", b"<\0")):
-            self.codec = "utf-16-le"
-        elif data.startswith((b"\xfe\xff", b"\0<")):
-            self.codec = "utf-16-be"
-
-    def changed(self, link: Element, inertial: str | None) -> _Splice | None:
+    def changed(self, link: Element, inertial: str | None) -> Splice | None:
         """What gives a link its inertial in place of its old one; None takes that away."""
         old = link.first("inertial")
         if old is not None:
             start, end = old.span[0], self.end(old)
             margin = self.margin(start)
             if inertial is None:
-                return _Splice(start - self.size(margin), end, "")
-            return _Splice(start, end, _set(inertial, margin))
+                return Splice(start - self.size(margin), end, "")
+            return Splice(start, end, _set(inertial, margin))
         return self.added(link, inertial) if inertial is not None else None
 
-    def added(self, link: Element, inertial: str) -> _Splice:
+    def added(self, link: Element, inertial: str) -> Splice:
         """A first child for a link."""
         start, end = link.span
         if link.children:
             at = link.children[0].span[0]
             margin = self.margin(at)
-            return _Splice(at, at, _set(inertial, margin) + margin)
+            return Splice(at, at, _set(inertial, margin) + margin)
         if self.is_tag(link):
             margin = self.margin(start)
             inside = f">{_deeper(margin)}{_set(inertial, _deeper(margin))}{margin}</{link.tag}>"
-            return _Splice(end - self.size("/>"), end, inside)
+            return Splice(end - self.size("/>"), end, inside)
         margin = self.margin(end)
         inside = _set(inertial, _deeper(margin))
-        return _Splice(end, end, f"{_deeper(margin).removeprefix(margin)}{inside}{margin}")
-
-    def is_tag(self, element: Element) -> bool:
-        """Whether an element is one tag, without an end tag."""
-        return not self.data.startswith(f"</{element.tag}".encode(self.codec), element.span[1])
-
-    def end(self, element: Element) -> int:
-        """Where an element ends."""
-        last = element.span[1]
-        if self.is_tag(element):
-            return last
-        return self.data.index(">".encode(self.codec), last) + self.size(">")
-
-    def margin(self, at: int) -> str:
-        """The line break and the blanks before a place; empty if more is on its line."""
-        width, found = self.size(" "), ""
-        while (char := self.data[at - width : at].decode(self.codec, "replace")) in (" ", "\t"):
-            found, at = char + found, at - width
-        if char not in ("\r", "\n"):
-            return ""
-        before = self.data[at - 2 * width : at].decode(self.codec, "replace")
-        return (before if before == "\r\n" else char) + found
-
-    def size(self, text: str) -> int:
-        """Number of bytes of a text."""
-        return len(text.encode(self.codec))
+        return Splice(end, end, f"{_deeper(margin).removeprefix(margin)}{inside}{margin}")
 
 
 def _set(inertial: str, margin: str) -> str:

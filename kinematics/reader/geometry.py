@@ -28,6 +28,7 @@ from kinematics.rational import (
     rounded,
     tangent,
 )
+from kinematics.rational_pose import AXES, Matrix, Pose, added, carried, rotation, scaled
 from kinematics.reader.angles import exact_angle
 from kinematics.reader.fields import coordinates
 from kinematics.reader.loops import FREEDOMS
@@ -35,19 +36,16 @@ from kinematics.reader.markup import Element, shown
 
 __all__ = ["Geometry", "exact_geometry"]
 
-Matrix = tuple[Vector, ...]
-
 # Screws that differ by more, relative to the largest, are those of another pose.
 SAME = 1e-12
 # A direction whose squared length differs from 1 by less was rounded from a unit vector.
 ROUNDED = Fraction(1, 10**4)
 # Significant digits of a number that was rounded to double precision, and not chosen.
 DOUBLE = 15
-_AXES = tuple(tuple(Fraction(int(i == j)) for j in range(3)) for i in range(3))
 
 
 class Geometry(NamedTuple):
-    """Joints of a linkage in rational numbers, at the pose of the file.
+    """Joints of a linkage in rational numbers, at its reference pose.
 
     Attributes:
         screws: ``[n; r × n + λ n]``, or ``[0; n]`` if prismatic, of each joint, with n of
@@ -65,50 +63,56 @@ class Geometry(NamedTuple):
     notices: tuple[Notice, ...]
 
 
-class Pose(NamedTuple):
-    """A displacement: rotation (3, 3) by rows, and position (3,)."""
-
-    R: Matrix = _AXES
-    d: Vector = (Fraction(0),) * 3
-
-    def turn(self, a: Vector) -> Vector:
-        """``R a``."""
-        return tuple(dot(row, a) for row in self.R)
-
-    def __matmul__(self, other: Pose) -> Pose:
-        """The displacement ``other``, followed by this one."""
-        columns = [self.turn(column) for column in zip(*other.R, strict=True)]
-        return Pose(tuple(zip(*columns, strict=True)), _sum(self.d, self.turn(other.d)))
-
-
 def exact_geometry(linkage: Linkage) -> Geometry:
     """The joint screws of a linkage, from the decimals of its file.
 
+    Where the reference pose is not that of the file, whose loops are open, joints are at
+    rational positions next to those found. Loops are closed there at their predecessors, so
+    the links differ from those of the file by round-off.
+
     Args:
-        linkage: read from a file whose loops are closed.
+        linkage: read from a file.
 
     Raises:
-        ExactError: the linkage was not read from a file, or the file's pose was not its
-            reference pose.
+        ExactError: the linkage was not read from a file, or its axes are not those of the
+            file.
     """
     source = shown(linkage.source, 1000)
     if linkage.tree is None:
         raise ExactError(
             f"{source}: exact arithmetic works from the decimals of a URDF file; load one"
         )
-    found = _Reading(linkage.tree)
+    found = _Reading(linkage.tree, linkage.displaced is None)
     joints = [found.joints.get(joint.name) for joint in linkage.joints]
     screws = tuple(joint[1] for joint in joints if joint)
+    if linkage.displaced is not None and len(screws) == len(joints):
+        screws = carried(linkage.joints, screws, linkage.displaced.tolist())
+        found.notices += _positions(linkage)
     if len(screws) < len(joints) or not _agree(linkage, screws):
         raise ExactError(
-            f"{source}: exact arithmetic needs a file whose loops close at its own pose: the "
-            "reference pose is another; write the file at a closed pose"
+            f"{source}: exact arithmetic needs the axes that are in the file: these were moved "
+            "to close its loops; write axes that let them close"
         )
     ratios = tuple(
         found.mimics[linkage.joints[mimic.joint].name][1] for mimic in linkage.mimics
     )
     squares = tuple(dot(n, n) for n in (_direction(screw) for screw in screws))
     return Geometry(screws, squares, ratios, tuple(found.notices))
+
+
+def _positions(linkage: Linkage) -> Iterator[Notice]:
+    """What is replaced by moving the joints that carry others to the reference pose."""
+    assert linkage.displaced is not None
+    carriers = {joint.parent for joint in linkage.joints}
+    for j, (joint, q) in enumerate(zip(linkage.joints, linkage.displaced, strict=True)):
+        if q and j in carriers:
+            unit = "m" if joint.kind == "prismatic" else "rad"
+            text = (
+                f"joint '{joint.name}': closed by Newton's method at {q:.6g} {unit} from the "
+                f"pose of the file: taken within 2^-{BITS} of it; lengths of links differ "
+                "from those of the file by as much"
+            )
+            yield Notice("not_exact", text)
 
 
 def _agree(linkage: Linkage, screws: tuple[Vector, ...]) -> bool:
@@ -125,14 +129,6 @@ def _direction(screw: Vector) -> Vector:
     return screw[:3] if any(screw[:3]) else screw[3:]
 
 
-def _sum(a: Vector, b: Vector) -> Vector:
-    return tuple(x + y for x, y in zip(a, b, strict=True))
-
-
-def _scaled(factor: Fraction, a: Vector) -> Vector:
-    return tuple(factor * x for x in a)
-
-
 def _numbers(item: Element | None, attribute: str, default: str) -> Vector:
     text = item.attributes.get(attribute, default) if item is not None else default
     return tuple(decimal(word) for word in text.split())
@@ -147,35 +143,16 @@ def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
     """The part of ``direction`` perpendicular to n; by default that of the next axis."""
     if direction is None or not any(cross(n, direction)):
         nearest = max(range(3), key=lambda i: abs(n[i]))
-        direction = _AXES[(nearest + 1) % 3]
-    return _sum(direction, _scaled(-dot(direction, n) / dot(n, n), n))
-
-
-def _rotation(n: Vector, quarter: int, t: Fraction) -> Matrix:
-    """Rotation about n by quarter turns and by the angle of half-angle tangent t.
-
-    ``R = 1 + sin θ n̂ + (1 - cos θ) n̂²`` with the unit vector along n, whose length must be
-    rational.
-    """
-    c, s = (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
-    for _ in range(quarter % 4):
-        c, s = -s, c
-    square = dot(n, n)
-    length = root(square) or Fraction(1)
-    columns = []
-    for axis in _AXES:
-        once = cross(n, axis)
-        twice = cross(n, once)
-        moved = _sum(axis, _scaled(s / length, once))
-        columns.append(_sum(moved, _scaled((1 - c) / square, twice)))
-    return tuple(zip(*columns, strict=True))
+        direction = AXES[(nearest + 1) % 3]
+    return added(direction, scaled(-dot(direction, n) / dot(n, n), n))
 
 
 class _Reading:
     """Places of links and screws of joints, gathered from the tree of a file."""
 
-    def __init__(self, tree: Element) -> None:
+    def __init__(self, tree: Element, closed: bool = True) -> None:
         self.notices: list[Notice] = []
+        self.closed = closed
         self.joints: dict[str, tuple[str, Vector]] = {}
         self.mimics = dict(self._mimics(tree))
         self.places = self._placed(tree)
@@ -266,17 +243,17 @@ class _Reading:
             motion, along = step.split()
             a = directions[along]
             if motion == "turn":
-                screw = a + _sum(cross(point, a), _scaled(pitch, a))
+                screw = a + added(cross(point, a), scaled(pitch, a))
             else:
                 screw = (Fraction(0),) * 3 + a
             self.joints[name] = motion, screw
 
     def _origin(self, label: str, origin: Element | None) -> Pose:
         """Pose of an ``<origin>``: ``R = Rz(yaw) Ry(pitch) Rx(roll)``."""
-        pose = Pose(_AXES, _numbers(origin, "xyz", "0 0 0"))
+        pose = Pose(AXES, _numbers(origin, "xyz", "0 0 0"))
         if origin is not None:
             words = origin.attributes.get("rpy", "0 0 0").split()
-            for axis, word in zip(reversed(_AXES), reversed(words), strict=True):
+            for axis, word in zip(reversed(AXES), reversed(words), strict=True):
                 pose = pose @ Pose(self._turn(label, axis, exact_angle(word), word))
         return pose
 
@@ -287,11 +264,11 @@ class _Reading:
         if not rest:
             if angle or (word and decimal(word)):
                 self._note(label, f"{text} is taken as {quarter} π/2")
-            return _rotation(n, quarter, Fraction(0))
+            return rotation(n, Fraction(0), quarter)
         if word and angle != decimal(word):
             text += f", taken as {round(angle / (pi() / 12))} π/12,"
         self._note(label, f"{text} has no rational rotation: within 2^-{BITS} rad of it")
-        return _rotation(n, quarter, tangent(rest))
+        return rotation(n, tangent(rest) / (root(dot(n, n)) or 1), quarter)
 
     def _moved(
         self, joint: Element, frame: Pose, n: Vector, pitch: Fraction, offset: Fraction
@@ -304,9 +281,9 @@ class _Reading:
                 "write the axis as a coordinate axis, or do without the offset"
             )
         if joint.attributes["type"] == "prismatic":
-            return Pose(frame.R, _sum(frame.d, _scaled(offset / length, n)))
+            return Pose(frame.R, added(frame.d, scaled(offset / length, n)))
         turned = Pose(self._turn(joint.label, n, offset)) @ Pose(frame.R)
-        return Pose(turned.R, _sum(frame.d, _scaled(pitch * offset / length, n)))
+        return Pose(turned.R, added(frame.d, scaled(pitch * offset / length, n)))
 
     def _loop(self, loop: Element) -> None:
         """Add the screws of a loop."""
@@ -314,8 +291,8 @@ class _Reading:
         axis = self._axis(loop, loop.first("axis"))
         n, u = before.turn(axis), before.turn(_perpendicular(axis))
         centre, kind = before.d, loop.attributes["type"]
-        gap = _sum(after.d, _scaled(Fraction(-1), before.d))
-        if any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
+        gap = added(after.d, scaled(Fraction(-1), before.d))
+        if self.closed and any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
             size = float(dot(gap, gap)) ** 0.5
             self._note(loop.label, f"open by {size:.1e} m in its decimals: closed there")
         if kind == "universal":
@@ -323,7 +300,7 @@ class _Reading:
             given = self._axis(loop, second) if second else _perpendicular(axis)
             u = _perpendicular(n, after.turn(given))
         elif kind == "planar":
-            centre = _sum(after.d, _scaled(-dot(n, gap) / dot(n, n), n))
+            centre = added(after.d, scaled(-dot(n, gap) / dot(n, n), n))
         self._add(loop, n, u, centre)
 
     def _end(self, loop: Element, role: str) -> Pose:

@@ -10,7 +10,7 @@ Angular parts come first in screws, and everything is in the inertial frame, in 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,9 +24,10 @@ __all__ = ["FREEDOMS", "attach", "freedoms", "origin", "perpendicular", "unit"]
 
 Array = NDArray[np.float64]
 
-# Frames nearer than this, in radians and in parts of the extent of the linkage, coincide:
-# the rest is round-off of the products of rotations that placed them.
-ROUND_OFF = 1e-12
+# Frames nearer than this, in radians and in parts of the size of the loop, coincide: the rest
+# is round-off of the products of rotations that placed them, which is at least the second in
+# parts of the extent of the linkage.
+ROUND_OFF, LOST = 1e-12, 1e-14
 
 FREEDOMS = {
     "fixed": (),
@@ -98,7 +99,7 @@ def freedoms(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Arr
 
 
 def attach(
-    loop: Element, places: Mapping[str, Place], first: int, extent: float
+    loop: Element, places: Mapping[str, Place], before_it: Sequence[Joint], extent: float
 ) -> tuple[list[Joint], Loop]:
     """The joints and the weld of a ``<loop>`` element.
 
@@ -108,8 +109,8 @@ def attach(
     Args:
         loop: the element, accepted by the guard.
         places: the links of the file.
-        first: index that the first joint of the loop will have.
-        extent: size of the linkage in metres, the scale of round-off.
+        before_it: the joints there are so far.
+        extent: size of the linkage in metres.
 
     Returns:
         Up to three joints in a chain, and the weld at its end.
@@ -127,7 +128,9 @@ def attach(
         reached[:3, :3] = upright @ after[:3, :3]
         u = _across(n, upright @ second)
     centre = reached[:3, 3] if kind == "planar" else before[:3, 3]
+    size = ROUND_OFF * _size(before_it, start, end, centre) + LOST * extent
     joints: list[Joint] = []
+    first = len(before_it)
     steps = freedoms(kind, n, u, centre)
     names, point = coordinates(loop.name, kind), frozen(centre)
     for name, (motion, screw) in zip(names, steps, strict=True):
@@ -135,8 +138,8 @@ def attach(
         joints.append(Joint(name, motion, parent, frozen(screw), point, True, len(names) > 1))
     last = first + len(joints) - 1 if joints else start
     if last == GROUND:
-        return joints, Loop(loop.name, end, GROUND, _gap(after, reached, extent))
-    return joints, Loop(loop.name, last, end, _gap(reached, after, extent))
+        return joints, Loop(loop.name, end, GROUND, _gap(after, reached, size))
+    return joints, Loop(loop.name, last, end, _gap(reached, after, size))
 
 
 def _end(loop: Element, role: str, places: Mapping[str, Place]) -> Place:
@@ -184,13 +187,27 @@ def _reached(kind: str, before: Array, after: Array, n: Array) -> Array:
     return reached
 
 
-def _gap(here: Array, there: Array, extent: float) -> Array:
-    """The displacement D with ``D here = there``, exactly the identity if they coincide."""
+def _size(joints: Sequence[Joint], start: int, end: int, centre: Array) -> float:
+    """Distance of the furthest joint along a loop from the place where it is closed."""
+    sides: list[set[int]] = [set(), set()]
+    for side, link in zip(sides, (start, end), strict=True):
+        while link != GROUND:
+            side.add(link)
+            link = joints[link].parent
+    points = [joints[j].point - centre for j in sides[0] ^ sides[1]]
+    return max((float(np.linalg.norm(point)) for point in points), default=0.0)
+
+
+def _gap(here: Array, there: Array, size: float) -> Array:
+    """The displacement D with ``D here = there``, exactly the identity if they coincide.
+
+    They do if they are no further apart than ``size``, in metres.
+    """
     D = np.eye(4)
     D[:3, :3] = there[:3, :3] @ here[:3, :3].T
     distance = np.abs(there[:3, 3] - here[:3, 3]).max()
     angle = np.abs(D[:3, :3] - np.eye(3)).max()
-    if distance <= ROUND_OFF * extent and angle <= ROUND_OFF:
+    if distance <= size and angle <= ROUND_OFF:
         return frozen(np.eye(4))
     D[:3, 3] = there[:3, 3] - D[:3, :3] @ here[:3, 3]
     return frozen(D)

@@ -267,7 +267,7 @@ def _loops(tree: Element, places: Mapping[str, Place], joints: list[Joint]) -> l
     extent = max(float(np.abs(place.pose[:3, 3]).max()) for place in places.values())
     welds = []
     for element in tree.every("loop"):
-        chain, weld = attach(element, places, len(joints), extent)
+        chain, weld = attach(element, places, joints, extent)
         joints.extend(chain)
         welds.append(weld)
     return welds

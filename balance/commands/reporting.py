@@ -1,0 +1,71 @@
+"""Files that ``balance report`` writes beside its answer."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import TYPE_CHECKING
+
+from kinematics.errors import FileError
+from kinematics.linkage import Linkage, Notice
+
+if TYPE_CHECKING:
+    from balance.meaning.explain import Explanation
+    from balance.spaces.space import DesignSpace
+
+__all__ = ["written"]
+
+# Joints that are named.
+NAMED = 6
+
+
+def written(
+    arguments: argparse.Namespace, space: DesignSpace, explanation: Explanation | None
+) -> tuple[Notice, ...]:
+    """Write the files that the options name: all of them, or none.
+
+    Returns:
+        What to tell the user of them.
+
+    Raises:
+        FileError: one cannot be written, or the linkage is in no file of its own.
+    """
+    page, closed = arguments.html, arguments.write_closed
+    contents, notices = [], []
+    if None not in (page, closed) and os.path.realpath(page) == os.path.realpath(closed):
+        problem, remedy = "is to hold both the linkage and the page", "give each its own file"
+        raise FileError(closed, "", problem, remedy)
+    if closed is not None:
+        from kinematics.reader.posing import at_reference_pose
+
+        posed = at_reference_pose(space.linkage)
+        contents.append((closed, posed.data))
+        text = _moved(space.linkage, dict(posed.moved))
+        if posed.beside:
+            text += "; its loops are in another file: give that with --loops"
+        notices.append(Notice("closed_pose", f"{closed}: written {text}"))
+    if page is not None:
+        from balance.web.page import page as page_of
+
+        contents.append((page, page_of(space, explanation).encode()))
+    if contents:
+        from balance.files import replacing_all
+
+        replacing_all(contents)
+    return tuple(notices)
+
+
+def _moved(linkage: Linkage, positions: dict[str, float]) -> str:
+    """At which pose a linkage is written, by how far its joints have moved."""
+    if not positions:
+        return "as it was, for its loops close at its own pose"
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    named = [
+        f"{name} by {q:.6g} {'m' if kinds[name] == 'prismatic' else 'rad'}"
+        for name, q in sorted(positions.items(), key=lambda item: -abs(item[1]))
+    ]
+    more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
+    return (
+        f"at the pose at which its loops close: only origins of joints differ, moved are "
+        f"{', '.join(named[:NAMED])}{more}; limits of joints count from there"
+    )

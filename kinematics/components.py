@@ -1,0 +1,153 @@
+"""The parts of a linkage whose joints depend on one another, each in its own coordinates.
+
+Loops that share no joint, and no mimic relation, move independently. What counts as zero in
+a loop is relative to the size of the loops coupled with it, not to that of the linkage: a
+four-bar at the end of a long arm has the mobility that it has without the arm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.chain import arrange, clusters, extent, move
+from kinematics.closure import loop_matrix
+from kinematics.errors import MobilityError
+from kinematics.freedom import first_order
+from kinematics.linkage import GROUND, Chain, Draft, Frame, Mimic
+
+__all__ = ["Component", "component", "components", "freedoms"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# A part that is smaller, beside its distance from the ground, has too few digits left there;
+# below the second its joints are in one place, but for round-off.
+LEAST, COINCIDENT = 4e-9, 1e-14
+
+
+class Component(NamedTuple):
+    """Joints that depend on one another, without the rest of the linkage.
+
+    Attributes:
+        joints: their positions in the linkage (n,).
+        draft: a linkage of these joints alone; all others are locked.
+        chain: its arrays, in its own coordinates and units of its own size.
+        loops: positions of its loops among those of the linkage.
+    """
+
+    joints: IntArray
+    draft: Draft
+    chain: Chain
+    loops: tuple[int, ...]
+
+    def with_columns(self, whole: Chain) -> Chain:
+        """Its chain with the independent joints and the columns of the whole chain."""
+        own = np.flatnonzero(~np.isin(self.joints, whole.dependent))
+        joints = self.joints[own]
+        ratio = whole.units[joints] / self.chain.units[own]
+        basis = ratio[:, None] * whole.columns[joints]
+        return move(self.chain, own, basis[:, np.any(basis != 0.0, axis=0)])
+
+    def arranged(self, frame: Frame) -> Component:
+        """The same in other coordinates."""
+        return self._replace(chain=arrange(self.draft, frame))
+
+    def taken(self, q: Array, units: Array) -> Array:
+        """Positions of its joints, in its own units, from those of all joints (n,)."""
+        out: Array = q[self.joints] * units[self.joints] / self.chain.units
+        return out
+
+    def positions(self, q: Array, units: Array) -> Array:
+        """Positions q of its joints as those of all joints, in the units of each (n,)."""
+        out = np.zeros(units.size)
+        out[self.joints] = q * self.chain.units / units[self.joints]
+        return out
+
+
+def components(draft: Draft) -> list[Component]:
+    """All parts of a linkage whose joints depend on one another.
+
+    Raises:
+        MobilityError: one is too small for double precision, beside its distance from the
+            ground.
+    """
+    return [component(draft, group) for group in clusters(arrange(draft)) if group]
+
+
+def component(draft: Draft, joints: Sequence[int]) -> Component:
+    """The part of a linkage that some joints make, which no others depend on.
+
+    Raises:
+        MobilityError: it is too small for double precision.
+    """
+    number = {joint: k for k, joint in enumerate(joints)}
+
+    def carried(link: int) -> int:
+        while link != GROUND and link not in number:
+            link = draft.joints[link].parent
+        return number.get(link, GROUND)
+
+    ends = {k: (carried(x.end), carried(x.successor)) for k, x in enumerate(draft.loops)}
+    loops = tuple(k for k, (end, successor) in ends.items() if end != successor)
+    part = replace(
+        draft,
+        joints=tuple(
+            replace(draft.joints[j], parent=carried(draft.joints[j].parent)) for j in joints
+        ),
+        bodies=tuple(
+            replace(body, link=number[body.link])
+            for body in draft.bodies if body.link in number
+        ),
+        loops=tuple(
+            replace(draft.loops[k], end=ends[k][0], successor=ends[k][1]) for k in loops
+        ),
+        mimics=tuple(
+            Mimic(number[x.joint], number[x.source], x.ratio)
+            for x in draft.mimics if x.joint in number
+        ),
+        places={},
+        displaced=None,
+    )  # fmt: skip
+    _measurable(part)
+    return Component(np.array(joints, dtype=np.int64), part, arrange(part), loops)
+
+
+def _measurable(part: Draft) -> None:
+    """Refuse a part so small, beside its distance from the ground, that digits are lost."""
+    size = extent(part).length
+    far = max(float(np.abs(joint.point).max()) for joint in part.joints)
+    if COINCIDENT * far < size < LEAST * far:
+        names = ", ".join(f"'{loop.name}'" for loop in part.loops[:3])
+        raise MobilityError(
+            f"{part.source}: the joints of loop {names} are {size:.1e} m apart, {far:.1e} m "
+            "from the ground: too small for double precision there; write the file in a "
+            "frame near that loop",
+            joints=[joint.name for joint in part.joints],
+        )
+
+
+def freedoms(parts: Sequence[Component], count: int) -> tuple[Array, list[Array]]:
+    """Orthonormal rates of all joints that the loops leave free, and singular values.
+
+    Args:
+        parts: the parts of the linkage.
+        count: number of its joints; those in no part are free.
+
+    Returns:
+        Rates (count, freedom); singular values of the loop matrix of each part.
+    """
+    outside = np.ones(count, dtype=bool)
+    blocks, spectra = [], []
+    for part in parts:
+        outside[part.joints] = False
+        free, values = first_order(loop_matrix(part.chain))
+        block = np.zeros((count, free.shape[1]))
+        block[part.joints] = free
+        blocks.append(block)
+        spectra.append(values)
+    return np.hstack([np.eye(count)[:, outside], *blocks]), spectra

@@ -225,8 +225,10 @@ def main() -> int:
         if wrong:
             print(f"seed {seed}: balance {shlex.join(words)!r}\n  {wrong}", flush=True)
     spent = time.perf_counter() - begin
-    print(f"{cases.cases} requests from seed {cases.seed} in {spent:.0f} s, "
-          f"{counts['wrong']} wrong; slowest: seed {slowest[1]}, {slowest[0]:.1f} s")  # fmt: skip
+    print(
+        f"{cases.cases} requests from seed {cases.seed} in {spent:.0f} s, {counts['wrong']} "
+        f"wrong; slowest: seed {slowest[1]}, {slowest[0]:.1f} s"
+    )
     print("  ".join(f"{name} ×{count}" for name, count in sorted(counts.items())))
     return 1 if counts["wrong"] else 0
 

@@ -19,9 +19,12 @@ from kinematics.errors import LinkageError
 __all__ = ["GOOD", "WORDS", "Names", "Place", "names_of", "options", "parsers"]
 
 NUMBERS = (
-    "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 12345"
+    "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 "
+    "12345"
 ).split()
-ODD = ("", " ", "=", ",", "a=b=c", "ключ", "ghost", "l\u0000x", "\udcff", "x\ny", "🙂", "--", "*")
+ODD = (
+    "", " ", "=", ",", "a=b=c", "ключ", "ghost", "l\u0000x", "\udcff", "x\ny", "🙂", "--", "*",
+)  # fmt: skip
 FILES = ("page", "out", "page.html", "a b.urdf", "ä.svg", "p.PNG", "no/such/folder/x.svg")
 
 
@@ -84,8 +87,8 @@ def _list(rng: random.Random, known: tuple[str, ...]) -> str:
 
 def _relation(rng: random.Random, place: Place) -> str:
     a, b = _one(rng, place.names.inputs, 0.05), _one(rng, place.names.inputs, 0.05)
-    kind = rng.choice(("{a}={b}", "{a}=-{b}", "{a}=0", "{a}={n}*{b}", "{a}={b}+{b}", "{a}", "{n}"))
-    return kind.format(a=a, b=b, n=_number(rng))
+    kinds = "{a}={b} {a}=-{b} {a}=0 {a}={n}*{b} {a}={b}+{b} {a} {n}".split()
+    return rng.choice(kinds).format(a=a, b=b, n=_number(rng))
 
 
 def _bounds(rng: random.Random, place: Place) -> str:
@@ -126,7 +129,8 @@ def _out(rng: random.Random, place: Place, *more: str) -> str:
 
 
 def _model(rng: random.Random, place: Place) -> str:
-    return place.model if rng.random() < 0.5 else _one(rng, ("five_bar", "hprs", "slider_crank"))
+    others = ("five_bar", "hprs", "slider_crank")
+    return place.model if rng.random() < 0.5 else _one(rng, others)
 
 
 def _directions(rng: random.Random, place: Place) -> str:

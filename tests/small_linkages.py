@@ -18,7 +18,8 @@ def small_linkage(rng: random.Random, path: Path) -> Path:
     """Write a linkage of two to four bodies to a file: arms, four-bars, five-bars, sliders."""
     kind = rng.choice(("arm", "four_bar", "four_bar", "five_bar", "slider", "special"))
     parts = _arm(rng) if kind == "arm" else _loop(rng, kind)
-    path.write_text(f'<robot name="{kind}"><link name="base"/>{"".join(parts)}</robot>', "utf-8")
+    text = f'<robot name="{kind}"><link name="base"/>{"".join(parts)}</robot>'
+    path.write_text(text, "utf-8")
     return path
 
 

@@ -95,16 +95,7 @@ def judged(
         raise ValueError(f"certificate of shape {Z.shape}: give one matrix for each body")
     if not (np.isfinite(Z).all() and (Z == Z.transpose(0, 2, 1)).all() and Z.any()):
         return CertificateCheck(False, -np.inf, np.inf, np.inf)
-    own, known = Z.copy(), 0.0
-    for b, limits in asked.bounds.items():
-        surplus = _surplus(Z[b])
-        own[b, -1, -1] -= surplus
-        known += surplus * limits[surplus < 0.0] if surplus else 0.0
-    if asked:
-        file = matrices_of(space, given(space))
-        known += float(sum(np.sum(Z[b] * file[b]) for b in asked.keep))
-        known /= file[:, -1, -1].mean() or 1.0
-        own[list(asked.keep)] = 0.0
+    own, known = _known(space, Z, asked) if asked else (Z, 0.0)
     residual = cone.sums(Z)
     size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
     traces = float(np.einsum("bii->", own)) / size
@@ -112,7 +103,42 @@ def judged(
     orthogonality, known = float(np.sqrt(residual @ residual)) / size, known / size
     doubt = SIZE * orthogonality + max(0.0, -eigenvalue) + max(0.0, -known)
     separation = doubt / (traces + max(0.0, known)) if traces + known > 0.0 else np.inf
-    return CertificateCheck(separation <= SEPARATES, eigenvalue, orthogonality, separation)
+    accepted = bool(separation <= SEPARATES)
+    return CertificateCheck(accepted, eigenvalue, orthogonality, separation)
+
+
+def _known(space: DesignSpace, Z: Array, asked: Restriction) -> tuple[Array, float]:
+    """What is left of a certificate once what is known of ``Σ_b <Z_b, P_b>`` is taken from it.
+
+    With the traces of a design adding up to T, which is at least the T0 of kept bodies and of
+    least masses, ``Σ_b <own_b, P_b> + known`` is to be positive. A bounded mass gives λ times
+    its bound for the λ taken from the corner of its Z_b. Where λ < 0 there is no choice; λ > 0
+    is taken only as far as it is needed to make up for the rest, since a positive trace that
+    stays excludes more than a mass that is known.
+
+    Returns:
+        The matrices, and what is known per unit of T0 if it is negative; else per unit of
+        the mean mass in the file if that is larger.
+    """
+    file, keep = matrices_of(space, given(space)), list(asked.keep)
+    own, known, spare = Z.copy(), float(np.sum(Z[keep] * file[keep])), []
+    for b, (low, high) in asked.bounds.items():
+        surplus = _surplus(Z[b])
+        if surplus < 0.0:
+            own[b, -1, -1] -= surplus
+            known += surplus * high
+        elif low > 0.0:
+            spare.append((b, surplus, low))
+    gain = sum(surplus * low for _, surplus, low in spare)
+    share = min(1.0, max(0.0, -known / gain)) if gain > 0.0 else 0.0
+    for b, surplus, _ in spare:
+        own[b, -1, -1] -= share * surplus
+    known += share * gain
+    own[keep] = 0.0
+    least = float(np.einsum("bii->", file[keep])) + sum(low for low, _ in asked.bounds.values())
+    if known < 0.0:
+        return own, known / least if least > 0.0 else -np.inf
+    return own, known / (max(least, float(file[:, -1, -1].mean())) or 1.0)
 
 
 def _surplus(Z: Array) -> float:

@@ -92,18 +92,24 @@ class Cone(NamedTuple):
         k = self.size
         return np.asarray(vectors @ self.weights.T).reshape(*vectors.shape[:-1], k, k)
 
+    def sums_at(self, x: Array) -> Array:
+        """``P_b = Σ_i x_i blocks[b, i]`` (bodies, k, k); with traces alone, one of many."""
+        return np.asarray(np.einsum("bnij,n->bij", self.blocks, x))
+
     def at(self, x: Array) -> Array:
         """Pseudo-inertias (bodies, k, k).
 
         With traces alone, second moments about the centre of mass are equal in all
-        directions.
+        directions; bodies without a positive mass, which have no such centre, are left as
+        they are.
         """
-        P = np.einsum("bnij,n->bij", self.blocks, x)
+        P = self.sums_at(x)
         if self.lorentz:
-            d, m, mc = self.size - 1, P[:, -1, -1], P[:, :-1, -1]
-            central = np.einsum("bii->b", P) - m - np.einsum("bi,bi->b", mc, mc) / m
-            P[:, :d, :d] = mc[:, :, None] * mc[:, None, :] / m[:, None, None]
-            P[:, range(d), range(d)] += central[:, None] / d
+            d, heavy = self.size - 1, P[:, -1, -1] > 0.0
+            m, mc = P[heavy, -1, -1], P[heavy, :-1, -1]
+            spread = mc[:, :, None] * mc[:, None, :] / m[:, None, None]
+            central = np.einsum("bii->b", P[heavy]) - m - np.einsum("bii->b", spread)
+            P[heavy, :d, :d] = spread + central[:, None, None] * np.eye(d) / d
         return P
 
     def least(self, P: Array) -> Array:
@@ -179,7 +185,7 @@ def to_si(P: Array, frame: Frame, height: float = 0.0, along: Array | None = Non
     H[:3, :3], H[:3, 3] = frame.length * frame.R.T, frame.origin
     if P.shape[-1] == 3:
         m, mc = P[:, 2, 2], P[:, :2, 2]
-        central = P[:, 0, 0] + P[:, 1, 1] - np.einsum("bi,bi->b", mc, mc) / m
+        central = P[:, 0, 0] + P[:, 1, 1] - np.einsum("bi,bi->b", mc, mc) / np.where(m, m, 1.0)
         thin = 0.5 * THICKNESS * central
         flat, P = P, np.zeros((len(P), 4, 4))
         P[:, :2, :2], P[:, :2, 3], P[:, 3, :2], P[:, 3, 3] = flat[:, :2, :2], mc, mc, m

@@ -263,10 +263,10 @@ def _design(
     """The verdict on coordinates, if they are those of a design."""
     if not np.isfinite(x).all():
         return None
-    P = question.whole.at(question.embed @ x)
-    least = question.cone.least(P[list(question.free)]).min()
+    least = question.cone.least(question.cone.sums_at(x)).min()
     if not (least > 0.0 and (not asked or x[-1] > 0.0)):
         return None
+    P = question.whole.at(question.embed @ x)
     margin = float(least / (question.traces @ x))
     # Per unit of mass; or so that bodies have the mean mass of the file.
     scale = float(question.unit / (x[-1] if asked else P[:, -1, -1].mean()))

@@ -198,4 +198,5 @@ def _best(known: Design, asked: Restriction) -> Design:
 def _thickness(space: DesignSpace) -> Array:
     """Second moments of the file's bodies along the third axis of the chain."""
     P = from_si(given(space), space.chain.frame)
-    return np.asarray(P[:, 2, 2] - P[:, 2, 3] ** 2 / P[:, 3, 3])
+    m = np.where(P[:, 3, 3], P[:, 3, 3], 1.0)
+    return np.asarray(P[:, 2, 2] - P[:, 2, 3] ** 2 / m)

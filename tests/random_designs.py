@@ -1,0 +1,298 @@
+"""Random questions about designs: each verdict is checked by a route that shares nothing.
+
+``python tests/random_designs.py --cases 1500 --seed 0`` asks as many as it is told; a seed
+stands for the cases that follow it. Momentum is that of `reference` at finite poses closed by
+its own Newton method, cones and bounds are written out here once more, and what the product
+leaves undecided is put to solvers of its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import tempfile
+import time
+import warnings
+from collections import Counter
+from dataclasses import replace
+from functools import cache
+from math import inf
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [path for path in (str(ROOT), str(ROOT / "tests")) if path not in sys.path]
+
+import numpy as np  # noqa: E402
+import reference  # noqa: E402
+from shapes import functional, matrix, outside  # noqa: E402
+from small_linkages import small_linkage  # noqa: E402
+
+import kinematics  # noqa: E402
+from balance import design_space  # noqa: E402
+from balance.designs.optimum import Design, design  # noqa: E402
+from kinematics.errors import LinkageError  # noqa: E402
+
+MODELS = (
+    "four_bar_general four_bar_kite four_bar_kite_balanced four_bar_antiparallelogram "
+    "four_bar_antiparallelogram_balanced four_bar_parallelogram slider_crank five_bar hprs "
+    "bennett rusr fuga_i pantograph six_bar_watt four_bar_spherical three_rrr two_rrr"
+).split()
+POSES, REACH = 8, 0.25
+# Parts of a functional that no momentum has, and of a momentum that is not zero.
+CLOSE, STILL = 1e-7, 1e-9
+# Eigenvalues, over the size of a certificate, that count as zero.
+ZERO = 1e-11
+# The margin with which another solver settles what was left undecided.
+SETTLED = 1e-9
+
+
+class Question(NamedTuple):
+    """What is asked: a linkage, a kind of balance, links that are kept, bounds on masses."""
+
+    model: str
+    balance: str
+    keep: tuple[str, ...]
+    bounds: dict[str, tuple[float, float]]
+
+
+def question(seed: int, folder: Path) -> Question:
+    """The question of a seed."""
+    rng = random.Random(seed)
+    if rng.random() < 0.35:
+        model = rng.choice(MODELS)
+    else:
+        model = str(small_linkage(rng, folder / f"small_{seed}.urdf"))
+    balance = rng.choice(("dynamic", "force"))
+    names = [name for name, _ in _bodies(model)]
+    keep = rng.sample(names, rng.choice((0, 0, 1, 1, 2)) % len(names))
+    free = [name for name in names if name not in keep]
+    bounded = rng.sample(free, rng.choice((0, 1, 1, 2, 3)) % (len(free) + 1))
+    masses = dict(_bodies(model))
+    return Question(model, balance, tuple(keep), {b: _range(rng, masses[b]) for b in bounded})
+
+
+def _bodies(model: str) -> list[tuple[str, float]]:
+    """Names of the bodies, and their masses, by the second reading."""
+    found = reference.load(_source(model), _any_input(model))
+    return list(zip(found.bodies, found.inertias[:, 0].tolist(), strict=True))
+
+
+def _source(model: str) -> str | Path:
+    return model if model in MODELS else Path(model)
+
+
+def _any_input(model: str) -> tuple[str, ...]:
+    return () if model in MODELS else ("j1",)
+
+
+def _range(rng: random.Random, mass: float) -> tuple[float, float]:
+    low = round(rng.uniform(0.0, 2.0) * mass, 3)
+    high = round(low + rng.uniform(0.05, 2.0) * mass, 3)
+    wide = 0.01 * low, 9.0 * high
+    return rng.choice(((low, high), (0.0, high), (low, inf), (high, high), wide))
+
+
+def asked(one: Question) -> Design | None:
+    """The product's answer; None if it refuses the linkage or the question."""
+    try:
+        space = _space(one.model, one.balance)
+        return design(space, keep=one.keep, bounds=one.bounds)
+    except LinkageError:
+        return None
+
+
+@cache
+def _space(model: str, balance: str):
+    return design_space(kinematics.load(model), balance=balance)
+
+
+@cache
+def mechanism_of(model: str, inputs: tuple[str, ...], names: tuple[str, ...]):
+    """The linkage by the second reading, its bodies in some order."""
+    found = reference.load(_source(model), inputs)
+    at = [found.bodies.index(name) for name in names]
+    assert len(at) == len(found.bodies)
+    links = tuple(found.links[b] for b in at)
+    return replace(found, bodies=names, links=links, inertias=found.inertias[at])
+
+
+@cache
+def rows_of(model: str, balance: str, inputs: tuple[str, ...], names: tuple[str, ...]):
+    """Momentum at finite poses per parameter, ten of each body (rows, 10 bodies)."""
+    mechanism = mechanism_of(model, inputs, names)
+    rng, unit = np.random.default_rng(5), np.eye(len(inputs))
+    rows, start = [], np.zeros(len(mechanism.joints))
+    for u in rng.uniform(-REACH, REACH, (POSES, len(inputs))):
+        try:
+            q = reference.follow(mechanism, start, u)
+        except ValueError:  # near a singular pose
+            q = reference.follow(mechanism, start, 0.1 * u)
+        moving = reference.velocities(mechanism, q, unit)
+        X = reference.regressor(mechanism, q, moving, "dynamic")
+        rows.append(X.reshape(len(inputs), 6, -1)[:, 3 * (balance == "force") :])
+    return np.concatenate([block.reshape(-1, block.shape[-1]) for block in rows])
+
+
+def check(one: Question, found: Design) -> str:
+    """The verdict, once it has been checked.
+
+    Raises:
+        AssertionError: it is wrong, or undecided where others decide it.
+    """
+    mechanism = mechanism_of(one.model, found.space.inputs, found.space.bodies)
+    rows = rows_of(one.model, one.balance, found.space.inputs, found.space.bodies)
+    if found.verdict == "feasible":
+        _check_design(one, found.z, rows, mechanism)
+    elif found.verdict == "infeasible":
+        _check_certificate(one, found, rows, mechanism)
+    else:
+        settled = second_opinion(one, rows, mechanism)
+        assert settled == "undecided", f"undecided, but {settled}: {found.words}"
+    return found.verdict
+
+
+def _check_design(one: Question, z, rows, mechanism) -> None:
+    """Momentum vanishes, bodies are definite, what is asked is heeded."""
+    left = np.abs(rows @ z.reshape(-1)).max()
+    assert left <= STILL * np.abs(rows).max() * np.abs(z).sum(), f"momentum {left:.1e}"
+    for b, name in enumerate(mechanism.bodies):
+        if name in one.keep:
+            assert np.allclose(z[b], mechanism.inertias[b], rtol=1e-12, atol=1e-14)
+        else:
+            assert np.linalg.eigvalsh(matrix(z[b]))[0] > 0.0
+        low, high = one.bounds.get(name, (0.0, inf))
+        assert low * (1.0 - 1e-7) <= z[b, 0] <= high * (1.0 + 1e-7), name
+
+
+def _check_certificate(one: Question, found: Design, rows, mechanism) -> None:
+    """It vanishes on balanced masses, and is positive on what is asked for."""
+    Z = np.array(found.certificate)
+    value = functional(found.space, Z)
+    if one.balance == "force" or found.space.planar:
+        # What no condition sees must not count.
+        seen = np.abs(rows).max(axis=0) > 0.0
+        assert np.abs(value[~seen]).max(initial=0.0) <= CLOSE * np.abs(value).max()
+    assert outside(value, rows) < CLOSE
+    least, weight, scale = 0.0, 0.0, np.abs(Z).sum()
+    for b, name in enumerate(mechanism.bodies):
+        if name in one.keep:
+            z = mechanism.inertias[b]
+            least += float(value[10 * b : 10 * b + 10] @ z)
+            continue
+        low, high = one.bounds.get(name, (0.0, inf))
+        surplus = _per_mass(Z[b], scale)
+        if name not in one.bounds:
+            assert surplus >= -ZERO * scale, name
+        elif abs(surplus) > ZERO * scale:
+            least += min(surplus * low, surplus * high)
+        weight += float(np.trace(Z[b]))
+    assert least >= -ZERO * scale, least
+    assert least > ZERO * scale or weight > ZERO * scale
+
+
+def _per_mass(Z, scale: float) -> float:
+    """The least of ``<Z, P>`` over matrices P that are positive semidefinite, of mass 1.
+
+    That is the largest λ for which Z stays positive semidefinite if λ is taken from its
+    corner: found by bisection, with eigenvalues alone.
+    """
+    corner = np.zeros_like(Z)
+    corner[-1, -1] = 1.0
+    low, high = -100.0 * scale, 100.0 * scale
+    assert np.linalg.eigvalsh(Z - low * corner)[0] > -ZERO * scale, "not definite"
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        definite = np.linalg.eigvalsh(Z - middle * corner)[0] > -0.1 * ZERO * scale
+        low, high = (middle, high) if definite else (low, middle)
+    return low
+
+
+def second_opinion(one: Question, rows, mechanism) -> str:
+    """The verdict of two other solvers on the same question, put in other coordinates."""
+    import cvxpy as cp
+
+    count = len(mechanism.bodies)
+    _, sizes, V = np.linalg.svd(rows)
+    null = V[int((sizes > 1e-11 * sizes[0]).sum()) :].T
+    y, t, tau = cp.Variable(null.shape[1]), cp.Variable(), cp.Variable()
+    z, limits, total = null @ y, [tau >= t], 0.0
+    free = [b for b, name in enumerate(mechanism.bodies) if name not in one.keep]
+
+    def margin() -> float:
+        """Of the solver's masses themselves; their traces add up to 1."""
+        P = [matrix(part) for part in (null @ y.value).reshape(count, 10)]
+        return min(np.linalg.eigvalsh(P[b])[0] for b in free) / sum(map(np.trace, P))
+
+    units = np.array([matrix(unit) for unit in np.eye(10)])
+    for b, name in enumerate(mechanism.bodies):
+        own = z[10 * b : 10 * b + 10]
+        if name in one.keep:
+            limits.append(own == tau * mechanism.inertias[b])
+            total += tau * float(np.trace(matrix(mechanism.inertias[b])))
+            continue
+        P = cp.Variable((4, 4), symmetric=True)
+        limits += [P == sum(own[k] * units[k] for k in range(10)), P >> t * np.eye(4)]
+        low, high = one.bounds.get(name, (0.0, inf))
+        limits += [own[0] >= low * tau] + [own[0] <= high * tau] * (high < inf)
+        total += cp.trace(P)
+    problems = (
+        cp.Problem(cp.Maximize(t), [*limits, total <= 1.0]),
+        cp.Problem(cp.Minimize(total), [*limits, t == 1.0]),
+    )
+    said = [_settled(problem, margin, solver) for problem in problems
+            for solver in ("CLARABEL", "SCS")]  # fmt: skip
+    return min(said)
+
+
+def _settled(problem, margin, solver: str) -> str:
+    """What one solver says of one problem: that there is a margin, or can be none."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            problem.solve(solver=solver, **({"eps": 1e-9} if solver == "SCS" else {}))
+    except Exception as error:
+        if type(error).__name__ != "SolverError":
+            raise
+        return "undecided"
+    if problem.status == "infeasible":
+        return "infeasible"
+    return "feasible" if problem.status == "optimal" and margin() > SETTLED else "undecided"
+
+
+def run(seeds: range):
+    """Ask questions; yields the seed, the question, how it ends, and what is wrong."""
+    with tempfile.TemporaryDirectory() as folder:
+        for seed in seeds:
+            one = question(seed, Path(folder))
+            if one.model not in MODELS:
+                _space.cache_clear()
+                rows_of.cache_clear()
+            mechanism_of.cache_clear()
+            try:
+                found = asked(one)
+                yield seed, one, "refused" if found is None else check(one, found), ""
+            except Exception as error:
+                yield seed, one, "wrong", f"{type(error).__name__}: {error}"
+
+
+def main() -> int:
+    """Ask questions from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=0, help="of the first case")
+    cases, begin, counts = parser.parse_args(), time.perf_counter(), Counter()
+    for seed, one, end, wrong in run(range(cases.seed, cases.seed + cases.cases)):
+        counts[f"{one.balance} {end}"] += 1
+        if wrong:
+            print(f"seed {seed}: {one}: {wrong}", flush=True)
+    failed = sum(count for end, count in counts.items() if end.endswith("wrong"))
+    print(f"{cases.cases} questions from seed {cases.seed} in "
+          f"{time.perf_counter() - begin:.0f} s, {failed} wrong")  # fmt: skip
+    print("  ".join(f"{name} ×{count}" for name, count in sorted(counts.items())))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

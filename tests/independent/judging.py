@@ -1,0 +1,175 @@
+"""One random linkage through the product, and its answer beside what is true."""
+
+from __future__ import annotations
+
+import io
+import json
+import logging
+import re
+import signal
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import NamedTuple
+
+from families import linkage
+from plain_linkage import Linkage, urdf
+from true_ranks import Truth, truth
+
+__all__ = ["Verdict", "judge"]
+
+# Seconds after which a case hangs.
+LIMIT = 300
+# Warnings of the product that say that the answer is that of another pose, or other axes.
+MOVED = {"left_singular_pose", "assembled"}
+MENDED = {"closes_to_rounding", "rounded_angles"}
+SURE = ("proved", "verified")
+
+
+class Answer(NamedTuple):
+    """What the product says: exit code, report, and the text beside it."""
+
+    code: int
+    report: dict | None
+    text: str
+
+
+class Verdict(NamedTuple):
+    """What became of a case.
+
+    Attributes:
+        family, seed: of the case.
+        outcome: right, moved, refused, irregular, wrong or crash.
+        level: of certainty, if there is an answer.
+        code: exit code.
+        detail: both answers if they differ, or the reason of a refusal.
+        seconds: of this process, for the truth and for the product.
+    """
+
+    family: str
+    seed: int
+    outcome: str
+    level: str
+    code: int
+    detail: str
+    seconds: tuple[float, float]
+
+    @property
+    def failed(self) -> bool:
+        """Whether the product is at fault: wrong, and neither undecided nor refused."""
+        return self.outcome == "crash" or (
+            self.outcome == "wrong" and (self.code == 0 or self.level in SURE)
+        )
+
+
+class _Hang(Exception):
+    """A case took longer than it may."""
+
+
+def judge(family: str, seed: int, folder: Path) -> Verdict:
+    """Run a case through the product and compare."""
+    begin = time.process_time()
+    case = linkage(family, seed)
+    true = truth(case, seed)
+    middle = time.process_time()
+    try:
+        with _alarm():
+            answer = _asked(case, folder / f"{family}_{seed}.urdf")
+    except Exception as error:
+        where = traceback.format_exception(error)[-2].strip().splitlines()
+        spent = middle - begin, time.process_time() - middle
+        text = f"{error!r} in {' '.join(where)}"
+        return Verdict(family, seed, "crash", "", -1, text, spent)
+    spent = middle - begin, time.process_time() - middle
+    outcome, detail = _compared(true, answer)
+    if outcome == "wrong" and true.regular:
+        # By the other prime, further orders, and more ways of opening.
+        again = truth(case, seed + 1, 3)
+        outcome, detail = _compared(again, answer)
+        if again != true:
+            detail += f" (the first look gave {true})"
+    level = answer.report["certainty"] if answer.report else ""
+    return Verdict(family, seed, outcome, level, answer.code, detail, spent)
+
+
+def _asked(case: Linkage, path: Path) -> Answer:
+    """The report of the product, with the options of the case."""
+    from balance.cli import main
+
+    if not logging.getLogger().handlers:
+        logging.getLogger().addHandler(logging.NullHandler())
+    path.write_text(urdf(case), encoding="utf-8")
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        code = main(["report", str(path), "--json", *case.options])
+    path.unlink()
+    text = out.getvalue()
+    return Answer(code, json.loads(text) if text else None, err.getvalue())
+
+
+def _compared(true: Truth, answer: Answer) -> tuple[str, str]:
+    """Outcome and detail."""
+    report = answer.report
+    if report is None:
+        if answer.code != 3:
+            return "crash", f"exit {answer.code} without an answer: {answer.text}"
+        return ("refused" if true.regular else "irregular"), _reason(answer.text)
+    codes = {warning["code"] for warning in report["warnings"]}
+    if not true.regular:
+        told = codes & (MOVED | MENDED) or report["certainty"] not in SURE
+        detail = f"answered, {report['certainty']}: mobility {report['mobility']}"
+        if told:
+            return "irregular", detail
+        return "wrong", f"{detail}; but the loops do not close: {true}"
+    wrong = _differences(true, report, bool(codes & MOVED))
+    if codes & MENDED:
+        wrong += [f"{code}, though the loops close" for code in sorted(codes & MENDED)]
+    if wrong:
+        return "wrong", f"{'; '.join(wrong)}; {report['evidence']['reason']}"
+    return ("moved" if codes & MOVED else "right"), report["evidence"]["reason"]
+
+
+def _differences(true: Truth, report: dict, moved: bool) -> list[str]:
+    """Numbers that are wrong, with the true ones."""
+    pairs = [
+        ("planar", report["algebra"] == "planar", true.planar),
+        ("mobility", report["mobility"], true.mobility),
+        ("parameters", report["parameters"], true.parameters),
+        ("rank", report["rank"], true.rank),
+        ("nullity", report["nullity"], true.parameters - true.rank),
+        ("serial", report["serial"], true.serial),
+        ("parallel", report["parallel"], true.parallel),
+    ]
+    if not moved:
+        kmax = len(true.ranks) - 1
+        found = [order["rank"] for order in report["orders"]]
+        pairs.append(("orders", found, [true.ranks[min(k, kmax)] for k in range(len(found))]))
+        nullities = [true.parameters - rank for rank in found]
+        said = [order["nullity"] for order in report["orders"]]
+        pairs.append(("nullity by order", said, nullities))
+        if report["kmax"] is not None:
+            pairs.append(("kmax", report["kmax"], kmax))
+    return [f"{name} {said}, true {is_}" for name, said, is_ in pairs if said != is_]
+
+
+def _reason(text: str) -> str:
+    """A refusal without what differs from case to case."""
+    text = text.strip().rpartition(".urdf: ")[2]
+    text = re.sub(r"\bj\d+(\.\d)?(=\S+)?(, )?|[-+]?\d[\d.e-]*", "", text)
+    return " ".join(text.split())[:100]
+
+
+@contextmanager
+def _alarm() -> Iterator[None]:
+    def ring(*_: object) -> None:
+        raise _Hang(f"more than {LIMIT} s")
+
+    old = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, LIMIT)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, old)

@@ -35,7 +35,7 @@ def check(proof):
         Rejected: it is not well formed, or does not prove what it says.
     """
     check_form(proof)
-    chain = fractions(proof["chain"])
+    chain = fractions(proof["chain"]) | {"idle": set(proof["idle"])}
     p, pivots = proof["prime"], proof["pivots"]
     kind, way = momentum_of(chain), well_posed(chain)
     for name in NUMBERS:
@@ -89,7 +89,7 @@ def momentum_of(chain):
         squares = [n[i] * n[j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
         firsts = [[Fraction(0), *x, *[Fraction(0)] * 6] for x in (a, b)]
         meant = [units[0], *firsts, [*units[0, 1:5], *squares]][: 4 - force]
-        for s in chain["screws"][sorted(set(range(len(chain["parent"]))) - idle(chain))]:
+        for s in chain["screws"][sorted(set(range(len(chain["parent"]))) - chain["idle"])]:
             flat = not np.cross(s[:3], n).any() and s[3:] @ n == 0
             need(flat, "screws", "what moves does so out of the plane")
     need(same_span(rows, momenta), "rows", "not a momentum, or its rows depend on each other")
@@ -101,11 +101,6 @@ def same_span(rows, others):
     """Whether independent rows span what others do, which are as many."""
     others = np.array(others, object)
     return len(rows) == len(others) == len(echelon(rows)) == len(echelon([*rows, *others]))
-
-
-def idle(chain):
-    """Joints that are kept at rest."""
-    return set(np.flatnonzero(~chain["columns"].any(axis=1)).tolist()) - set(chain["dependent"])
 
 
 def well_posed(chain):
@@ -120,15 +115,36 @@ def well_posed(chain):
     for j, parent in enumerate(chain["parent"]):
         way[j] = way[parent]
         way[j, j] = 1
-    loops = [screws[way[e] != way[f]] for e, f in chain["ends"]]
-    constraints = sum(len(closed(loop, loop)) for loop in loops) + len(chain["mimics"])
+    constraints = constraints_of(chain, way, set())
     need(len(dependent) == constraints, "dependent", f"not {constraints}, as constraints are")
+    need(at_rest(chain, way), "idle", "not shown to be at rest")
     need(not columns[dependent].any(), "columns", "a dependent joint is driven")
     need(len(echelon(columns.T)) == columns.shape[1], "columns", "not independent")
-    moving = [s for j, s in enumerate(screws) if j not in idle(chain)]
+    moving = [s for j, s in enumerate(screws) if j not in chain["idle"]]
     fixed = len(closed(chain["rows"], moving)) == len(chain["rows"])
     need(fixed, "rows", "they depend on the pose")
     return way
+
+
+def constraints_of(chain, way, locked):
+    """How many constraints loops and mimics are, for joints that are not locked."""
+    free = np.array([j not in locked for j in range(len(chain["screws"]))])
+    loops = [chain["screws"][(way[e] != way[f]) & free] for e, f in chain["ends"]]
+    mimics = [row for row in chain["mimics"] if row[free].any()]
+    return sum(len(closed(loop, loop)) for loop in loops) + len(mimics)
+
+
+def at_rest(chain, way):
+    """Whether the idle joints are at rest in every motion.
+
+    Either they are kept at rest; or the linkage in which they are locked has as many
+    independent constraints as dependent joints too, so that it loses no motion: both sets of
+    poses are manifolds of the same dimension.
+    """
+    still, dependent = chain["idle"], set(chain["dependent"])
+    if not still & dependent and not chain["columns"][sorted(still)].any():
+        return True
+    return constraints_of(chain, way, still) == len(dependent - still)
 
 
 def conditions(chain, way, ray, order, p):
@@ -166,7 +182,7 @@ def rigid_parts(chain):
     """The part of each link, and last of the ground: what is welded or idle is one part."""
     parent = chain["parent"]
     part = [*range(len(parent)), -1]
-    for a, b in [*chain["ends"], *((j, parent[j]) for j in sorted(idle(chain)))]:
+    for a, b in [*chain["ends"], *((j, parent[j]) for j in sorted(chain["idle"]))]:
         part = [part[b] if x == part[a] else x for x in part]
     return part
 

@@ -1,6 +1,6 @@
 """The form of a proof: each entry is of the type, the length and the range that it must have.
 
-`check_form` passes only what `balance.proof/1` means; what the entries claim together is for
+`check_form` passes only what `balance.proof/2` means; what the entries claim together is for
 `checker` to judge. Booleans are no whole numbers here, and a rational number is a text in
 lowest terms.
 """
@@ -11,11 +11,11 @@ from functools import cache
 from hashlib import sha256
 from math import isqrt
 
-FORMAT = "balance.proof/1"
+FORMAT = "balance.proof/2"
 CHAIN = "parent screws ends mimics dependent columns links rows parameters".split()
 PIVOT = "order ray column row body parameter".split()
 TRANSFER = "below joints source target z".split()
-PROOF = "format chain prime rays pivots transfers rank nullity sha256".split()
+PROOF = "format chain prime rays pivots transfers idle rank nullity sha256".split()
 # Whole numbers stay below 2^31, orders below this, and texts of numbers below 4,000 digits.
 ORDERS = 200
 DIGITS = 4000
@@ -61,6 +61,8 @@ def check_form(proof):
     _pivots(proof["pivots"], limits)
     for transfer in _list(proof["transfers"], "transfers"):
         _transfer(transfer, len(chain["parent"]), bodies, size)
+    _wholes(proof["idle"], 0, len(chain["parent"]), "idle")
+    _distinct(proof["idle"], "idle")
     for name, items in (("rank", "pivots"), ("nullity", "transfers")):
         _whole(proof[name], 0, 2**31, name)
         need(proof[name] == len(proof[items]), name, f"not the number of {items}")

@@ -34,7 +34,7 @@ from balance import design_space  # noqa: E402
 MODELS = (
     ("four_bar_general", "dynamic"), ("slider_crank", "force"), ("rusr", "dynamic"),
     ("five_bar", "dynamic"), ("four_bar_spherical", "dynamic"), ("hprs", "force"),
-    ("three_rrr", "dynamic"), ("six_bar_watt", "dynamic"), ("three_rsr", "force"),
+    ("three_rrr", "dynamic"), ("six_bar_watt", "dynamic"), ("three_rsr_rational", "force"),
     ("eight_bar", "dynamic"), ("four_rrr_parallel", "dynamic"),
 )  # fmt: skip
 # Never a whole number, or never one that may be there.

@@ -15,7 +15,7 @@ from balance.exact.proof import Proof, independent
 from balance.exact.ranks import at_rest, ranks_of
 from balance.exact.serial import branches, exact_transfers
 from balance.momentum import rows_at
-from balance.spaces.correction import Evidence, correct, with_more_poses
+from balance.spaces.correction import Evidence, correct, exact_orders, with_more_poses
 from kinematics.errors import LinkageError
 from kinematics.linkage import Notice
 from kinematics.reader.geometry import exact_geometry
@@ -24,7 +24,7 @@ from kinematics.walk import walk
 if TYPE_CHECKING:
     from balance.spaces.space import DesignSpace
 
-__all__ = ["LEVELS", "Certainty", "certify", "level_of"]
+__all__ = ["LEVELS", "Certainty", "certify", "check_proved", "level_of"]
 
 LEVELS = ("estimated", "verified", "proved")
 # Momentum of a distribution of size 1 that counts as none, relative to the conditions.
@@ -58,6 +58,7 @@ class Certainty(NamedTuple):
         doubts: why an estimate may be wrong, a line each; without any, floating point
             decided by a wide margin.
         proof: of the rank and nullity, if they are proved.
+        orders: rank by order, by exact arithmetic; empty if it cannot be done.
     """
 
     level: str
@@ -68,10 +69,11 @@ class Certainty(NamedTuple):
     poses: int
     doubts: tuple[str, ...] = ()
     proof: Proof | None = None
+    orders: tuple[int, ...] = ()
 
     def to_dict(self) -> dict[str, object]:
-        """The entry ``evidence`` of the report: all but the level and the proof."""
-        rest = {"level", "proof"}
+        """The entry ``evidence`` of the report: all but level, proof and orders."""
+        rest = {"level", "proof", "orders"}
         known = {name: value for name, value in self._asdict().items() if name not in rest}
         return known | {"doubts": list(self.doubts)}
 
@@ -117,10 +119,30 @@ def certify(space: DesignSpace) -> DesignSpace:
     return _told(space, replace(corrected, stated=certainty))
 
 
+def check_proved(space: DesignSpace) -> None:
+    """Raise an AssertionError if an integer of a proved space is not the exact one.
+
+    Rank, nullity, serial and parallel part are those of the proof, and the table ends at the
+    order that reaches the rank, unless orders up to another were asked for.
+    """
+    certainty = space.certainty
+    if certainty.level != "proved":
+        return
+    proof, orders = certainty.proof, certainty.orders
+    assert proof is not None
+    known = (proof.rank, proof.nullity, proof.nullity, orders)
+    ranks = tuple(order.rank for order in space.orders)
+    found = (space.rank, space.nullity, space.serial_nullity, ranks)
+    assert found == known, f"proved: {known}, not {found}"
+
+
 def level_of(space: DesignSpace) -> Certainty:
     """The certainty of a space as it is, whatever `certify` makes of it."""
     certified = certify(space)
-    if certified is space or not (differences := _changes(space, certified)):
+    differences = _changes(space, certified)
+    if not differences and space.kmax != certified.kmax:
+        differences = [f"the rank is reached at order {certified.kmax}"]
+    if not differences:
         return certified.certainty
     reason = "exact arithmetic and fresh poses correct it: " + "; ".join(differences)
     return certified.certainty._replace(
@@ -232,7 +254,8 @@ def _judged(space: DesignSpace, found: Evidence, residual: float, poses: int) ->
     if complete and exact.regular and (not free or regular(exact.chain, idle)):
         proof = Proof(exact.chain, exact.witness, found.independent, tuple(sorted(idle)))
         reason = "exact lower bounds of rank and nullity add up to the number of parameters"
-        return Certainty("proved", reason + replaced, *bounds, (), proof)
+        ranks = tuple(order.rank for order in exact_orders(space, exact))
+        return Certainty("proved", reason + replaced, *bounds, (), proof, ranks)
     order = max(CLOSURE_ORDERS, len(exact.ranks) - 1)
     if not at_rest(exact.chain, idle, order):
         reason = f"its loops do not close exactly, or idle joints move, up to order {order}"

@@ -16,7 +16,7 @@ from balance.conditions.rank import Decision
 from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
 from balance.meaning.explain import Explanation, explain
-from balance.spaces.certainty import Certainty, level_of
+from balance.spaces.certainty import Certainty, check_proved, level_of
 from balance.spaces.nearness import nearest_drop
 from balance.transfers.opening import CLEAR, SURE, Transfers
 from balance.transfers.partition import Transfer, by_joint
@@ -230,6 +230,7 @@ class DesignSpace(Answer):
             explanation: what ``explain`` found, for the keys ``transfers`` and ``freedoms``.
             exact: what ``exact`` found, for that key.
         """
+        check_proved(self)
         linkage = self.linkage
         return {
             "schema": SCHEMA,

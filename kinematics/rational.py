@@ -30,6 +30,7 @@ __all__ = [
     "quarters",
     "root",
     "rounded",
+    "rounds_root",
     "tangent",
 ]
 
@@ -39,6 +40,8 @@ BITS = 64
 """Replacements are multiples of ``2**-BITS``."""
 # A number of more characters is not one that somebody measured.
 LONGEST = 400
+# What double precision rounds off, and the largest denominator of a simple fraction.
+DOUBLE, SIMPLE = Fraction(1, 10**15), 1000
 # Terms of series are kept to so many more bits.
 _GUARD = 64
 
@@ -58,6 +61,17 @@ def root(value: Fraction) -> Fraction | None:
     """The square root of a number, or None if it is not rational."""
     a, b = isqrt(value.numerator), isqrt(value.denominator)
     return Fraction(a, b) if a * a == value.numerator and b * b == value.denominator else None
+
+
+def rounds_root(value: Fraction) -> bool:
+    """Whether a number is the root of a simple fraction, rounded to double precision.
+
+    Such as 0.8660254037844386 for √3/2: its square is within 1e-15 of a fraction with a
+    denominator of up to 1000, and the number itself is not near one.
+    """
+    square = value * value
+    near = abs(square.limit_denominator(SIMPLE) - square) <= DOUBLE * square
+    return near and abs(value.limit_denominator(SIMPLE) - value) > 100 * DOUBLE
 
 
 def rounded(value: Fraction) -> Fraction:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import comb
+from math import comb, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +35,8 @@ IntArray = NDArray[np.int64]
 
 # Orders that must add nothing before the rank counts as final.
 PLATEAU = 3
+# And before a rank that was expected is given up, at least.
+GIVEN_UP = 12
 # Highest orders tried one after the other: for one degree of freedom, and for more.
 LADDER = (6, 14, 30, 62, 126)
 LADDER_OF_MANY = (5, 9, 17, 33)
@@ -205,9 +207,8 @@ def ranks_of(
         best = tuple(max(pair) for pair in zip(first.ranks, second.ranks, strict=True))
         kmax = best.index(best[-1])
         complete = best[-1] == highest
-        # A false plateau is no longer than the orders before it, in all linkages tried.
-        plateau = PLATEAU if highest is None else max(PLATEAU, kmax)
-        settled = complete or (best[-1] >= expected and kmax + plateau <= order)
+        plateau = _plateau(kmax, best[-1] >= expected, highest is not None)
+        settled = complete or kmax + plateau <= order
         if settled and max_order is None:
             best = best[: kmax + 1 + (0 if complete else PLATEAU)]
             break
@@ -218,6 +219,22 @@ def ranks_of(
         settled=settled, regular=regular(chain), notices=notices, chain=chain,
         witness=Witness(better.prime, rays, _pivots(chain, better.pivots)),
     )  # fmt: skip
+
+
+def _plateau(kmax: int, reached: bool, careful: bool) -> int | float:
+    """How many orders must add nothing before the rank counts as final.
+
+    A false plateau is no longer than the orders before it, in all linkages tried.
+
+    Args:
+        kmax: the last order that added a condition.
+        reached: whether the rank expected is reached.
+        careful: whether plateaus are to be as long as what came before them; then a rank
+            that was expected and is not reached is given up at last.
+    """
+    if not careful:
+        return PLATEAU if reached else inf
+    return max(PLATEAU, kmax) if reached else max(GIVEN_UP, 2 * kmax)
 
 
 def _twice(

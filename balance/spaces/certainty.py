@@ -196,7 +196,7 @@ def _differences(space: DesignSpace, found: Evidence) -> list[str]:
     if space.rank != exact.rank:
         lines.append(f"rank {exact.rank}, not {space.rank}")
     serial = len(found.independent)
-    if serial != space.serial_nullity and (found.complete or serial > space.serial_nullity):
+    if serial != space.serial_nullity and found.all_transfers(space.serial_nullity):
         lines.append(f"serial part {serial}, not {space.serial_nullity}")
     return lines
 

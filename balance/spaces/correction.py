@@ -55,9 +55,18 @@ class Evidence(NamedTuple):
     independent: tuple[ExactTransfer, ...]
     complete: bool
 
+    def all_transfers(self, known: int) -> bool:
+        """Whether the independent transfers span the serial part, of which so many are known.
+
+        Where exact bounds of rank and nullity meet, there are no others.
+        """
+        count = len(self.independent)
+        met = self.exact.rank + count == self.exact.parameters
+        return self.complete or met or count > known
+
     @property
     def replaced(self) -> int:
-        """How many numbers of the file are not exact, or were rounded to double precision."""
+        """How many numbers of the file are not rational, or round a root."""
         return sum(notice.code == "not_exact" for notice in self.exact.notices)
 
 
@@ -77,7 +86,7 @@ def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
             less than that of the space, the space is returned as it is.
     """
     exact = found.exact
-    use_transfers = found.complete or len(found.independent) > space.serial_nullity
+    use_transfers = found.all_transfers(space.serial_nullity)
     serial = len(found.independent) if use_transfers else space.serial_nullity
     if exact.rank < space.rank and not exact.settled:
         return space

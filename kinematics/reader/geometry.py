@@ -26,6 +26,7 @@ from kinematics.rational import (
     quarters,
     root,
     rounded,
+    rounds_root,
     tangent,
 )
 from kinematics.rational_pose import AXES, Matrix, Pose, added, carried, rotation, scaled
@@ -40,8 +41,6 @@ __all__ = ["Geometry", "exact_geometry"]
 SAME = 1e-12
 # A direction whose squared length differs from 1 by less was rounded from a unit vector.
 ROUNDED = Fraction(1, 10**4)
-# Significant digits of a number that was rounded to double precision, and not chosen.
-DOUBLE = 15
 
 
 class Geometry(NamedTuple):
@@ -53,7 +52,7 @@ class Geometry(NamedTuple):
         squares: squared length of each n. A rate of the screw is that of the joint over
             the length.
         ratios: of each mimic, in the units of its joint over those of its source.
-        notices: what was replaced, or is a rounded number (``not_exact``); and axes whose
+        notices: what was replaced, or is a rounded root (``not_exact``); and axes whose
             length is nearly 1 (``as_written``).
     """
 
@@ -134,11 +133,6 @@ def _numbers(item: Element | None, attribute: str, default: str) -> Vector:
     return tuple(decimal(word) for word in text.split())
 
 
-def _digits(word: str) -> int:
-    """How many significant digits a decimal text has."""
-    return len(word.lower().split("e")[0].lstrip("+-").replace(".", "").strip("0"))
-
-
 def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
     """The part of ``direction`` perpendicular to n; by default that of the next axis."""
     if direction is None or not any(cross(n, direction)):
@@ -217,9 +211,7 @@ class _Reading:
         n = _numbers(axis, "xyz", "1 0 0")
         off = abs(dot(n, n) - 1)
         if axis is not None and 0 < off < ROUNDED:
-            digits = max(map(_digits, axis.attributes.get("xyz", "1 0 0").split()))
-            double = digits >= DOUBLE and off < Fraction(1, 10**DOUBLE)
-            code = "not_exact" if double else "as_written"
+            code = "not_exact" if any(map(rounds_root, n)) else "as_written"
             text = "its axis is a unit vector only to its digits: as written"
             self.notices.append(Notice(code, f"{item.label}: {text}"))
         return n

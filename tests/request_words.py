@@ -151,6 +151,7 @@ WORDS: dict[str, Maker] = {
     "--balance": _of("dynamic", "force", "force"),
     "--max-order": _of("0", "1", "2", "3", "5", "-1", "51", "x"),
     "--html": lambda rng, place: [_out(rng, place, "page.html")],
+    "--write-closed": lambda rng, place: [_out(rng, place, "closed.urdf")],
     "--require": _of("proved", "verified"),
     "--trajectories": _of("1", "1", "1", "2", "0", "10001"),
     "--seed": _of("0", "7", "123456", "-1", "99999999999999999999"),
@@ -176,6 +177,7 @@ GOOD: dict[str, list[str]] = {
     "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
-    "--out": ["{folder}/out.urdf"], "--tool": ["{tool}", "--along", "x"],
+    "--out": ["{folder}/out.urdf"], "--write-closed": ["{folder}/closed.urdf"],
+    "--tool": ["{tool}", "--along", "x"],
     "--along": ["x", "--tool", "{tool}"], "--order": ["2"], "--to": ["{first}=0.05"],
 }  # fmt: skip

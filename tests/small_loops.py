@@ -58,8 +58,9 @@ def small_loop(name, size, arm=1, lift=0, turn=""):
 
     def link(number, centre, unit):
         moment = format(unit * unit * Decimal("0.3"), "f")
+        place = _words(unit * c for c in centre)
         return (
-            f'<link name="L{number}"><inertial><origin xyz="{_words(unit * c for c in centre)}"/>'
+            f'<link name="L{number}"><inertial><origin xyz="{place}"/>'
             f'<mass value="1.3"/><inertia ixx="{moment}" iyy="{moment}" izz="{moment}" '
             'ixy="0" ixz="0" iyz="0"/></inertial></link>'
         )
@@ -80,9 +81,10 @@ def small_loop(name, size, arm=1, lift=0, turn=""):
 
     ends = _less(last[2], elbow[2]), _less(last[2], pivot[2])
     ends[1][2] += Decimal(str(lift))
+    roles = ("predecessor", "L3"), ("successor", "L4")
     frames = "".join(
         f'<{role} link="{side}"><origin xyz="{scaled(end)}"/></{role}>'
-        for role, side, end in zip(("predecessor", "successor"), ("L3", "L4"), ends, strict=True)
+        for (role, side), end in zip(roles, ends, strict=True)
     )
     centres = [tuple(map(Decimal, c.split())) for c in (
         "-0.2 0.2 0.1", "-0.1 0 0.2", "0.1 0.2 0.3", "-0.3 0.2 -0.1"

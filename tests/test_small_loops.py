@@ -1,4 +1,4 @@
-"""A small linkage has the mobility and the ranks that it has without the arm that carries it."""
+"""A small linkage on a long arm has the mobility and the ranks of a large one."""
 
 import exactly
 import numpy as np

@@ -71,21 +71,25 @@ def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
     """The pose at a point y (w,) of a Taylor motion; `TaylorMotion.polish` corrects it.
 
     Raises:
-        PoseError: the prediction is too far away to compute with.
+        PoseError: the pose is too far away to compute with. However far the prediction is
+            beyond the radius of convergence, it is not if the linkage can be followed there.
     """
     y = np.asarray(y, dtype=np.float64)
     u = motion.motion.basis @ y
     with np.errstate(over="ignore", invalid="ignore"):
         predicted = motion.evaluate(y)
-    if not np.abs(predicted).max(initial=0.0) <= FARTHEST:
-        raise PoseError(
-            f"{motion.linkage.source}: the pose at {assigned(motion, u)} is too far away to "
-            "compute with; give a nearer pose"
-        )
+    too_far = PoseError(
+        f"{motion.linkage.source}: the pose at {assigned(motion, u)} is too far away to "
+        "compute with; give a nearer pose"
+    )
+    if not (np.isfinite(predicted).all() and np.abs(u).max() <= FARTHEST):
+        raise too_far
     corrected, reason = None, ""
     try:
         corrected = motion.polish(y)
     except PoseError as problem:
+        if np.abs(predicted).max() > FARTHEST:
+            raise too_far from None
         reason = str(problem)
     difference = None if corrected is None else float(offset(motion, predicted, corrected))
     distance, error = float(motion.distance(y)), float(motion.error(y))

@@ -125,7 +125,11 @@ def _assembled(draft: Draft, wanted: Sequence[str]) -> tuple[Linkage, bool, bool
 
 
 def moving_chain(
-    linkage: Linkage, motion: Motion | None = None, spatial: bool = False
+    linkage: Linkage,
+    motion: Motion | None = None,
+    spatial: bool = False,
+    *,
+    idle: NDArray[np.bool_] | None = None,
 ) -> Chain:
     """The arrays of a linkage under a motion, without the joints that it leaves idle.
 
@@ -133,13 +137,15 @@ def moving_chain(
         linkage: an assembled linkage.
         motion: subspace of the inputs, the whole space by default.
         spatial: whether to keep all components of a planar linkage.
+        idle: which joints are idle, if that is known; otherwise a finite pose tells.
 
     Raises:
         MotionError: the motion is not one of this linkage's inputs.
         MobilityError: the linkage cannot follow it.
     """
-    if motion is None:
+    if motion is None and idle is None:
         return linkage.spatial_chain if spatial else linkage.chain
+    motion = Motion.free(linkage.inputs) if motion is None else motion
     if problem := _unfit(linkage, motion):
         text = ", ".join(motion.relations)
         raise MotionError(text, problem, linkage.inputs, linkage.source)
@@ -147,7 +153,8 @@ def moving_chain(
     independent = linkage.positions_of(motion.inputs)
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     moved = move(full, independent, scaled)
-    idle, _ = _still(linkage, moved, components(linkage))
+    if idle is None:
+        idle, _ = _still(linkage, moved, components(linkage))
     reduced, flat = reduce(moved, idle)
     return reduced if spatial else flat
 

@@ -29,7 +29,16 @@ from kinematics.linkage import Linkage, Notice
 from kinematics.motion import Motion, restriction
 from kinematics.reader.geometry import exact_geometry
 
-__all__ = ["Exact", "Pivot", "Witness", "at_rest", "conditions", "exact_ranks", "ranks_of"]
+__all__ = [
+    "GIVEN_UP",
+    "Exact",
+    "Pivot",
+    "Witness",
+    "conditions",
+    "exact_ranks",
+    "joints_at_rest",
+    "ranks_of",
+]
 
 IntArray = NDArray[np.int64]
 
@@ -337,23 +346,23 @@ def conditions(
     return X.reshape(*X.shape[:4], links.size * len(parameters)), closed
 
 
-def at_rest(chain: ExactChain, idle: Sequence[int], order: int) -> bool:
-    """Whether the loops close, and idle joints do not move, at the orders 0 … order.
+def joints_at_rest(chain: ExactChain, order: int) -> tuple[list[int], int]:
+    """Joints that do not move at the orders 0 … order, and how many orders the loops close.
 
     Exact for these orders up to a chance of the prime; no proof for those beyond.
     """
     rays = _rays(min(chain.width, 3), chain.width)
-    p = PRIMES[-1]
-    arrays = _modular_chain(chain, p)
-    if arrays is None:
-        return False
-    _, T, closed = series(*arrays[:6], rays, order, p)
-    for j in idle:
-        parent = chain.parent[j]
-        below = T[:, :, parent] if parent >= 0 else np.zeros_like(T[:, :, j])
-        if np.any(T[:, :, j] != below):
-            return False
-    return int(closed) == order + 1
+    for p in PRIMES:
+        arrays = _modular_chain(chain, p)
+        if arrays is None:
+            continue
+        _, T, closed = series(*arrays[:6], rays, order, p)
+        if closed >= 0:
+            ground = np.zeros_like(T[:, :, :1])
+            carried = np.concatenate([T, ground], axis=2)[:, :, np.array(chain.parent)]
+            moves = np.any(carried != T, axis=(0, 1, 3, 4))
+            return np.flatnonzero(~moves).tolist(), int(closed)
+    return [], 0
 
 
 def _run(chain: ExactChain, rays: IntArray, order: int, p: int) -> _Run | None:

@@ -12,10 +12,16 @@ import numpy as np
 from balance.exact.chain import exact_chain, regular
 from balance.exact.modular import PRIMES
 from balance.exact.proof import Proof, independent
-from balance.exact.ranks import at_rest, ranks_of
+from balance.exact.ranks import GIVEN_UP, Exact, joints_at_rest, ranks_of
 from balance.exact.serial import branches, exact_transfers
 from balance.momentum import rows_at
-from balance.spaces.correction import Evidence, correct, exact_orders, with_more_poses
+from balance.spaces.correction import (
+    Evidence,
+    correct,
+    exact_orders,
+    with_idle_joints,
+    with_more_poses,
+)
 from kinematics.errors import LinkageError
 from kinematics.linkage import Notice
 from kinematics.reader.geometry import exact_geometry
@@ -29,6 +35,9 @@ __all__ = ["LEVELS", "Certainty", "certify", "check_proved", "level_of"]
 LEVELS = ("estimated", "verified", "proved")
 # Momentum of a distribution of size 1 that counts as none, relative to the conditions.
 BALANCED = 1e-11
+# What counts as round-off of small loops on long arms, if exact arithmetic finds no condition
+# at many orders further on.
+SMALL = 1e-6
 # Sizes below which that, and a singular value, are round-off beyond doubt.
 ROUND_OFF = 1e-14
 # Rays along which poses are tried, steps each way, and the longest of them.
@@ -37,6 +46,8 @@ RAYS, STEPS, STEP = 2, 8, 0.237
 ROUNDS = 3
 # Orders to which the loops of an overconstrained linkage are closed exactly, at least.
 CLOSURE_ORDERS = 12
+# And those at which joints must be at rest to count as idle.
+RESTING_ORDERS = 6
 
 
 class Certainty(NamedTuple):
@@ -106,7 +117,11 @@ def certify(space: DesignSpace) -> DesignSpace:
         lines = "; ".join(_differences(space, found))
         reason = f"exact arithmetic, with {count} numbers of the file replaced: {lines}"
         return _by_rounding(space, reason, found)
-    corrected = correct(space, found)
+    moving = set(range(len(space.linkage.joints))) - set(found.idle)
+    rested = space
+    if moving != set(space.chain.joints.tolist()):
+        rested = with_idle_joints(space, found.idle)
+    corrected = correct(rested, found)
     residual, poses = _residual(corrected)
     for _ in range(ROUNDS):
         if not _unsettled(corrected, found, residual):
@@ -161,7 +176,7 @@ def _evidence(space: DesignSpace) -> Evidence:
     chain = exact_chain(
         linkage, geometry, space.motion, space.balance == "force", not space.planar
     )
-    idle = _idle(space)
+    idle, _ = joints_at_rest(chain, RESTING_ORDERS)
     transfers = tuple(exact_transfers(chain, idle))
     size = len(chain.links) * len(chain.parameters)
     most = size - len(independent(chain, transfers, PRIMES[0]))
@@ -169,13 +184,7 @@ def _evidence(space: DesignSpace) -> Evidence:
         linkage.source, chain, geometry.notices, space.highest_order, space.rank, most
     )
     found = independent(chain, transfers, exact.witness.prime)
-    return Evidence(exact, transfers, found, not branches(chain, idle))
-
-
-def _idle(space: DesignSpace) -> list[int]:
-    """Joints of the linkage that do not move."""
-    moving = set(space.chain.joints.tolist())
-    return [j for j in range(len(space.linkage.joints)) if j not in moving]
+    return Evidence(exact, transfers, found, not branches(chain, idle), tuple(idle))
 
 
 def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
@@ -249,7 +258,7 @@ def _judged(space: DesignSpace, found: Evidence, residual: float, poses: int) ->
         reason = "exact arithmetic finds " + "; ".join(lines) if lines else _UNSETTLED
         return Certainty("estimated", reason, *bounds, (reason,))
     complete = exact.rank + serial == exact.parameters
-    idle = _idle(space)
+    idle = found.idle
     free = {j for j in idle if j in exact.chain.dependent or any(exact.chain.columns[j])}
     if complete and exact.regular and (not free or regular(exact.chain, idle)):
         proof = Proof(exact.chain, exact.witness, found.independent, tuple(sorted(idle)))
@@ -257,9 +266,10 @@ def _judged(space: DesignSpace, found: Evidence, residual: float, poses: int) ->
         ranks = tuple(order.rank for order in exact_orders(space, exact))
         return Certainty("proved", reason + replaced, *bounds, (), proof, ranks)
     order = max(CLOSURE_ORDERS, len(exact.ranks) - 1)
-    if not at_rest(exact.chain, idle, order):
+    resting, closing = joints_at_rest(exact.chain, order)
+    if closing <= order or not set(idle) <= set(resting):
         reason = f"its loops do not close exactly, or idle joints move, up to order {order}"
-    elif residual > BALANCED:
+    elif residual > BALANCED and not (residual <= SMALL and _stays(space, exact)):
         reason = f"momenta of {residual:.1e} of the conditions are left at finite poses"
     elif not poses:
         reason = "no finite pose was found to check it at"
@@ -273,6 +283,13 @@ def _judged(space: DesignSpace, found: Evidence, residual: float, poses: int) ->
 
 
 _UNSETTLED = "poses further on need more conditions than were found"
+
+
+def _stays(space: DesignSpace, exact: Exact) -> bool:
+    """Whether many orders further on add no condition, by exact arithmetic."""
+    last = GIVEN_UP + 3 * exact.kmax
+    further = ranks_of(space.linkage.source, exact.chain, exact.notices, last)
+    return further.rank == exact.rank
 
 
 def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> DesignSpace:

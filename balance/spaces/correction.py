@@ -21,14 +21,15 @@ from balance.conditions.gathering import Gathered, add_poses, gather_conditions
 from balance.exact.ranks import Exact
 from balance.exact.serial import ExactTransfer
 from balance.inertia import from_chain, to_chain
-from balance.transfers.opening import Transfers
+from balance.transfers.opening import Transfers, transfers
+from kinematics.assembly import moving_chain
 from kinematics.linkage import Chain, Frame, frozen
 from kinematics.rational import combination, dot
 
 if TYPE_CHECKING:
     from balance.spaces.space import DesignSpace
 
-__all__ = ["Evidence", "correct", "exact_orders", "with_more_poses"]
+__all__ = ["Evidence", "correct", "exact_orders", "with_idle_joints", "with_more_poses"]
 
 Array = NDArray[np.float64]
 
@@ -48,12 +49,14 @@ class Evidence(NamedTuple):
         independent: as many of them as are independent.
         complete: whether these are all there are; otherwise links without parameters branch,
             and there may be more.
+        idle: joints that do not move.
     """
 
     exact: Exact
     transfers: tuple[ExactTransfer, ...]
     independent: tuple[ExactTransfer, ...]
     complete: bool
+    idle: tuple[int, ...]
 
     def all_transfers(self, known: int) -> bool:
         """Whether the independent transfers span the serial part, of which so many are known.
@@ -100,6 +103,20 @@ def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
         known = _spanning(space.chain, found.exact, found.independent)
     gathered = _conditions(space, known, exact)
     return _rebuilt(space, gathered, exchanged, orders)
+
+
+def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
+    """The space of the linkage in which other joints count as idle."""
+    linkage, force = space.linkage, space.balance == "force"
+    still = np.isin(np.arange(len(linkage.joints)), np.array(idle, dtype=np.int64))
+    chain = moving_chain(linkage, space.motion, not space.planar, idle=still)
+    floor = float(round_off(chain.frame.origin, chain.frame.length))
+    exchanged = transfers(chain, force, floor)
+    gathered = gather_conditions(chain, exchanged.rows, force, floor, space.highest_order)
+    size = exchanged.rows.shape[1]
+    orders = tuple(Order(k, rank, size - rank) for k, rank in enumerate(gathered.ranks))
+    names = tuple(linkage.joints[j].name for j in idle)
+    return _rebuilt(replace(space, chain=chain, idle=names), gathered, exchanged, orders)
 
 
 def with_more_poses(space: DesignSpace) -> DesignSpace:

@@ -8,12 +8,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache, partial, wraps
 from hashlib import sha256
 from pathlib import Path
+from threading import local
 from typing import Any
 
 import numba
+import numpy as np
 from numba.core import event
 from numba.core.types.misc import unliteral
 
@@ -44,7 +46,7 @@ def kernel(
     options = {"error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
     compiled = numba.njit(nogil=True, forceinline=inline, _nrt=not borrows, **options)(function)
     if compiled is function:  # NUMBA_DISABLE_JIT is set
-        return function
+        return _interpreted(function)
     _for_any_number(compiled)
     try:
         _keep(compiled, function)
@@ -52,6 +54,47 @@ def kernel(
         _events.cannot_cache()
     _events.modules.add(function.__module__)
     return compiled
+
+
+class _Within(local):
+    """Whether a kernel is running in this thread, without a compiler."""
+
+    kernel = False
+
+
+_within = _Within()
+
+
+def _interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A kernel without a compiler, that takes and returns what a compiled one does.
+
+    Numbers come back as Python's, not as scalars of NumPy, and what is divided by zero is
+    an infinity or a NaN, without a warning.
+    """
+
+    @wraps(function)
+    def run(*args: Any) -> Any:
+        if _within.kernel:
+            return function(*args)
+        _within.kernel = True
+        try:
+            with np.errstate(all="ignore"):
+                numbers = (np.float64(x) if type(x) is float else x for x in args)
+                return _unboxed(function(*numbers))
+        finally:
+            _within.kernel = False
+
+    return run
+
+
+def _unboxed(found: Any) -> Any:
+    """The same with numbers of Python in the place of scalars of NumPy, in tuples too."""
+    if isinstance(found, np.generic):
+        return found.item()
+    if isinstance(found, tuple):
+        items = map(_unboxed, found)
+        return type(found)(*items) if hasattr(found, "_fields") else tuple(items)
+    return found
 
 
 def _for_any_number(compiled: Any) -> None:

@@ -219,7 +219,12 @@ def harmless(chain, part, transfer, z):
 def closed(twists, by):
     """A basis of the smallest span that contains twists, and its brackets with others."""
     span = list(echelon(twists).values())
-    more = [vee(bracket(hat(s), hat(t))) for s in by for t in span]
+    more = [
+        np.concatenate([
+            np.cross(s[:3], t[:3]), np.cross(s[:3], t[3:]) + np.cross(s[3:], t[:3])
+        ])
+        for s in by for t in span
+    ]  # fmt: skip
     wider = echelon([*span, *more]).values()
     return closed(wider, by) if len(wider) > len(span) else span
 

@@ -10,6 +10,7 @@ import argparse
 import io
 import json
 import logging
+import os
 import random
 import shlex
 import sys
@@ -22,6 +23,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+# BLAS reads it when NumPy loads; the matrices are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [path for path in (str(ROOT), str(ROOT / "tests")) if path not in sys.path]
 

@@ -42,6 +42,8 @@ EXIT_CODES = (
     "4 undecided, 70 a defect of this program (one line says what; BALANCE_DEBUG=1 shows "
     "where), 130 interrupted."
 )
+# Characters of what is said of bad input.
+LONGEST = 20_000
 DONE, NEGATIVE, REFUSED, UNDECIDED, DEFECT, INTERRUPTED = 0, 1, 3, 4, 70, 130
 
 
@@ -78,8 +80,8 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     except LinkageError as error:
-        notes = getattr(error, "__notes__", ())
-        print(f"balance: {'; '.join([str(error), *notes])}", file=sys.stderr)
+        text = "; ".join([str(error), *getattr(error, "__notes__", ())])
+        print(f"balance: {shown(text, LONGEST)}", file=sys.stderr)
         return REFUSED
     except BrokenPipeError:
         sys.stderr.close()
@@ -107,7 +109,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End the command with code 2."""
-        super().error(shown(message, 1000))
+        super().error(shown(message, LONGEST))
 
 
 def _parser() -> argparse.ArgumentParser:

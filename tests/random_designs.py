@@ -9,6 +9,7 @@ leaves undecided is put to solvers of its own.
 from __future__ import annotations
 
 import argparse
+import os
 import random
 import sys
 import tempfile
@@ -21,6 +22,8 @@ from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
+# BLAS reads it when NumPy loads; the matrices are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [path for path in (str(ROOT), str(ROOT / "tests")) if path not in sys.path]
 

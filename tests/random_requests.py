@@ -10,6 +10,7 @@ import argparse
 import io
 import json
 import logging
+import os
 import random
 import shlex
 import sys
@@ -22,6 +23,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+# BLAS reads it when NumPy loads; the matrices are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [path for path in (str(ROOT), str(ROOT / "tests")) if path not in sys.path]
 
@@ -100,13 +103,13 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         return 0 if all(pose["corrected"] is not None for pose in found["poses"]) else 1
     if verb == "models":
         return 0
-    if "--exact" in words and found["exact"] is None:
+    options = parsers()[verb].parse_args(words[1:])
+    if options.exact and found["exact"] is None:
         return 4
-    if "--require" in words:
-        wanted = max(k for k, word in enumerate(words) if word == "--require")
-        return 4 * (LEVELS.index(found["certainty"]) < LEVELS.index(words[wanted + 1]))
+    if options.require:
+        return 4 * (LEVELS.index(found["certainty"]) < LEVELS.index(options.require))
     unsure = any(notice["code"] == "not_settled" for notice in found["warnings"])
-    return 4 if unsure and "--max-order" not in words else 0
+    return 4 if unsure and options.max_order is None else 0
 
 
 def consistent(words: list[str], found: dict[str, Any]) -> None:

@@ -35,7 +35,7 @@ SIZE = 3.0
 # Eigenvalues of a certificate from the solver that count as zero, relative to the largest.
 CUTS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-7)
 # Steps of Gauss and Newton, and the residual that is small enough.
-STEPS, SMALL = 12, 2e-13
+STEPS, SMALL = 12, 5e-15
 # Regularisation of conditions that say the same.
 SAME = 1e-15
 # Part of a matrix that counts as zero where it is bounded.
@@ -52,7 +52,8 @@ class CertificateCheck(NamedTuple):
         orthogonality: size of ``Σ_b <Z_b, P_b>`` as a function on the orthonormal basis of
             the design space, over the same.
         separation: designs with a margin above this one are excluded, the margin being the
-            smallest eigenvalue of all P_b over the sum of their traces.
+            smallest eigenvalue of all P_b over the sum T of their traces; with kept bodies
+            or least masses, whose traces add up to T0, also T0 over T.
     """
 
     accepted: bool
@@ -67,12 +68,16 @@ def check_certificate(
     """Check a certificate in plain NumPy, without the solver.
 
     With the residual r of orthogonality, and no eigenvalue below -δ, the margin of any design
-    is at most ``(3 |r| + δ) / Σ tr Z_b``: this must not exceed 1e-12.
+    is at most ``(3 |r| + δ) / Σ tr Z_b``: this must not exceed 1e-12. For if all P_b ⪰ t T,
+    T being the sum of their traces, then
+
+        t T Σ tr Z_b - δ T  ≤  Σ_b <Z_b, P_b>  ≤  3 |r| T.
 
     A body whose mass is bounded may have a Z_b that is positive semidefinite only once λ
     times the mass is taken from ``<Z_b, P_b>``, which is then at least λ times the least mass,
     or the largest if λ < 0. The matrix of a body that is kept is arbitrary, as ``<Z_b, P_b>``
-    is known. These numbers must add up to no less than zero.
+    is known. These numbers, K in all, must add up to no less than zero: they stand beside
+    ``t T Σ tr Z_b``, where Z_b is what is left. Bounds that are not needed are left alone.
 
     Args:
         space: the design space.
@@ -95,6 +100,15 @@ def judged(
         raise ValueError(f"certificate of shape {Z.shape}: give one matrix for each body")
     if not (np.isfinite(Z).all() and (Z == Z.transpose(0, 2, 1)).all() and Z.any()):
         return CertificateCheck(False, -np.inf, np.inf, np.inf)
+    checks = [_check(space, cone, Z, asked._replace(bounds={}))]
+    if asked.bounds:
+        checks.append(_check(space, cone, Z, asked))
+    # Either is a proof: bounds that are not needed do no harm.
+    return min(checks, key=lambda check: check.separation)
+
+
+def _check(space: DesignSpace, cone: Cone, Z: Array, asked: Restriction) -> CertificateCheck:
+    """The check that uses all bounds."""
     own, known = _known(space, Z, asked) if asked else (Z, 0.0)
     residual = cone.sums(Z)
     size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
@@ -117,8 +131,7 @@ def _known(space: DesignSpace, Z: Array, asked: Restriction) -> tuple[Array, flo
     stays excludes more than a mass that is known.
 
     Returns:
-        The matrices, and what is known per unit of T0 if it is negative; else per unit of
-        the mean mass in the file if that is larger.
+        The matrices, and what is known per unit of T0.
     """
     file, keep = matrices_of(space, given(space)), list(asked.keep)
     own, known, spare = Z.copy(), float(np.sum(Z[keep] * file[keep])), []
@@ -136,9 +149,9 @@ def _known(space: DesignSpace, Z: Array, asked: Restriction) -> tuple[Array, flo
     known += share * gain
     own[keep] = 0.0
     least = float(np.einsum("bii->", file[keep])) + sum(low for low, _ in asked.bounds.values())
-    if known < 0.0:
-        return own, known / least if least > 0.0 else -np.inf
-    return own, known / (max(least, float(file[:, -1, -1].mean())) or 1.0)
+    if least > 0.0:
+        return own, known / least
+    return own, -np.inf if known < 0.0 else 0.0
 
 
 def _surplus(Z: Array) -> float:
@@ -179,9 +192,17 @@ def _assembled(question: Program, free: Array, limits: Array) -> Array:
     Z[list(question.free)] = free
     for value, (b, sign) in zip(limits, question.limits, strict=True):
         Z[b, -1, -1] += sign * value
-    if len(question.fixed):
-        rest = np.einsum("bnij,bij->n", whole.blocks, Z)
-        Z += _fixing(question, np.linalg.lstsq(question.fixed.T, -rest)[0])
+    return _refined(question, Z)
+
+
+def _refined(question: Program, Z: Array) -> Array:
+    """Matrices whose parts for rows that have a value make the sum vanish.
+
+    The second time, what rounding left the first time is solved for.
+    """
+    for _ in range(2 if len(question.fixed) else 0):
+        rest = np.einsum("bnij,bij->n", question.whole.blocks, Z)
+        Z = Z + _fixing(question, np.linalg.lstsq(question.fixed.T, -rest)[0])
     return Z
 
 
@@ -198,7 +219,7 @@ def _fixing(question: Program, multipliers: Array) -> Array:
 
 def clash(question: Program) -> Array:
     """The certificate that kept bodies and masses cannot be balanced by anything."""
-    return _fixing(question, question.left / np.linalg.norm(question.left))
+    return _refined(question, _fixing(question, question.left / np.linalg.norm(question.left)))
 
 
 def _polished(blocks: Array, Z: Array) -> Iterator[Array]:

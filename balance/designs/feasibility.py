@@ -124,19 +124,17 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
         asked: what the bodies must fulfil.
         trusted: whether all of the space is known to be balanced.
     """
-    question = program(space, asked)
-    for x, proofs in _candidates(question):
-        if x is not None and (found := _design(space, asked, question, x)):
-            return found if trusted or space.sure else _surely(space, asked)
-        for Z in proofs:
-            check = judged(space, question.whole, Z, asked)
-            if check.accepted and not space.encloses:
-                return _undecided(TOO_NARROW)
-            if check.accepted:
-                alone = not asked or judged(space, question.whole, Z, Restriction()).accepted
-                text = in_words(space, Z, Restriction() if alone else asked)
-                proof = tuple(frozen(Z))
-                return Feasibility("infeasible", None, None, proof, 0.0, check, text)
+    # A proof that there is none of which less is asked is a proof.
+    weaker = [Restriction(asked.keep)] * bool(asked.bounds) + [Restriction()] * bool(asked.keep)
+    for wanted in (asked, *weaker):
+        question = program(space, wanted)
+        for x, proofs in _candidates(question):
+            if x is not None and wanted is asked:
+                if found := _design(space, asked, question, x):
+                    return found if trusted or space.sure else _surely(space, asked)
+            for Z in proofs:
+                if found := _proof(space, asked, question, Z):
+                    return found
     return _undecided(
         "neither a design nor a certificate stands up to its check; ask less of the masses, or "
         "put the linkage nearer to the origin"
@@ -156,6 +154,20 @@ def _surely(space: DesignSpace, asked: Restriction) -> Feasibility:
     decision = replace(space.decision, basis=space.decision.basis[:, :serial])
     found = answer(replace(space, basis=space.serial, decision=decision), asked, True)
     return found if found.verdict == "feasible" else _undecided(UNSETTLED)
+
+
+def _proof(
+    space: DesignSpace, asked: Restriction, question: Program, Z: Array
+) -> Feasibility | None:
+    """The verdict on matrices, if they are a certificate."""
+    check = judged(space, question.whole, Z, asked)
+    if not check.accepted:
+        return None
+    if not space.encloses:
+        return _undecided(TOO_NARROW)
+    alone = not asked or judged(space, question.whole, Z, Restriction()).accepted
+    text = in_words(space, Z, Restriction() if alone else asked)
+    return Feasibility("infeasible", None, None, tuple(frozen(Z)), 0.0, check, text)
 
 
 def _undecided(why: str) -> Feasibility:
@@ -227,7 +239,6 @@ def _candidates(question: Program) -> Iterator[tuple[Array | None, Iterable[Arra
     """Coordinates of a design, or certificates: of one problem, and then of another."""
     if question.left @ question.left > ROUNDED**2:
         yield None, [clash(question)]
-        return
     if question.traces.size == 0:
         cone = question.cone
         yield None, [np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))]
@@ -312,7 +323,8 @@ def in_words(space: DesignSpace, Z: Array, asked: Restriction) -> str:
             f"infeasible: {listed}, as kept, cannot be balanced by any masses of the others; "
             "keep fewer links"
         )
-    what = "some second moments" if Z[:, :-1].any() else "the masses"
+    extent = np.abs(Z[:, :-1]).max() > BALANCED * sizes.max()
+    what = "some second moments" if extent else "the masses"
     sums = f"{what} of {listed} {'are zero' if len(clash) == 1 else 'add up to zero'}"
     if asked:
         return (

@@ -42,10 +42,11 @@ class Joint(NamedTuple):
     """A joint between two links; 0 is the ground.
 
     Attributes:
-        kind: R, P, U, S or C.
+        kind: R, P, U, S or C; an S joint turns about x, y, z unless told otherwise.
         before, after: the links; a joint of the tree carries ``after``.
         point: on the joint.
-        axis, second: directions of any length; ``second`` of a universal joint only.
+        axis, second: directions of any length; ``second`` of U and S joints only, at right
+            angles to the first.
         loop: whether it closes a loop.
     """
 
@@ -128,8 +129,9 @@ def edges(linkage: Linkage) -> list[Edge]:
         at, steps = joint.before, STEPS[joint.kind]
         for k, step in enumerate(steps):
             motion, which = step.split()
-            first, second = (joint.axis, joint.second) if joint.kind != "S" else AXES[:2]
-            n = _unit((first, second, cross(first, second))[int(which)])
+            n = _unit(
+                (joint.axis, joint.second, cross(joint.axis, joint.second))[int(which)]
+            )
             screw = n + cross(joint.point, n) if motion == "turn" else (Fraction(0),) * 3 + n
             last = k == len(steps) - 1
             to, extra = (joint.after, extra) if last else (extra, extra + 1)
@@ -149,7 +151,10 @@ def urdf(linkage: Linkage) -> str:
     for number, joint in enumerate(linkage.joints):
         name = f"j{number}"
         mark = ' independent="true"' if name in named else ""
-        axis = f'<axis xyz="{_words(joint.axis)}"/>' if joint.kind != "S" else ""
+        axis = f'<axis xyz="{_words(joint.axis)}"/>'
+        if joint.kind == "S":
+            assert (joint.axis, joint.second) == AXES[:2], "not written"
+            axis = ""
         if joint.kind == "U":
             axis += f'<axis2 xyz="{_words(joint.second)}"/>'
         at = _origin(joint.point, places[joint.before])

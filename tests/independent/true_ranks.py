@@ -17,10 +17,9 @@ from split_bodies import Graph, serial
 
 __all__ = ["Truth", "independent", "truth"]
 
-# Orders tried one after the other, for one degree of freedom and for more.
-LADDER, LADDER_OF_MANY = (6, 14, 30, 62), (4, 8, 16, 26)
-# Orders without a new condition after which, from a least order on, the rank counts as final.
-PLATEAU, LEAST = 12, 30
+# Orders without a new condition after which, from a least order on, the rank counts as final;
+# the least is for one degree of freedom. No more orders than HIGHEST are computed.
+PLATEAU, LEAST, HIGHEST = 12, 30, 250
 # To which loops must close.
 CLOSED = 12
 
@@ -185,8 +184,8 @@ def truth(linkage: Linkage, seed: int = 0, effort: int = 1) -> Truth:
     selection = _selection(planar, linkage.force)
     size = selection.parameters * linkage.links
     graph, bound, found = _graph(scene, idle), size, None
-    ladder = LADDER if start.shape[1] == 1 else LADDER_OF_MANY
-    for order in ladder if effort == 1 else (*ladder, 2 * ladder[-1]):
+    order, least = CLOSED, LEAST if start.shape[1] == 1 else 0
+    while True:
         ranks = rays.ranks(selection, order, bound)
         if ranks is None:
             return Truth(mobility, False)
@@ -194,9 +193,10 @@ def truth(linkage: Linkage, seed: int = 0, effort: int = 1) -> Truth:
             found = serial(graph, selection, scene.p, size - ranks[-1], seed, effort)
             bound = size - found.dimension
         kmax = ranks.index(ranks[-1])
-        least = 0 if start.shape[1] > 1 else LEAST
-        if ranks[-1] == bound or (order >= kmax + PLATEAU * effort and order >= least):
+        enough = min(max(kmax + PLATEAU, least) * effort, HIGHEST)
+        if ranks[-1] == bound or order >= enough:
             break
+        order = enough
     if ranks[-1] < bound and not found.complete:
         found = serial(graph, selection, scene.p, size - ranks[-1], seed + 1, 3 * effort)
     certain = ranks[-1] + found.dimension == size

@@ -17,9 +17,10 @@ import numpy as np
 __all__ = ["PRIMES", "absorb", "free_momentum", "momentum", "motion", "reduced"]
 
 PRIMES = (998244353, 1000000007)
+kernel = numba.njit(cache=True)
 
 
-@numba.njit(cache=True)
+@kernel
 def _add_cross(out, a, b, p):
     """``out += a × b``."""
     out[0] = (out[0] + a[1] * b[2] + (p - a[2]) * b[1]) % p
@@ -27,7 +28,7 @@ def _add_cross(out, a, b, p):
     out[2] = (out[2] + a[0] * b[1] + (p - a[1]) * b[0]) % p
 
 
-@numba.njit(cache=True)
+@kernel
 def inverse(a, p):
     """``a⁻¹`` by Fermat's theorem."""
     result, power, base = 1, p - 2, a % p
@@ -39,7 +40,7 @@ def inverse(a, p):
     return result
 
 
-@numba.njit(cache=True)
+@kernel
 def absorb(basis, pivots, rank, rows, p):
     """Add rows to a reduced echelon basis (room, columns) with its pivot columns.
 
@@ -80,7 +81,7 @@ def absorb(basis, pivots, rank, rows, p):
     return rank
 
 
-@numba.njit(cache=True)
+@kernel
 def reduced(A, p):
     """Reduced row echelon form of A (rows, columns), and the row operations that give it.
 
@@ -109,7 +110,7 @@ def reduced(A, p):
     return A, T, pivots
 
 
-@numba.njit(cache=True)
+@kernel
 def motion(before, after, screws, signs, form, T, pivots, start, ray, order, p):
     """Points and twists of every node along the ray ``u = t δ`` in the columns ``start``.
 
@@ -202,7 +203,7 @@ def motion(before, after, screws, signs, form, T, pivots, start, ray, order, p):
     return X, V, C, order + 1
 
 
-@numba.njit(cache=True)
+@kernel
 def momentum(X, V, pairs, rows, parameters, p):
     """Coefficients of the momentum of every node; (order + 1, w, rows, nodes, parameters).
 
@@ -241,7 +242,7 @@ def momentum(X, V, pairs, rows, parameters, p):
     return M
 
 
-@numba.njit(cache=True)
+@kernel
 def free_momentum(below, above, screws, steps, rates, pairs, rows, parameters, p):
     """Momentum of every slot of a tree at a finite pose with given rates.
 

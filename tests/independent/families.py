@@ -44,12 +44,12 @@ def linkage(family: str, seed: int) -> Linkage:
 
 
 def _restricted(rng, found: Linkage, free: tuple[str, ...]) -> Linkage:
-    """The linkage with named inputs, and a relation or two between them."""
+    """The linkage with named inputs, and relations that leave at least one of them free."""
     screws = {edge.name: edge.screw for edge in edges(found)}
     squares = {name: sum(x * x for x in s[:3]) or sum(x * x for x in s[3:])
                for name, s in screws.items()}  # fmt: skip
     rows = []
-    for _ in range(int(rng.integers(0, min(3, len(free))))):
+    for _ in range(int(rng.integers(0, len(free)))):
         row = [Fraction(0)] * len(free)
         a, b = rng.choice(len(free), 2, replace=False)
         row[a] = Fraction(1)

@@ -111,8 +111,7 @@ def main() -> int:
         if options.jobs == 1:
             found = map(work, wanted)
         else:
-            # Processes that live long keep what the product caches.
-            pool = get_context("spawn").Pool(options.jobs, maxtasksperchild=100)
+            pool = get_context("spawn").Pool(options.jobs)
             found = pool.imap_unordered(work, wanted, chunksize=4)
         for n, verdict in enumerate(found, 1):
             verdicts.append(verdict)

@@ -123,7 +123,11 @@ class Edge(NamedTuple):
 
 
 def edges(linkage: Linkage) -> list[Edge]:
-    """All degrees of freedom; axes of rational length count as unit vectors."""
+    """All degrees of freedom; axes of rational length count as unit vectors.
+
+    A joint of several freedoms is a chain of them, as in the product: of an S joint whose
+    motion is restricted to one axis, the others are idle only if it is one of the three.
+    """
     found, extra = [], linkage.links + 1
     for number, joint in enumerate(linkage.joints):
         at, steps = joint.before, STEPS[joint.kind]

@@ -33,7 +33,7 @@ class Truth(NamedTuple):
         planar: whether planar parameters count.
         parameters: how many there are.
         ranks: by order, up to the last that adds a condition.
-        serial: dimension of the serial space.
+        serial: dimension of the serial space, once idle freedoms are locked.
         certain: whether rank and serial dimension add up to the number of parameters;
             otherwise no condition came in twelve orders and no serial freedom in many ways
             of opening.

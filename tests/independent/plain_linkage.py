@@ -7,7 +7,7 @@ frames of links are parallel there. So loops close exactly whatever the numbers 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from math import isqrt
@@ -72,7 +72,8 @@ class Linkage:
     """Joints, parents first, and what is asked about them.
 
     Attributes:
-        joints: the links they carry are 1, 2, 3 …, and all have mass.
+        joints: the links they carry are 1, 2, 3 ….
+        bare: links without mass, which carry no parameters.
         mimics: relations of joints.
         inputs: names of the independent coordinates, or none.
         relations: rows of factors, one for each input, whose sums of displacements vanish.
@@ -87,12 +88,18 @@ class Linkage:
     relations: tuple[tuple[Fraction, ...], ...] = ()
     force: bool = False
     spatial: bool = False
-    as_written: bool = field(default=True)
+    as_written: bool = True
+    bare: tuple[int, ...] = ()
 
     @property
     def links(self) -> int:
         """How many links move, or could."""
         return max(joint.after for joint in self.joints)
+
+    @property
+    def bodies(self) -> list[int]:
+        """Links with mass."""
+        return [link for link in range(1, self.links + 1) if link not in self.bare]
 
     @property
     def options(self) -> list[str]:
@@ -149,7 +156,8 @@ def urdf(linkage: Linkage) -> str:
     """The text of a file; every number in it is exact."""
     places = {0: (Fraction(0),) * 3}
     parts = ['<robot name="generated">', '<link name="L0"/>']
-    parts += [_link(k) for k in range(1, linkage.links + 1)]
+    for k in range(1, linkage.links + 1):
+        parts.append(_link(k) if k in linkage.bodies else f'<link name="L{k}"/>')
     mimics = {mimic.joint: mimic for mimic in linkage.mimics}
     named = {name.partition(".")[0] for name in linkage.inputs}
     for number, joint in enumerate(linkage.joints):

@@ -182,7 +182,7 @@ def truth(linkage: Linkage, seed: int = 0, effort: int = 1) -> Truth:
     idle = rays.idle()
     planar = None if linkage.spatial else _plane(scene, idle)
     selection = _selection(planar, linkage.force)
-    size = selection.parameters * linkage.links
+    size = selection.parameters * len(linkage.bodies)
     graph, bound, found = _graph(scene, idle), size, None
     order, least = CLOSED, LEAST if start.shape[1] == 1 else 0
     while True:
@@ -241,19 +241,19 @@ class _Rays:
         if closed <= order:
             return None
         while len(self.rows) <= number:
-            links = self.scene.linkage.links
+            bodies = self.scene.linkage.bodies
             X, V, _, _ = self._ray(len(self.rows), order)
             M = momentum(
-                X[1 : links + 1], V[1 : links + 1], selection.pairs, selection.rows,
+                X[bodies], V[bodies], selection.pairs, selection.rows,
                 selection.parameters, self.scene.p,
             )  # fmt: skip
-            self.rows.append(M.reshape(len(M), -1, links * selection.parameters))
+            self.rows.append(M.reshape(len(M), -1, len(bodies) * selection.parameters))
         return self.rows[number][k]
 
     def ranks(self, selection, order: int, bound: int) -> tuple[int, ...] | None:
         """Ranks up to an order, or up to the one that reaches the bound."""
         width = self.start.shape[1]
-        size = selection.parameters * self.scene.linkage.links
+        size = selection.parameters * len(self.scene.linkage.bodies)
         basis, pivots = np.zeros((size, size), np.int64), np.zeros(size, np.int64)
         found, rank = [], 0
         for k in range(order + 1):
@@ -315,7 +315,7 @@ def _graph(scene: _Scene, idle: np.ndarray) -> Graph:
     part = [number[x] for x in part]
     moving = [e for e, still in enumerate(idle) if not still]
     pairs = [(part[scene.edges[e].before], part[scene.edges[e].after]) for e in moving]
-    bodies = part[1 : scene.linkage.links + 1]
+    bodies = [part[link] for link in scene.linkage.bodies]
     return Graph(pairs, scene.screws[moving], bodies, len(number))
 
 

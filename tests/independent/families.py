@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -21,6 +22,8 @@ FAMILIES = {
 }  # fmt: skip
 # Planar by nature: ten parameters per body are asked for now and then, not always.
 PLANAR = ("grid", "single", "small_loop", "mimic")
+# With a link or two without mass at times.
+BARE = ("grid",)
 # Read with rounded axes put right half of the time.
 NOMINAL = ("grid", "single", "small_loop", "mimic", "general", "overconstrained")
 
@@ -38,23 +41,25 @@ def linkage(family: str, seed: int) -> Linkage:
     names = [edge.name for edge in edges(found) if "." not in edge.name]
     last = tuple(str(x) for x in rng.permutation(names))
     free, closed = independent(found, last)
+    if family in BARE and rng.random() < 0.15:
+        some = rng.choice(found.links, 1 + int(rng.random() < 0.3), replace=False)
+        found = replace(found, bare=tuple(int(x) + 1 for x in some))
     if not restrict or not closed or any("." in name for name in free) or len(free) < 2:
         return found
     return _restricted(rng, found, free)
 
 
 def _restricted(rng, found: Linkage, free: tuple[str, ...]) -> Linkage:
-    """The linkage with named inputs, and a relation or two between them."""
+    """The linkage with named inputs, and relations that leave at least one of them free."""
     screws = {edge.name: edge.screw for edge in edges(found)}
     squares = {name: sum(x * x for x in s[:3]) or sum(x * x for x in s[3:])
                for name, s in screws.items()}  # fmt: skip
     rows = []
-    for _ in range(int(rng.integers(0, min(3, len(free))))):
+    for _ in range(int(rng.integers(0, len(free)))):
         row = [Fraction(0)] * len(free)
         a, b = rng.choice(len(free), 2, replace=False)
         row[a] = Fraction(1)
         if squares[free[a]] == squares[free[b]] == 1 and rng.random() < 0.8:
             row[b] = Fraction(int(rng.choice([-2, -1, 1, 2]))) / int(rng.integers(1, 3))
         rows.append(tuple(row))
-    return Linkage(found.joints, found.mimics, free, tuple(dict.fromkeys(rows)), found.force,
-                   found.spatial, found.as_written)  # fmt: skip
+    return replace(found, inputs=free, relations=tuple(dict.fromkeys(rows)))

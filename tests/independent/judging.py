@@ -41,7 +41,10 @@ class Verdict(NamedTuple):
 
     Attributes:
         family, seed: of the case.
-        outcome: right, moved, refused, irregular, wrong or crash.
+        outcome: right; moved, which is right at another pose than that of the file; refused,
+            though the linkage is regular; irregular, whose loops do not close at higher
+            orders, refused or left with a warning; shaky, the same, answered as estimated
+            without one; wrong; crash.
         level: of certainty, if there is an answer.
         code: exit code.
         detail: both answers if they differ, or the reason of a refusal.
@@ -118,11 +121,12 @@ def _compared(true: Truth, answer: Answer) -> tuple[str, str]:
         return ("refused" if true.regular else "irregular"), _reason(answer.text)
     codes = {warning["code"] for warning in report["warnings"]}
     if not true.regular:
-        told = codes & (MOVED | MENDED) or report["certainty"] not in SURE
-        detail = f"answered, {report['certainty']}: mobility {report['mobility']}"
-        if told:
+        detail = f"answered: mobility {report['mobility']}, at first order {true.mobility}"
+        if codes & (MOVED | MENDED) or answer.code == 4:
             return "irregular", detail
-        return "wrong", f"{detail}; but the loops do not close: {true}"
+        if report["certainty"] not in SURE:
+            return "shaky", detail
+        return "wrong", f"{detail}; but the loops do not close at higher orders"
     wrong = _differences(true, report, bool(codes & MOVED))
     if codes & MENDED:
         wrong += [f"{code}, though the loops close" for code in sorted(codes & MENDED)]

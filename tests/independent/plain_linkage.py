@@ -7,7 +7,7 @@ frames of links are parallel there. So loops close exactly whatever the numbers 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from math import isqrt
@@ -42,10 +42,11 @@ class Joint(NamedTuple):
     """A joint between two links; 0 is the ground.
 
     Attributes:
-        kind: R, P, U, S or C.
+        kind: R, P, U, S or C; an S joint turns about x, y, z unless told otherwise.
         before, after: the links; a joint of the tree carries ``after``.
         point: on the joint.
-        axis, second: directions of any length; ``second`` of a universal joint only.
+        axis, second: directions of any length; ``second`` of U and S joints only, at right
+            angles to the first.
         loop: whether it closes a loop.
     """
 
@@ -71,7 +72,8 @@ class Linkage:
     """Joints, parents first, and what is asked about them.
 
     Attributes:
-        joints: the links they carry are 1, 2, 3 …, and all have mass.
+        joints: the links they carry are 1, 2, 3 ….
+        bare: links without mass, which carry no parameters.
         mimics: relations of joints.
         inputs: names of the independent coordinates, or none.
         relations: rows of factors, one for each input, whose sums of displacements vanish.
@@ -86,12 +88,18 @@ class Linkage:
     relations: tuple[tuple[Fraction, ...], ...] = ()
     force: bool = False
     spatial: bool = False
-    as_written: bool = field(default=True)
+    as_written: bool = True
+    bare: tuple[int, ...] = ()
 
     @property
     def links(self) -> int:
         """How many links move, or could."""
         return max(joint.after for joint in self.joints)
+
+    @property
+    def bodies(self) -> list[int]:
+        """Links with mass."""
+        return [link for link in range(1, self.links + 1) if link not in self.bare]
 
     @property
     def options(self) -> list[str]:
@@ -122,14 +130,19 @@ class Edge(NamedTuple):
 
 
 def edges(linkage: Linkage) -> list[Edge]:
-    """All degrees of freedom; axes of rational length count as unit vectors."""
+    """All degrees of freedom; axes of rational length count as unit vectors.
+
+    A joint of several freedoms is a chain of them, as in the product: of an S joint whose
+    motion is restricted to one axis, the others are idle only if it is one of the three.
+    """
     found, extra = [], linkage.links + 1
     for number, joint in enumerate(linkage.joints):
         at, steps = joint.before, STEPS[joint.kind]
         for k, step in enumerate(steps):
             motion, which = step.split()
-            first, second = (joint.axis, joint.second) if joint.kind != "S" else AXES[:2]
-            n = _unit((first, second, cross(first, second))[int(which)])
+            n = _unit(
+                (joint.axis, joint.second, cross(joint.axis, joint.second))[int(which)]
+            )
             screw = n + cross(joint.point, n) if motion == "turn" else (Fraction(0),) * 3 + n
             last = k == len(steps) - 1
             to, extra = (joint.after, extra) if last else (extra, extra + 1)
@@ -143,13 +156,17 @@ def urdf(linkage: Linkage) -> str:
     """The text of a file; every number in it is exact."""
     places = {0: (Fraction(0),) * 3}
     parts = ['<robot name="generated">', '<link name="L0"/>']
-    parts += [_link(k) for k in range(1, linkage.links + 1)]
+    for k in range(1, linkage.links + 1):
+        parts.append(_link(k) if k in linkage.bodies else f'<link name="L{k}"/>')
     mimics = {mimic.joint: mimic for mimic in linkage.mimics}
     named = {name.partition(".")[0] for name in linkage.inputs}
     for number, joint in enumerate(linkage.joints):
         name = f"j{number}"
         mark = ' independent="true"' if name in named else ""
-        axis = f'<axis xyz="{_words(joint.axis)}"/>' if joint.kind != "S" else ""
+        axis = f'<axis xyz="{_words(joint.axis)}"/>'
+        if joint.kind == "S":
+            assert (joint.axis, joint.second) == AXES[:2], "not written"
+            axis = ""
         if joint.kind == "U":
             axis += f'<axis2 xyz="{_words(joint.second)}"/>'
         at = _origin(joint.point, places[joint.before])

@@ -23,7 +23,8 @@ def chained(joints: list[Joint], before: int, after: int, kinds, points, axes) -
         closing = after >= 0 and k == len(kinds) - 1
         new = max((joint.after for joint in joints), default=0) + 1
         to = after if closing else new
-        joints.append(Joint(kind, at, to, point, axis, AXES[0], closing))
+        first, second = AXES[:2] if kind == "S" else (axis, AXES[0])
+        joints.append(Joint(kind, at, to, point, first, second, closing))
         at = to
 
 
@@ -32,7 +33,6 @@ def ring(points: list[Vector], kinds: str = "", axes=()) -> tuple[Joint, ...]:
     joints: list[Joint] = []
     kinds = kinds or "R" * len(points)
     chained(joints, 0, 0, kinds, points, axes or [Z] * len(points))
-    # Half of it hangs from the other side, as people write such files.
     return tuple(joints)
 
 
@@ -59,7 +59,6 @@ def grid(rng):
     loops, reach = int(rng.integers(2, 7)), int(rng.integers(1, 4))
     freedom = 0
     for loop in range(loops):
-        links = joints[-1].before if joints else 0
         links = max((joint.after for joint in joints), default=0)
         least = 3 if loop == 0 or freedom == 0 else 2
         new = int(rng.choice([2, 3, 4], p=[0.62, 0.33, 0.05]))

@@ -17,9 +17,10 @@ import numpy as np
 __all__ = ["PRIMES", "absorb", "free_momentum", "momentum", "motion", "reduced"]
 
 PRIMES = (998244353, 1000000007)
+kernel = numba.njit(cache=True)
 
 
-@numba.njit(cache=True)
+@kernel
 def _add_cross(out, a, b, p):
     """``out += a × b``."""
     out[0] = (out[0] + a[1] * b[2] + (p - a[2]) * b[1]) % p
@@ -27,7 +28,7 @@ def _add_cross(out, a, b, p):
     out[2] = (out[2] + a[0] * b[1] + (p - a[1]) * b[0]) % p
 
 
-@numba.njit(cache=True)
+@kernel
 def inverse(a, p):
     """``a⁻¹`` by Fermat's theorem."""
     result, power, base = 1, p - 2, a % p
@@ -39,7 +40,7 @@ def inverse(a, p):
     return result
 
 
-@numba.njit(cache=True)
+@kernel
 def absorb(basis, pivots, rank, rows, p):
     """Add rows to a reduced echelon basis (room, columns) with its pivot columns.
 
@@ -80,7 +81,7 @@ def absorb(basis, pivots, rank, rows, p):
     return rank
 
 
-@numba.njit(cache=True)
+@kernel
 def reduced(A, p):
     """Reduced row echelon form of A (rows, columns), and the row operations that give it.
 
@@ -109,7 +110,69 @@ def reduced(A, p):
     return A, T, pivots
 
 
-@numba.njit(cache=True)
+@kernel
+def _carried(s, X, screw, k, p):
+    """Order k of the screw of a joint, moved by the points of the link that carries it."""
+    for i in range(3):
+        for a in range(3):
+            s[k, i] = (s[k, i] + X[k, 1 + a, i] * screw[a]) % p
+            s[k, 3 + i] = (s[k, 3 + i] + X[k, 1 + a, i] * screw[3 + a]) % p
+    for a in range(k + 1):
+        _add_cross(s[k, 3:], X[a, 0], s[k - a, :3], p)
+
+
+@kernel
+def _rates(C, lag, signs, form, T, pivots, start, k, w, p):
+    """Order k of the rates for column w, which close the loops; whether they can.
+
+    The loops ask for ``Σ ± S_0 C_k = -Σ ± lag``, where lag is ``Σ_{a>0} S_a C_{k-a}``.
+    """
+    b = np.zeros(T.shape[0], np.int64)
+    for loop in range(signs.shape[0]):
+        for e in range(signs.shape[1]):
+            if signs[loop, e]:
+                for i in range(6):
+                    b[6 * loop + i] -= signs[loop, e] * lag[e, w, i]
+    for i in range(b.size):
+        b[i] %= p
+    if k == 0:
+        C[0, :, w] = start[:, w]
+    for i in range(b.size):
+        total = 0
+        for j in range(b.size):
+            total = (total + T[i, j] * b[j]) % p
+        if pivots[i] < 0:
+            if total:
+                return False
+            continue
+        if k == 0:
+            for e in range(signs.shape[1]):
+                if e != pivots[i]:
+                    total = (total + (p - form[i, e]) * start[e, w]) % p
+        C[k, pivots[i], w] = total
+    return True
+
+
+@kernel
+def _advance(X, V, ray, k, p):
+    """Order k + 1 of the points of a link, from its twists along the ray."""
+    along = np.zeros(6, np.int64)
+    for a in range(k + 1):
+        along[:] = 0
+        for w in range(ray.size):
+            for i in range(6):
+                along[i] = (along[i] + V[a, w, i] * ray[w]) % p
+        for i in range(4):
+            _add_cross(X[k + 1, i], along[:3], X[k - a, i], p)
+    share = inverse(k + 1, p)
+    for i in range(3):
+        X[k + 1, 0, i] += along[3 + i]
+    for i in range(4):
+        for j in range(3):
+            X[k + 1, i, j] = X[k + 1, i, j] % p * share % p
+
+
+@kernel
 def motion(before, after, screws, signs, form, T, pivots, start, ray, order, p):
     """Points and twists of every node along the ray ``u = t δ`` in the columns ``start``.
 
@@ -129,80 +192,36 @@ def motion(before, after, screws, signs, form, T, pivots, start, ray, order, p):
         (order + 1, e, w), and the number of orders at which the loops close.
     """
     edges, width = start.shape
-    loops, nodes = signs.shape[0], after.max() + 1
+    nodes = after.max() + 1
     X = np.zeros((nodes, order + 2, 4, 3), np.int64)
     V = np.zeros((nodes, order + 1, width, 6), np.int64)
     S = np.zeros((edges, order + 1, 6), np.int64)
     C = np.zeros((order + 1, edges, width), np.int64)
     lag = np.zeros((edges, width, 6), np.int64)
-    b, along = np.zeros(T.shape[0], np.int64), np.zeros(6, np.int64)
     X[:, 0, 1, 0] = X[:, 0, 2, 1] = X[:, 0, 3, 2] = 1
     for k in range(order + 1):
         for e in range(edges):
-            at, s = before[e], S[e]
-            for i in range(3):
-                for a in range(3):
-                    s[k, i] = (s[k, i] + X[at, k, 1 + a, i] * screws[e, a]) % p
-                    s[k, 3 + i] = (s[k, 3 + i] + X[at, k, 1 + a, i] * screws[e, 3 + a]) % p
-            for a in range(k + 1):
-                _add_cross(s[k, 3:], X[at, a, 0], s[k - a, :3], p)
+            _carried(S[e], X[before[e]], screws[e], k, p)
             for w in range(width):
                 for i in range(6):
                     total = 0
                     for a in range(1, k + 1):
-                        total = (total + s[a, i] * C[k - a, e, w]) % p
+                        total = (total + S[e, a, i] * C[k - a, e, w]) % p
                     lag[e, w, i] = total
         for w in range(width):
-            b[:] = 0
-            for loop in range(loops):
-                for e in range(edges):
-                    if signs[loop, e]:
-                        for i in range(6):
-                            b[6 * loop + i] -= signs[loop, e] * lag[e, w, i]
-            for i in range(b.size):
-                b[i] %= p
-            if k == 0:
-                C[0, :, w] = start[:, w]
-            for i in range(b.size):
-                total = 0
-                for j in range(b.size):
-                    total = (total + T[i, j] * b[j]) % p
-                if pivots[i] < 0:
-                    if total:
-                        return X, V, C, k
-                    continue
-                if k == 0:
-                    for e in range(edges):
-                        if e != pivots[i]:
-                            total = (total + (p - form[i, e]) * start[e, w]) % p
-                C[k, pivots[i], w] = total
+            if not _rates(C, lag, signs, form, T, pivots, start, k, w, p):
+                return X, V, C, k
         for e in range(edges):
-            if after[e] < 0:
-                continue
-            for w in range(width):
+            for w in range(width if after[e] >= 0 else 0):
                 for i in range(6):
-                    V[after[e], k, w, i] = (
-                        V[before[e], k, w, i] + lag[e, w, i] + S[e, 0, i] * C[k, e, w]
-                    ) % p
-        share = inverse(k + 1, p)
+                    own = lag[e, w, i] + S[e, 0, i] * C[k, e, w]
+                    V[after[e], k, w, i] = (V[before[e], k, w, i] + own) % p
         for n in range(nodes):
-            for a in range(k + 1):
-                along[:] = 0
-                for w in range(width):
-                    for i in range(3):
-                        along[i] = (along[i] + V[n, a, w, i] * ray[w]) % p
-                for i in range(4):
-                    _add_cross(X[n, k + 1, i], along[:3], X[n, k - a, i], p)
-            for w in range(width):
-                for i in range(3):
-                    X[n, k + 1, 0, i] = (X[n, k + 1, 0, i] + V[n, k, w, 3 + i] * ray[w]) % p
-            for i in range(4):
-                for j in range(3):
-                    X[n, k + 1, i, j] = X[n, k + 1, i, j] * share % p
+            _advance(X[n], V[n], ray, k, p)
     return X, V, C, order + 1
 
 
-@numba.njit(cache=True)
+@kernel
 def momentum(X, V, pairs, rows, parameters, p):
     """Coefficients of the momentum of every node; (order + 1, w, rows, nodes, parameters).
 
@@ -241,17 +260,44 @@ def momentum(X, V, pairs, rows, parameters, p):
     return M
 
 
-@numba.njit(cache=True)
+@kernel
+def _displaced(E, n, v, tau, p):
+    """Points E (4, 3) at the reference pose, moved by a joint with the screw ``[n; v]``.
+
+    It turns by the angle whose half has the tangent ``|n| τ``, so that
+    ``R = 1 + 2 (τ n̂ + τ² n̂²) / (1 + τ² n²)``; or slides by ``τ v`` if n vanishes.
+    """
+    E[:] = 0
+    E[1, 0] = E[2, 1] = E[3, 2] = 1
+    square = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) % p * (tau * tau % p) % p
+    if n[0] == 0 and n[1] == 0 and n[2] == 0:
+        for c in range(3):
+            E[0, c] = tau * v[c] % p
+        return
+    share = 2 * inverse(1 + square, p) % p
+    once, twice = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    for i in range(4):
+        once[:] = 0
+        twice[:] = 0
+        if i:
+            _add_cross(once, n, E[i], p)
+        else:
+            # The axis is at rest: its points r have r × n = v.
+            once[:] = v
+        _add_cross(twice, n, once, p)
+        for c in range(3):
+            more = (tau * once[c] + tau * tau % p * twice[c]) % p
+            E[i, c] = (E[i, c] + share * more) % p
+
+
+@kernel
 def free_momentum(below, above, screws, steps, rates, pairs, rows, parameters, p):
     """Momentum of every slot of a tree at a finite pose with given rates.
-
-    A joint with the screw ``[n; v]`` turns by the angle whose half has the tangent
-    ``|n| τ``: ``R = 1 + 2 (τ n̂ + τ² n̂²) / (1 + τ² n²)``; one without n slides by ``τ v``.
 
     Args:
         below, above: slots that each joint connects, in an order away from slot 0 (e,).
         screws: at the reference pose (e, 6).
-        steps: τ of each joint (e,).
+        steps: τ of each joint (e,); see `_displaced`.
         rates: of each joint (e,).
         pairs, rows, parameters: as for `momentum`.
         p: the prime.
@@ -260,61 +306,20 @@ def free_momentum(below, above, screws, steps, rates, pairs, rows, parameters, p
         Shape (rows, slots, parameters).
     """
     slots = above.max() + 1
-    X, V = np.zeros((slots, 4, 3), np.int64), np.zeros((slots, 6), np.int64)
-    M = np.zeros((rows.size, slots, parameters), np.int64)
-    D, h, s = np.zeros((4, 3), np.int64), np.zeros(6, np.int64), np.zeros(6, np.int64)
-    X[0, 1, 0] = X[0, 2, 1] = X[0, 3, 2] = 1
-    E, once, twice = np.zeros((4, 3), np.int64), np.zeros(3, np.int64), np.zeros(3, np.int64)
+    X, V = np.zeros((slots, 1, 4, 3), np.int64), np.zeros((slots, 1, 1, 6), np.int64)
+    E, s = np.zeros((4, 3), np.int64), np.zeros((1, 6), np.int64)
+    X[0, 0, 1, 0] = X[0, 0, 2, 1] = X[0, 0, 3, 2] = 1
     for e in range(below.size):
-        n, v, tau, at, to = screws[e, :3], screws[e, 3:], steps[e], below[e], above[e]
-        square = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) % p * (tau * tau % p) % p
-        share = 2 * inverse(1 + square, p) % p
-        turns = n[0] != 0 or n[1] != 0 or n[2] != 0
-        for i in range(4):
-            E[i] = 0
-            if i:
-                E[i, i - 1] = 1
-            once[:] = 0
-            twice[:] = 0
-            if i and turns:
-                _add_cross(once, n, E[i].copy(), p)
-            elif i == 0:
-                once[:] = v
-            _add_cross(twice, n, once, p)
-            for c in range(3):
-                if turns:
-                    more = (tau * once[c] + tau * tau % p * twice[c]) % p
-                    E[i, c] = (E[i, c] + share * more) % p
-                elif i == 0:
-                    E[0, c] = tau * v[c] % p
+        at, to = below[e], above[e]
         s[:] = 0
-        for c in range(3):
-            for a in range(3):
-                s[c] = (s[c] + X[at, 1 + a, c] * n[a]) % p
-                s[3 + c] = (s[3 + c] + X[at, 1 + a, c] * v[a]) % p
-        _add_cross(s[3:], X[at, 0], s[:3], p)
+        _carried(s, X[at], screws[e], 0, p)
         for c in range(6):
-            V[to, c] = (V[at, c] + s[c] * rates[e]) % p
+            V[to, 0, 0, c] = (V[at, 0, 0, c] + s[0, c] * rates[e]) % p
+        _displaced(E, screws[e, :3], screws[e, 3:], steps[e], p)
         for i in range(4):
             for c in range(3):
-                total = X[at, 0, c] if i == 0 else 0
+                total = X[at, 0, 0, c] if i == 0 else 0
                 for a in range(3):
-                    total = (total + X[at, 1 + a, c] * E[i, a]) % p
-                X[to, i, c] = total
-    for t in range(slots):
-        D[:] = 0
-        for i in range(4):
-            _add_cross(D[i], V[t, :3], X[t, i], p)
-        for i in range(3):
-            D[0, i] = (D[0, i] + V[t, 3 + i]) % p
-        for q in range(pairs.shape[0]):
-            i, j, at = pairs[q]
-            h[:] = 0
-            _add_cross(h[:3], X[t, i], D[j], p)
-            if i != j:
-                _add_cross(h[:3], X[t, j], D[i], p)
-            if i == 0:
-                h[3:] = D[j]
-            for r in range(rows.size):
-                M[r, t, at] = (M[r, t, at] + h[rows[r]]) % p
-    return M
+                    total = (total + X[at, 0, 1 + a, c] * E[i, a]) % p
+                X[to, 0, i, c] = total
+    return momentum(X, V, pairs, rows, parameters, p)[0, 0]

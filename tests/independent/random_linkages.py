@@ -31,7 +31,7 @@ __all__ = ["cases", "main"]
 
 COLUMNS = (
     "cases", "regular", "right", "moved", "proved", "verified", "estimated", "sure, wrong",
-    "exit 0, wrong", "exit 4, wrong", "exit 4", "refused", "irregular", "crash", "s",
+    "exit 0, wrong", "exit 4, wrong", "exit 4", "refused", "irregular", "shaky", "crash", "s",
 )  # fmt: skip
 
 
@@ -77,7 +77,7 @@ def _show(verdicts: list[Verdict]) -> None:
           f"{sum(v.seconds[0] for v in verdicts) / len(verdicts):.2f} s")  # fmt: skip
     reasons = Counter(
         (v.outcome, v.level, v.detail) for v in verdicts
-        if v.outcome in ("refused", "irregular") or v.level == "estimated"
+        if v.outcome in ("refused", "irregular", "shaky") or v.level == "estimated"
     )  # fmt: skip
     for (outcome, level, detail), count in reasons.most_common(25):
         print(f"{count:6} {outcome} {level}: {detail[:150]}")
@@ -115,7 +115,7 @@ def main() -> int:
             found = pool.imap_unordered(work, wanted, chunksize=4)
         for n, verdict in enumerate(found, 1):
             verdicts.append(verdict)
-            if verdict.failed:
+            if verdict.failed or verdict.outcome == "shaky":
                 print(_told(verdict), flush=True)
             if n % 100 == 0:
                 print(f"{n} of {len(wanted)}, {time.perf_counter() - begin:.0f} s",

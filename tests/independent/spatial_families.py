@@ -165,6 +165,8 @@ def tilted_arm(rng):
         near = AXES[2] if rng.random() < 0.8 else AXES[int(rng.integers(3))]
         axis = near if kind == "U" else _tilted(rng, near, power)
         second = AXES[(AXES.index(near) + 1) % 3]
+        if kind == "S":
+            axis, second = AXES[:2]
         joints.append(Joint(kind, before, len(joints) + 1, _point(rng), axis, second))
     return tuple(joints), ()
 
@@ -199,4 +201,5 @@ def _any_joint(rng, kind: str, before: int, after: int, loop: bool) -> Joint:
     if kind == "U":
         axis, second = (AXES[int(k)] for k in rng.permutation(3)[:2])
         return Joint(kind, before, after, vector(*rng.integers(-2, 3, 3)), axis, second, loop)
-    return Joint(kind, before, after, vector(*rng.integers(-2, 3, 3)), axis, AXES[0], loop)
+    axis, second = AXES[:2] if kind == "S" else (axis, AXES[0])
+    return Joint(kind, before, after, vector(*rng.integers(-2, 3, 3)), axis, second, loop)

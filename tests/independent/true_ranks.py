@@ -17,10 +17,9 @@ from split_bodies import Graph, serial
 
 __all__ = ["Truth", "independent", "truth"]
 
-# Orders tried one after the other, for one degree of freedom and for more.
-LADDER, LADDER_OF_MANY = (6, 14, 30, 62), (4, 8, 16, 26)
-# Orders without a new condition after which, from a least order on, the rank counts as final.
-PLATEAU, LEAST = 12, 30
+# Orders without a new condition after which, from a least order on, the rank counts as final;
+# the least is for one degree of freedom. No more orders than HIGHEST are computed.
+PLATEAU, LEAST, HIGHEST = 12, 30, 250
 # To which loops must close.
 CLOSED = 12
 
@@ -34,7 +33,7 @@ class Truth(NamedTuple):
         planar: whether planar parameters count.
         parameters: how many there are.
         ranks: by order, up to the last that adds a condition.
-        serial: dimension of the serial space.
+        serial: dimension of the serial space, once idle freedoms are locked.
         certain: whether rank and serial dimension add up to the number of parameters;
             otherwise no condition came in twelve orders and no serial freedom in many ways
             of opening.
@@ -183,10 +182,10 @@ def truth(linkage: Linkage, seed: int = 0, effort: int = 1) -> Truth:
     idle = rays.idle()
     planar = None if linkage.spatial else _plane(scene, idle)
     selection = _selection(planar, linkage.force)
-    size = selection.parameters * linkage.links
+    size = selection.parameters * len(linkage.bodies)
     graph, bound, found = _graph(scene, idle), size, None
-    ladder = LADDER if start.shape[1] == 1 else LADDER_OF_MANY
-    for order in ladder if effort == 1 else (*ladder, 2 * ladder[-1]):
+    order, least = CLOSED, LEAST if start.shape[1] == 1 else 0
+    while True:
         ranks = rays.ranks(selection, order, bound)
         if ranks is None:
             return Truth(mobility, False)
@@ -194,9 +193,10 @@ def truth(linkage: Linkage, seed: int = 0, effort: int = 1) -> Truth:
             found = serial(graph, selection, scene.p, size - ranks[-1], seed, effort)
             bound = size - found.dimension
         kmax = ranks.index(ranks[-1])
-        least = 0 if start.shape[1] > 1 else LEAST
-        if ranks[-1] == bound or (order >= kmax + PLATEAU * effort and order >= least):
+        enough = min(max(kmax + PLATEAU, least) * effort, HIGHEST)
+        if ranks[-1] == bound or order >= enough:
             break
+        order = enough
     if ranks[-1] < bound and not found.complete:
         found = serial(graph, selection, scene.p, size - ranks[-1], seed + 1, 3 * effort)
     certain = ranks[-1] + found.dimension == size
@@ -241,19 +241,19 @@ class _Rays:
         if closed <= order:
             return None
         while len(self.rows) <= number:
-            links = self.scene.linkage.links
+            bodies = self.scene.linkage.bodies
             X, V, _, _ = self._ray(len(self.rows), order)
             M = momentum(
-                X[1 : links + 1], V[1 : links + 1], selection.pairs, selection.rows,
+                X[bodies], V[bodies], selection.pairs, selection.rows,
                 selection.parameters, self.scene.p,
             )  # fmt: skip
-            self.rows.append(M.reshape(len(M), -1, links * selection.parameters))
+            self.rows.append(M.reshape(len(M), -1, len(bodies) * selection.parameters))
         return self.rows[number][k]
 
     def ranks(self, selection, order: int, bound: int) -> tuple[int, ...] | None:
         """Ranks up to an order, or up to the one that reaches the bound."""
         width = self.start.shape[1]
-        size = selection.parameters * self.scene.linkage.links
+        size = selection.parameters * len(self.scene.linkage.bodies)
         basis, pivots = np.zeros((size, size), np.int64), np.zeros(size, np.int64)
         found, rank = [], 0
         for k in range(order + 1):
@@ -315,7 +315,7 @@ def _graph(scene: _Scene, idle: np.ndarray) -> Graph:
     part = [number[x] for x in part]
     moving = [e for e, still in enumerate(idle) if not still]
     pairs = [(part[scene.edges[e].before], part[scene.edges[e].after]) for e in moving]
-    bodies = part[1 : scene.linkage.links + 1]
+    bodies = [part[link] for link in scene.linkage.bodies]
     return Graph(pairs, scene.screws[moving], bodies, len(number))
 
 

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
         momentum_wrenches,
         screw_figure,
     )
-    from balance.spaces.certainty import Certainty, certify
+    from balance.spaces.certainty import Certainty
+    from balance.spaces.certification import certify
     from balance.spaces.designspace import design_space
     from balance.spaces.geometries import ManySpaces, design_space_many
     from balance.spaces.space import DesignSpace
@@ -107,7 +108,7 @@ _HOMES = {
     "Trajectory": "verification.trajectory",
     "Transfer": "transfers.partition",
     "Verification": "verification.verdict",
-    "certify": "spaces.certainty",
+    "certify": "spaces.certification",
     "common_normal": "screw_lines",
     "check_certificate": "designs.certificate",
     "check_design": "designs.feasibility",

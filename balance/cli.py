@@ -206,7 +206,7 @@ def _space(arguments: argparse.Namespace, angles: str) -> DesignSpace:
     """The design space that the options describe, with rounded angles read as told."""
     linkage = _load(arguments, angles)
     # The file has been accepted; only now is it worth loading the kernels.
-    from balance.spaces.certainty import certify
+    from balance.spaces.certification import certify
     from balance.spaces.designspace import design_space
 
     space = design_space(

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import json
 import runpy
-from dataclasses import replace
 
-from balance import design_space
+from balance import certify, design_space
 from benchmarks.processes import ROOT
 from kinematics.models import gallery, load
 
@@ -30,11 +29,11 @@ class ProofsTakeTwoSeconds:
 
     def time_certainty(self, model: str) -> None:
         """From a space that knows its rank alone."""
-        self.certainty = replace(self.space).certainty
+        self.certainty = certify(self.space).certainty
 
     def track_refused(self, model: str) -> int:
         """Whether there is a proof, and the checker does not take it."""
-        certainty = replace(self.space).certainty
+        certainty = certify(self.space).certainty
         if certainty.proof is None:
             return 0
         check = runpy.run_path(str(ROOT / "tests" / "checker.py"))["check"]

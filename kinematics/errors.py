@@ -13,6 +13,7 @@ __all__ = [
     "CoordinateError",
     "ExactError",
     "FileError",
+    "InexactClosureError",
     "LinkageError",
     "MobilityError",
     "MotionError",
@@ -45,6 +46,23 @@ class BodyError(LinkageError):
 
 class ExactError(LinkageError):
     """A linkage, or a motion, that exact arithmetic cannot take."""
+
+
+class InexactClosureError(ExactError):
+    """Loops that close only to the rounding of the numbers in the file.
+
+    Attributes:
+        orders: how many orders of the motion close exactly.
+    """
+
+    def __init__(self, linkage: str, orders: int) -> None:
+        """Compose the message."""
+        self.orders = orders
+        super().__init__(
+            f"{linkage}: its geometry is not exactly representable: in the decimals of the "
+            f"file the loops close at {orders} orders, and not at the next; write it with "
+            "decimals that close exactly, or do without exact arithmetic"
+        )
 
 
 class FileError(LinkageError):

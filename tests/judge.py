@@ -14,8 +14,8 @@ import numpy as np
 from exactly import determinant, modulo
 
 from balance.exact.chain import ExactChain, regular
+from balance.exact.conditions import conditions
 from balance.exact.modular import eliminate
-from balance.exact.ranks import conditions
 
 # Another prime than those of proofs; orders at which what a transfer does must vanish.
 OTHER = 1073741723

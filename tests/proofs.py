@@ -7,6 +7,8 @@ from checker import check
 from checker_form import Rejected
 from urdf_text import INERTIAL, joint, link, pose_of
 
+from balance import certify
+
 ARM = ([0, 0, 1], [0, 3, 4], [1, 0, 2])
 
 
@@ -31,8 +33,8 @@ def arm(folder, text=None):
 
 
 def proof_of(found):
-    """The proof as it is read from a file."""
-    return json.loads(json.dumps(found.certainty.proof.to_dict()))
+    """The proof of a space as it is read from a file."""
+    return json.loads(json.dumps(certify(found).certainty.proof.to_dict()))
 
 
 def sealed(proof):

@@ -30,6 +30,11 @@ def expected_level(figure):
     return "verified" if figure.parallel or rounded else "proved"
 
 
+def certified(model):
+    """The certified design space of a file."""
+    return certify(design_space(kinematics.load(model)))
+
+
 @pytest.mark.parametrize("figure", ROWS, ids=str)
 def test_what_has_no_parallel_part_is_proved_and_the_rest_verified(figure):
     found = known(figure)
@@ -49,7 +54,7 @@ def test_what_has_no_parallel_part_is_proved_and_the_rest_verified(figure):
 
 def test_serial_arms_are_proved(tmp_path):
     """Five for the first joint, and three for each of the two that are skew to it."""
-    found = design_space(kinematics.load(arm(tmp_path)))
+    found = certified(arm(tmp_path))
     assert (found.nullity, found.certainty.level) == (11, "proved")
     check(proof_of(found))
 
@@ -73,24 +78,21 @@ def test_a_margin_falls_with_what_makes_it_down_to_the_floor(digits, tmp_path):
     model = "four_bar_antiparallelogram"
     found = design_space(kinematics.load(altered(model, tmp_path, lengthened)))
     assert found.exact().rank == 8
-    margin, certainty = 0.032615 * 10.0**-digits, found.certainty
+    sure, margin = certify(found), 0.032615 * 10.0**-digits
+    certainty = sure.certainty
     assert (certainty.rank, certainty.nullity) == (8, 4)
     if margin > FLOOR:
-        assert (found.rank, certainty.level) == (8, "proved")
+        assert found.rank == 8
         assert found.kept == pytest.approx(margin, rel=0.01)
         thin = [notice.code for notice in found.notices] == ["thin_margin"]
         assert thin == (found.kept < 1e3 * FLOOR)
-        check(proof_of(found))
     else:
-        assert digits > 10 and FLOOR == 2.0**-40
-        assert (found.rank, certainty.level) == (7, "estimated")
-        assert "rank 8, not 7" in certainty.reason and certainty.proof is None
-    certified = certify(found)
-    assert [order.rank for order in certified.orders] == [3, 6, 7, 8]
-    assert (certified.nullity, certified.kmax, certified.certainty.level) == (4, 3, "proved")
-    corrected = [notice for notice in certified.notices if notice.code == "corrected"]
+        assert digits > 10 and FLOOR == 2.0**-40 and found.rank == 7
+    assert [order.rank for order in sure.orders] == [3, 6, 7, 8]
+    assert (sure.nullity, sure.kmax, certainty.level) == (4, 3, "proved")
+    corrected = [notice for notice in sure.notices if notice.code == "corrected"]
     assert bool(corrected) == (margin <= FLOOR)
-    check(proof_of(certified))
+    check(proof_of(sure))
 
 
 def with_axis(name, axis):
@@ -102,20 +104,20 @@ def with_axis(name, axis):
 
 def test_what_exact_arithmetic_refuses_falls_back_and_says_so(tmp_path):
     rounded = with_axis("q2", "0.360000000000001 0.48 0.8")
-    found = design_space(kinematics.load(altered("bennett_rational", tmp_path, rounded)))
+    found = certified(altered("bennett_rational", tmp_path, rounded))
     assert (found.rank, found.certainty.level) == (13, "verified")
     assert "not exactly representable" in found.certainty.reason
     tilted = with_axis("q2", "0 0.0000000001 1")
-    found = design_space(kinematics.load(altered("four_bar_general", tmp_path, tilted)))
+    found = certified(altered("four_bar_general", tmp_path, tilted))
     assert (found.rank, found.certainty.level) == (8, "estimated")
     assert "planar only up to rounding" in found.certainty.reason
     from yourdfpy import URDF
 
-    found = design_space(kinematics.load(URDF.load(str(arm(tmp_path)), load_meshes=False)))
+    found = certified(URDF.load(str(arm(tmp_path)), load_meshes=False))
     assert (found.nullity, found.certainty.level) == (11, "estimated")
     assert "decimals of a URDF file" in found.certainty.reason
     assert found.certainty.rank is found.certainty.nullity is found.certainty.proof is None
-    found = design_space(variants("four_bar_general", 1)[0])
+    found = certify(design_space(variants("four_bar_general", 1)[0]))
     assert (found.rank, found.certainty.level) == (8, "estimated")
 
 
@@ -141,13 +143,14 @@ def test_no_integer_is_proved_but_the_exact_one(change):
 def test_masses_and_names_do_not_make_a_linkage_another_one():
     linkage = kinematics.load("four_bar_general")
     bodies = tuple(replace(body, inertia=2.0 * body.inertia) for body in linkage.bodies)
-    one, other = (design_space(x).certainty for x in (linkage, replace(linkage, bodies=bodies)))
+    both = (linkage, replace(linkage, bodies=bodies))
+    one, other = (certify(design_space(each)).certainty for each in both)
     assert one == other and one.level == "proved"
 
 
 @pytest.mark.parametrize("figure", [f for f in ROWS if f.kmax > 1 and not f.motion], ids=str)
 def test_orders_that_are_not_enough_are_an_estimate(figure):
-    found = space(figure, max_order=figure.kmax - 1)
+    found = certify(space(figure, max_order=figure.kmax - 1))
     certainty = found.certainty
     assert certainty.level == "estimated" and certainty.reason and certainty.proof is None
     assert not found.settled and certainty.residual > 1e-8
@@ -221,10 +224,10 @@ def test_poses_find_what_orders_alone_do_not(count, seed, tmp_path):
     found = design_space(kinematics.load(path))
     assert found.kmax is None and found.poses > 0 and found.settled
     assert max(order.rank for order in found.orders) < found.rank == 5 * count + 3
-    certified = certify(found)
-    certainty = certified.certainty
+    sure = certify(found)
+    certainty = sure.certainty
     assert (certainty.level, certainty.rank) == ("proved", found.rank)
     assert certainty.nullity == found.nullity == 3 * count + 1
-    assert certified.kmax == len(certified.orders) - 1 > found.orders[-1].order
+    assert sure.kmax == len(sure.orders) - 1 > found.orders[-1].order
     if count == 12:
-        check(proof_of(certified))
+        check(proof_of(sure))

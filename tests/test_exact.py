@@ -15,7 +15,8 @@ import kinematics
 from balance import design_space
 from balance.exact import modular, ranks
 from balance.exact.chain import exact_chain
-from balance.exact.ranks import PLATEAU, conditions, exact_ranks
+from balance.exact.conditions import conditions
+from balance.exact.ranks import PLATEAU, exact_ranks
 from kinematics import Motion
 from kinematics.errors import ExactError
 from kinematics.reader.geometry import exact_geometry

@@ -13,7 +13,7 @@ from proofs import accepted, arm, arm_text, proof_of, sealed
 from urdf_text import INERTIAL
 
 import kinematics
-from balance import design_space
+from balance import certify, design_space
 from balance.exact import ranks
 
 
@@ -103,7 +103,7 @@ def exactly(part):
 @pytest.mark.parametrize("model", ["four_bar_general", "five_bar", "four_bar_spherical"])
 def test_other_pivots_are_refused_where_their_minor_vanishes(model):
     """The determinant comes from the product's conditions, the verdict from the checker."""
-    found = design_space(kinematics.load(model)).certainty.proof
+    found = certify(design_space(kinematics.load(model))).certainty.proof
     plain, p = json.loads(json.dumps(found.to_dict())), found.witness.prime
     order = max(pivot.order for pivot in found.witness.pivots)
     X, _ = ranks.conditions(found.chain, np.array(found.witness.rays), order, p)
@@ -189,7 +189,7 @@ def test_what_a_body_gives_to_itself_is_no_transfer(tmp_path):
     text = kinematics.gallery()["four_bar_antiparallelogram"].read_text("utf-8")
     path = tmp_path / "ring.urdf"
     path.write_text(text.replace("</robot>", MASSLESS_LOOP), encoding="utf-8")
-    found = design_space(kinematics.load(path))
+    found = certify(design_space(kinematics.load(path)))
     certainty = found.certainty
     assert (found.rank, found.serial_nullity, found.nullity) == (7, 4, 5)
     assert (certainty.level, certainty.rank, certainty.nullity) == ("verified", 7, 4)

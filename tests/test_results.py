@@ -195,7 +195,7 @@ WRONG = {
     "twice": lambda r: r.update(bodies=["a", "a"]),
     "order": lambda r: r["orders"][0].pop("rank"),
     "order added": lambda r: r["orders"][0].update(time=1.0),
-    "margin": lambda r: r["margin"].update(kept=0.0),
+    "margin": lambda r: r["margin"].update(kept=-0.1),
     "given": lambda r: r["as_given"].update(balanced=0),
     "warning": lambda r: r.update(warnings=["careful"]),
     "certainty": lambda r: r.update(certainty="guessed"),

@@ -6,7 +6,7 @@ import pytest
 from small_loops import NAMES, freedom, small_loop
 
 import kinematics
-from balance import design_space
+from balance import certify, design_space
 from balance.exact.chain import exact_chain
 from balance.exact.ranks import exact_ranks
 from kinematics.errors import LinkageError, MobilityError
@@ -47,9 +47,9 @@ def test_ranks_do_not_depend_on_the_arm(name, arm, loaded):
         linkage = loaded(name, size, arm)
         exact = exact_ranks(linkage)
         assert list(exact.ranks[: exact.kmax + 1]) == RANKS[name]
-        space = design_space(linkage)
-        if space.certainty.level != "estimated":
-            assert [order.rank for order in space.orders] == RANKS[name]
+        space = certify(design_space(linkage))
+        assert [order.rank for order in space.orders] == RANKS[name]
+        assert space.certainty.level != "estimated"
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "rssr"])

@@ -12,7 +12,7 @@ from proofs import proof_of, sealed
 from tampered import MODELS, alter_chain, proof_for, trial, verdict
 
 import kinematics
-from balance import design_space
+from balance import certify, design_space
 
 # A proof that the first checker took: rank 7 of the general four-bar, which is 8.
 FALSE = Path(__file__).parent / "data" / "false_proof.json"
@@ -124,7 +124,9 @@ def test_the_motion_of_a_proof_is_that_asked_for(tmp_path):
     check_file(proof, data, inputs=names)
     with pytest.raises(Rejected, match="columns"):
         check_file(proof, data, motion=[{names[0]: 1, names[1]: -1}])
-    found = design_space(kinematics.load("five_bar"), motion=f"{five()[0]}=2*{five()[1]}")
+    found = certify(
+        design_space(kinematics.load("five_bar"), motion=f"{five()[0]}=2*{five()[1]}")
+    )
     if found.certainty.proof is not None:
         part = proof_of(found)
         check_file(part, data_of("five_bar"), motion=[{five()[0]: 1, five()[1]: -2}])

@@ -148,7 +148,7 @@ def _surely(space: DesignSpace, asked: Restriction) -> Feasibility:
     these stands.
     """
     serial = space.serial_nullity
-    proved = space.stated is not None and space.stated.nullity == serial
+    proved = space.certainty.nullity == serial
     if not proved:
         return _undecided(UNSETTLED)
     decision = replace(space.decision, basis=space.decision.basis[:, :serial])

@@ -25,7 +25,7 @@ from balance.designs.feasibility import (
 from balance.designs.objective import Objective, optimum
 from balance.designs.restriction import Restriction, program, restriction
 from balance.inertia import LABELS
-from balance.spaces.certainty import certify
+from balance.spaces.certification import certify
 from balance.spaces.designspace import design_space
 from balance.spaces.space import DesignSpace
 
@@ -153,7 +153,7 @@ def design(
     asked = restriction(space, keep, bounds)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, asked):
         wider = design_space(space.linkage, space.motion, spatial=True)
-        space = wider if space.stated is None else certify(wider)
+        space = certify(wider) if space.certainty.poses else wider
     found = answer(space, asked)
     design = Design(
         space, found.verdict, minimise, None, tuple(keep), bounds, found.z,

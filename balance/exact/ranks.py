@@ -14,7 +14,6 @@ tested order by order, and one in rounded decimals is refused, not called rigid.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from math import comb, inf
 from typing import NamedTuple
 
@@ -23,8 +22,9 @@ from numpy.typing import NDArray
 
 from balance.answer import Balance
 from balance.exact.chain import ExactChain, exact_chain, regular
-from balance.exact.modular import PRIMES, gather, momentum, series
-from kinematics.errors import ExactError
+from balance.exact.conditions import conditions, rays_of
+from balance.exact.modular import PRIMES, gather
+from kinematics.errors import ExactError, InexactClosureError
 from kinematics.linkage import Linkage, Notice
 from kinematics.motion import Motion, restriction
 from kinematics.reader.geometry import exact_geometry
@@ -34,9 +34,7 @@ __all__ = [
     "Exact",
     "Pivot",
     "Witness",
-    "conditions",
     "exact_ranks",
-    "joints_at_rest",
     "ranks_of",
 ]
 
@@ -49,8 +47,6 @@ GIVEN_UP = 12
 # Highest orders tried one after the other: for one degree of freedom, and for more.
 LADDER = (6, 14, 30, 62, 126)
 LADDER_OF_MANY = (5, 9, 17, 33)
-# Rays are whole numbers below this, so that they are the same modulo every prime.
-RAYS = 2**20
 
 
 class Pivot(NamedTuple):
@@ -254,7 +250,7 @@ def _twice(
     size = len(chain.links) * len(chain.parameters)
     count = 1 if width == 1 else min(comb(width + 1, 2), 3 - (-size // rows))
     while True:
-        rays = _rays(count, width)
+        rays = rays_of(count, width)
         runs: list[_Run] = []
         for prime in PRIMES:
             run = _run(chain, rays, order, prime)
@@ -268,101 +264,10 @@ def _twice(
         first, second = runs
         closed = min(first.closed, second.closed)
         if closed <= order:
-            raise ExactError(
-                f"{source}: its geometry is not exactly representable: in the decimals "
-                f"of the file the loops close at {closed} orders, and not at the next; "
-                "write it with decimals that close exactly, or do without exact arithmetic"
-            )
+            raise InexactClosureError(source, closed)
         if first.enough and second.enough:
             return first, second, tuple(map(tuple, rays.tolist()))
         count *= 2
-
-
-def _rays(count: int, width: int) -> IntArray:
-    """Directions without special relations; (count, width)."""
-    if width == 1:
-        return np.ones((1, 1), dtype=np.int64)
-    return np.random.default_rng(5).integers(1, RAYS, (count, width))
-
-
-def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> IntArray:
-    """Rational numbers modulo p; ValueError if p divides a denominator."""
-    found = np.zeros((len(rows), columns), dtype=np.int64)
-    for i, row in enumerate(rows):
-        for j, x in enumerate(row):
-            if x:
-                found[i, j] = x.numerator * pow(x.denominator, -1, p) % p
-    return found
-
-
-def _modular_chain(chain: ExactChain, p: int) -> tuple[IntArray, ...] | None:
-    """The arrays of a chain modulo p, or None if p divides a denominator.
-
-    Returns:
-        Parents, screws, ends, mimics, dependent joints and columns, as `series` takes them;
-        links, rows and parameters.
-    """
-    parent, links, dependent = (
-        np.array(x, dtype=np.int64) for x in (chain.parent, chain.links, chain.dependent)
-    )
-    ends = np.array(chain.ends, dtype=np.int64).reshape(-1, 2)
-    try:
-        screws, rows = _remainders(chain.screws, 6, p), _remainders(chain.rows, 6, p)
-        mimics = _remainders(chain.mimics, parent.size, p)
-        columns = _remainders(chain.columns, chain.width, p)
-        parameters = _remainders(chain.parameters, 10, p)
-    except ValueError:
-        return None
-    return parent, screws, ends, mimics, dependent, columns, links, rows, parameters
-
-
-def conditions(
-    chain: ExactChain, rays: IntArray, order: int, p: int
-) -> tuple[IntArray, int] | None:
-    """Conditions of the orders 0 … order along rays, modulo p.
-
-    Args:
-        chain: the linkage in rational numbers.
-        rays: directions in its columns (rays, w), whole numbers below p.
-        order: highest order.
-        p: a prime below 2^30.
-
-    Returns:
-        Remainders (order + 1, rays, w, rows, bodies × parameters) of the derivatives over
-        ``k!``, and the number of orders at which all loops close; or None if p divides a
-        denominator or a pivot of the loops.
-    """
-    arrays = _modular_chain(chain, p)
-    if arrays is None:
-        return None
-    V, T, closed = series(*arrays[:6], rays, order, p)
-    if closed < 0:
-        return None
-    links, rows, parameters = arrays[6:]
-    X = momentum(links, V, T, p)
-    X = _combined(X.reshape(*X.shape[:4], links.size, 10), parameters, p)
-    X = _combined(np.moveaxis(X, 3, -1), rows, p)
-    X = np.ascontiguousarray(np.moveaxis(X, -1, 3).swapaxes(0, 1))
-    return X.reshape(*X.shape[:4], links.size * len(parameters)), closed
-
-
-def joints_at_rest(chain: ExactChain, order: int) -> tuple[list[int], int]:
-    """Joints that do not move at the orders 0 … order, and how many orders the loops close.
-
-    Exact for these orders up to a chance of the prime; no proof for those beyond.
-    """
-    rays = _rays(min(chain.width, 3), chain.width)
-    for p in PRIMES:
-        arrays = _modular_chain(chain, p)
-        if arrays is None:
-            continue
-        _, T, closed = series(*arrays[:6], rays, order, p)
-        if closed >= 0:
-            ground = np.zeros_like(T[:, :, :1])
-            carried = np.concatenate([T, ground], axis=2)[:, :, np.array(chain.parent)]
-            moves = np.any(carried != T, axis=(0, 1, 3, 4))
-            return np.flatnonzero(~moves).tolist(), int(closed)
-    return [], 0
 
 
 def _run(chain: ExactChain, rays: IntArray, order: int, p: int) -> _Run | None:
@@ -375,14 +280,6 @@ def _run(chain: ExactChain, rays: IntArray, order: int, p: int) -> _Run | None:
         X.reshape(order + 1, len(rays), -1, X.shape[-1]), np.array(spanning), p
     )
     return _Run(p, tuple(ranks.tolist()), pivots, closed, bool(enough))
-
-
-def _combined(X: IntArray, weights: IntArray, p: int) -> IntArray:
-    """Combinations of the last axis of X with the rows of ``weights``, modulo p."""
-    out = np.zeros((*X.shape[:-1], len(weights)), dtype=np.int64)
-    for i, j in np.argwhere(weights):
-        out[..., i] = (out[..., i] + X[..., j] * weights[i, j]) % p
-    return out
 
 
 def _pivots(chain: ExactChain, found: IntArray) -> tuple[Pivot, ...]:

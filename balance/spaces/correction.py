@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,11 @@ from balance.conditions.gathering import Gathered, add_poses, gather_conditions
 from balance.exact.ranks import Exact
 from balance.exact.serial import ExactTransfer
 from balance.inertia import from_chain, to_chain
+from balance.spaces.space import DesignSpace
 from balance.transfers.opening import Transfers, transfers
 from kinematics.assembly import moving_chain
 from kinematics.linkage import Chain, Frame, frozen
 from kinematics.rational import combination, dot
-
-if TYPE_CHECKING:
-    from balance.spaces.space import DesignSpace
 
 __all__ = ["Evidence", "correct", "exact_orders", "with_idle_joints", "with_more_poses"]
 

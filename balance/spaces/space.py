@@ -16,7 +16,7 @@ from balance.conditions.rank import Decision
 from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
 from balance.meaning.explain import Explanation, explain
-from balance.spaces.certainty import Certainty, check_proved, level_of
+from balance.spaces.certainty import Certainty
 from balance.spaces.nearness import nearest_drop
 from balance.transfers.opening import CLEAR, SURE, Transfers
 from balance.transfers.partition import Transfer, by_joint
@@ -27,6 +27,9 @@ __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
 Array = NDArray[np.float64]
 
 SCHEMA = "balance.report/1"
+BY_ROUNDING = Certainty(
+    "estimated", "by floating-point arithmetic alone; certify tells more", None, None, 0.0, 0
+)
 # Masses in files are rounded: a given distribution counts as balanced up to this part of
 # the sum of its bodies' contributions.
 BALANCED = 1e-9
@@ -56,7 +59,8 @@ class DesignSpace(Answer):
             are orthonormal, and the numbers behind the rank.
         chain: the joints that move as arrays, and those units.
         exchanged: what may be exchanged across joints, in those units.
-        stated: the certainty that `balance.certify` found; None before.
+        certainty: how sure the integers are; by floating point alone, an estimate. See
+            `balance.certify`.
     """
 
     linkage: Linkage
@@ -64,7 +68,7 @@ class DesignSpace(Answer):
     decision: Decision = field(repr=False)
     chain: Chain = field(repr=False)
     exchanged: Transfers = field(repr=False)
-    stated: Certainty | None = field(default=None, repr=False)
+    certainty: Certainty = field(default=BY_ROUNDING, repr=False)
 
     @property
     def singular_values(self) -> Array:
@@ -115,7 +119,8 @@ class DesignSpace(Answer):
     @property
     def sure(self) -> bool:
         """Whether all conditions are known, and none is in doubt."""
-        doubts = self.doubts if self.stated is None else self.stated.doubts
+        known = self.certainty is not BY_ROUNDING
+        doubts = self.certainty.doubts if known else self.doubts
         return self.settled and not doubts
 
     @property
@@ -125,7 +130,7 @@ class DesignSpace(Answer):
         Known where exact arithmetic finds as many conditions, or where none is near
         round-off.
         """
-        proved = self.stated.rank if self.stated is not None else None
+        proved = self.certainty.rank
         return not self.decision.thin if proved is None else self.rank <= proved
 
     @cached_property
@@ -151,11 +156,6 @@ class DesignSpace(Answer):
         if not np.isfinite(residual):  # lengths that no double precision can square
             residual = 1.0
         return AsGiven(residual <= BALANCED, residual)
-
-    @cached_property
-    def certainty(self) -> Certainty:
-        """How sure the integers of this space are, and why; see `balance.certify`."""
-        return level_of(self) if self.stated is None else self.stated
 
     @cached_property
     def nearest_drop(self) -> float | None:
@@ -230,7 +230,7 @@ class DesignSpace(Answer):
             explanation: what ``explain`` found, for the keys ``transfers`` and ``freedoms``.
             exact: what ``exact`` found, for that key.
         """
-        check_proved(self)
+        self._check_proved()
         linkage = self.linkage
         return {
             "schema": SCHEMA,
@@ -265,6 +265,23 @@ class DesignSpace(Answer):
             "as_given": self.as_given._asdict(),
             "warnings": [notice._asdict() for notice in self.warnings],
         } | (explanation.to_dict() if explanation else {})
+
+
+    def _check_proved(self) -> None:
+        """Raise an AssertionError if an integer is said to be proved that is not the exact one.
+
+        Rank, nullity, serial and parallel part are those of the proof, and the table ends at the
+        order that reaches the rank, unless orders up to another were asked for.
+        """
+        certainty = self.certainty
+        if certainty.level != "proved":
+            return
+        proof, orders = certainty.proof, certainty.orders
+        assert proof is not None
+        known = (proof.rank, proof.nullity, proof.nullity, orders)
+        ranks = tuple(order.rank for order in self.orders)
+        found = (self.rank, self.nullity, self.serial_nullity, ranks)
+        assert found == known, f"proved: {known}, not {found}"
 
 
 def _version() -> str:

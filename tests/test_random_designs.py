@@ -7,15 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from random_designs import SETTLED, Question, asked, check, matrix, question, run
+from shapes import quadrilateral
 from test_certificate import _cloud
 from urdf_text import along, joint
 
 import kinematics
 from balance import check_certificate, design_space
-from balance.designs.certificate import _known
+from balance.designs.certificate import _known, clash
 from balance.designs.cone import matrices_of
 from balance.designs.optimum import design
-from balance.designs.restriction import restriction
+from balance.designs.restriction import program, restriction
 
 INERTIAL = (
     '<inertial><origin xyz="{}"/><mass value="{}"/>'
@@ -161,3 +162,20 @@ def test_a_link_without_mass_may_be_kept(entry, tmp_path):
 def test_questions_follow_from_their_seed(tmp_path):
     assert question(7, tmp_path) == question(7, tmp_path) != question(8, tmp_path)
     assert np.array_equal(matrix(np.eye(10)[0]), np.diag([0.0, 0.0, 0.0, 1.0]))
+
+
+def test_kept_links_that_say_the_same_twice():
+    """Force balance of a parallelogram: rows of two kept cranks depend on one another."""
+    rng = np.random.default_rng(11)
+    for _ in range(12):
+        a, b = rng.uniform(-2.0, -1.0), rng.uniform(-1.0, -0.4)
+        corners = np.array([[0.0, 0.0], [a, b], [a + 1.5, b], [1.5, 0.0]])
+        space = design_space(quadrilateral(corners, 3, rng), balance="force")
+        found = design(space, keep=[space.bodies[0], space.bodies[2]])
+        assert space.rank == 2 and found.verdict == "infeasible"
+        assert found.residuals.separation < 5e-14
+        # Whatever the round-off in these rows, multipliers of their difference stay bounded.
+        question = program(space, restriction(space, found.keep, {}))
+        noise = 1e-14 * rng.standard_normal(question.fixed.shape)
+        moved = clash(question._replace(fixed=question.fixed + noise))
+        assert np.abs(moved - clash(question)).max() < 1e-9

@@ -36,7 +36,7 @@ def space_of(figure: Figure, linkage, max_order=None):
 
 @cache
 def known(figure: Figure):
-    """The certified space of a row of the table: results cannot be changed, so tests share it."""
+    """The certified space of a row of the table: tests share it, for it cannot be changed."""
     return certify(space(figure))
 
 

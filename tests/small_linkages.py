@@ -7,6 +7,7 @@ loops close exactly.
 from __future__ import annotations
 
 import random
+import re
 from pathlib import Path
 
 __all__ = ["small_linkage"]
@@ -14,10 +15,15 @@ __all__ = ["small_linkage"]
 Z = (0.0, 0.0, 1.0)
 
 
-def small_linkage(rng: random.Random, path: Path) -> Path:
-    """Write a linkage of two to four bodies to a file: arms, four-bars, five-bars, sliders."""
+def small_linkage(rng: random.Random, path: Path, uneven: bool = False) -> Path:
+    """Write a linkage of one to four bodies to a file: arms, four-bars, five-bars, sliders.
+
+    ``uneven`` makes some bodies up to a thousand times lighter or heavier.
+    """
     kind = rng.choice(("arm", "four_bar", "four_bar", "five_bar", "slider", "special"))
     parts = _arm(rng) if kind == "arm" else _loop(rng, kind)
+    if uneven:
+        parts = [_resized(part, 10.0 ** rng.choice((-3, -1, 0, 0, 1, 3))) for part in parts]
     text = f'<robot name="{kind}"><link name="base"/>{"".join(parts)}</robot>'
     path.write_text(text, "utf-8")
     return path
@@ -68,6 +74,12 @@ def _loop(rng: random.Random, kind: str) -> list[str]:
         f'<origin xyz="{second}"/></successor><axis xyz="0 0 1"/></loop>'
     )
     return parts
+
+
+def _resized(text: str, factor: float) -> str:
+    """A body with its mass and moments multiplied."""
+    pattern = re.compile(r'(mass value|i[xyz][xyz])="([^"]*)"')
+    return pattern.sub(lambda found: f'{found[1]}="{factor * float(found[2])!r}"', text)
 
 
 def _length(rng: random.Random) -> float:

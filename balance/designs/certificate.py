@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.designs.cone import Cone, cone_of, given, matrices_of
-from balance.designs.restriction import Program, Restriction
+from balance.designs.restriction import SAME, Program, Restriction
 from balance.spaces.space import DesignSpace
 
 __all__ = ["CertificateCheck", "certificates", "check_certificate", "clash", "judged"]
@@ -37,7 +37,7 @@ CUTS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-7)
 # Steps of Gauss and Newton, and the residual that is small enough.
 STEPS, SMALL = 12, 5e-15
 # Regularisation of conditions that say the same.
-SAME = 1e-15
+RIDGE = 1e-15
 # Part of a matrix that counts as zero where it is bounded.
 SLACK = 1e-13
 
@@ -198,11 +198,13 @@ def _assembled(question: Program, free: Array, limits: Array) -> Array:
 def _refined(question: Program, Z: Array) -> Array:
     """Matrices whose parts for rows that have a value make the sum vanish.
 
-    The second time, what rounding left the first time is solved for.
+    The second time, what rounding left the first time is solved for. Rows that depend on one
+    another to round-off are one row, as in the question itself: their difference, taken for a
+    condition of its own, would make multipliers without limit.
     """
     for _ in range(2 if len(question.fixed) else 0):
         rest = np.einsum("bnij,bij->n", question.whole.blocks, Z)
-        Z = Z + _fixing(question, np.linalg.lstsq(question.fixed.T, -rest)[0])
+        Z = Z + _fixing(question, np.linalg.lstsq(question.fixed.T, -rest, rcond=SAME)[0])
     return Z
 
 
@@ -259,7 +261,7 @@ def _solved(blocks: Array, L: Array) -> Array:
         if residual @ residual <= SMALL**2:
             break
         square = slope @ slope.T
-        square.flat[:: n + 1] += SAME * np.einsum("ii->", square) / n
+        square.flat[:: n + 1] += RIDGE * np.einsum("ii->", square) / n
         change = (np.linalg.solve(square, residual) @ slope).reshape(L.shape)
         L = L - (0.9 if step % 2 else 0.5) * change
     return L

@@ -18,7 +18,7 @@ from balance.designs.cone import Cone, cone_of, given, matrices_of
 from balance.spaces.space import DesignSpace
 from kinematics.errors import BodyError, LinkageError
 
-__all__ = ["Program", "Restriction", "program", "restriction"]
+__all__ = ["SAME", "Program", "Restriction", "program", "restriction"]
 
 Array = NDArray[np.float64]
 

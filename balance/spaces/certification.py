@@ -249,7 +249,7 @@ def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> Des
     # known that axes that are parallel to within rounding are meant to be.
     parallel = settled.nullity > settled.serial_nullity
     same = found is not None and found.exact.rank == settled.rank
-    level = LEVELS[sure and ((tiny and parallel) or same)]
+    level = LEVELS[bool(sure and ((tiny and parallel) or same))]
     seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
     bounds: tuple[int | None, int | None] = (None, None)
     if found is not None:

@@ -268,10 +268,10 @@ class DesignSpace(Answer):
 
 
     def _check_proved(self) -> None:
-        """Raise an AssertionError if an integer is said to be proved that is not the exact one.
+        """Raise an AssertionError if an integer under ``proved`` is not the exact one.
 
-        Rank, nullity, serial and parallel part are those of the proof, and the table ends at the
-        order that reaches the rank, unless orders up to another were asked for.
+        Rank, nullity, serial and parallel part are those of the proof, and the table ends at
+        the order that reaches the rank, unless orders up to another were asked for.
         """
         certainty = self.certainty
         if certainty.level != "proved":

@@ -108,7 +108,12 @@ def _random_ways(graph: Graph, massive: set[int], rng) -> Iterator:
                 tree.append(j)
                 group = [a if g == b else g for g in group]
         rest = [j for j in order if j not in tree]
-        ends = [[s for s in (0, 1) if graph.pairs[j][s] in massive] for j in rest]
+        # Of a loop of links without mass, any moving link may be split.
+        ends = [
+            [s for s in (0, 1) if graph.pairs[j][s] in massive]
+            or [s for s in (0, 1) if graph.pairs[j][s]]
+            for j in rest
+        ]
         yield tuple(tree), tuple(
             (j, some[rng.integers(len(some))]) for j, some in zip(rest, ends, strict=True)
         )

@@ -10,6 +10,7 @@ from drafts import axis_edge, linked
 from laws import outside
 
 import balance
+from balance.bodies import in_link_frames
 from balance.spaces.geometries import CHUNK
 from kinematics import load
 from kinematics.assembly import assemble

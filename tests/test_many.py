@@ -114,6 +114,44 @@ def test_other_topologies_in_other_places(name, options):
     agree(found, one_by_one(linkage, screws, **options), linkage.frames)
 
 
+def test_a_basis_is_that_of_the_pose_given():
+    """A parallelogram 0.01 rad from flat: crank and rocker turn, the coupler is carried along.
+
+    The momentum of each body is written down by hand, for a unit rate of the crank.
+    """
+    linkage, height = load("four_bar_parallelogram"), 0.01
+    corners = {"u1": (0, 0), "q2": (1, height), "q3": (3, height), "q4": (2, 0)}
+    places = [corners[joint.name] for joint in linkage.joints]
+    found = balance.design_space_many(
+        linkage, [[[0, 0, 1, y, -x, 0] for x, y in places]], bases=True
+    )
+    rows = {
+        "crank": [[0, 0, 0, 1], [0, 0, -1, 0], [0, 1, 0, 0]],
+        "coupler": [[0, 1, height, 0], [-height, 0, 0, 0], [1, 0, 0, 0]],
+        "rocker": [[0, -2, 0, 1], [0, 0, -1, 0], [-2, 1, 0, 0]],
+    }
+    X = np.hstack([rows[body.name] for body in linkage.bodies]).astype(float)
+    basis = found.basis(0)
+    assert found.nullity[0] == basis.shape[1] == np.linalg.matrix_rank(basis) == 7
+    assert np.abs(X @ basis).max() < 1e-13 * np.abs(basis).max()
+
+
+def test_geometries_near_round_off_are_told():
+    """The revolute axis of an arm is parallel to the helical one, nearly so, or not at all."""
+    linkage = load("hprs")
+    (joint,) = (j for j, each in enumerate(linkage.joints) if each.name == "revolute")
+    screws = []
+    for tilt in (0.0, 1e-9, 1e-7, 0.3):
+        moved = np.array([joint.screw for joint in linkage.joints])
+        n = np.array([0.6 * tilt, 0.0, 1.0]) / np.hypot(0.6 * tilt, 1.0)
+        moved[joint] = [*n, *np.cross(linkage.joints[joint].point, n)]
+        screws.append(moved)
+    found = balance.design_space_many(linkage, screws)
+    assert not found.refused and {*found.unsure} == {1, 2}
+    assert all("decides about transfers" in reason for reason in found.unsure.values())
+    assert found.serial_nullity[[0, 3]].tolist() == [16, 14]
+
+
 @pytest.mark.parametrize("kinds", [("revolute",) * 4, ("revolute", "prismatic") * 2])
 def test_joints_that_follow_others(kinds):
     rng = np.random.default_rng(95)

@@ -242,18 +242,22 @@ def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> Des
             break
         settled = with_more_poses(settled)
         residual, poses = _residual(settled)
-    doubts = _doubts(settled, residual)
-    sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
-    tiny = max(settled.dropped, residual) <= ROUND_OFF
-    # Without exact arithmetic a condition near round-off is not told from none; nor is it
-    # known that axes that are parallel to within rounding are meant to be.
-    parallel = settled.nullity > settled.serial_nullity
-    same = found is not None and found.exact.rank == settled.rank
-    level = LEVELS[bool(sure and ((tiny and parallel) or same))]
-    seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
     bounds: tuple[int | None, int | None] = (None, None)
     if found is not None:
         bounds = found.exact.rank, len(found.independent)
+    same = bounds == (settled.rank, settled.serial_nullity)
+    doubts = _doubts(settled, residual)
+    left = any(notice.code == "left_singular_pose" for notice in space.linkage.notices)
+    if found is not None and left and not same:
+        # The file is of another pose, so nothing tells rounding from what the file says.
+        doubts += (reason,)
+    sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
+    # Without exact arithmetic a condition near round-off is not told from none; nor is it
+    # known that axes that are parallel to within rounding are meant to be.
+    tiny = max(settled.dropped, residual) <= ROUND_OFF
+    parallel = settled.nullity > settled.serial_nullity
+    level = LEVELS[bool(sure and ((tiny and parallel) or same))]
+    seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
     certainty = Certainty(level, seen + reason, *bounds, residual, poses, doubts)
     return _told(space, replace(settled, certainty=certainty))
 

@@ -86,8 +86,7 @@ def _ways(graph: Graph, rng, effort: int) -> tuple[Iterator, bool]:
             (tree, tuple(zip(rest, ends, strict=True)))
             for rest in combinations(joints, loops)
             if _spans(graph, tree := tuple(j for j in joints if j not in rest))
-            for ends in product((0, 1), repeat=loops)
-            if all(graph.pairs[j][s] in massive for j, s in zip(rest, ends, strict=True))
+            for ends in product(*(_ends(graph, massive, j) for j in rest))
         )
         return everything, True
     return _random_ways(graph, massive, rng), False
@@ -108,15 +107,16 @@ def _random_ways(graph: Graph, massive: set[int], rng) -> Iterator:
                 tree.append(j)
                 group = [a if g == b else g for g in group]
         rest = [j for j in order if j not in tree]
-        # Of a loop of links without mass, any moving link may be split.
-        ends = [
-            [s for s in (0, 1) if graph.pairs[j][s] in massive]
-            or [s for s in (0, 1) if graph.pairs[j][s]]
-            for j in rest
-        ]
+        ends = [_ends(graph, massive, j) for j in rest]
         yield tuple(tree), tuple(
             (j, some[rng.integers(len(some))]) for j, some in zip(rest, ends, strict=True)
         )
+
+
+def _ends(graph: Graph, massive: set[int], joint: int) -> list[int]:
+    """The ends of a joint at which a moving link may be split: with a body if there is one."""
+    pair = graph.pairs[joint]
+    return [s for s in (0, 1) if pair[s] in massive] or [s for s in (0, 1) if pair[s]]
 
 
 def _spans(graph: Graph, tree: tuple[int, ...]) -> bool:

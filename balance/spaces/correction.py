@@ -100,7 +100,9 @@ def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
         exchanged = _exchanged(space.chain, found, space.exchanged)
         known = _spanning(space.chain, found.exact, found.independent)
     gathered = _conditions(space, known, exact)
-    return _rebuilt(space, gathered, exchanged, orders)
+    # Where floating point sees fewer conditions, the last directions are the least sure.
+    nullity = exact.parameters - max(exact.rank, gathered.conditions.rank)
+    return _rebuilt(space, gathered, exchanged, orders, nullity)
 
 
 def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
@@ -151,17 +153,19 @@ def _conditions(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
 
 
 def _rebuilt(
-    space: DesignSpace, gathered: Gathered, exchanged: Transfers, orders: tuple[Order, ...]
-) -> DesignSpace:
-    """The space with other conditions and transfers."""
+    space: DesignSpace, gathered: Gathered, exchanged: Transfers, orders: tuple[Order, ...],
+    nullity: int | None = None,
+) -> DesignSpace:  # fmt: skip
+    """The space with other conditions and transfers, of a nullity if that is known."""
     decision = gathered.conditions.decide()
+    decision = replace(decision, basis=frozen(decision.basis[:, :nullity]))
     G = from_chain(space.chain.frame, space.planar, space.balance == "force")
-    size, nullity = decision.basis.shape
-    basis = G @ decision.basis.reshape(size // len(G), len(G), nullity)
-    complete = gathered.conditions.complete
+    size, count = decision.basis.shape
+    basis = G @ decision.basis.reshape(size // len(G), len(G), count)
+    complete = count == len(gathered.conditions.known)
     return replace(
         space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
-        basis=frozen(basis.reshape(size, nullity)),
+        basis=frozen(basis.reshape(size, count)),
         serial_nullity=len(gathered.conditions.known), decision=decision, exchanged=exchanged,
     )  # fmt: skip
 

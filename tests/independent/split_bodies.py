@@ -133,6 +133,7 @@ def _spans(graph: Graph, tree: tuple[int, ...]) -> bool:
 def _opened(graph: Graph, way, selection, p: int, rng) -> np.ndarray:
     """Null space of one opened linkage, copies added to their bodies; as rows."""
     order, slot, copies = _walk(graph, *way)
+    copies = [(at, part) for at, part in copies if part in graph.part]
     below, above, joints = np.array(order, dtype=np.int64).reshape(-1, 3).T.copy()
     size, bodies = selection.parameters, len(graph.part)
     where = [slot[x] for x in graph.part] + [at for at, _ in copies]

@@ -120,7 +120,10 @@ def test_a_planar_chain_is_spatial_as_written(tmp_path, capsys):
     )
     assert [w["code"] for w in meant["warnings"]] == ["rounded_angles"]
     assert meant["warnings"][0]["message"].endswith("; ".join(answers))
-    assert [w["code"] for w in literal["warnings"]] == ["rounded_angles", "nearly_planar"]
+    # Floating point does not see one of the eight transfers past axes that are 4e-6 apart.
+    codes = ["rounded_angles", "nearly_planar", "corrected"]
+    assert [w["code"] for w in literal["warnings"]] == codes
+    assert (literal["serial"], literal["certainty"]) == (8, "proved")
     assert literal["warnings"][0]["message"].endswith("; ".join(reversed(answers)))
 
 

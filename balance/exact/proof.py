@@ -53,6 +53,10 @@ class Proof(NamedTuple):
         """Dimension of the design space."""
         return len(self.transfers)
 
+    def __repr__(self) -> str:
+        """One line: `to_dict` has all of it."""
+        return f"Proof(rank={self.rank}, nullity={self.nullity}, prime={self.witness.prime})"
+
     def to_dict(self) -> dict[str, object]:
         """Plain data, ready for JSON; rational numbers as texts, such as ``"-3/4"``.
 

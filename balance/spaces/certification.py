@@ -74,7 +74,10 @@ def certify(space: DesignSpace) -> DesignSpace:
         rounded = _by_rounding(space, f"not by exact arithmetic: {error}", None)
         inexact = isinstance(error, InexactClosureError)
         return _told_of_closure(rounded) if inexact else rounded
-    if (count := found.replaced) and _differences(space, found):
+    # Numbers within 2^-64 of what is meant lose a special geometry, which floating point sees
+    # with a wide gap; a gap that is doubtful is of what the file says.
+    special = not space.doubts or _moved(space)
+    if (count := found.replaced) and special and _differences(space, found):
         lines = "; ".join(_differences(space, found))
         reason = f"exact arithmetic, with {count} numbers of the file replaced: {lines}"
         return _by_rounding(space, reason, found)
@@ -93,6 +96,16 @@ def certify(space: DesignSpace) -> DesignSpace:
         residual, poses = _residual(corrected)
     certainty = _judged(corrected, found, residual, poses)
     return _told(space, replace(corrected, certainty=certainty))
+
+
+def _codes(space: DesignSpace) -> set[str]:
+    """Codes of the notices of the linkage."""
+    return {notice.code for notice in space.linkage.notices}
+
+
+def _moved(space: DesignSpace) -> bool:
+    """Whether the reference pose is not that of the file."""
+    return bool(_codes(space) & {"assembled", "left_singular_pose"})
 
 
 def _evidence(space: DesignSpace) -> Evidence:
@@ -247,8 +260,7 @@ def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> Des
         bounds = found.exact.rank, len(found.independent)
     same = bounds == (settled.rank, settled.serial_nullity)
     doubts = _doubts(settled, residual)
-    left = any(notice.code == "left_singular_pose" for notice in space.linkage.notices)
-    if found is not None and left and not same:
+    if found is not None and "left_singular_pose" in _codes(space) and not same:
         # The file is of another pose, so nothing tells rounding from what the file says.
         doubts += (reason,)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0

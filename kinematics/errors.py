@@ -14,6 +14,7 @@ __all__ = [
     "ExactError",
     "FileError",
     "InexactClosureError",
+    "InexactPlaneError",
     "LinkageError",
     "MobilityError",
     "MotionError",
@@ -62,6 +63,22 @@ class InexactClosureError(ExactError):
             f"{linkage}: its geometry is not exactly representable: in the decimals of the "
             f"file the loops close at {orders} orders, and not at the next; write it with "
             "decimals that close exactly, or do without exact arithmetic"
+        )
+
+
+class InexactPlaneError(ExactError):
+    """A linkage that is planar only to the rounding of its axes.
+
+    Attributes:
+        deviation: by how much they are not parallel, radians.
+    """
+
+    def __init__(self, linkage: str, deviation: float) -> None:
+        """Compose the message."""
+        self.deviation = deviation
+        super().__init__(
+            f"{linkage}: planar only up to rounding: its axes are not exactly parallel; write "
+            "them with rational directions, or count all parameters (spatial)"
         )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.assembly import moving_chain
-from kinematics.errors import ExactError
+from kinematics.errors import ExactError, InexactPlaneError
 from kinematics.linkage import GROUND, Linkage
 from kinematics.motion import Motion
 from kinematics.rational import (
@@ -168,14 +168,9 @@ def _in_plane(
     moving = [geometry.screws[j] for j in joints]
     turning = [screw for screw in moving if any(screw[:3])]
     n = _normal(turning, [s[3:] for s in moving if not any(s[:3])], normal)
-    for screw in moving:
-        out = dot(screw[:3], screw[3:]) if any(screw[:3]) else dot(screw[3:], n)
-        if out or any(cross(screw[:3], n)):
-            raise ExactError(
-                f"{linkage.source}: planar only up to rounding: its axes are not exactly "
-                "parallel; write them with rational directions, or count all parameters "
-                "(spatial)"
-            )
+    deviation = max(_out_of_plane(screw, n) for screw in moving)
+    if deviation:
+        raise InexactPlaneError(linkage.source, float(deviation) ** 0.5)
     nearest = max(range(3), key=lambda i: abs(n[i]))
     helper = _units(3)[(nearest + 1) % 3]
     a = tuple(x - dot(helper, n) / dot(n, n) * y for x, y in zip(helper, n, strict=True))
@@ -184,6 +179,15 @@ def _in_plane(
     one, six = (Fraction(1), *zero), (Fraction(0),) * 6
     parameters = (one + six, (one[1], *a) + six, (one[1], *b) + six, (*zero, one[1]) + squares)
     return (n + zero, zero + a, zero + b), parameters
+
+
+def _out_of_plane(screw: Vector, n: Vector) -> Fraction:
+    """Square of how far a screw is from a motion in the plane of normal n; relative."""
+    w, v, square = screw[:3], screw[3:], dot(n, n)
+    if not any(w):
+        return dot(v, n) ** 2 / (dot(v, v) * square)
+    off = cross(w, n)
+    return dot(off, off) / (dot(w, w) * square) + dot(w, v) ** 2 / dot(w, w) ** 2
 
 
 def _normal(

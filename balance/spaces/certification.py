@@ -24,7 +24,7 @@ from balance.spaces.correction import (
     with_more_poses,
 )
 from balance.spaces.space import DesignSpace
-from kinematics.errors import InexactClosureError, LinkageError
+from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
 from kinematics.linkage import Notice
 from kinematics.reader.geometry import exact_geometry
 from kinematics.walk import walk
@@ -46,6 +46,9 @@ ROUNDS = 3
 CLOSURE_ORDERS = 12
 # And those at which joints must be at rest to count as idle.
 RESTING_ORDERS = 6
+# Axes that are further from parallel were not rounded to double precision (radians).
+PARALLEL = 1e-15
+_UNSETTLED = "poses further on need more conditions than were found"
 
 
 def certify(space: DesignSpace) -> DesignSpace:
@@ -72,8 +75,7 @@ def certify(space: DesignSpace) -> DesignSpace:
         found = _evidence(space)
     except LinkageError as error:
         rounded = _by_rounding(space, f"not by exact arithmetic: {error}", None)
-        inexact = isinstance(error, InexactClosureError)
-        return _told_of_closure(rounded) if inexact else rounded
+        return _told_of_rounding(rounded, error)
     # Numbers within 2^-64 of what is meant lose a special geometry, which floating point sees
     # with a wide gap; a gap that is doubtful is of what the file says.
     special = not space.doubts or _moved(space)
@@ -186,10 +188,15 @@ def _told(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
     return replace(certified, notices=(*kept, Notice("corrected", text)))
 
 
-def _told_of_closure(space: DesignSpace) -> DesignSpace:
-    """The space with a notice that its loops close only to rounding, if there is none yet."""
+def _told_of_rounding(space: DesignSpace, error: LinkageError) -> DesignSpace:
+    """The space with what the file's rounding, which exact arithmetic refused, means for it."""
+    if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
+        doubt = f"its axes are parallel to within {error.deviation:.0e} rad only: {error}"
+        certainty = space.certainty._replace(doubts=(*space.certainty.doubts, doubt))
+        return replace(space, certainty=certainty)
     code = "closes_to_rounding"
-    if any(notice.code == code for notice in space.notices):
+    known = any(notice.code == code for notice in space.notices)
+    if known or not isinstance(error, InexactClosureError):
         return space
     text = (
         "loops close only to the rounding of the numbers in the file: the answer is that of "
@@ -221,23 +228,44 @@ def _judged(space: DesignSpace, found: Evidence, residual: float, poses: int) ->
         ranks = tuple(order.rank for order in exact_orders(space, exact))
         return Certainty("proved", reason + replaced, *bounds, (), proof, ranks)
     order = max(CLOSURE_ORDERS, len(exact.ranks) - 1)
+    if doubt := _unverified(space, found, residual, poses, order):
+        return Certainty("estimated", doubt, *bounds, (doubt,))
+    reason = "balanced at finite poses, and of the same rank by exact arithmetic"
+    if complete:
+        reason = (
+            "exact lower bounds of rank and nullity add up to the number of parameters; loops "
+            f"close exactly up to order {order}, and numerically at {poses} poses"
+        )
+    return Certainty("verified", reason + replaced, *bounds)
+
+
+def _unverified(
+    space: DesignSpace, found: Evidence, residual: float, poses: int, order: int
+) -> str:
+    """Why a space of the exact integers is not verified; empty if it is.
+
+    Args:
+        space: the space.
+        found: what exact arithmetic finds.
+        residual: largest momentum left at fresh poses.
+        poses: how many of them there are.
+        order: the order up to which loops must close exactly.
+    """
+    exact = found.exact
     resting, closing = joints_at_rest(exact.chain, order)
-    if closing <= order or not set(idle) <= set(resting):
-        reason = f"its loops do not close exactly, or idle joints move, up to order {order}"
-    elif residual > BALANCED and not (residual <= SMALL and _stays(space, exact)):
-        reason = f"momenta of {residual:.1e} of the conditions are left at finite poses"
-    elif not poses:
-        reason = "no finite pose was found to check it at"
-    else:
-        how = "" if complete else "balanced at finite poses, and of the same rank "
-        how = how or "exact bounds of rank and nullity meet, if its loops close at all orders: "
-        closed = f"they do up to order {order}, " if complete else ""
-        how += f"{closed}and at {poses} poses" if complete else "by exact arithmetic"
-        return Certainty("verified", how + replaced, *bounds)
-    return Certainty("estimated", reason, *bounds, (reason,))
+    if closing <= order or not set(found.idle) <= set(resting):
+        return f"its loops do not close exactly, or idle joints move, up to order {order}"
+    if not exact.settled:
+        return f"exact arithmetic finds conditions up to order {exact.kmax}: more may follow"
+    if not poses:
+        return "no finite pose was found to check it at"
+    if residual > BALANCED and not (residual <= SMALL and _stays(space, exact)):
+        return _left(residual)
+    return ""
 
 
-_UNSETTLED = "poses further on need more conditions than were found"
+def _left(residual: float) -> str:
+    return f"momenta of {residual:.1e} of the conditions are left at finite poses"
 
 
 def _stays(space: DesignSpace, exact: Exact) -> bool:
@@ -280,7 +308,7 @@ def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
     if not space.settled and space.highest_order is None:
         found.append(_UNSETTLED)
     elif residual > BALANCED and space.highest_order is None:
-        found.append(f"momenta of {residual:.1e} of the conditions are left at finite poses")
+        found.append(_left(residual))
     return tuple(found)
 
 

@@ -81,7 +81,7 @@ def certify(space: DesignSpace) -> DesignSpace:
     special = not space.doubts or _moved(space)
     if (count := found.replaced) and special and _differences(space, found):
         lines = "; ".join(_differences(space, found))
-        reason = f"exact arithmetic, with {count} numbers of the file replaced: {lines}"
+        reason = f"exact arithmetic, with {count} numbers of the file replaced, finds {lines}"
         return _by_rounding(space, reason, found)
     moving = set(range(len(space.linkage.joints))) - set(found.idle)
     rested = space
@@ -191,7 +191,7 @@ def _told(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
 def _told_of_rounding(space: DesignSpace, error: LinkageError) -> DesignSpace:
     """The space with what the file's rounding, which exact arithmetic refused, means for it."""
     if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
-        doubt = f"its axes are parallel to within {error.deviation:.0e} rad only: {error}"
+        doubt = f"its axes are parallel to within {error.deviation:.0e} rad only"
         certainty = space.certainty._replace(doubts=(*space.certainty.doubts, doubt))
         return replace(space, certainty=certainty)
     code = "closes_to_rounding"
@@ -255,6 +255,8 @@ def _unverified(
     resting, closing = joints_at_rest(exact.chain, order)
     if closing <= order or not set(found.idle) <= set(resting):
         return f"its loops do not close exactly, or idle joints move, up to order {order}"
+    if not found.all_transfers(space.serial_nullity) and space.doubts:
+        return f"the serial part is that of floating point: {space.doubts[0]}"
     if not exact.settled:
         return f"exact arithmetic finds conditions up to order {exact.kmax}: more may follow"
     if not poses:

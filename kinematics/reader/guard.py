@@ -23,6 +23,7 @@ from kinematics.reader.fields import (
     only,
     turns,
 )
+from kinematics.reader.foreign_loops import check_foreign_loops
 from kinematics.reader.markup import (
     Element,
     Refusal,
@@ -87,6 +88,7 @@ def validate(robot: Element) -> None:
         raise Refusal(robot.label, "the root element is not <robot>", "give a URDF file")
     _check_xacro(robot)
     check_strays(robot)
+    check_foreign_loops(robot)
     links, joints, loops = (robot.every(tag) for tag in ("link", "joint", "loop"))
     if not links:
         raise Refusal(robot.label, "no <link>", "give a URDF file with links and joints")

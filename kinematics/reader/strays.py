@@ -50,6 +50,7 @@ _UNSUPPORTED = {"coupling": "use <mimic> on a joint", "loop_joint": "use a <loop
 _ELSEWHERE = {"link": ("inertial", "mass", "inertia"), "robot": ("link", "joint", "loop")}
 # Words that fingers make of others have so much in common with them, in parts of 1.
 ALIKE = 0.7
+ZEROS = {"0", "0.0", "-0", "-0.0"}
 
 
 def check_strays(robot: Element) -> None:
@@ -77,7 +78,7 @@ def check_strays(robot: Element) -> None:
 
 def _check_attributes(item: Element) -> None:
     known = _ATTRIBUTES.get(item.tag, ())
-    for name in item.attributes:
+    for name, value in item.attributes.items():
         plain = name.rpartition(":")[2]
         if item.tag in ("joint", "loop"):
             meant = "" if name in _OWN else _meant(plain, _OWN)
@@ -87,6 +88,8 @@ def _check_attributes(item: Element) -> None:
             continue
         elif ":" in name and not _meant(plain, known):
             continue
+        elif (item.tag, name) == ("axis", "rpy") and set(value.split()) <= ZEROS:
+            continue  # Old exporters write it beside every axis.
         else:
             meant = _meant(plain, known) or " or ".join(known)
         problem = f"<{item.tag} {shown(name)}> is not read"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import reference
@@ -23,7 +25,7 @@ from shapes import (
 )
 
 import kinematics
-from balance import check_certificate, check_design, design_space
+from balance import certify, check_certificate, check_design, design_space
 from balance.designs.feasibility import feasible
 from balance.designs.optimum import design
 from balance.verification.twin import verify
@@ -230,3 +232,33 @@ def test_no_masses_at_all_balance_a_hinge_on_a_slide():
     assert check_certificate(space, found.certificate).accepted
     kept = design(space, bounds={"b0": (1.0, 2.0)})
     assert kept.verdict == "infeasible"
+
+
+def doubted(model, **changes):
+    """A certified space about which something is in doubt."""
+    options = {"balance": "force"} if model == "fuga_i" else {}
+    space = certify(design_space(kinematics.load(model), **options))
+    assert feasible(space).verdict != "undecided"
+    certainty = space.certainty._replace(level="estimated", doubts=("in doubt",), **changes)
+    return replace(space, certainty=certainty)
+
+
+def test_a_design_in_a_doubtful_space_is_undecided():
+    """Conditions may be missing, and the design may break them."""
+    found = feasible(doubted("slider_crank"))
+    assert found.verdict == "undecided" and "not all conditions are known" in found.words
+
+
+def test_a_design_made_of_proved_transfers_stands():
+    """Counterweights on the links of an open chain balance its forces, whatever else is free."""
+    found = feasible(doubted("fuga_i"))
+    assert found.verdict == "feasible" and found.residuals.accepted
+
+
+def test_more_conditions_leave_an_infeasible_space_infeasible():
+    assert feasible(doubted("four_bar_general")).verdict == "infeasible"
+
+
+def test_false_conditions_may_hide_a_design():
+    """The rank is above the one that exact arithmetic finds."""
+    assert feasible(doubted("four_bar_general", rank=7)).verdict == "undecided"

@@ -250,7 +250,7 @@ def test_a_design_in_a_doubtful_space_is_undecided():
 
 
 def test_a_design_made_of_proved_transfers_stands():
-    """Counterweights on the links of an open chain balance its forces, whatever else is free."""
+    """Counterweights on the links of an open chain balance its forces."""
     found = feasible(doubted("fuga_i"))
     assert found.verdict == "feasible" and found.residuals.accepted
 

@@ -46,7 +46,7 @@ def round_off(origin, length):
     square = 0.0
     for i in range(3):
         square += (origin[i] / length) ** 2
-    return max(FLOOR, 2.0**-46 * np.sqrt(square))
+    return max(FLOOR, 2.0**-44 * np.sqrt(square))
 
 
 @kernel

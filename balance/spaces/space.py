@@ -33,6 +33,9 @@ BY_ROUNDING = Certainty(
 # Masses in files are rounded: a given distribution counts as balanced up to this part of
 # the sum of its bodies' contributions.
 BALANCED = 1e-9
+# A special geometry that is missed by δ has conditions of the size δ, δ² …: below this, the
+# second may be round-off.
+SMALL = 5e-8
 
 
 class AsGiven(NamedTuple):
@@ -112,8 +115,11 @@ class DesignSpace(Answer):
                 f"a direction of size {exchanged.dropped:.1e} counts as round-off: the serial "
                 "part may be wrong"
             )
-        if self.decision.thin:
-            found.append(f"a singular value kept, {self.kept:.1e}, is near round-off")
+        if self.kept < SMALL:
+            found.append(
+                f"the smallest singular value kept is {self.kept:.1e}: conditions of the size "
+                "of its square are below round-off"
+            )
         return tuple(found)
 
     @property

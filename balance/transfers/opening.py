@@ -31,7 +31,7 @@ IntArray = NDArray[np.int64]
 
 # What is dropped as round-off is beyond doubt below this part of the limit for it; what is
 # kept, above this part of the whole. In regular linkages the sizes are 1e-15 and 1e-2.
-SURE, CLEAR = 0.05, 1e-6
+SURE, CLEAR = 0.01, 1e-6
 
 
 @kernel(borrows=True)

@@ -54,11 +54,12 @@ class InexactClosureError(ExactError):
 
     Attributes:
         orders: how many orders of the motion close exactly.
+        mobility: degrees of freedom at first order, of the numbers as they are written.
     """
 
-    def __init__(self, linkage: str, orders: int) -> None:
+    def __init__(self, linkage: str, orders: int, mobility: int) -> None:
         """Compose the message."""
-        self.orders = orders
+        self.orders, self.mobility = orders, mobility
         super().__init__(
             f"{linkage}: its geometry is not exactly representable: in the decimals of the "
             f"file the loops close at {orders} orders, and not at the next; write it with "

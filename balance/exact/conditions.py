@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
-from balance.exact.modular import PRIMES, momentum, series
+from balance.exact.modular import PRIMES, eliminate, fill_loop_matrix, momentum, series
 
-__all__ = ["conditions", "joints_at_rest", "rays_of"]
+__all__ = ["conditions", "first_order_mobility", "joints_at_rest", "rays_of"]
 
 IntArray = NDArray[np.int64]
 
@@ -73,6 +73,24 @@ def joints_at_rest(chain: ExactChain, order: int) -> tuple[list[int], int]:
             moves = np.any(carried != T, axis=(0, 1, 3, 4))
             return np.flatnonzero(~moves).tolist(), int(closed)
     return [], 0
+
+
+def first_order_mobility(chain: ExactChain) -> int:
+    """Joints less the rank of the loop matrix, modulo a prime that divides no denominator.
+
+    The mobility at first order; -1 if every prime divides a denominator.
+    """
+    n = len(chain.parent)
+    for p in PRIMES:
+        arrays = _modular_chain(chain, p)
+        if arrays is None:
+            continue
+        parent, screws, ends, mimics = arrays[:4]
+        rows = 6 * len(ends) + len(mimics)
+        A = np.zeros((rows, n + rows), np.int64)
+        fill_loop_matrix(parent, screws, ends, mimics, np.arange(n), p, A)
+        return n - int(eliminate(A, n, p))
+    return -1
 
 
 def _modular_chain(chain: ExactChain, p: int) -> tuple[IntArray, ...] | None:

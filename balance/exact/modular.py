@@ -24,7 +24,7 @@ import numpy as np
 
 from kinematics.kernels import kernel
 
-__all__ = ["PRIMES", "absorb", "eliminate", "gather", "momentum", "series"]
+__all__ = ["PRIMES", "absorb", "eliminate", "fill_loop_matrix", "gather", "momentum", "series"]
 
 PRIMES = (1073741789, 1073741783, 1073741741, 1073741723)
 """The largest primes below 2^30."""
@@ -79,7 +79,7 @@ def _add_bracket(V, s, p, out):
 
 
 @kernel
-def _loop_matrix(parent, screws, ends, mimics, dependent, p, A):
+def fill_loop_matrix(parent, screws, ends, mimics, dependent, p, A):
     """Columns of the dependent joints, and a unit matrix beside them.
 
     The rows are those of the loops, A minus B, and below them the mimic relations.
@@ -127,7 +127,7 @@ def series(parent, screws, ends, mimics, dependent, columns, rays, order, p):
     loops, nd = ends.shape[0], dependent.size
     rows = 6 * loops + mimics.shape[0]
     A = np.empty((rows, nd + rows), np.int64)
-    _loop_matrix(parent, screws, ends, mimics, dependent, p, A)
+    fill_loop_matrix(parent, screws, ends, mimics, dependent, p, A)
     regular = eliminate(A, nd, p) == nd
     S = np.zeros((order + 1, n, 6), np.int64)
     V = np.zeros((rays.shape[0], order + 1, n, 6), np.int64)

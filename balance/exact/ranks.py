@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from balance.answer import Balance
 from balance.exact.chain import ExactChain, exact_chain, regular
-from balance.exact.conditions import conditions, rays_of
+from balance.exact.conditions import conditions, first_order_mobility, rays_of
 from balance.exact.modular import PRIMES, gather
 from kinematics.errors import ExactError, InexactClosureError
 from kinematics.linkage import Linkage, Notice
@@ -264,7 +264,7 @@ def _twice(
         first, second = runs
         closed = min(first.closed, second.closed)
         if closed <= order:
-            raise InexactClosureError(source, closed)
+            raise InexactClosureError(source, closed, first_order_mobility(chain))
         if first.enough and second.enough:
             return first, second, tuple(map(tuple, rays.tolist()))
         count *= 2

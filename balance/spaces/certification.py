@@ -190,10 +190,15 @@ def _told(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
 
 def _told_of_rounding(space: DesignSpace, error: LinkageError) -> DesignSpace:
     """The space with what the file's rounding, which exact arithmetic refused, means for it."""
+    doubt, mobility = "", space.linkage.mobility
     if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
         doubt = f"its axes are parallel to within {error.deviation:.0e} rad only"
-        certainty = space.certainty._replace(doubts=(*space.certainty.doubts, doubt))
-        return replace(space, certainty=certainty)
+    if isinstance(error, InexactClosureError) and 0 < error.mobility != mobility:
+        doubt = f"the mobility is {mobility} up to rounding, and {error.mobility} as written"
+    if doubt:
+        certainty = space.certainty
+        doubts = (*certainty.doubts, doubt)
+        return replace(space, certainty=certainty._replace(level="estimated", doubts=doubts))
     code = "closes_to_rounding"
     known = any(notice.code == code for notice in space.notices)
     if known or not isinstance(error, InexactClosureError):

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.chain import arrange, extent
+from kinematics.chain import arrange, extent, paths
 from kinematics.closure import loop_matrix
 from kinematics.components import Component, components
 from kinematics.errors import OpenLoopError
@@ -181,10 +181,7 @@ def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
     """Joint positions near ``start`` that leave the loops open as little as possible."""
     from scipy.optimize import least_squares
 
-    before = np.zeros((chain.parent.size + 1, chain.parent.size))
-    for j, parent in enumerate(chain.parent):
-        before[j] = before[parent]
-        before[j, j] = 1.0
+    before = paths(chain.parent)
     q: Array = least_squares(
         lambda q: _openness(chain, gaps, forward(chain, q)), start,
         lambda q: _opening(chain, gaps, before, forward(chain, q)), max_nfev=200,
@@ -245,7 +242,7 @@ def _openness(chain: Chain, gaps: Array, pose: Pose) -> Array:
 def _opening(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
     """Derivatives of the openness by joint position: ``s D`` on the end's way, less ``D s``.
 
-    ``before`` (links and the ground, joints) is 1 for joints on the way to a link.
+    ``before`` is that of `kinematics.chain.paths`.
     """
     D, s = _across(chain, gaps, pose)[:, None], hat(pose.screws)
     ends, successors = (before[side][..., None, None] for side in chain.ends.T)

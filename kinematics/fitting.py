@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.chain import arrange, extent
+from kinematics.chain import arrange, extent, paths
 from kinematics.closure import loop_matrix
 from kinematics.freedom import DEPENDENT, spectrum
 from kinematics.linkage import Chain, Draft, Joint, frozen
@@ -241,13 +241,13 @@ def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain |
 def _effect(chain: Chain, q: Array) -> Array:
     """How small displacements of the axes open the loops at a pose; (rows, 6 n)."""
     pose = forward(chain, q)
-    n = q.size
+    n, before = q.size, paths(chain.parent)
+    signs = before[chain.ends[:, 0]] - before[chain.ends[:, 1]]
     J = np.zeros((len(chain.ends), 6, n, 6))
     for j in range(n):
         H = pose.H[chain.parent[j]] if chain.parent[j] >= 0 else np.eye(4)
         turn = Ad(H) @ (np.eye(6) - Ad(exp(chain.screws[j], q[j])))
-        for loop, (end, successor) in enumerate(chain.ends):
-            J[loop, :, j] += (_carries(chain, j, end) - _carries(chain, j, successor)) * turn
+        J[:, :, j] = signs[:, j, None, None] * turn
     return np.concatenate([
         J.reshape(-1, 6 * n), np.zeros((len(chain.mimics), 6 * n))
     ])  # fmt: skip
@@ -257,13 +257,6 @@ def _displacement(small: NDArray[np.floating]) -> Array:
     """Displacement ``exp(δ)`` of a small twist (6,); shape (4, 4)."""
     size = float(np.linalg.norm(small[:3]))
     return exp(small / size, size) if size > 0.0 else exp(small, 1.0)
-
-
-def _carries(chain: Chain, joint: int, link: int) -> int:
-    """Whether a joint lies between a link and the ground: 1 or 0."""
-    while link > joint:
-        link = int(chain.parent[link])
-    return int(link == joint)
 
 
 def _written(draft: Draft, chain: Chain) -> Draft:

@@ -72,7 +72,7 @@ def closed(draft: Draft, mend: Mend | None = None) -> Draft:
     chain = arrange(draft)
     q = np.zeros(len(draft.joints))
     for each in closings:
-        q += each.part.positions(each.q, chain.units)
+        q += each.part.all_positions(each.q, chain.units)
     furthest = max(closings, key=_distance)
     there = replace(moved(draft, chain, q), notices=(*draft.notices, *_told(furthest)))
     for each in closings:
@@ -195,7 +195,7 @@ def _almost(part: Component, mend: Mend) -> _Closing | str:
     Steps leave out directions in which the loops hardly open: those are freedoms that
     rounded axes block.
     """
-    scaled = part.arranged(extent(part.draft))
+    scaled = part.in_frame(extent(part.draft))
     chain, gaps, home = scaled.chain, _gaps(scaled), np.zeros(part.joints.size)
     for far in (False, True):
         q = _damped(chain, gaps, home) if far else home

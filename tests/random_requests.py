@@ -105,12 +105,14 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb == "models":
         return 0
     options = parsers()[verb].parse_args(words[1:])
-    if options.exact and found["exact"] is None:
-        return 4
-    if options.require:
-        return 4 * (LEVELS.index(found["certainty"]) < LEVELS.index(options.require))
-    unsure = any(notice["code"] == "not_settled" for notice in found["warnings"])
-    return 4 if unsure and options.max_order is None else 0
+    unsettled = any(notice["code"] == "not_settled" for notice in found["warnings"])
+    unsure = (
+        options.exact and found["exact"] is None,
+        found["evidence"]["doubts"],
+        unsettled and options.max_order is None,
+        LEVELS.index(found["certainty"]) < LEVELS.index(options.require or LEVELS[0]),
+    )
+    return 4 if any(unsure) else 0
 
 
 def consistent(words: list[str], found: dict[str, Any]) -> None:

@@ -44,19 +44,20 @@ NEARBY = 0.2
 def closed(draft: Draft, mend: Mend | None = None) -> Draft:
     """The draft at a pose that closes its loops; the draft itself if its own pose does.
 
-    Loops that depend on one another are closed together, and apart from the others: how far
-    they may be open is relative to their own size. A notice tells how far the loops were
-    open, which start led to the solution, and which joint moved furthest.
+    Components are closed one by one, with tolerances relative to their own size. A notice
+    states how far the loops were open, which start led to the solution, and which joint moved
+    furthest.
 
     Args:
         draft: the linkage as its file describes it.
-        mend: what may be done with loops that no pose closes, but almost: it is given the
-            draft with its welds moved to close them, the joints that depend on one another
-            along them, and by what angle and what distance welds were moved at most, and
-            returns a draft, or why it cannot.
+        mend: repair of a component whose loops almost close, such as
+            `kinematics.rounding.repair_part`. Its arguments are the draft with welds moved to
+            close the loops, the joints of the component, and the largest angle (rad) and
+            distance (m) by which welds were moved; it returns a draft, or why it cannot.
 
     Raises:
         OpenLoopError: no start leads to a closed pose.
+        MobilityError: a component is too small for double precision.
     """
     if all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops):
         return draft
@@ -85,10 +86,10 @@ def closed(draft: Draft, mend: Mend | None = None) -> Draft:
 
 
 class _Closing(NamedTuple):
-    """How a part of a linkage is closed.
+    """A closed pose of a component.
 
     Attributes:
-        part: the part.
+        part: the component.
         q: positions of its joints, in its own units.
         start: number of the start that led there.
         open: angle and distance (metres) by which welds stay open; empty if they do not.
@@ -107,7 +108,7 @@ def _distance(closing: _Closing) -> float:
 
 
 def _closed_part(part: Component, mend: Mend | None) -> _Closing | str:
-    """A pose that closes the loops of a part, or what might help if there is none."""
+    """Close the loops of a component; if no pose does, return a hint for the user."""
     gaps, hint = _gaps(part), ""
     for number, start in enumerate(_starts(part.joints.size)):
         q = _solved(part.chain, gaps, start)
@@ -190,7 +191,7 @@ def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
 
 
 def _almost(part: Component, mend: Mend) -> _Closing | str:
-    """How a part can be mended that no pose closes, but almost; otherwise why it cannot.
+    """Close a component up to a small gap, for repair; returns why if repair fails.
 
     Steps leave out directions in which the loops hardly open: those are freedoms that
     rounded axes block.

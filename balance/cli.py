@@ -237,7 +237,7 @@ def _report(arguments: argparse.Namespace) -> int:
 def _design(arguments: argparse.Namespace) -> int:
     space = with_both(partial(_space, arguments), arguments.angles)
     found = designing.designed(arguments, space)
-    told = designing.written(arguments, found)
+    told = designing.write_files(arguments, found)
     _warn(space.warnings)
     if told:
         logging.warning(told)

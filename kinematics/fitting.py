@@ -241,7 +241,7 @@ def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain |
 
 
 def _effect(chain: Chain, q: Array) -> Array:
-    """How small displacements of the axes open the loops at a pose; (rows, 6 n)."""
+    """Derivatives of the loop residual by displacements of the axes at a pose; (rows, 6 n)."""
     pose = forward(chain, q)
     n, before = q.size, paths(chain.parent)
     signs = before[chain.ends[:, 0]] - before[chain.ends[:, 1]]

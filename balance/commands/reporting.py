@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import os
 from typing import TYPE_CHECKING
 
-from kinematics.errors import FileError
+from balance.files import check_different, replacing_all
 from kinematics.linkage import Linkage, Notice
 
 if TYPE_CHECKING:
@@ -37,9 +36,7 @@ def write_files(
     """
     page, closed = arguments.html, arguments.write_closed
     contents, notices = [], []
-    if None not in (page, closed) and os.path.realpath(page) == os.path.realpath(closed):
-        problem, remedy = "is to hold both the linkage and the page", "give each its own file"
-        raise FileError(closed, "", problem, remedy)
+    check_different(closed, page)
     if closed is not None:
         from kinematics.reader.posing import at_reference_pose
 
@@ -53,10 +50,7 @@ def write_files(
         from balance.web.page import page as page_of
 
         contents.append((page, page_of(space, explanation).encode()))
-    if contents:
-        from balance.files import replacing_all
-
-        replacing_all(contents)
+    replacing_all(contents)
     return tuple(notices)
 
 

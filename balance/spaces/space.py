@@ -54,12 +54,12 @@ class DesignSpace(Answer):
 
     Attributes:
         linkage: the linkage.
-        highest_order: the highest order of derivative that was asked for; None if as many
+        highest_order: the highest order of derivative that was asked for; None for as many
             as needed.
         decision: basis and conditions in the units of the chain, where columns of the basis
             are orthonormal, and the numbers behind the rank.
-        chain: the joints that move as arrays, and those units.
-        exchanged: what may be exchanged across joints, in those units.
+        chain: arrays of the joints that move, and those units.
+        exchanged: inertia transfers across joints, in those units.
         certainty: how sure the integers are; ``"estimated"`` until `balance.certify` has
             compared them with those of exact arithmetic.
     """

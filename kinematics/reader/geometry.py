@@ -100,7 +100,7 @@ def exact_geometry(linkage: Linkage) -> Geometry:
 
 
 def _positions(linkage: Linkage) -> Iterator[Notice]:
-    """What is replaced by moving the joints that carry others to the reference pose."""
+    """Notices of the joints whose positions at the reference pose are rounded to fractions."""
     assert linkage.displaced is not None
     carriers = {joint.parent for joint in linkage.joints}
     for j, (joint, q) in enumerate(zip(linkage.joints, linkage.displaced, strict=True)):

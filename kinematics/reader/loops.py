@@ -25,9 +25,9 @@ __all__ = ["FREEDOMS", "attach", "freedoms", "origin", "perpendicular", "unit"]
 
 Array = NDArray[np.float64]
 
-# Frames nearer than this, in radians and in parts of the size of the loop, coincide: the rest
-# is round-off of the products of rotations that placed them, which is at least the second in
-# parts of the extent of the linkage.
+# Frames nearer than the first, in radians and in parts of the size of the loop, coincide: the
+# rest is round-off of the products of rotations that placed them. The second adds the round-off
+# of coordinates, in parts of the extent of the linkage.
 ROUND_OFF, LOST = 1e-12, 1e-14
 
 FREEDOMS = {

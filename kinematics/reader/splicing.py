@@ -76,7 +76,7 @@ class Text:
         return not self.data.startswith(f"</{element.tag}".encode(self.codec), element.span[1])
 
     def end(self, element: Element) -> int:
-        """Where an element ends."""
+        """The place after the last byte of an element."""
         last = element.span[1]
         if self.is_tag(element):
             return last

@@ -42,7 +42,7 @@ EXIT_CODES = (
     "4 undecided, 70 a defect of this program (one line says what; BALANCE_DEBUG=1 shows "
     "where), 130 interrupted."
 )
-# Characters of what is said of bad input.
+# Most characters of an error message.
 LONGEST = 20_000
 DONE, NEGATIVE, REFUSED, UNDECIDED, DEFECT, INTERRUPTED = 0, 1, 3, 4, 70, 130
 
@@ -66,13 +66,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     debug = bool(os.environ.get("BALANCE_DEBUG"))
     with warnings.catch_warnings():
         if not debug:
-            # Words of libraries for programmers; those for users are notices.
+            # Warnings of libraries are for programmers; those for users are notices.
             warnings.showwarning = lambda *_, **__: None
         return _run(argv, debug)
 
 
 def _run(argv: Sequence[str] | None, debug: bool) -> int:
-    """One command, and what is said where it fails."""
+    """Run one command; returns its exit code, and prints one line where it fails."""
     words = sys.argv[1:] if argv is None else argv
     try:
         arguments = _parser().parse_args(words)
@@ -96,12 +96,12 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser that says what is wrong in one line, whatever the words are made of."""
+    """A parser that reports a wrong argument in one line, whatever characters it has."""
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str], namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse words; ``--option=--``, which Python 3.11 reads as a list, is refused."""
+        """Parse arguments; refuse ``--option=--``, which Python 3.11 reads as a list."""
         for name in (word[:-3] for word in args if word.startswith("--")
                      and word.endswith("=--")):  # fmt: skip
             self.error(f"argument {name}: expected one argument")
@@ -222,7 +222,7 @@ def _report(arguments: argparse.Namespace) -> int:
 
     space, exact = _exactly(space) if arguments.exact else (space, None)
     explanation = space.explain() if arguments.explain else None
-    told = reporting.written(arguments, space, explanation)
+    told = reporting.write_files(arguments, space, explanation)
     _warn((*space.warnings, *(exact.notices if exact else ()), *told))
     if arguments.json:
         print(json_text(space.to_dict(explanation, exact), 2))
@@ -237,7 +237,7 @@ def _report(arguments: argparse.Namespace) -> int:
 def _design(arguments: argparse.Namespace) -> int:
     space = with_both(partial(_space, arguments), arguments.angles)
     found = designing.designed(arguments, space)
-    told = designing.written(arguments, found)
+    told = designing.write_files(arguments, found)
     _warn(space.warnings)
     if told:
         logging.warning(told)

@@ -14,7 +14,7 @@ from uuid import uuid4
 from kinematics.errors import FileError
 from kinematics.reader.markup import shown
 
-__all__ = ["replacing", "replacing_all"]
+__all__ = ["check_different", "replacing", "replacing_all"]
 
 
 @contextmanager
@@ -65,6 +65,19 @@ def replacing_all(contents: Iterable[tuple[str, bytes]]) -> None:
     with ExitStack() as all_or_none:
         for path, content in contents:
             all_or_none.enter_context(replacing(path)).write(content)
+
+
+def check_different(linkage: str | None, page: str | None) -> None:
+    """Refuse one path for both the linkage and the page that a command writes.
+
+    Raises:
+        FileError: both are given, and are one file.
+    """
+    if linkage is None or page is None:
+        return
+    if os.path.realpath(linkage) == os.path.realpath(page):
+        problem, remedy = "is to hold both the linkage and the page", "give each its own file"
+        raise FileError(linkage, "", problem, remedy)
 
 
 def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:

@@ -1,4 +1,4 @@
-"""JSON text of results: the one encoder of what commands print and pages hold."""
+"""The one JSON encoder, for what commands print and pages embed."""
 
 from __future__ import annotations
 
@@ -13,23 +13,27 @@ __all__ = ["json_text", "plain"]
 
 
 def json_text(data: object, indent: int | None = None) -> str:
-    """Data as strict JSON, in one piece: no NaN, no infinity, no types of NumPy.
+    """Encode data as strict JSON: no NaN, no infinity.
 
     Args:
-        data: what `plain` takes.
+        data: nested mappings, sequences, arrays and scalars; see `plain`.
         indent: blanks per level; everything in one line by default.
 
     Raises:
         TypeError: something in the data has no counterpart in JSON.
+
+    Example:
+        >>> json_text({"rank": np.int64(7), "gap": float("inf")})
+        '{"rank": 7, "gap": null}'
     """
     return json.dumps(plain(data), indent=indent, ensure_ascii=False, allow_nan=False)
 
 
 def plain(data: object) -> object:
-    """Data in the types of JSON alone: dict, list, str, int, float, bool and None.
+    """Convert data to the types of JSON: dict, list, str, int, float, bool and None.
 
-    Arrays and tuples become lists, scalars of NumPy those of Python, fractions texts such as
-    ``"1/3"``. A number that is NaN or infinite becomes None: JSON has no other word for it.
+    Arrays and tuples become lists, NumPy scalars Python scalars, and fractions strings such as
+    ``"1/3"``. NaN and infinities become None, since JSON has no number for them.
 
     Raises:
         TypeError: something in the data, or a key, is of another type.

@@ -3,7 +3,7 @@
 Mobility is decided at first order at the reference pose, by the rank of the loop matrix of
 each part whose joints depend on one another, and then put to the test: along a generic
 direction the series must close at every order computed, and a finite pose must exist there.
-The same finite pose tells which joints are idle, because an analytic joint motion that
+The same finite pose shows which joints are idle, because an analytic joint motion that
 vanishes at a generic pose vanishes everywhere.
 """
 
@@ -23,7 +23,7 @@ from kinematics.errors import CoordinateError, MobilityError, MotionError
 from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen
 from kinematics.motion import Motion
 from kinematics.placement import Pose
-from kinematics.rounding import doubtful, mended, mended_part
+from kinematics.rounding import has_near_zero_singular_values, repair_axes, repair_part
 from kinematics.singular import CLOSED, crowded, generic, settled
 
 __all__ = ["assemble", "moving_chain"]
@@ -54,7 +54,7 @@ def assemble(
             branches of motion meet at the pose of the file.
         CoordinateError: an input is unknown or depends on the others.
     """
-    draft = closing.welded(closing.closed(draft, None if exactly else mended_part))
+    draft = closing.welded(closing.closed(draft, None if exactly else repair_part))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     try:
         linkage, rounded, near = _assembled(draft, wanted)
@@ -78,7 +78,7 @@ def _better(
         MobilityError: that cannot be done, or nothing tells how.
         CoordinateError: there is nothing to do: the problem given is another.
     """
-    found = mended(draft) if mend else ""
+    found = repair_axes(draft) if mend else ""
     if not isinstance(found, str):
         return found
     regular = settled(draft)
@@ -121,7 +121,8 @@ def _assembled(draft: Draft, wanted: Sequence[str]) -> tuple[Linkage, bool, bool
         chain=flat,
         spatial_chain=spatial,
     )
-    return linkage, any(doubtful(values, flat.planar) for values in spectra), near
+    rounded = any(has_near_zero_singular_values(values, flat.planar) for values in spectra)
+    return linkage, rounded, near
 
 
 def moving_chain(
@@ -137,7 +138,8 @@ def moving_chain(
         linkage: an assembled linkage.
         motion: subspace of the inputs, the whole space by default.
         spatial: whether to keep all components of a planar linkage.
-        idle: which joints are idle, if that is known; otherwise a finite pose tells.
+        idle: which joints are idle (n,), if that is known; otherwise those that do not move
+            up to a finite pose.
 
     Raises:
         MotionError: the motion is not one of this linkage's inputs.
@@ -185,15 +187,16 @@ def _nearly_planar(chain: Chain) -> list[Notice]:
 def _still(
     draft: Draft, chain: Chain, parts: Sequence[Component]
 ) -> tuple[NDArray[np.bool_], list[Pose | None]]:
-    """Joints that do not move up to a generic pose, and so in no motion.
+    """Find the joints that do not move up to a generic pose, and so in no motion.
 
     Args:
         draft: the linkage.
         chain: its arrays, with a motion.
-        parts: of its joints that depend on one another.
+        parts: its components; see `kinematics.components`.
 
     Returns:
-        Whether each joint is idle, and a generic pose of each part, None if it stands still.
+        Whether each joint is idle (n,), and a generic pose of each part, None if no joint of
+        it moves.
 
     Raises:
         MobilityError: closure fails at a higher order or at a finite pose.

@@ -6,6 +6,7 @@ length, joints that cannot move are left out, and a planar linkage is reduced to
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,8 +20,10 @@ __all__ = [
     "extent",
     "flatten",
     "lock",
+    "loop_joints",
     "move",
     "path",
+    "paths",
     "plane_axes",
     "plane_normal",
     "reduce",
@@ -226,8 +229,8 @@ def reduce(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain]:
 def clusters(chain: Chain) -> list[list[int]]:
     """Groups of joints that the loops and the mimic relations couple."""
     groups: list[set[int]] = []
-    for e, f in chain.ends:
-        groups.append(set(path(chain.parent, int(e))) ^ set(path(chain.parent, int(f))))
+    for end, successor in chain.ends.tolist():
+        groups.append(loop_joints(chain.parent, end, successor))
     groups += [set(np.flatnonzero(row).tolist()) for row in chain.mimics]
     merged: list[set[int]] = []
     for group in groups:
@@ -238,10 +241,31 @@ def clusters(chain: Chain) -> list[list[int]]:
     return [sorted(group) for group in merged]
 
 
-def path(parent: IntArray, link: int) -> list[int]:
+def loop_joints(parent: Sequence[int] | IntArray, end: int, successor: int) -> set[int]:
+    """Joints of a loop: those between the ground and one of its two links, but not both."""
+    return set(path(parent, end)) ^ set(path(parent, successor))
+
+
+def path(parent: Sequence[int] | IntArray, link: int) -> list[int]:
     """Joints from a link down to the ground."""
     path = []
     while link >= 0:
         path.append(link)
         link = int(parent[link])
     return path
+
+
+def paths(parent: IntArray) -> Array:
+    """Which joints lie between each link and the ground: 1 or 0.
+
+    Args:
+        parent: link that carries each joint, -1 for the ground (n,).
+
+    Returns:
+        Links by joints (n + 1, n); the last row is that of the ground, as index -1 is.
+    """
+    found = np.zeros((parent.size + 1, parent.size))
+    for j, link in enumerate(parent):
+        found[j] = found[link]
+        found[j, j] = 1.0
+    return found

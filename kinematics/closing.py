@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.chain import arrange, extent
+from kinematics.chain import arrange, extent, paths
 from kinematics.closure import loop_matrix
 from kinematics.components import Component, components
 from kinematics.errors import OpenLoopError
@@ -44,19 +44,20 @@ NEARBY = 0.2
 def closed(draft: Draft, mend: Mend | None = None) -> Draft:
     """The draft at a pose that closes its loops; the draft itself if its own pose does.
 
-    Loops that depend on one another are closed together, and apart from the others: how far
-    they may be open is relative to their own size. A notice tells how far the loops were
-    open, which start led to the solution, and which joint moved furthest.
+    Components are closed one by one, with tolerances relative to their own size. A notice
+    states how far the loops were open, which start led to the solution, and which joint moved
+    furthest.
 
     Args:
         draft: the linkage as its file describes it.
-        mend: what may be done with loops that no pose closes, but almost: it is given the
-            draft with its welds moved to close them, the joints that depend on one another
-            along them, and by what angle and what distance welds were moved at most, and
-            returns a draft, or why it cannot.
+        mend: repair of a component whose loops almost close, such as
+            `kinematics.rounding.repair_part`. Its arguments are the draft with welds moved to
+            close the loops, the joints of the component, and the largest angle (rad) and
+            distance (m) by which welds were moved; it returns a draft, or why it cannot.
 
     Raises:
         OpenLoopError: no start leads to a closed pose.
+        MobilityError: a component is too small for double precision.
     """
     if all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops):
         return draft
@@ -72,7 +73,7 @@ def closed(draft: Draft, mend: Mend | None = None) -> Draft:
     chain = arrange(draft)
     q = np.zeros(len(draft.joints))
     for each in closings:
-        q += each.part.positions(each.q, chain.units)
+        q += each.part.all_positions(each.q, chain.units)
     furthest = max(closings, key=_distance)
     there = replace(moved(draft, chain, q), notices=(*draft.notices, *_told(furthest)))
     for each in closings:
@@ -85,10 +86,10 @@ def closed(draft: Draft, mend: Mend | None = None) -> Draft:
 
 
 class _Closing(NamedTuple):
-    """How a part of a linkage is closed.
+    """A closed pose of a component.
 
     Attributes:
-        part: the part.
+        part: the component.
         q: positions of its joints, in its own units.
         start: number of the start that led there.
         open: angle and distance (metres) by which welds stay open; empty if they do not.
@@ -107,7 +108,7 @@ def _distance(closing: _Closing) -> float:
 
 
 def _closed_part(part: Component, mend: Mend | None) -> _Closing | str:
-    """A pose that closes the loops of a part, or what might help if there is none."""
+    """Close the loops of a component; if no pose does, return a hint for the user."""
     gaps, hint = _gaps(part), ""
     for number, start in enumerate(_starts(part.joints.size)):
         q = _solved(part.chain, gaps, start)
@@ -181,10 +182,7 @@ def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
     """Joint positions near ``start`` that leave the loops open as little as possible."""
     from scipy.optimize import least_squares
 
-    before = np.zeros((chain.parent.size + 1, chain.parent.size))
-    for j, parent in enumerate(chain.parent):
-        before[j] = before[parent]
-        before[j, j] = 1.0
+    before = paths(chain.parent)
     q: Array = least_squares(
         lambda q: _openness(chain, gaps, forward(chain, q)), start,
         lambda q: _opening(chain, gaps, before, forward(chain, q)), max_nfev=200,
@@ -193,12 +191,12 @@ def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
 
 
 def _almost(part: Component, mend: Mend) -> _Closing | str:
-    """How a part can be mended that no pose closes, but almost; otherwise why it cannot.
+    """Close a component up to a small gap, for repair; returns why if repair fails.
 
     Steps leave out directions in which the loops hardly open: those are freedoms that
     rounded axes block.
     """
-    scaled = part.arranged(extent(part.draft))
+    scaled = part.in_frame(extent(part.draft))
     chain, gaps, home = scaled.chain, _gaps(scaled), np.zeros(part.joints.size)
     for far in (False, True):
         q = _damped(chain, gaps, home) if far else home
@@ -245,7 +243,7 @@ def _openness(chain: Chain, gaps: Array, pose: Pose) -> Array:
 def _opening(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
     """Derivatives of the openness by joint position: ``s D`` on the end's way, less ``D s``.
 
-    ``before`` (links and the ground, joints) is 1 for joints on the way to a link.
+    ``before`` is that of `kinematics.chain.paths`.
     """
     D, s = _across(chain, gaps, pose)[:, None], hat(pose.screws)
     ends, successors = (before[side][..., None, None] for side in chain.ends.T)

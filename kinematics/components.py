@@ -1,8 +1,8 @@
-"""The parts of a linkage whose joints depend on one another, each in its own coordinates.
+"""Components of a linkage: joints that depend on one another, in coordinates of their own.
 
-Loops that share no joint, and no mimic relation, move independently. What counts as zero in
-a loop is relative to the size of the loops coupled with it, not to that of the linkage: a
-four-bar at the end of a long arm has the mobility that it has without the arm.
+Loops that share no joint and no mimic relation move independently. Tolerances in a loop are
+relative to the size of its component, not to that of the linkage: a four-bar at the end of a
+long arm has the mobility that it has without the arm.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ __all__ = ["Component", "component", "components", "freedoms"]
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# A part that is smaller, beside its distance from the ground, has too few digits left there;
-# below the second its joints are in one place, but for round-off.
+# Smallest size of a component over its distance from the ground that leaves enough digits in
+# double precision; below the second ratio its joints coincide but for round-off.
 LEAST, COINCIDENT = 4e-9, 1e-14
 
 
@@ -34,10 +34,10 @@ class Component(NamedTuple):
     """Joints that depend on one another, without the rest of the linkage.
 
     Attributes:
-        joints: their positions in the linkage (n,).
+        joints: their numbers in the linkage (n,), ascending.
         draft: a linkage of these joints alone; all others are locked.
         chain: its arrays, in its own coordinates and units of its own size.
-        loops: positions of its loops among those of the linkage.
+        loops: numbers of its loops in the linkage.
     """
 
     joints: IntArray
@@ -53,34 +53,48 @@ class Component(NamedTuple):
         basis = ratio[:, None] * whole.columns[joints]
         return move(self.chain, own, basis[:, np.any(basis != 0.0, axis=0)])
 
-    def arranged(self, frame: Frame) -> Component:
-        """The same in other coordinates."""
+    def in_frame(self, frame: Frame) -> Component:
+        """The same component in other coordinates."""
         return self._replace(chain=arrange(self.draft, frame))
 
-    def taken(self, q: Array, units: Array) -> Array:
-        """Positions of its joints, in its own units, from those of all joints (n,)."""
+    def own_positions(self, q: Array, units: Array) -> Array:
+        """Positions of its joints (n,), in its own units, from those of the linkage.
+
+        Args:
+            q: positions of all joints of the linkage, in the units of its chain.
+            units: unit of each of them, in metres or radians; `Chain.units`.
+        """
         out: Array = q[self.joints] * units[self.joints] / self.chain.units
         return out
 
-    def positions(self, q: Array, units: Array) -> Array:
-        """Positions q of its joints as those of all joints, in the units of each (n,)."""
+    def all_positions(self, q: Array, units: Array) -> Array:
+        """Positions of all joints of the linkage, 0 for those of other components.
+
+        Args:
+            q: positions of the joints of the component (n,), in its own units.
+            units: unit of each joint of the linkage, in metres or radians; `Chain.units`.
+        """
         out = np.zeros(units.size)
         out[self.joints] = q * self.chain.units / units[self.joints]
         return out
 
 
 def components(draft: Draft) -> list[Component]:
-    """All parts of a linkage whose joints depend on one another.
+    """Split a linkage into its components.
 
     Raises:
-        MobilityError: one is too small for double precision, beside its distance from the
-            ground.
+        MobilityError: a component is too small for double precision, beside its distance from
+            the ground.
     """
     return [component(draft, group) for group in clusters(arrange(draft)) if group]
 
 
 def component(draft: Draft, joints: Sequence[int]) -> Component:
-    """The part of a linkage that some joints make, which no others depend on.
+    """One component of a linkage.
+
+    Args:
+        draft: the linkage.
+        joints: numbers of its joints, ascending: a group of `kinematics.chain.clusters`.
 
     Raises:
         MobilityError: it is too small for double precision.
@@ -113,12 +127,16 @@ def component(draft: Draft, joints: Sequence[int]) -> Component:
         places={},
         displaced=None,
     )  # fmt: skip
-    _measurable(part)
+    _check_size(part)
     return Component(np.array(joints, dtype=np.int64), part, arrange(part), loops)
 
 
-def _measurable(part: Draft) -> None:
-    """Refuse a part so small, beside its distance from the ground, that digits are lost."""
+def _check_size(part: Draft) -> None:
+    """Refuse a component so small, beside its distance from the ground, that digits are lost.
+
+    Raises:
+        MobilityError: it is too small for double precision.
+    """
     size = extent(part).length
     far = max(float(np.abs(joint.point).max()) for joint in part.joints)
     if COINCIDENT * far < size < LEAST * far:
@@ -132,14 +150,15 @@ def _measurable(part: Draft) -> None:
 
 
 def freedoms(parts: Sequence[Component], count: int) -> tuple[Array, list[Array]]:
-    """Orthonormal rates of all joints that the loops leave free, and singular values.
+    """Null space of the loop matrix of a linkage, component by component.
 
     Args:
-        parts: the parts of the linkage.
-        count: number of its joints; those in no part are free.
+        parts: the components of the linkage.
+        count: number of its joints; those in no component are free.
 
     Returns:
-        Rates (count, freedom); singular values of the loop matrix of each part.
+        Orthonormal joint rates that close the loops (count, freedom); singular values of the
+        loop matrix of each component.
     """
     outside = np.ones(count, dtype=bool)
     blocks, spectra = [], []

@@ -1,4 +1,4 @@
-"""The axes next to those of overconstrained loops with which they close.
+"""Fit of the axes of overconstrained loops: the nearest axes with which the loops close.
 
 A loop that moves although its joints leave it no freedom in general, such as a spherical
 one, does so because its axes fulfil relations; axes with rounded decimals fulfil them to
@@ -8,8 +8,8 @@ axis j by the small displacement δ_j turns and shifts the end of its loop by
 
     Ad(H_parent(j)) (1 - Ad(exp(q_j ŝ_j))) δ_j
 
-at a finite pose, for every kind of joint. What joint positions can close by themselves is no
-matter of the axes, and is taken out at each pose.
+at a finite pose, for every kind of joint. The part of the residual that joint displacements can
+remove is projected out at each pose.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.chain import arrange, extent
+from kinematics.chain import arrange, extent, paths
 from kinematics.closure import loop_matrix
 from kinematics.freedom import DEPENDENT, spectrum
 from kinematics.linkage import Chain, Draft, Joint, frozen
 from kinematics.placement import forward, mismatch
 from kinematics.screws import Ad, exp, skew
 
-__all__ = ["CLOSED", "LARGEST", "Fit", "fitted"]
+__all__ = ["CLOSED", "LARGEST", "Fit", "fit_axes"]
 
 Array = NDArray[np.float64]
 
-# Axes that are moved by more, in radians or in parts of the size of the linkage, were not
-# just rounded.
+# Largest change of an axis that counts as rounding, in radians or in parts of the size of the
+# linkage: four decimals.
 LARGEST = 1e-4
-# Axes are moved at most so far to find out how far they are from closing.
+# Largest change of an axis that is tried, to find out how far it is from closing the loops.
 FAR = 1e-2
 # Opening of the loops after the fit, at poses that were not used for it.
 CLOSED = 1e-12
@@ -66,15 +66,17 @@ class Fit(NamedTuple):
     gap: float
 
 
-def fitted(draft: Draft, normal: Array | None = None) -> Fit | None:
-    """The linkage with the axes nearest to its own that let its loops move.
-
-    None if no axes nearby do.
+def fit_axes(draft: Draft, normal: Array | None = None) -> Fit | None:
+    """Find the axes nearest to those of a linkage that let its loops move.
 
     Args:
         draft: a linkage whose joints depend on one another, with its loops closed at the
             reference pose.
-        normal: of the plane in which the whole linkage moves but for rounding, if it does.
+        normal: normal (3,) of the plane in which the whole linkage moves but for rounding, if
+            there is one.
+
+    Returns:
+        The fit; None if no axes nearby let the loops move.
     """
     chain = arrange(draft, extent(draft))
     size = chain.frame.length
@@ -239,15 +241,15 @@ def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain |
 
 
 def _effect(chain: Chain, q: Array) -> Array:
-    """How small displacements of the axes open the loops at a pose; (rows, 6 n)."""
+    """Derivatives of the loop residual by displacements of the axes at a pose; (rows, 6 n)."""
     pose = forward(chain, q)
-    n = q.size
+    n, before = q.size, paths(chain.parent)
+    signs = before[chain.ends[:, 0]] - before[chain.ends[:, 1]]
     J = np.zeros((len(chain.ends), 6, n, 6))
     for j in range(n):
         H = pose.H[chain.parent[j]] if chain.parent[j] >= 0 else np.eye(4)
         turn = Ad(H) @ (np.eye(6) - Ad(exp(chain.screws[j], q[j])))
-        for loop, (end, successor) in enumerate(chain.ends):
-            J[loop, :, j] += (_carries(chain, j, end) - _carries(chain, j, successor)) * turn
+        J[:, :, j] = signs[:, j, None, None] * turn
     return np.concatenate([
         J.reshape(-1, 6 * n), np.zeros((len(chain.mimics), 6 * n))
     ])  # fmt: skip
@@ -257,13 +259,6 @@ def _displacement(small: NDArray[np.floating]) -> Array:
     """Displacement ``exp(δ)`` of a small twist (6,); shape (4, 4)."""
     size = float(np.linalg.norm(small[:3]))
     return exp(small / size, size) if size > 0.0 else exp(small, 1.0)
-
-
-def _carries(chain: Chain, joint: int, link: int) -> int:
-    """Whether a joint lies between a link and the ground: 1 or 0."""
-    while link > joint:
-        link = int(chain.parent[link])
-    return int(link == joint)
 
 
 def _written(draft: Draft, chain: Chain) -> Draft:

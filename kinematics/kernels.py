@@ -66,10 +66,10 @@ _within = _Within()
 
 
 def _interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A kernel without a compiler, that takes and returns what a compiled one does.
+    """A kernel that runs without a compiler, with the arguments and results of a compiled one.
 
-    Numbers come back as Python's, not as scalars of NumPy, and what is divided by zero is
-    an infinity or a NaN, without a warning.
+    It returns Python numbers instead of NumPy scalars, and division by zero gives an infinity
+    or a NaN without a warning.
     """
 
     @wraps(function)
@@ -98,9 +98,9 @@ def _unboxed(found: Any) -> Any:
 
 
 def _for_any_number(compiled: Any) -> None:
-    """Compile a kernel once for numbers of one type.
+    """Compile a kernel once for all numbers of one type.
 
-    Where another kernel writes a number, Numba would take it for a type of its own.
+    Numba would specialise it for every literal number with which another kernel calls it.
     """
     typed = compiled.get_call_template
     compiled.get_call_template = lambda args, kws: typed(

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from kinematics.linkage import GROUND, Joint
 from kinematics.rational import Vector, cross, dot, root, rounded
 
-__all__ = ["AXES", "Pose", "added", "carried", "rotation", "scaled"]
+__all__ = ["AXES", "Matrix", "Pose", "add", "move_screws", "rotation", "scale"]
 
 Matrix = tuple[Vector, ...]
 
@@ -35,29 +35,33 @@ class Pose(NamedTuple):
     def carry(self, screw: Vector) -> Vector:
         """The screw ``[n; m]`` after the displacement: ``[R n; R m + d × R n]``."""
         n, m = self.turn(screw[:3]), self.turn(screw[3:])
-        return n + added(m, cross(self.d, n))
+        return n + add(m, cross(self.d, n))
 
     def __matmul__(self, other: Pose) -> Pose:
         """The displacement ``other``, followed by this one."""
         columns = [self.turn(column) for column in zip(*other.R, strict=True)]
-        return Pose(tuple(zip(*columns, strict=True)), added(self.d, self.turn(other.d)))
+        return Pose(tuple(zip(*columns, strict=True)), add(self.d, self.turn(other.d)))
 
 
-def added(a: Vector, b: Vector) -> Vector:
+def add(a: Vector, b: Vector) -> Vector:
     """``a + b``."""
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
-def scaled(factor: Fraction, a: Vector) -> Vector:
+def scale(factor: Fraction, a: Vector) -> Vector:
     """``factor a``."""
     return tuple(factor * x for x in a)
 
 
 def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
-    """Rotation about n by the angle of half-angle tangent ``τ |n|``, and by quarter turns.
+    """Rotation matrix (3, 3) about n by the angle ``2 arctan(τ |n|)`` and by quarter turns.
 
-    ``R = 1 + sin θ n̂ + (1 - cos θ) n̂²`` with the unit vector along n. Its length must be
-    rational if there are quarter turns.
+    ``R = 1 + sin θ n̂ + (1 - cos θ) n̂²`` with the unit vector along n.
+
+    Args:
+        n: axis (3,) of any length; of rational length if there are quarter turns.
+        tau: tangent of half the angle, over the length of n.
+        quarter: number of quarter turns.
     """
     square = dot(n, n)
     least = 1 + tau * tau * square
@@ -68,23 +72,26 @@ def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
     columns = []
     for axis in AXES:
         once = cross(n, axis)
-        moved = added(axis, scaled(s, once))
-        columns.append(added(moved, scaled((1 - c) / square, cross(n, once))))
+        moved = add(axis, scale(s, once))
+        columns.append(add(moved, scale((1 - c) / square, cross(n, once))))
     return tuple(zip(*columns, strict=True))
 
 
-def carried(
+def move_screws(
     joints: Sequence[Joint], screws: Sequence[Vector], positions: Sequence[float]
 ) -> tuple[Vector, ...]:
-    """Screws of the joints once each joint has moved to a rational position nearby.
+    """Move every joint to a rational position near a given one, and carry the screws along.
 
-    Turns have half-angle tangents, over the length of the axis, that are multiples of
-    ``2**-BITS``; so are lengths of slides.
+    Half-angle tangents of turns, and lengths of slides, both over the length of the axis, are
+    rounded to multiples of ``2**-BITS``.
 
     Args:
-        joints: parents first.
-        screws: of the joints before they moved, with axes of any length.
-        positions: of the joints, in radians and metres.
+        joints: parents first (n,).
+        screws: of the joints before they move, with axes of any length; (n, 6).
+        positions: of the joints (n,), in radians and metres.
+
+    Returns:
+        The screws at that pose (n, 6), in the inertial frame.
     """
     links: dict[int, Pose] = {GROUND: Pose()}
     found = []
@@ -99,11 +106,11 @@ def _step(kind: str, screw: Vector, q: float) -> Pose:
     """The displacement along a screw ``[n; r × n + λ n]`` or ``[0; n]`` to a position q."""
     n, m = screw[:3], screw[3:]
     if kind == "prismatic":
-        return Pose(AXES, scaled(rounded(Fraction(q / sqrt(dot(m, m)))), m))
+        return Pose(AXES, scale(rounded(Fraction(q / sqrt(dot(m, m)))), m))
     square = dot(n, n)
     length = sqrt(square)
     R = Pose(rotation(n, rounded(Fraction(tan(q / 2) / length))))
-    foot = scaled(1 / square, cross(n, m))
-    away = added(foot, scaled(Fraction(-1), R.turn(foot)))
+    foot = scale(1 / square, cross(n, m))
+    away = add(foot, scale(Fraction(-1), R.turn(foot)))
     slide = dot(n, m) / square * rounded(Fraction(q / length))
-    return Pose(R.R, added(away, scaled(slide, n)))
+    return Pose(R.R, add(away, scale(slide, n)))

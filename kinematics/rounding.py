@@ -1,7 +1,7 @@
-"""Overconstrained loops that close only to the decimals of their file, made to close.
+"""Repair of overconstrained loops that close only to the decimals of their file.
 
-Loops that depend on one another are looked at together, and apart from the others: what is
-rounding is relative to their own size.
+Components of loops that depend on one another are repaired one by one: tolerances are relative
+to the size of the component.
 """
 
 from __future__ import annotations
@@ -14,45 +14,46 @@ from numpy.typing import NDArray
 
 from kinematics.chain import arrange, plane_normal
 from kinematics.components import component, components
-from kinematics.fitting import CLOSED, LARGEST, fitted
+from kinematics.fitting import CLOSED, LARGEST, fit_axes
 from kinematics.freedom import DEPENDENT
 from kinematics.linkage import Draft, Joint, Notice, frozen
 
-__all__ = ["doubtful", "mended", "mended_part"]
+__all__ = ["has_near_zero_singular_values", "repair_axes", "repair_part"]
 
 Array = NDArray[np.float64]
 
-# Singular values of a loop matrix that twelve digits of the file leave.
+# Smallest relative singular value of a loop matrix that twelve digits of a file can resolve.
 EXACT = 1e-11
 
 
-def doubtful(values: Array, planar: bool) -> bool:
-    """Whether singular values of a loop matrix may vanish but for rounded axes.
+def has_near_zero_singular_values(values: Array, planar: bool) -> bool:
+    """Whether a singular value of a loop matrix may be zero but for rounded axes.
 
     Args:
-        values: of the spatial chain.
-        planar: whether the linkage was reduced to its plane, with all that leaves it.
+        values: singular values of the spatial chain (n,), in any unit.
+        planar: whether the linkage was reduced to its plane; what leaves the plane was dropped
+            then, so that only values above ``DEPENDENT`` count.
     """
     relative = values / max(values.max(initial=0.0), 1e-300)
     least = DEPENDENT if planar else EXACT
     return bool(np.any((relative > least) & (relative < LARGEST)))
 
 
-def mended(draft: Draft) -> Draft | str:
-    """The draft with axes moved within rounding so that its loops move, or why there is none.
-
-    Loops that depend on one another are looked at together, and apart from the others: what
-    is rounding is relative to their own size.
+def repair_axes(draft: Draft) -> Draft | str:
+    """Move axes within rounding so that the loops move, component by component.
 
     Args:
         draft: a linkage whose loops are closed at the reference pose.
 
     Returns:
-        The draft, or a text as of `mended_part`.
+        The repaired draft, or a text as of `repair_part` if no component was repaired.
+
+    Raises:
+        MobilityError: a component is too small for double precision.
     """
     better, texts = draft, []
     for part in components(draft):
-        found = mended_part(better, part.joints.tolist())
+        found = repair_part(better, part.joints.tolist())
         if isinstance(found, str):
             texts.append(found)
         else:
@@ -60,23 +61,27 @@ def mended(draft: Draft) -> Draft | str:
     return max(texts, key=len, default="") if better is draft else better
 
 
-def mended_part(
+def repair_part(
     draft: Draft, joints: Sequence[int], angle: float = 0.0, distance: float = 0.0
 ) -> Draft | str:
-    """The draft with axes of some joints moved so that their loops move, or why there is none.
+    """Move the axes of one component within rounding so that its loops move.
 
     Args:
         draft: a linkage whose loops are closed at the reference pose.
-        joints: those of a part whose joints depend on one another.
-        angle: by which they were open there, at most, before their welds were moved.
-        distance: by which they were open there, at most, in metres.
+        joints: the joints of the component.
+        angle: largest angle by which its loops were open before their welds were moved, rad.
+        distance: largest distance by which they were open then, m.
 
     Returns:
-        The draft, or a text that tells how far the axes are from closing the loops: empty
-        if the loops close as they are, or no axes nearby let them close.
+        The repaired draft, with a notice; or a text that states how far the axes are from
+        closing the loops, empty if the loops close as they are or no axes nearby let them
+        close.
+
+    Raises:
+        MobilityError: the component is too small for double precision.
     """
     normal = _normal(draft)
-    fit = fitted(component(draft, joints).draft, normal)
+    fit = fit_axes(component(draft, joints).draft, normal)
     if fit is None:
         return ""
     gap = max(angle, distance / fit.size, fit.gap)

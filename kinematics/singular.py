@@ -113,12 +113,12 @@ def settled(draft: Draft) -> Draft:
         raise _bifurcation(draft, chain, meeting)
     q = np.zeros(len(draft.joints))
     for group in groups:
-        q += group.part.positions(group.poses[0], chain.units)
+        q += group.part.all_positions(group.poses[0], chain.units)
     if not q.any():
         return draft
     outside = q.size - sum(part.joints.size for part in parts)
     here, there = (
-        outside + sum(nullity(p.chain, p.taken(at, chain.units)) for p in parts)
+        outside + sum(nullity(p.chain, p.own_positions(at, chain.units)) for p in parts)
         for at in (np.zeros(q.size), q)
     )
     text = (
@@ -213,7 +213,7 @@ def _bifurcation(draft: Draft, chain: Chain, groups: Sequence[_Group]) -> Mobili
     for choice in range(2):
         q = np.zeros(len(draft.joints))
         for each in groups:
-            q += each.part.positions(each.poses[choice], chain.units)
+            q += each.part.all_positions(each.poses[choice], chain.units)
         poses.append(_positions(draft, chain, q))
     joints = group.part.joints
     names = [draft.joints[j].name for j in joints]

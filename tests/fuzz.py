@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import argparse
 import resource
-import signal
 import sys
 import tempfile
 import time
 import traceback
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,6 +24,7 @@ from comparison import SMALL, closed, compare, compare_closed  # noqa: E402
 from mutants import Mutant, mutant  # noqa: E402
 from second_reading import read  # noqa: E402
 from second_words import Strange  # noqa: E402
+from time_limit import time_limit  # noqa: E402
 
 from balance import design_space  # noqa: E402
 from kinematics.assembly import assemble  # noqa: E402
@@ -46,10 +45,6 @@ NEARLY = 1e-3
 MENDED = 1e-2
 
 
-class Hang(Exception):
-    """A case took longer than it may."""
-
-
 @dataclass
 class Tally:
     """What became of the cases."""
@@ -66,7 +61,7 @@ def run(seeds: range, folder: Path, limit: float = LIMIT) -> Iterator[Tally]:
         begin = time.perf_counter()
         case = mutant(seed)
         try:
-            with _alarm(limit):
+            with time_limit(limit):
                 tally.counts[_outcome(case, folder)] += 1
         except Exception as error:
             where = traceback.format_exception(error)[-2].strip().splitlines()
@@ -75,20 +70,6 @@ def run(seeds: range, folder: Path, limit: float = LIMIT) -> Iterator[Tally]:
             tally.counts["found"] += 1
         tally.slowest = max(tally.slowest, (time.perf_counter() - begin, seed))
         yield tally
-
-
-@contextmanager
-def _alarm(seconds: float) -> Iterator[None]:
-    def ring(*_: object) -> None:
-        raise Hang(f"more than {seconds} s")
-
-    old = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, old)
 
 
 def written(case: Mutant, folder: Path) -> Path:

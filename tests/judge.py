@@ -1,9 +1,9 @@
-"""Whether there is something false in a proof, said by what shares nothing with its checker.
+"""A judge of tampered proofs, which shares no code with the checker.
 
 The conditions come from the product's kernels, modulo another prime and along other rays
 where the proof leaves a choice; determinants come from `exactly`, and whether joints lead
-from one body to another from a graph. A judge of tampered proofs: what it finds false is, of
-the rest it does not know.
+from one body to another from a graph. A proof that it finds false is false; of the others it
+decides nothing.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ OTHER = 1073741723
 ORDER = 3
 
 
-def false(proof, original):
-    """Why a proof of the right form is none, or an empty text if the judge does not know."""
+def why_false(proof, original):
+    """Why a well formed proof is false; empty if the judge finds nothing false in it."""
     chain, first = proof["chain"], original["chain"]
     for name in ("rows", "parameters"):
         if not _same_span(chain[name], first[name]):

@@ -28,11 +28,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [path for path in (str(ROOT), str(ROOT / "tests")) if path not in sys.path]
 
-from fuzz import _alarm, written  # noqa: E402
+from fuzz import written  # noqa: E402
 from jsonschema import Draft202012Validator  # noqa: E402
 from mutants import mutant  # noqa: E402
 from request_words import ODD, WORDS, Place, names_of, options, parsers  # noqa: E402
 from small_linkages import small_linkage  # noqa: E402
+from time_limit import time_limit  # noqa: E402
 
 import balance  # noqa: E402
 from balance.cli import main as run_command  # noqa: E402
@@ -104,12 +105,14 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb == "models":
         return 0
     options = parsers()[verb].parse_args(words[1:])
-    if options.exact and found["exact"] is None:
-        return 4
-    if options.require:
-        return 4 * (LEVELS.index(found["certainty"]) < LEVELS.index(options.require))
-    unsure = any(notice["code"] == "not_settled" for notice in found["warnings"])
-    return 4 if unsure and options.max_order is None else 0
+    unsettled = any(notice["code"] == "not_settled" for notice in found["warnings"])
+    unsure = (
+        options.exact and found["exact"] is None,
+        found["evidence"]["doubts"],
+        unsettled and options.max_order is None,
+        LEVELS.index(found["certainty"]) < LEVELS.index(options.require or LEVELS[0]),
+    )
+    return 4 if any(unsure) else 0
 
 
 def consistent(words: list[str], found: dict[str, Any]) -> None:
@@ -206,7 +209,7 @@ def run(seeds: range, limit: float = LIMIT):
             names_of.cache_clear()
             words = request(seed, Path(folder))
             try:
-                with _alarm(limit):
+                with time_limit(limit):
                     end, wrong = check(words, asked(words)), ""
             except Exception as error:
                 end, wrong = "wrong", f"{type(error).__name__}: {str(error)[:1500]}"

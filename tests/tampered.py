@@ -1,9 +1,9 @@
 """Proofs that somebody tampered with, each with the digest of what became of it.
 
 Two kinds. *Ill formed* by construction: every entry, every list and every mapping of a proof
-in turn, with what cannot be there. *Altered* at random: the `judge` says whether what is in
-them is false. What it does not find false is not counted: a transfer of twice the
-parameters, another minor that does not vanish either.
+is replaced in turn by one that cannot be there. *Altered* at random: `judge.why_false` decides
+whether the proof is false now. One that it does not find false is not counted, such as a
+transfer of twice the parameters, or another minor that does not vanish.
 
 ``python tests/tampered.py --cases 3000`` tries so many of each of ten models, and prints how
 many were false and accepted, which must be none, and how many were still true.
@@ -25,7 +25,7 @@ sys.path[:0] = [path for path in (str(ROOT), str(ROOT / "tests")) if path not in
 import numpy as np  # noqa: E402
 from checker import check  # noqa: E402
 from checker_form import CHAIN, PIVOT, TRANSFER, Rejected  # noqa: E402
-from judge import false  # noqa: E402
+from judge import why_false  # noqa: E402
 from proofs import proof_of, sealed  # noqa: E402
 
 import kinematics  # noqa: E402
@@ -260,7 +260,7 @@ def trial(proof, rng, wrong, random):
         name, forged = altered(proof, rng)
         if sealed(forged)["sha256"] == proof["sha256"]:
             continue
-        why = false(forged, proof)
+        why = why_false(forged, proof)
         accepted = verdict(forged)
         counts[name, "false" if why else "still true" if accepted else "not judged"] += 1
         if why and accepted:

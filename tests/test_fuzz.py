@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 from comparison import compare
-from fuzz import Hang, _alarm, run, written
+from fuzz import run, written
 from mutants import mutant
 from second_reading import read
 from second_words import Strange
+from time_limit import Hang, time_limit
 
 from kinematics import gallery
 from kinematics.reader import urdf
@@ -82,7 +83,7 @@ def test_the_second_reader_is_strict(old, new):
 
 
 def test_a_hang_ends():
-    with pytest.raises(Hang), _alarm(0.05):
+    with pytest.raises(Hang), time_limit(0.05):
         while True:
             pass
 

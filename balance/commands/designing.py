@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import shlex
 from typing import TYPE_CHECKING
 
-from balance.files import replacing_all
-from kinematics.errors import FileError
+from balance.files import check_different, replacing_all
 from kinematics.reader.sidecar import beside
 
 if TYPE_CHECKING:
     from balance.designs.optimum import Design
     from balance.spaces.space import DesignSpace
 
-__all__ = ["OBJECTIVES", "add_options", "designed", "written"]
+__all__ = ["OBJECTIVES", "add_options", "designed", "write_files"]
 
 OBJECTIVES = ("mass", "inertia", "rotor", "change")
 
@@ -62,7 +60,7 @@ def designed(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     return design(space, arguments.minimise, keep=arguments.keep, bounds=limits)
 
 
-def written(arguments: argparse.Namespace, found: Design) -> str:
+def write_files(arguments: argparse.Namespace, found: Design) -> str:
     """Write the files that the options name, if there is a design.
 
     Returns:
@@ -74,9 +72,7 @@ def written(arguments: argparse.Namespace, found: Design) -> str:
     asked = [path for path in (arguments.out, arguments.html) if path is not None]
     if found.z is None:
         return f"not written, for there is no design: {', '.join(asked)}" if asked else ""
-    if len({os.path.realpath(path) for path in asked}) < len(asked):
-        problem, remedy = "is to hold both the linkage and the page", "give each its own file"
-        raise FileError(arguments.out, "", problem, remedy)
+    check_different(arguments.out, arguments.html)
     contents = []
     if arguments.out is not None:
         from balance.designs.export import with_inertials

@@ -1,46 +1,48 @@
-"""Files that ``balance report`` writes beside its answer."""
+"""The files of ``balance report``: the page, and the URDF file at the closed pose."""
 
 from __future__ import annotations
 
 import argparse
-import os
 from typing import TYPE_CHECKING
 
-from kinematics.errors import FileError
+from balance.files import check_different, replacing_all
 from kinematics.linkage import Linkage, Notice
 
 if TYPE_CHECKING:
     from balance.meaning.explain import Explanation
     from balance.spaces.space import DesignSpace
 
-__all__ = ["written"]
+__all__ = ["write_files"]
 
-# Joints that are named.
+# Most joints that a notice names.
 NAMED = 6
 
 
-def written(
+def write_files(
     arguments: argparse.Namespace, space: DesignSpace, explanation: Explanation | None
 ) -> tuple[Notice, ...]:
-    """Write the files that the options name: all of them, or none.
+    """Write the files that ``--html`` and ``--write-closed`` name: all of them, or none.
+
+    Args:
+        arguments: the options of the command.
+        space: the design space.
+        explanation: it in words, if asked for.
 
     Returns:
-        What to tell the user of them.
+        Notices about the files for the user.
 
     Raises:
-        FileError: one cannot be written, or the linkage is in no file of its own.
+        FileError: a file cannot be written, or the linkage was not read from a file.
     """
     page, closed = arguments.html, arguments.write_closed
     contents, notices = [], []
-    if None not in (page, closed) and os.path.realpath(page) == os.path.realpath(closed):
-        problem, remedy = "is to hold both the linkage and the page", "give each its own file"
-        raise FileError(closed, "", problem, remedy)
+    check_different(closed, page)
     if closed is not None:
         from kinematics.reader.posing import at_reference_pose
 
         posed = at_reference_pose(space.linkage)
         contents.append((closed, posed.data))
-        text = _moved(space.linkage, dict(posed.moved))
+        text = _describe_pose(space.linkage, dict(posed.moved))
         if posed.beside:
             text += "; its loops are in another file: give that with --loops"
         notices.append(Notice("closed_pose", f"{closed}: written {text}"))
@@ -48,15 +50,12 @@ def written(
         from balance.web.page import page as page_of
 
         contents.append((page, page_of(space, explanation).encode()))
-    if contents:
-        from balance.files import replacing_all
-
-        replacing_all(contents)
+    replacing_all(contents)
     return tuple(notices)
 
 
-def _moved(linkage: Linkage, positions: dict[str, float]) -> str:
-    """At which pose a linkage is written, by how far its joints have moved."""
+def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
+    """The pose at which a linkage is written, by how far its joints have moved."""
     if not positions:
         return "as it was, for its loops close at its own pose"
     kinds = {joint.name: joint.kind for joint in linkage.joints}

@@ -1,4 +1,4 @@
-"""Options and words of the command line that several commands read alike."""
+"""Options, argument types and error lines that several commands share."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["add_model_options", "picture_path", "unexpected", "whole_number"]
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Options that every command on a model shares."""
+    """Add the options that every command on a model shares."""
     parser.add_argument(
         "model",
         help="path of a URDF file, a name from 'balance models', or a robot of "
@@ -98,11 +98,11 @@ def picture_path(text: str) -> str:
 
 
 def unexpected(error: Exception, words: Sequence[str]) -> str:
-    """One line about an error that nobody foresaw: what, where, and what to do about it.
+    """One line about an unexpected error: its type and message, the command, the remedy.
 
     Args:
-        error: what was raised.
-        words: the words of the command, without the name of the program.
+        error: the exception.
+        words: the arguments of the command, without the name of the program.
     """
     what = shown(" ".join(f"{type(error).__name__}: {error}".split()), 500).rstrip(": ")
     command = shown(shlex.join(["balance", *words]), 500)

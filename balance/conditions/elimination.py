@@ -294,7 +294,7 @@ def gather(
 
 @kernel
 def others(permutation, known):
-    """What is not among the first ``known`` of a permutation, ascending."""
+    """Entries of a permutation after the first ``known`` ones, ascending."""
     place = np.empty(permutation.size, np.int64)
     for k in range(permutation.size):
         place[permutation[k]] = k

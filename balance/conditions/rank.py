@@ -108,7 +108,7 @@ class Conditions(NamedTuple):
         )  # fmt: skip
 
     def first(self, rank: int) -> Conditions:
-        """The conditions of the first pivots, as many as there are of ``rank``."""
+        """The conditions of the first ``rank`` pivots."""
         return self._replace(factor=self.factor[:rank])
 
     def imply(self, rows: Array) -> bool:
@@ -138,14 +138,14 @@ class Decision:
 
     @property
     def rank(self) -> int:
-        """Unknowns that are not free; where more is known than the conditions tell, as many."""
+        """Number of unknowns less the dimension of the basis."""
         return len(self.basis) - self.basis.shape[1]
 
     @property
     def singular_values(self) -> Array:
         """Those of all conditions, relative to the largest, descending (rank,).
 
-        Conditions that floating point does not see count as 0.
+        Those of conditions that only exact arithmetic finds are 0.
         """
         unseen = np.zeros(self.rank - self._values.size)
         return frozen(np.concatenate([self._values / self._values[:1], unseen]))

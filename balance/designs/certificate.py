@@ -108,7 +108,7 @@ def judged(
 
 
 def _check(space: DesignSpace, cone: Cone, Z: Array, asked: Restriction) -> CertificateCheck:
-    """The check that uses all bounds."""
+    """Check a certificate with all bounds of a restriction."""
     own, known = _known(space, Z, asked) if asked else (Z, 0.0)
     residual = cone.sums(Z)
     size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
@@ -122,7 +122,7 @@ def _check(space: DesignSpace, cone: Cone, Z: Array, asked: Restriction) -> Cert
 
 
 def _known(space: DesignSpace, Z: Array, asked: Restriction) -> tuple[Array, float]:
-    """What is left of a certificate once what is known of ``Σ_b <Z_b, P_b>`` is taken from it.
+    """Split a certificate into the part that is known of ``Σ_b <Z_b, P_b>`` and the rest.
 
     With the traces of a design adding up to T, which is at least the T0 of kept bodies and of
     least masses, ``Σ_b <own_b, P_b> + known`` is to be positive. A bounded mass gives λ times
@@ -131,7 +131,7 @@ def _known(space: DesignSpace, Z: Array, asked: Restriction) -> tuple[Array, flo
     stays excludes more than a mass that is known.
 
     Returns:
-        The matrices, and what is known per unit of T0.
+        The matrices own_b of the rest (bodies, k, k), and the known part per unit of T0.
     """
     file, keep = matrices_of(space, given(space)), list(asked.keep)
     own, known, spare = Z.copy(), float(np.sum(Z[keep] * file[keep])), []

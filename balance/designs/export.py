@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from kinematics.errors import FileError
 from kinematics.linkage import Draft
 from kinematics.reader.fields import needed
-from kinematics.reader.markup import Element, build, contents, naming, shown
-from kinematics.reader.splicing import Splice, Text
+from kinematics.reader.markup import Element
+from kinematics.reader.splicing import Splice, Text, read_again
 
 __all__ = ["with_inertials"]
 
@@ -33,23 +32,17 @@ def with_inertials(linkage: Draft, inertials: Mapping[str, str]) -> bytes:
         FileError: the linkage was not read from a file, or the file cannot be read any
             more, or its links are not those of the linkage.
     """
-    file = shown(linkage.source, 1000)
-    if linkage.tree is None:
-        problem = "a model in memory, not a file in which masses could be replaced"
-        raise FileError(file, "", problem, "load the linkage from the path of its URDF file")
-    with naming(linkage.source):
-        data = contents(linkage.source)
-        links = {link.name: link for link in build(data).every("link")}
+    data, found = read_again(linkage, "link", "in which masses could be replaced")
+    assert linkage.tree is not None
+    links = {link.name: link for link in found.every("link")}
     top = _tops(linkage.tree)
-    if links.keys() != top.keys():
-        raise FileError(file, "", "has other links than when it was read", "start again")
     text = _Inertials(data)
     splices = [
         text.changed(link, inertials.get(name))
         for name, link in links.items()
         if top[name] in inertials
     ]
-    return text.spliced([splice for splice in splices if splice is not None])
+    return text.replace([splice for splice in splices if splice is not None])
 
 
 def _tops(robot: Element) -> dict[str, str]:

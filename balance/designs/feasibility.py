@@ -121,10 +121,10 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
 
     Args:
         space: the design space.
-        asked: what the bodies must fulfil.
-        trusted: whether all of the space is known to be balanced.
+        asked: the restriction on the bodies.
+        trusted: whether every distribution in the space is known to be balanced.
     """
-    # A proof that there is none of which less is asked is a proof.
+    # A certificate for a weaker restriction is one for the restriction itself.
     weaker = [Restriction(asked.keep)] * bool(asked.bounds) + [Restriction()] * bool(asked.keep)
     for wanted in (asked, *weaker):
         question = program(space, wanted)
@@ -142,10 +142,10 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
 
 
 def _surely(space: DesignSpace, asked: Restriction) -> Feasibility:
-    """The verdict on a space that is in doubt, for which there is a design.
+    """The verdict where there is a design, but the space is in doubt.
 
-    Inertia transfers that are proved are in every space that it may be: a design made of
-    these stands.
+    Proved inertia transfers are balanced whatever the true space is, so a design made of them
+    alone stands; otherwise the verdict is undecided.
     """
     serial = space.serial_nullity
     proved = space.certainty.nullity == serial
@@ -159,7 +159,7 @@ def _surely(space: DesignSpace, asked: Restriction) -> Feasibility:
 def _proof(
     space: DesignSpace, asked: Restriction, question: Program, Z: Array
 ) -> Feasibility | None:
-    """The verdict on matrices, if they are a certificate."""
+    """The verdict by matrices Z (bodies, k, k); None if they are no certificate."""
     check = judged(space, question.whole, Z, asked)
     if not check.accepted:
         return None

@@ -153,7 +153,7 @@ def design(
     asked = restriction(space, keep, bounds)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, asked):
         wider = design_space(space.linkage, space.motion, spatial=True)
-        space = certify(wider) if space.certainty.poses else wider
+        space = certify(wider) if space.certified else wider
     found = answer(space, asked)
     design = Design(
         space, found.verdict, minimise, None, tuple(keep), bounds, found.z,

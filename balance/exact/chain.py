@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.assembly import moving_chain
+from kinematics.chain import loop_joints
 from kinematics.errors import ExactError, InexactPlaneError
-from kinematics.linkage import GROUND, Linkage
+from kinematics.linkage import Linkage
 from kinematics.motion import Motion
 from kinematics.rational import (
     Vector,
@@ -226,20 +227,9 @@ def regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
         any(c and j not in still for j, c in enumerate(row)) for row in chain.mimics
     )
     for ends in chain.ends:
-        around = [j for j in _around(chain, *ends) if j not in still]
+        around = sorted(loop_joints(chain.parent, *ends) - still)
         constraints += _dimension([chain.screws[j] for j in around])
     return len(set(chain.dependent) - still) == constraints
-
-
-def _around(chain: ExactChain, end: int, successor: int) -> list[int]:
-    """Joints of a loop, without those that lie below both of its links."""
-    sides: list[set[int]] = [set(), set()]
-    for side, start in zip(sides, (end, successor), strict=True):
-        link = start
-        while link != GROUND:
-            side.add(link)
-            link = chain.parent[link]
-    return sorted(sides[0] ^ sides[1])
 
 
 def _dimension(screws: Sequence[Vector]) -> int:

@@ -1,4 +1,4 @@
-"""The conditions of a linkage in rational numbers, order by order, modulo a prime."""
+"""Balance conditions of a linkage in rational numbers, order by order, modulo a prime."""
 
 from __future__ import annotations
 
@@ -15,12 +15,20 @@ __all__ = ["conditions", "first_order_mobility", "joints_at_rest", "rays_of"]
 
 IntArray = NDArray[np.int64]
 
-# Rays are whole numbers below this, so that they are the same modulo every prime.
+# Entries of rays are positive integers below this, and so the same modulo every prime.
 RAYS = 2**20
 
 
 def rays_of(count: int, width: int) -> IntArray:
-    """Directions without special relations; (count, width)."""
+    """Pseudo-random directions in the columns of a chain, the same for every prime.
+
+    Args:
+        count: number of rays; for one degree of freedom there is one.
+        width: number of columns.
+
+    Returns:
+        Positive integers below 2^20; (count, width).
+    """
     if width == 1:
         return np.ones((1, 1), dtype=np.int64)
     return np.random.default_rng(5).integers(1, RAYS, (count, width))
@@ -31,16 +39,18 @@ def conditions(
 ) -> tuple[IntArray, int] | None:
     """Conditions of the orders 0 … order along rays, modulo p.
 
+    They are ``(d^k h_w / dt^k) / k!`` at ``t = 0`` of the momentum ``h_w = X_w z`` for each
+    column w, along ``u = t δ`` for each ray δ.
+
     Args:
         chain: the linkage in rational numbers.
-        rays: directions in its columns (rays, w), whole numbers below p.
+        rays: directions in its columns (rays, w), integers below p.
         order: highest order.
         p: a prime below 2^30.
 
     Returns:
-        Remainders (order + 1, rays, w, rows, bodies × parameters) of the derivatives over
-        ``k!``, and the number of orders at which all loops close; or None if p divides a
-        denominator or a pivot of the loops.
+        Remainders (order + 1, rays, w, rows, bodies × parameters), and the number of orders
+        at which all loops close; or None if p divides a denominator or a pivot of the loops.
     """
     arrays = _modular_chain(chain, p)
     if arrays is None:
@@ -57,9 +67,17 @@ def conditions(
 
 
 def joints_at_rest(chain: ExactChain, order: int) -> tuple[list[int], int]:
-    """Joints that do not move at the orders 0 … order, and how many orders the loops close.
+    """Joints that do not move at the orders 0 … order, and the closure of the loops.
 
-    Exact for these orders up to a chance of the prime; no proof for those beyond.
+    Exact for these orders, but for a prime that divides a rate; no proof for higher ones.
+
+    Args:
+        chain: the linkage in rational numbers.
+        order: highest order.
+
+    Returns:
+        Numbers of the joints, ascending, and the number of orders at which all loops close;
+        no joints and 0 if no prime will do.
     """
     rays = rays_of(min(chain.width, 3), chain.width)
     for p in PRIMES:

@@ -40,9 +40,9 @@ __all__ = [
 
 IntArray = NDArray[np.int64]
 
-# Orders that must add nothing before the rank counts as final.
+# Fewest orders that must add nothing before the rank counts as final.
 PLATEAU = 3
-# And before a rank that was expected is given up, at least.
+# Fewest orders that must add nothing before a rank that was expected is given up.
 GIVEN_UP = 12
 # Highest orders tried one after the other: for one degree of freedom, and for more.
 LADDER = (6, 14, 30, 62, 126)
@@ -189,7 +189,7 @@ def ranks_of(
     notices: tuple[Notice, ...],
     max_order: int | None = None,
     expected: int = 0,
-    highest: int | None = None,
+    upper_bound: int | None = None,
 ) -> Exact:
     """Ranks of the conditions on a chain by order; see `exact_ranks`.
 
@@ -199,8 +199,8 @@ def ranks_of(
         notices: numbers of the file that were replaced.
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
         expected: a rank that is known or believed to be reached.
-        highest: a rank that is known not to be exceeded: the order that reaches it is the
-            last one.
+        upper_bound: a rank that is known not to be exceeded: the order that reaches it is
+            the last one.
 
     Raises:
         ExactError: the loops do not close exactly, or the inputs do not determine the other
@@ -211,8 +211,8 @@ def ranks_of(
         first, second, rays = _twice(source, chain, order)
         best = tuple(max(pair) for pair in zip(first.ranks, second.ranks, strict=True))
         kmax = best.index(best[-1])
-        complete = best[-1] == highest
-        plateau = _plateau(kmax, best[-1] >= expected, highest is not None)
+        complete = best[-1] == upper_bound
+        plateau = _plateau(kmax, best[-1] >= expected, upper_bound is not None)
         settled = complete or kmax + plateau <= order
         if settled and max_order is None:
             best = best[: kmax + 1 + (0 if complete else PLATEAU)]
@@ -234,8 +234,8 @@ def _plateau(kmax: int, reached: bool, careful: bool) -> int | float:
     Args:
         kmax: the last order that added a condition.
         reached: whether the rank expected is reached.
-        careful: whether plateaus are to be as long as what came before them; then a rank
-            that was expected and is not reached is given up at last.
+        careful: whether a plateau must be as long as the orders before it; only then is a
+            rank that was expected and is not reached given up.
     """
     if not careful:
         return PLATEAU if reached else inf

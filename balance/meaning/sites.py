@@ -86,7 +86,7 @@ class Described(Protocol):
 
     @property
     def exchanged(self) -> Transfers:
-        """What may be exchanged across joints, in the units of the chain."""
+        """Inertia transfers across joints, in the units of the chain."""
         ...
 
 

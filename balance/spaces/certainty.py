@@ -1,4 +1,4 @@
-"""How sure a design space is: proved, verified or estimated, and the numbers behind it."""
+"""Certainty of a design space: proved, verified or estimated, and the numbers behind it."""
 
 from __future__ import annotations
 
@@ -12,25 +12,27 @@ LEVELS = ("estimated", "verified", "proved")
 
 
 class Certainty(NamedTuple):
-    """What is known of a design space beyond floating-point arithmetic.
+    """What is known about the integers of a design space beyond floating-point arithmetic.
 
     Attributes:
         level: ``"proved"``: exact lower bounds of rank and nullity add up to the number of
             parameters, and rank by order, kmax, serial and parallel part are those of exact
-            arithmetic; ``"verified"``: the same ranks by exact arithmetic, where it can be
-            done, and all momenta vanish to 1e-11 of the size of the conditions at finite
-            poses that were not used; ``"estimated"``: neither.
-        reason: why, in one line.
+            arithmetic; ``"verified"``: exact arithmetic, where it can be done, finds the
+            same ranks, and all momenta vanish to 1e-11 of the size of the conditions at
+            finite poses that were not used (to 1e-6, if exact arithmetic finds no condition
+            at many further orders), or the exact bounds meet and overconstrained loops close
+            exactly up to the order that the reason names; ``"estimated"``: neither.
+        reason: why the level is this one, in one line.
         rank: lower bound of the rank by exact arithmetic, if the loops close at all orders;
             None if it cannot be done.
         nullity: lower bound of the nullity by exact arithmetic, if idle joints stay at
-            rest; or None.
+            rest; None if it cannot be done.
         residual: largest momentum left at the poses tried, relative to the conditions.
-        poses: how many were tried.
-        doubts: why an estimate may be wrong, a line each; without any, floating point
-            decided by a wide margin.
-        proof: of the rank and nullity, if they are proved.
-        orders: rank by order, by exact arithmetic; empty if it cannot be done.
+        poses: number of poses tried.
+        doubts: why an integer may be wrong, a line each; empty if exact arithmetic confirms
+            them, or floating point decided them by a wide margin.
+        proof: of the rank and nullity, if the level is ``"proved"``; otherwise None.
+        orders: exact rank by order, if the level is ``"proved"``; otherwise empty.
     """
 
     level: str
@@ -44,7 +46,7 @@ class Certainty(NamedTuple):
     orders: tuple[int, ...] = ()
 
     def to_dict(self) -> dict[str, object]:
-        """The entry ``evidence`` of the report: all but level, proof and orders."""
+        """The entry ``evidence`` of the report: all attributes but level, proof and orders."""
         rest = {"level", "proof", "orders"}
         known = {name: value for name, value in self._asdict().items() if name not in rest}
         return known | {"doubts": list(self.doubts)}

@@ -33,34 +33,35 @@ __all__ = ["certify"]
 
 # Momentum of a distribution of size 1 that counts as none, relative to the conditions.
 BALANCED = 1e-11
-# What counts as round-off of small loops on long arms, if exact arithmetic finds no condition
-# at many orders further on.
+# Largest such momentum that counts as round-off of small loops on long arms, if exact
+# arithmetic finds no condition at many further orders.
 SMALL = 1e-6
-# Sizes below which that, and a singular value, are round-off beyond doubt.
+# Such momentum, and singular values, below this are round-off beyond doubt.
 ROUND_OFF = 1e-14
-# Rays along which poses are tried, steps each way, and the longest of them.
+# Number of rays along which fresh poses are taken, steps each way, and longest step.
 RAYS, STEPS, STEP = 2, 8, 0.237
-# Times that poses are added while momenta are left at fresh ones.
+# Most rounds of added poses, while fresh poses leave momentum.
 ROUNDS = 3
-# Orders to which the loops of an overconstrained linkage are closed exactly, at least.
+# Lowest order up to which the loops of an overconstrained linkage must close exactly.
 CLOSURE_ORDERS = 12
-# And those at which joints must be at rest to count as idle.
+# Order up to which joints must be at rest to count as idle.
 RESTING_ORDERS = 6
-# Axes that are further from parallel were not rounded to double precision (radians).
+# Largest angle between parallel axes that double precision may have rounded, radians.
 PARALLEL = 1e-15
 _UNSETTLED = "poses further on need more conditions than were found"
 
 
 def certify(space: DesignSpace) -> DesignSpace:
-    """The design space with its integers confirmed or corrected, and how sure they are.
+    """Confirm or correct the integers of a design space, and state how sure they are.
 
     Exact arithmetic, from the decimals of the file, bounds the rank from below at every
     order, and inertia transfers in rational numbers bound the nullity from below. Where
     floating point found other integers, the space is computed again with the exact ones,
-    and a notice says so. Where momenta are left at fresh poses, poses are added.
+    and the notice ``corrected`` names both. Where fresh poses leave momentum, poses are added.
+    Where exact arithmetic cannot be done, fresh poses alone decide the certainty.
 
     Args:
-        space: what `design_space` found.
+        space: a design space from `design_space`.
 
     Returns:
         The space; its ``certainty`` holds for all of its integers.
@@ -76,12 +77,13 @@ def certify(space: DesignSpace) -> DesignSpace:
     except LinkageError as error:
         rounded = _by_rounding(space, f"not by exact arithmetic: {error}", None)
         return _told_of_rounding(rounded, error)
-    # Numbers within 2^-64 of what is meant lose a special geometry, which floating point sees
-    # with a wide gap; a gap that is doubtful is of what the file says.
+    # Replacing numbers within 2^-64 destroys a special geometry, which floating point still
+    # sees if its gap is wide. A narrow gap comes from the numbers in the file.
     special = not space.doubts or _moved(space)
-    if (count := found.replaced) and special and _differences(space, found):
-        lines = "; ".join(_differences(space, found))
-        reason = f"exact arithmetic, with {count} numbers of the file replaced, finds {lines}"
+    lines = _differences(space, found)
+    if (count := found.replaced) and special and lines:
+        reason = f"exact arithmetic, with {count} numbers of the file replaced, finds "
+        reason += "; ".join(lines)
         return _by_rounding(space, reason, found)
     moving = set(range(len(space.linkage.joints))) - set(found.idle)
     rested = space
@@ -111,7 +113,7 @@ def _moved(space: DesignSpace) -> bool:
 
 
 def _evidence(space: DesignSpace) -> Evidence:
-    """What exact arithmetic finds.
+    """Compute ranks, transfers and idle joints of a space by exact arithmetic.
 
     Raises:
         LinkageError: exact arithmetic cannot be done.
@@ -133,13 +135,13 @@ def _evidence(space: DesignSpace) -> Evidence:
 
 
 def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
-    """Whether momenta are left that poses further on may condition."""
+    """Whether fresh poses leave momentum, so that more poses may add conditions."""
     complete = found.exact.rank + len(found.independent) == found.exact.parameters
     return residual > BALANCED and not complete and space.highest_order is None
 
 
 def _differences(space: DesignSpace, found: Evidence) -> list[str]:
-    """Where the integers of a space differ from the exact ones, a line each."""
+    """Differences of the integers of a space from the exact ones, a line each."""
     exact, lines = found.exact, []
     ranks = [order.rank for order in space.orders]
     known = exact.ranks + exact.ranks[-1:] * (len(ranks) - len(exact.ranks))
@@ -164,7 +166,7 @@ def _list(numbers: Sequence[int]) -> str:
 
 
 def _changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
-    """Where two answers on one linkage have other integers, a line each."""
+    """Differences of the integers of two answers on one linkage, a line each."""
     pairs = [
         ("rank", space.rank, certified.rank),
         ("serial part", space.serial_nullity, certified.serial_nullity),
@@ -179,7 +181,7 @@ def _changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
 
 
 def _told(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
-    """The certified space with a notice of what floating point found instead."""
+    """Add a notice of the integers that floating point found instead."""
     if not (changes := _changes(space, certified)):
         return certified
     text = f"floating point alone finds other integers; here it is {'; '.join(changes)}"
@@ -189,7 +191,7 @@ def _told(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
 
 
 def _told_of_rounding(space: DesignSpace, error: LinkageError) -> DesignSpace:
-    """The space with what the file's rounding, which exact arithmetic refused, means for it."""
+    """Add the doubt, or the notice, about rounding that exact arithmetic refused."""
     doubt, mobility = "", space.linkage.mobility
     if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
         doubt = f"its axes are parallel to within {error.deviation:.0e} rad only"
@@ -251,9 +253,9 @@ def _unverified(
 
     Args:
         space: the space.
-        found: what exact arithmetic finds.
+        found: the findings of exact arithmetic.
         residual: largest momentum left at fresh poses.
-        poses: how many of them there are.
+        poses: number of fresh poses.
         order: the order up to which loops must close exactly.
     """
     exact = found.exact
@@ -296,11 +298,11 @@ def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> Des
     same = bounds == (settled.rank, settled.serial_nullity)
     doubts = _doubts(settled, residual)
     if found is not None and "left_singular_pose" in _codes(space) and not same:
-        # The file is of another pose, so nothing tells rounding from what the file says.
+        # The file has another pose, so rounding cannot be separated from what the file says.
         doubts += (reason,)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
-    # Without exact arithmetic a condition near round-off is not told from none; nor is it
-    # known that axes that are parallel to within rounding are meant to be.
+    # Without exact arithmetic a condition near round-off cannot be told from none, and axes
+    # that are parallel to within rounding may not be meant to be.
     tiny = max(settled.dropped, residual) <= ROUND_OFF
     parallel = settled.nullity > settled.serial_nullity
     level = LEVELS[bool(sure and ((tiny and parallel) or same))]
@@ -310,7 +312,7 @@ def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> Des
 
 
 def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
-    """Why the decisions of floating point may be wrong."""
+    """Reasons why the decisions of floating point may be wrong."""
     found = list(space.doubts)
     if not space.settled and space.highest_order is None:
         found.append(_UNSETTLED)
@@ -320,9 +322,9 @@ def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
 
 
 def _residual(space: DesignSpace) -> tuple[float, int]:
-    """Largest momentum left at fresh poses, relative to the conditions; how many poses.
+    """Largest momentum left at fresh poses, relative to the conditions, and their number.
 
-    Both ways along generic rays; steps are shorter than those to the poses that decided.
+    The poses lie both ways along generic rays, nearer than those that decided the rank.
     """
     chain, force, basis = space.chain, space.balance == "force", space.decision.basis
     rng = np.random.default_rng(106)

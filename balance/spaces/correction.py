@@ -1,8 +1,8 @@
 """A design space with the integers of exact arithmetic, and a basis that belongs to them.
 
 Floating point loses a condition, or an inertia transfer, whose size is below round-off: the
-product of two small angles, say. Exact arithmetic tells how many there are; here the basis is
-computed again with as many.
+product of two small angles, say. Exact arithmetic counts them; here the basis is computed again
+with that many.
 """
 
 from __future__ import annotations
@@ -31,23 +31,22 @@ __all__ = ["Evidence", "correct", "exact_orders", "with_idle_joints", "with_more
 
 Array = NDArray[np.float64]
 
-# Below this size no direction is told from round-off; used where the rank is known.
+# Relative size below which a direction is round-off, where the rank is known.
 NOTHING = 2.0**-64
-# Rows that keep less than this part of their size beside the others are made independent in
-# rational numbers.
+# Unit rows with a singular value below this are made independent in rational numbers.
 DEPENDENT = 1e-6
 
 
 class Evidence(NamedTuple):
-    """What exact arithmetic finds about a design space.
+    """Findings of exact arithmetic about a design space.
 
     Attributes:
         exact: ranks by order, lower bounds of the true ones.
-        transfers: inertia transfers, all of which change no momentum.
-        independent: as many of them as are independent.
-        complete: whether these are all there are; otherwise links without parameters branch,
-            and there may be more.
-        idle: joints that do not move.
+        transfers: inertia transfers, none of which changes the momentum.
+        independent: a largest independent subset of them.
+        complete: whether they span the serial part; otherwise links without parameters
+            branch, and there may be more.
+        idle: numbers of the joints that do not move.
     """
 
     exact: Exact
@@ -57,9 +56,10 @@ class Evidence(NamedTuple):
     idle: tuple[int, ...]
 
     def all_transfers(self, known: int) -> bool:
-        """Whether the independent transfers span the serial part, of which so many are known.
+        """Whether the independent transfers are to be used as the serial part.
 
-        Where exact bounds of rank and nullity meet, there are no others.
+        They are if they span it, which is certain where the exact bounds of rank and nullity
+        meet, or if they are more than the ``known`` ones of floating point.
         """
         count = len(self.independent)
         met = self.exact.rank + count == self.exact.parameters
@@ -67,24 +67,27 @@ class Evidence(NamedTuple):
 
     @property
     def replaced(self) -> int:
-        """How many numbers of the file are not rational, or round a root."""
+        """Number of entries of the file that are not rational, or that round a root."""
         return sum(notice.code == "not_exact" for notice in self.exact.notices)
 
 
 def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
-    """The table by order: up to the order that reaches the rank, or to the one asked for."""
+    """Exact ranks by order, up to the order that reaches the rank, or to the one asked for."""
     last = exact.kmax if space.highest_order is None else len(exact.ranks) - 1
     ranks = exact.ranks[: last + 1]
     return tuple(Order(k, rank, exact.parameters - rank) for k, rank in enumerate(ranks))
 
 
 def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
-    """The space with the ranks and the serial part that exact arithmetic finds.
+    """Give a design space the ranks and the serial part of exact arithmetic, with a basis.
 
     Args:
         space: the design space by floating-point arithmetic.
-        found: what exact arithmetic finds. If its orders are not settled, and its rank is
-            less than that of the space, the space is returned as it is.
+        found: the findings of exact arithmetic.
+
+    Returns:
+        The space with the exact integers; as it is, if exact arithmetic finds a lower rank by
+        orders that are not settled.
     """
     exact = found.exact
     use_transfers = found.all_transfers(space.serial_nullity)
@@ -106,7 +109,7 @@ def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
 
 
 def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
-    """The space of the linkage in which other joints count as idle."""
+    """Compute a design space again with other joints idle: the numbers ``idle``."""
     linkage, force = space.linkage, space.balance == "force"
     still = np.isin(np.arange(len(linkage.joints)), np.array(idle, dtype=np.int64))
     chain = moving_chain(linkage, space.motion, not space.planar, idle=still)
@@ -120,7 +123,7 @@ def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
 
 
 def with_more_poses(space: DesignSpace) -> DesignSpace:
-    """The space with the conditions of more finite poses, if these add any."""
+    """Add the conditions of more finite poses to a design space, if they raise the rank."""
     force, conditions = space.balance == "force", space.decision.conditions
     more, poses, settled = add_poses(space.chain, force, conditions)
     if more.rank == conditions.rank:
@@ -130,10 +133,10 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
 
 
 def _conditions(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
-    """Conditions beside known solutions, as many as the exact rank says.
+    """Gather as many conditions as the exact rank, beside known solutions.
 
-    Where floating point finds more, the smallest pivots are round-off; where it finds
-    fewer, what is left below its limit is sorted by size.
+    Where floating point finds more, the smallest pivots are round-off and are dropped; where
+    it finds fewer, the largest pivots below its limit are kept too.
     """
     chain, force, rank = space.chain, space.balance == "force", exact.rank
     floor = float(round_off(chain.frame.origin, chain.frame.length))
@@ -156,7 +159,7 @@ def _rebuilt(
     space: DesignSpace, gathered: Gathered, exchanged: Transfers, orders: tuple[Order, ...],
     nullity: int | None = None,
 ) -> DesignSpace:  # fmt: skip
-    """The space with other conditions and transfers, of a nullity if that is known."""
+    """Replace the conditions and transfers of a space; ``nullity`` limits its basis."""
     decision = gathered.conditions.decide()
     decision = replace(decision, basis=frozen(decision.basis[:, :nullity]))
     G = from_chain(space.chain.frame, space.planar, space.balance == "force")

@@ -36,7 +36,9 @@ def design_space(
     *,
     spatial: bool = False,
 ) -> DesignSpace:
-    """The space of balanced mass distributions of a linkage.
+    """The space of balanced mass distributions of a linkage, by floating-point arithmetic.
+
+    `balance.certify` compares its integers with those of exact arithmetic.
 
     Args:
         linkage: an assembled linkage.

@@ -49,11 +49,12 @@ class ManySpaces:
         rank: number of conditions (count,); -1 where the linkage cannot be assembled.
         nullity: dimension of the space (count,); -1 there.
         serial_nullity: of the part that joints explain (count,); -1 there.
-        kmax: highest order that adds a condition (count,); -1 where poses decided, and there.
+        kmax: highest order that adds a condition (count,); -1 where no order reaches the
+            rank, and there.
         kept: smallest pivot of the conditions, relative to the largest (count,).
         refused: why a linkage cannot be assembled, by number of the geometry.
-        unsure: why its integers may be wrong, by number of the geometry: what decides about
-            them is near round-off. `balance.certify` tells, for a file.
+        unsure: why integers of a geometry may be wrong, by its number: a decision is near
+            round-off. `balance.certify` decides exactly, for a linkage from a file.
         bases: orthonormal bases in the units of the frames, as rows; those of a geometry are
             the first ``nullity`` (count, parameters, parameters), or (0, …).
         origins: middle of the mechanism (count, 3), metres.
@@ -199,10 +200,13 @@ class _Work:
         )  # fmt: skip
 
     def look_twice(self, number: int) -> tuple[str, ...]:
-        """One geometry by `design_space`; LinkageError if it cannot be assembled.
+        """Compute one geometry by `design_space`.
 
         Returns:
-            Why its integers may be wrong.
+            Why its integers may be wrong, a line each.
+
+        Raises:
+            LinkageError: it cannot be assembled.
         """
         points, linkage = np.empty_like(self.near), self.linkage
         points_on(self.screws[number], self.near, points)
@@ -243,8 +247,8 @@ class _Work:
 def _back(space: DesignSpace, linkage: Linkage) -> Array:
     """Basis of a space, as orthonormal rows in its frame, at the pose of a linkage.
 
-    A singular pose is left along the motion; the space is that of the pose further on, and
-    parameters move back with their bodies.
+    Assembly leaves a singular pose along the motion, so the space is that of a pose further
+    on. Its parameters are displaced back with their bodies.
     """
     away = space.frames @ np.linalg.inv(linkage.frames)
     if np.abs(away - np.eye(4)).max(initial=0.0) == 0.0:

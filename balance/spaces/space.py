@@ -27,8 +27,9 @@ __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
 Array = NDArray[np.float64]
 
 SCHEMA = "balance.report/1"
-BY_ROUNDING = Certainty(
-    "estimated", "by floating-point arithmetic alone; certify tells more", None, None, 0.0, 0
+# Of a space that `balance.certify` has not seen.
+UNCERTIFIED = Certainty(
+    "estimated", "by floating-point arithmetic alone; see balance.certify", None, None, 0.0, 0
 )
 # Masses in files are rounded: a given distribution counts as balanced up to this part of
 # the sum of its bodies' contributions.
@@ -56,14 +57,14 @@ class DesignSpace(Answer):
 
     Attributes:
         linkage: the linkage.
-        highest_order: the highest order of derivative that was asked for; None if as many
+        highest_order: the highest order of derivative that was asked for; None for as many
             as needed.
         decision: basis and conditions in the units of the chain, where columns of the basis
             are orthonormal, and the numbers behind the rank.
-        chain: the joints that move as arrays, and those units.
-        exchanged: what may be exchanged across joints, in those units.
-        certainty: how sure the integers are; by floating point alone, an estimate. See
-            `balance.certify`.
+        chain: arrays of the joints that move, and those units.
+        exchanged: inertia transfers across joints, in those units.
+        certainty: how sure the integers are; ``"estimated"`` until `balance.certify` has
+            compared them with those of exact arithmetic.
     """
 
     linkage: Linkage
@@ -71,7 +72,7 @@ class DesignSpace(Answer):
     decision: Decision = field(repr=False)
     chain: Chain = field(repr=False)
     exchanged: Transfers = field(repr=False)
-    certainty: Certainty = field(default=BY_ROUNDING, repr=False)
+    certainty: Certainty = field(default=UNCERTIFIED, repr=False)
 
     @property
     def singular_values(self) -> Array:
@@ -95,10 +96,10 @@ class DesignSpace(Answer):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Why the decisions of floating point may be wrong, a line each; none if they are sure.
+        """Decisions of floating-point arithmetic that are near round-off, a line each.
 
-        What was cut off as round-off is then far below the limit for it, and what was kept
-        far above.
+        Empty if every size that was dropped as round-off is far below the limit, and every
+        size that was kept is far above it.
         """
         found = []
         floor = self.decision.conditions.floor
@@ -123,18 +124,26 @@ class DesignSpace(Answer):
         return tuple(found)
 
     @property
+    def certified(self) -> bool:
+        """Whether the space comes from `balance.certify`."""
+        return self.certainty is not UNCERTIFIED
+
+    @property
     def sure(self) -> bool:
-        """Whether all conditions are known, and none is in doubt."""
-        known = self.certainty is not BY_ROUNDING
-        doubts = self.certainty.doubts if known else self.doubts
+        """Whether all conditions are known, and none is in doubt.
+
+        The doubts of a certified space are those of its certainty; those of floating point
+        are settled then.
+        """
+        doubts = self.certainty.doubts if self.certified else self.doubts
         return self.settled and not doubts
 
     @property
     def encloses(self) -> bool:
-        """Whether every balanced distribution is in the space: no condition is a false one.
+        """Whether the space contains every balanced distribution: no condition is round-off.
 
-        Known where exact arithmetic finds as many conditions, or where none is near
-        round-off.
+        True if the exact lower bound of the rank is no less than the rank, or, without such
+        a bound, if no singular value that was kept is near round-off.
         """
         proved = self.certainty.rank
         return not self.decision.thin if proved is None else self.rank <= proved
@@ -167,7 +176,7 @@ class DesignSpace(Answer):
     def nearest_drop(self) -> float | None:
         """Smallest change of geometry that lowers the rank, to first order.
 
-        In characteristic lengths and radians; None where poses decided the rank, where no
+        In characteristic lengths and radians; None where no order reaches the rank, where no
         small change that keeps the loops closed lowers it, and where there is none.
         """
         if self.kmax is None or self.rank == 0:
@@ -271,7 +280,6 @@ class DesignSpace(Answer):
             "as_given": self.as_given._asdict(),
             "warnings": [notice._asdict() for notice in self.warnings],
         } | (explanation.to_dict() if explanation else {})
-
 
     def _check_proved(self) -> None:
         """Raise an AssertionError if an integer under ``proved`` is not the exact one.

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.verification.loads import Loads
+from kinematics.chain import paths
 from kinematics.linkage import Chain
 
 __all__ = ["Bearings", "bearings"]
@@ -45,13 +46,8 @@ class Bearings(NamedTuple):
 
 def _ways(chain: Chain) -> Array:
     """Signs σ of each joint on the two ways to each weld; (loops, n)."""
-    signs = np.zeros((len(chain.ends), chain.parent.size))
-    for row, (end, successor) in zip(signs, chain.ends, strict=True):
-        for link, sign in ((int(end), 1.0), (int(successor), -1.0)):
-            while link >= 0:
-                row[link] += sign
-                link = int(chain.parent[link])
-    return signs
+    before = paths(chain.parent)
+    return before[chain.ends[:, 0]] - before[chain.ends[:, 1]]
 
 
 def bearings(chain: Chain, loads: Loads) -> Bearings:

@@ -29,7 +29,7 @@ from kinematics.rational import (
     rounds_root,
     tangent,
 )
-from kinematics.rational_pose import AXES, Matrix, Pose, added, carried, rotation, scaled
+from kinematics.rational_pose import AXES, Matrix, Pose, add, move_screws, rotation, scale
 from kinematics.reader.angles import exact_angle
 from kinematics.reader.fields import coordinates
 from kinematics.reader.loops import FREEDOMS
@@ -85,7 +85,7 @@ def exact_geometry(linkage: Linkage) -> Geometry:
     joints = [found.joints.get(joint.name) for joint in linkage.joints]
     screws = tuple(joint[1] for joint in joints if joint)
     if linkage.displaced is not None and len(screws) == len(joints):
-        screws = carried(linkage.joints, screws, linkage.displaced.tolist())
+        screws = move_screws(linkage.joints, screws, linkage.displaced.tolist())
         found.notices += _positions(linkage)
     if len(screws) < len(joints) or not _agree(linkage, screws):
         raise ExactError(
@@ -100,7 +100,7 @@ def exact_geometry(linkage: Linkage) -> Geometry:
 
 
 def _positions(linkage: Linkage) -> Iterator[Notice]:
-    """What is replaced by moving the joints that carry others to the reference pose."""
+    """Notices of the joints whose positions at the reference pose are rounded to fractions."""
     assert linkage.displaced is not None
     carriers = {joint.parent for joint in linkage.joints}
     for j, (joint, q) in enumerate(zip(linkage.joints, linkage.displaced, strict=True)):
@@ -138,7 +138,7 @@ def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
     if direction is None or not any(cross(n, direction)):
         nearest = max(range(3), key=lambda i: abs(n[i]))
         direction = AXES[(nearest + 1) % 3]
-    return added(direction, scaled(-dot(direction, n) / dot(n, n), n))
+    return add(direction, scale(-dot(direction, n) / dot(n, n), n))
 
 
 class _Reading:
@@ -235,7 +235,7 @@ class _Reading:
             motion, along = step.split()
             a = directions[along]
             if motion == "turn":
-                screw = a + added(cross(point, a), scaled(pitch, a))
+                screw = a + add(cross(point, a), scale(pitch, a))
             else:
                 screw = (Fraction(0),) * 3 + a
             self.joints[name] = motion, screw
@@ -273,9 +273,9 @@ class _Reading:
                 "write the axis as a coordinate axis, or do without the offset"
             )
         if joint.attributes["type"] == "prismatic":
-            return Pose(frame.R, added(frame.d, scaled(offset / length, n)))
+            return Pose(frame.R, add(frame.d, scale(offset / length, n)))
         turned = Pose(self._turn(joint.label, n, offset)) @ Pose(frame.R)
-        return Pose(turned.R, added(frame.d, scaled(pitch * offset / length, n)))
+        return Pose(turned.R, add(frame.d, scale(pitch * offset / length, n)))
 
     def _loop(self, loop: Element) -> None:
         """Add the screws of a loop."""
@@ -283,7 +283,7 @@ class _Reading:
         axis = self._axis(loop, loop.first("axis"))
         n, u = before.turn(axis), before.turn(_perpendicular(axis))
         centre, kind = before.d, loop.attributes["type"]
-        gap = added(after.d, scaled(Fraction(-1), before.d))
+        gap = add(after.d, scale(Fraction(-1), before.d))
         if self.closed and any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
             size = float(dot(gap, gap)) ** 0.5
             self._note(loop.label, f"open by {size:.1e} m in its decimals: closed there")
@@ -292,7 +292,7 @@ class _Reading:
             given = self._axis(loop, second) if second else _perpendicular(axis)
             u = _perpendicular(n, after.turn(given))
         elif kind == "planar":
-            centre = added(after.d, scaled(-dot(n, gap) / dot(n, n), n))
+            centre = add(after.d, scale(-dot(n, gap) / dot(n, n), n))
         self._add(loop, n, u, centre)
 
     def _end(self, loop: Element, role: str) -> Pose:

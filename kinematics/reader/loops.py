@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.chain import loop_joints
 from kinematics.linkage import GROUND, Joint, Loop, Place, frozen
 from kinematics.reader.fields import coordinates
 from kinematics.reader.markup import Element
@@ -24,9 +25,9 @@ __all__ = ["FREEDOMS", "attach", "freedoms", "origin", "perpendicular", "unit"]
 
 Array = NDArray[np.float64]
 
-# Frames nearer than this, in radians and in parts of the size of the loop, coincide: the rest
-# is round-off of the products of rotations that placed them, which is at least the second in
-# parts of the extent of the linkage.
+# Frames nearer than the first, in radians and in parts of the size of the loop, coincide: the
+# rest is round-off of the products of rotations that placed them. The second adds the round-off
+# of coordinates, in parts of the extent of the linkage.
 ROUND_OFF, LOST = 1e-12, 1e-14
 
 FREEDOMS = {
@@ -189,12 +190,8 @@ def _reached(kind: str, before: Array, after: Array, n: Array) -> Array:
 
 def _size(joints: Sequence[Joint], start: int, end: int, centre: Array) -> float:
     """Distance of the furthest joint along a loop from the place where it is closed."""
-    sides: list[set[int]] = [set(), set()]
-    for side, link in zip(sides, (start, end), strict=True):
-        while link != GROUND:
-            side.add(link)
-            link = joints[link].parent
-    points = [joints[j].point - centre for j in sides[0] ^ sides[1]]
+    around = loop_joints([joint.parent for joint in joints], start, end)
+    points = [joints[j].point - centre for j in around]
     return max((float(np.linalg.norm(point)) for point in points), default=0.0)
 
 

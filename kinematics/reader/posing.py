@@ -20,8 +20,8 @@ from kinematics.errors import FileError
 from kinematics.linkage import Linkage
 from kinematics.reader.fields import coordinates
 from kinematics.reader.loops import freedoms, origin, perpendicular, unit
-from kinematics.reader.markup import Element, build, contents, naming, shown
-from kinematics.reader.splicing import Splice, Text
+from kinematics.reader.markup import Element, shown
+from kinematics.reader.splicing import Splice, Text, read_again
 from kinematics.screws import exp, revolute
 
 __all__ = ["Posed", "at_reference_pose"]
@@ -58,17 +58,10 @@ def at_reference_pose(linkage: Linkage) -> Posed:
             or its joints are not those of the linkage, or a universal joint has turned about
             its second axis.
     """
-    file = shown(linkage.source, 1000)
-    if linkage.tree is None:
-        problem = "a model in memory, not a file that could be written at another pose"
-        raise FileError(file, "", problem, "load the linkage from the path of its URDF file")
-    with naming(linkage.source):
-        data = contents(linkage.source)
-        found = build(data)
+    data, found = read_again(linkage, "joint", "that could be written at another pose")
+    assert linkage.tree is not None
     joints = {joint.name: joint for joint in found.every("joint")}
     known = {joint.name: joint for joint in linkage.tree.every("joint")}
-    if joints.keys() != known.keys():
-        raise FileError(file, "", "has other joints than when it was read", "start again")
     positions: dict[str, float] = {}
     if linkage.displaced is not None:
         pairs = zip(linkage.joints, linkage.displaced.tolist(), strict=True)
@@ -80,13 +73,14 @@ def at_reference_pose(linkage: Linkage) -> Posed:
         if any(q):
             if kind == "universal" and q[1]:
                 problem = "a universal joint that has turned about its second axis"
-                raise FileError(file, joint.label, problem, "replace it by two joints")
-            splices.append(_spliced(text, joints[name], _attributes(joint, q)))
+                file, remedy = shown(linkage.source, 1000), "replace it by two joints"
+                raise FileError(file, joint.label, problem, remedy)
+            splices.append(_new_origin(text, joints[name], _attributes(joint, q)))
     beside = len(found.every("loop")) < len(linkage.tree.every("loop"))
-    return Posed(text.spliced(splices), positions, beside)
+    return Posed(text.replace(splices), positions, beside)
 
 
-def _spliced(text: Text, joint: Element, attributes: Mapping[str, str]) -> Splice:
+def _new_origin(text: Text, joint: Element, attributes: Mapping[str, str]) -> Splice:
     """An origin with other attributes in place of that of a joint, or as its first child."""
     words = " ".join(f"{name}={quoteattr(value)}" for name, value in attributes.items())
     old = joint.first("origin")

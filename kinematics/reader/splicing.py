@@ -8,13 +8,43 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from kinematics.reader.markup import Element
+from kinematics.errors import FileError
+from kinematics.linkage import Draft
+from kinematics.reader.markup import Element, build, contents, naming, shown
 
-__all__ = ["Splice", "Text"]
+__all__ = ["Splice", "Text", "read_again"]
+
+
+def read_again(linkage: Draft, tag: str, purpose: str) -> tuple[bytes, Element]:
+    """Read the file of a linkage once more, to change it.
+
+    Args:
+        linkage: the linkage, or a draft of it, as read from a file.
+        tag: elements whose names must be those of the linkage.
+        purpose: completes "a model in memory, not a file …" in the error.
+
+    Returns:
+        Its bytes, and its elements with their places among them.
+
+    Raises:
+        FileError: the linkage was not read from a file, or the file cannot be read any more,
+            or has elements of that tag with other names.
+    """
+    file = shown(linkage.source, 1000)
+    if linkage.tree is None:
+        problem = f"a model in memory, not a file {purpose}"
+        raise FileError(file, "", problem, "load the linkage from the path of its URDF file")
+    with naming(linkage.source):
+        data = contents(linkage.source)
+        found = build(data)
+    here, known = ({x.name for x in tree.every(tag)} for tree in (found, linkage.tree))
+    if here != known:
+        raise FileError(file, "", f"has other {tag}s than when it was read", "start again")
+    return data, found
 
 
 class Splice(NamedTuple):
-    """A text in place of the bytes from ``start`` to ``end``."""
+    """A text that replaces the bytes from ``start`` to ``end``."""
 
     start: int
     end: int
@@ -25,7 +55,7 @@ class Text:
     """The bytes of an XML file."""
 
     def __init__(self, data: bytes) -> None:
-        """Keep the bytes, and find out how characters are coded."""
+        """Keep the bytes, and find out how their characters are encoded."""
         # Other encodings that expat reads have ASCII's characters where ASCII has them.
         self.data, self.codec = data, "ascii"
         if data.startswith((b"\xff\xfe", b"<\0")):
@@ -33,8 +63,8 @@ class Text:
         elif data.startswith((b"\xfe\xff", b"\0<")):
             self.codec = "utf-16-be"
 
-    def spliced(self, splices: Iterable[Splice]) -> bytes:
-        """The bytes with other texts in some places, which do not overlap."""
+    def replace(self, splices: Iterable[Splice]) -> bytes:
+        """The bytes with the texts of splices in their places, which must not overlap."""
         data = self.data
         for start, end, new in sorted(splices, reverse=True):
             coded = new.encode(self.codec, "xmlcharrefreplace")
@@ -46,7 +76,7 @@ class Text:
         return not self.data.startswith(f"</{element.tag}".encode(self.codec), element.span[1])
 
     def end(self, element: Element) -> int:
-        """Where an element ends."""
+        """The place after the last byte of an element."""
         last = element.span[1]
         if self.is_tag(element):
             return last

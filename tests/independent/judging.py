@@ -6,16 +6,15 @@ import io
 import json
 import logging
 import re
-import signal
 import time
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
 
 from families import linkage
 from plain_linkage import Linkage, urdf
+from time_limit import time_limit
 from true_ranks import Truth, truth
 
 __all__ = ["Verdict", "judge"]
@@ -67,10 +66,6 @@ class Verdict(NamedTuple):
         )
 
 
-class _Hang(Exception):
-    """A case took longer than it may."""
-
-
 def judge(family: str, seed: int, folder: Path) -> Verdict:
     """Run a case through the product and compare."""
     begin = time.process_time()
@@ -78,7 +73,7 @@ def judge(family: str, seed: int, folder: Path) -> Verdict:
     true = truth(case, seed)
     middle = time.process_time()
     try:
-        with _alarm():
+        with time_limit(LIMIT):
             answer = _asked(case, folder / f"{family}_{seed}.urdf")
     except Exception as error:
         where = traceback.format_exception(error)[-2].strip().splitlines()
@@ -163,17 +158,3 @@ def _reason(text: str) -> str:
     text = text.strip().rpartition(".urdf: ")[2]
     text = re.sub(r"\bj\d+(\.\d)?(=\S+)?(, )?|[-+]?\d[\d.e-]*", "", text)
     return " ".join(text.split())[:100]
-
-
-@contextmanager
-def _alarm() -> Iterator[None]:
-    def ring(*_: object) -> None:
-        raise _Hang(f"more than {LIMIT} s")
-
-    old = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, LIMIT)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, old)

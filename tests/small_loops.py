@@ -4,6 +4,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 import numpy as np
+from checker import echelon
 
 __all__ = ["NAMES", "freedom", "small_loop"]
 
@@ -111,22 +112,8 @@ def freedom(name, size, arm=1):
             n = [Fraction(x) for x in n]
             moment = [p[i - 2] * n[i - 1] - p[i - 1] * n[i - 2] for i in range(3)]
             columns.append([0, 0, 0, *n] if kind == "prismatic" else n + moment)
-    return 1 + len(columns) - _rank(columns)
+    rows = np.array([[Fraction(x) for x in column] for column in columns], object)
+    return 1 + len(columns) - len(echelon(rows))
 
 
 BASE_EXACT = [Fraction(str(x)) for x in BASE]
-
-
-def _rank(rows):
-    rank, left = 0, [[Fraction(x) for x in row] for row in rows]
-    for column in range(6):
-        pivot = next((row for row in left if row[column]), None)
-        if pivot is None:
-            continue
-        left.remove(pivot)
-        left = [
-            [x - row[column] / pivot[column] * y for x, y in zip(row, pivot, strict=True)]
-            for row in left
-        ]
-        rank += 1
-    return rank

@@ -189,3 +189,13 @@ def test_tables_in_markdown():
     lines = done.stdout.splitlines()
     assert "### kernel_costs_half_a_qr" in lines and "| case | what | value |" in lines
     assert {line.count("|") for line in lines if line.startswith("|")} == {4}
+
+
+def test_the_benchmark_of_proofs_finds_the_checker():
+    """Also in a process whose path does not hold the tests, as those of benchmarks are."""
+    code = (
+        "from benchmarks.proofs_take_two_seconds import ProofsTakeTwoSeconds as Proofs; "
+        "run = Proofs(); run.setup('four_bar_general'); "
+        "assert run.track_refused('four_bar_general') == 0"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)

@@ -37,8 +37,6 @@ IntArray = NDArray[np.int64]
 
 # Geometries that a thread takes at a time.
 CHUNK = 128
-# Where the entries of a symmetric tensor stand, in the order of the parameters.
-ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,20 +251,11 @@ def _back(space: DesignSpace, linkage: Linkage) -> Array:
     away = space.frames @ np.linalg.inv(linkage.frames)
     if np.abs(away - np.eye(4)).max(initial=0.0) == 0.0:
         return space.scaled_basis.T
-    force, axes = space.balance == "force", space.axes
-    size = len(space.labels)
-    rows = space.basis.T.reshape(space.nullity, -1, size)
-    z = np.zeros((*rows.shape[:2], 10))
-    z[..., 0] = rows[..., 0]
-    if space.planar:
-        z[..., 1:4] = rows[..., 1:3] @ axes[:2]
-        n = axes[2]
-        moment = 0.0 if force else rows[..., 3]
-        z[..., 4:] = np.multiply.outer(
-            moment * np.ones(rows.shape[:2]), [n[i] * n[j] for i, j in ENTRIES]
-        )
-    else:
-        z[..., :size] = rows
+    force = space.balance == "force"
+    # Of the ten parameters only those that count matter: no displacement that keeps the plane
+    # maps the others to them.
+    lift = np.linalg.pinv(to_chain(np.eye(10), Frame(space.axes), space.planar, force))
+    z = space.basis.T.reshape(space.nullity, -1, len(lift)) @ lift
     here = displaced(z, np.linalg.inv(away))
     scaled = to_chain(here.reshape(-1, 10), space.chain.frame, space.planar, force)
     Q, _ = np.linalg.qr(scaled.reshape(space.nullity, -1).T)

@@ -121,6 +121,17 @@ def test_what_exact_arithmetic_refuses_falls_back_and_says_so(tmp_path):
     assert (found.rank, found.certainty.level) == (8, "estimated")
 
 
+@pytest.mark.parametrize("tilt, doubted", [("0.00000000001", True), ("1e-17", False)])
+def test_what_is_in_doubt_is_an_estimate(tilt, doubted, tmp_path, capsys):
+    """An axis that is parallel to the others to within 1e-11, or to double precision."""
+    path = altered("four_bar_kite", tmp_path, with_axis("q2", f"0 {tilt} 1"))
+    found = certified(path)
+    assert bool(found.certainty.doubts) == doubted
+    assert not doubted or found.certainty.level == "estimated"
+    assert main(["report", str(path), "--json"]) == (4 if doubted else 0)
+    assert bool(json.loads(capsys.readouterr().out)["evidence"]["doubts"]) == doubted
+
+
 BREAKS = {
     "an order": lambda space: {"orders": (*space.orders[:1], space.orders[0]._replace(rank=4),
                                           *space.orders[2:])},

@@ -131,7 +131,8 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
         for x, proofs in _candidates(question):
             if x is not None and wanted is asked:
                 if found := _design(space, asked, question, x):
-                    return found if trusted or space.sure else _surely(space, asked)
+                    sure = trusted or space.sure
+                    return found if sure else _decide_by_transfers(space, asked)
             for Z in proofs:
                 if found := _proof(space, asked, question, Z):
                     return found
@@ -141,7 +142,7 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
     )
 
 
-def _surely(space: DesignSpace, asked: Restriction) -> Feasibility:
+def _decide_by_transfers(space: DesignSpace, asked: Restriction) -> Feasibility:
     """The verdict where there is a design, but the space is in doubt.
 
     Proved inertia transfers are balanced whatever the true space is, so a design made of them

@@ -75,8 +75,8 @@ def certify(space: DesignSpace) -> DesignSpace:
     try:
         found = _evidence(space)
     except LinkageError as error:
-        rounded = _by_rounding(space, f"not by exact arithmetic: {error}", None)
-        return _told_of_rounding(rounded, error)
+        rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
+        return _add_rounding_notice(rounded, error)
     # Replacing numbers within 2^-64 destroys a special geometry, which floating point still
     # sees if its gap is wide. A narrow gap comes from the numbers in the file.
     special = not space.doubts or _moved(space)
@@ -84,7 +84,7 @@ def certify(space: DesignSpace) -> DesignSpace:
     if (count := found.replaced) and special and lines:
         reason = f"exact arithmetic, with {count} numbers of the file replaced, finds "
         reason += "; ".join(lines)
-        return _by_rounding(space, reason, found)
+        return _certify_rounded(space, reason, found)
     moving = set(range(len(space.linkage.joints))) - set(found.idle)
     rested = space
     if moving != set(space.chain.joints.tolist()):
@@ -98,8 +98,10 @@ def certify(space: DesignSpace) -> DesignSpace:
         found = _evidence(corrected)
         corrected = correct(corrected, found)
         residual, poses = _residual(corrected)
-    certainty = _judged(corrected, found, residual, poses)
-    return _told(space, replace(corrected, certainty=certainty))
+    certainty = _certainty_of(corrected, found, residual, poses)
+    certified = _add_correction_notice(space, replace(corrected, certainty=certainty))
+    certified.check_proved()
+    return certified
 
 
 def _codes(space: DesignSpace) -> set[str]:
@@ -152,7 +154,7 @@ def _differences(space: DesignSpace, found: Evidence) -> list[str]:
     if space.rank != exact.rank:
         lines.append(f"rank {exact.rank}, not {space.rank}")
     serial = len(found.independent)
-    if serial != space.serial_nullity and found.all_transfers(space.serial_nullity):
+    if serial != space.serial_nullity and found.use_exact_transfers(space.serial_nullity):
         lines.append(f"serial part {serial}, not {space.serial_nullity}")
     return lines
 
@@ -180,7 +182,7 @@ def _changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
     return lines
 
 
-def _told(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
+def _add_correction_notice(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
     """Add a notice of the integers that floating point found instead."""
     if not (changes := _changes(space, certified)):
         return certified
@@ -190,7 +192,7 @@ def _told(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
     return replace(certified, notices=(*kept, Notice("corrected", text)))
 
 
-def _told_of_rounding(space: DesignSpace, error: LinkageError) -> DesignSpace:
+def _add_rounding_notice(space: DesignSpace, error: LinkageError) -> DesignSpace:
     """Add the doubt, or the notice, about rounding that exact arithmetic refused."""
     doubt, mobility = "", space.linkage.mobility
     if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
@@ -201,18 +203,18 @@ def _told_of_rounding(space: DesignSpace, error: LinkageError) -> DesignSpace:
         certainty = space.certainty
         doubts = (*certainty.doubts, doubt)
         return replace(space, certainty=certainty._replace(level="estimated", doubts=doubts))
-    code = "closes_to_rounding"
-    known = any(notice.code == code for notice in space.notices)
-    if known or not isinstance(error, InexactClosureError):
+    if not isinstance(error, InexactClosureError):
         return space
     text = (
         "loops close only to the rounding of the numbers in the file: the answer is that of "
         "the linkage that these stand for"
     )
-    return replace(space, notices=(*space.notices, Notice(code, text)))
+    return replace(space, notices=(*space.notices, Notice("inexact_closure", text)))
 
 
-def _judged(space: DesignSpace, found: Evidence, residual: float, poses: int) -> Certainty:
+def _certainty_of(
+    space: DesignSpace, found: Evidence, residual: float, poses: int
+) -> Certainty:
     """The certainty of a space from exact arithmetic and fresh poses."""
     exact, serial = found.exact, len(found.independent)
     count = found.replaced
@@ -262,29 +264,29 @@ def _unverified(
     resting, closing = joints_at_rest(exact.chain, order)
     if closing <= order or not set(found.idle) <= set(resting):
         return f"its loops do not close exactly, or idle joints move, up to order {order}"
-    if not found.all_transfers(space.serial_nullity) and space.doubts:
+    if not found.use_exact_transfers(space.serial_nullity) and space.doubts:
         return f"the serial part is that of floating point: {space.doubts[0]}"
     if not exact.settled:
         return f"exact arithmetic finds conditions up to order {exact.kmax}: more may follow"
     if not poses:
         return "no finite pose was found to check it at"
-    if residual > BALANCED and not (residual <= SMALL and _stays(space, exact)):
-        return _left(residual)
+    if residual > BALANCED and not (residual <= SMALL and _adds_no_condition(space, exact)):
+        return _momenta_left(residual)
     return ""
 
 
-def _left(residual: float) -> str:
+def _momenta_left(residual: float) -> str:
     return f"momenta of {residual:.1e} of the conditions are left at finite poses"
 
 
-def _stays(space: DesignSpace, exact: Exact) -> bool:
+def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
     """Whether many orders further on add no condition, by exact arithmetic."""
     last = GIVEN_UP + 3 * exact.kmax
     further = ranks_of(space.linkage.source, exact.chain, exact.notices, last)
     return further.rank == exact.rank
 
 
-def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> DesignSpace:
+def _certify_rounded(space: DesignSpace, reason: str, found: Evidence | None) -> DesignSpace:
     """The certainty of a space where floating point alone decides."""
     settled, (residual, poses) = space, _residual(space)
     for _ in range(ROUNDS):
@@ -308,7 +310,7 @@ def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> Des
     level = LEVELS[bool(sure and ((tiny and parallel) or same))]
     seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
     certainty = Certainty(level, seen + reason, *bounds, residual, poses, doubts)
-    return _told(space, replace(settled, certainty=certainty))
+    return _add_correction_notice(space, replace(settled, certainty=certainty))
 
 
 def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
@@ -317,7 +319,7 @@ def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
     if not space.settled and space.highest_order is None:
         found.append(_UNSETTLED)
     elif residual > BALANCED and space.highest_order is None:
-        found.append(_left(residual))
+        found.append(_momenta_left(residual))
     return tuple(found)
 
 

@@ -55,7 +55,7 @@ class Evidence(NamedTuple):
     complete: bool
     idle: tuple[int, ...]
 
-    def all_transfers(self, known: int) -> bool:
+    def use_exact_transfers(self, known: int) -> bool:
         """Whether the independent transfers are to be used as the serial part.
 
         They are if they span it, which is certain where the exact bounds of rank and nullity
@@ -90,7 +90,7 @@ def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
         orders that are not settled.
     """
     exact = found.exact
-    use_transfers = found.all_transfers(space.serial_nullity)
+    use_transfers = found.use_exact_transfers(space.serial_nullity)
     serial = len(found.independent) if use_transfers else space.serial_nullity
     if exact.rank < space.rank and not exact.settled:
         return space
@@ -105,7 +105,7 @@ def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
     gathered = _conditions(space, known, exact)
     # Where floating point sees fewer conditions, the last directions are the least sure.
     nullity = exact.parameters - max(exact.rank, gathered.conditions.rank)
-    return _rebuilt(space, gathered, exchanged, orders, nullity)
+    return _with_conditions(space, gathered, exchanged, orders, nullity)
 
 
 def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
@@ -119,7 +119,8 @@ def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
     size = exchanged.rows.shape[1]
     orders = tuple(Order(k, rank, size - rank) for k, rank in enumerate(gathered.ranks))
     names = tuple(linkage.joints[j].name for j in idle)
-    return _rebuilt(replace(space, chain=chain, idle=names), gathered, exchanged, orders)
+    moved = replace(space, chain=chain, idle=names)
+    return _with_conditions(moved, gathered, exchanged, orders)
 
 
 def with_more_poses(space: DesignSpace) -> DesignSpace:
@@ -129,7 +130,7 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
     if more.rank == conditions.rank:
         return space
     gathered = Gathered(more, (), space.poses + poses, settled)
-    return _rebuilt(space, gathered, space.exchanged, space.orders)
+    return _with_conditions(space, gathered, space.exchanged, space.orders)
 
 
 def _conditions(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
@@ -155,7 +156,7 @@ def _conditions(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
     return gathered._replace(conditions=conditions, settled=gathered.settled or reached)
 
 
-def _rebuilt(
+def _with_conditions(
     space: DesignSpace, gathered: Gathered, exchanged: Transfers, orders: tuple[Order, ...],
     nullity: int | None = None,
 ) -> DesignSpace:  # fmt: skip

@@ -245,7 +245,7 @@ class DesignSpace(Answer):
             explanation: what ``explain`` found, for the keys ``transfers`` and ``freedoms``.
             exact: what ``exact`` found, for that key.
         """
-        self._check_proved()
+        self.check_proved()
         linkage = self.linkage
         return {
             "schema": SCHEMA,
@@ -281,7 +281,7 @@ class DesignSpace(Answer):
             "warnings": [notice._asdict() for notice in self.warnings],
         } | (explanation.to_dict() if explanation else {})
 
-    def _check_proved(self) -> None:
+    def check_proved(self) -> None:
         """Raise an AssertionError if an integer under ``proved`` is not the exact one.
 
         Rank, nullity, serial and parallel part are those of the proof, and the table ends at

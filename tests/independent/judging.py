@@ -23,7 +23,7 @@ __all__ = ["Verdict", "judge"]
 LIMIT = 300
 # Warnings of the product that say that the answer is that of another pose, or other axes.
 MOVED = {"left_singular_pose", "assembled"}
-MENDED = {"closes_to_rounding", "rounded_angles"}
+MENDED = {"closes_to_rounding", "inexact_closure", "rounded_angles"}
 SURE = ("proved", "verified")
 
 

@@ -36,6 +36,7 @@ TRUE = {
     "min_arm": ([15, 19], 11, 0),
     "rssr_tilt_1e-4": ([10, 17, 18], 12, 0),
     "m_sarrus_2_5": ([6, 12, 16, 18], 29, 3),
+    "two_dead_centres": ([3, 3, 3, 6, 6, 6, 6, 8], 3, 1),
 }  # fmt: skip
 
 
@@ -86,6 +87,13 @@ def test_the_basis_belongs_to_the_integers(name):
 
 def test_a_mobility_is_that_of_the_small_loop(capsys):
     assert report("arm_gen_100000", capsys)["mobility"] == 2
+
+
+def test_a_joint_that_moves_with_a_high_power_of_the_input_is_not_at_rest(capsys):
+    """``4.5 sin u - 0.9 sin 2u + 0.1 sin 3u - 3u`` is of order 7 in u, its cosine of 14."""
+    found = report("three_yokes", capsys)
+    assert [order["rank"] for order in found["orders"]] == [3] * 13 + [5]
+    assert (found["serial"], found["parallel"]) == (3, 0)
 
 
 def test_bounds_of_a_force_balance_are_infeasible(capsys):

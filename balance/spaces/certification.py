@@ -42,10 +42,10 @@ ROUND_OFF = 1e-14
 RAYS, STEPS, STEP = 2, 8, 0.237
 # Times that poses are added while momenta are left at fresh ones.
 ROUNDS = 3
-# Orders to which the loops of an overconstrained linkage are closed exactly, at least.
-CLOSURE_ORDERS = 12
-# And those at which joints must be at rest to count as idle.
-RESTING_ORDERS = 6
+# Orders to which the loops of an overconstrained linkage are closed exactly, at least, and at
+# which joints must be at rest to count as idle: twice as many as a gear of three yokes and a
+# dead centre, which moves a joint with the 14th power of the input, can hide.
+CLOSURE_ORDERS = 30
 # Axes that are further from parallel were not rounded to double precision (radians).
 PARALLEL = 1e-15
 _UNSETTLED = "poses further on need more conditions than were found"
@@ -121,7 +121,7 @@ def _evidence(space: DesignSpace) -> Evidence:
     chain = exact_chain(
         linkage, geometry, space.motion, space.balance == "force", not space.planar
     )
-    idle, _ = joints_at_rest(chain, RESTING_ORDERS)
+    idle, _ = joints_at_rest(chain, CLOSURE_ORDERS)
     transfers = tuple(exact_transfers(chain, idle))
     size = len(chain.links) * len(chain.parameters)
     most = size - len(independent(chain, transfers, PRIMES[0]))

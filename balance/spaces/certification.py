@@ -23,6 +23,7 @@ from balance.spaces.correction import (
     with_idle_joints,
     with_more_poses,
 )
+from balance.spaces.replaced import with_changed_numbers
 from balance.spaces.space import DesignSpace
 from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
 from kinematics.linkage import Notice
@@ -79,10 +80,13 @@ def certify(space: DesignSpace) -> DesignSpace:
     # Numbers within 2^-64 of what is meant lose a special geometry, which floating point sees
     # with a wide gap; a gap that is doubtful is of what the file says.
     special = not space.doubts or _moved(space)
-    if (count := found.replaced) and special and _differences(space, found):
-        lines = "; ".join(_differences(space, found))
-        reason = f"exact arithmetic, with {count} numbers of the file replaced: {lines}"
-        return _by_rounding(space, reason, found)
+    if (count := found.replaced) and special and (lines := _differences(space, found)):
+        changed = with_changed_numbers(space)
+        if changed is None or _changes(space, changed):
+            text = f"exact arithmetic, with {count} numbers of the file replaced: "
+            # What neither these numbers nor rounding explain is special in two ways.
+            mixed = changed is not None and bool(_differences(changed, found))
+            return _by_rounding(space, text + "; ".join(lines), found, mixed)
     moving = set(range(len(space.linkage.joints))) - set(found.idle)
     rested = space
     if moving != set(space.chain.joints.tolist()):
@@ -275,8 +279,10 @@ def _stays(space: DesignSpace, exact: Exact) -> bool:
     return further.rank == exact.rank
 
 
-def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> DesignSpace:
-    """The certainty of a space where floating point alone decides."""
+def _by_rounding(
+    space: DesignSpace, reason: str, found: Evidence | None, doubtful: bool = False
+) -> DesignSpace:
+    """The certainty of a space where floating point alone decides; or is in doubt."""
     settled, (residual, poses) = space, _residual(space)
     for _ in range(ROUNDS):
         if residual <= BALANCED or space.highest_order is not None:
@@ -288,7 +294,8 @@ def _by_rounding(space: DesignSpace, reason: str, found: Evidence | None) -> Des
         bounds = found.exact.rank, len(found.independent)
     same = bounds == (settled.rank, settled.serial_nullity)
     doubts = _doubts(settled, residual)
-    if found is not None and "left_singular_pose" in _codes(space) and not same:
+    left = found is not None and "left_singular_pose" in _codes(space) and not same
+    if left or doubtful:
         # The file is of another pose, so nothing tells rounding from what the file says.
         doubts += (reason,)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0

@@ -5,6 +5,7 @@ share no code with the product (``tests/independent`` holds one of them).
 """
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ TRUE = {
     "min_arm": ([15, 19], 11, 0),
     "rssr_tilt_1e-4": ([10, 17, 18], 12, 0),
     "m_sarrus_2_5": ([6, 12, 16, 18], 29, 3),
+    "two_dead_centres": ([3, 3, 3, 6, 6, 6, 6, 8], 3, 1),
 }  # fmt: skip
 
 
@@ -58,6 +60,27 @@ def test_the_true_integers_are_reported(words, capsys):
         assert (found["serial"], found["parallel"]) == (serial, parallel)
     if found["parallel"] == 0:
         assert found["certainty"] == "proved"
+
+
+@pytest.mark.parametrize("rpy", ["0 0 0.3", "1.5707963267948966 0 0", "0 2.0943951023931953 0"])
+@pytest.mark.parametrize("name", ["parallelogram_off_1e-6", "rssr_tilt_1e-4", "m_sarrus_2_5"])
+def test_a_linkage_that_is_turned_as_a_whole_has_the_same_integers(name, rpy, tmp_path, capsys):
+    """Its angle is replaced in exact arithmetic, but nothing rests on it."""
+    text = (FOLDER / f"{name}.urdf").read_text()
+    text = text.replace("00001", "00000001")  # of a parallelogram: off by 1e-9 m
+    carried = re.findall(r'<child link="(.*?)"', text)
+    (root,) = (link for link in re.findall(r'<link name="(.*?)"', text) if link not in carried)
+    turned = (
+        f'<link name="world"/><joint name="turn" type="fixed"><origin rpy="{rpy}"/>'
+        f'<parent link="world"/><child link="{root}"/></joint></robot>'
+    )
+    path = tmp_path / "turned.urdf"
+    path.write_text(text.replace("</robot>", turned))
+    assert main(["report", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    ranks, serial, parallel = TRUE[name]
+    assert [order["rank"] for order in found["orders"]] == ranks
+    assert (found["serial"], found["parallel"]) == (serial, parallel)
 
 
 def test_what_floating_point_found_is_told(capsys):
@@ -86,6 +109,13 @@ def test_the_basis_belongs_to_the_integers(name):
 
 def test_a_mobility_is_that_of_the_small_loop(capsys):
     assert report("arm_gen_100000", capsys)["mobility"] == 2
+
+
+def test_a_joint_that_moves_with_a_high_power_of_the_input_is_not_at_rest(capsys):
+    """``4.5 sin u - 0.9 sin 2u + 0.1 sin 3u - 3u`` is of order 7 in u, its cosine of 14."""
+    found = report("three_yokes", capsys)
+    assert [order["rank"] for order in found["orders"]] == [3] * 13 + [5]
+    assert (found["serial"], found["parallel"]) == (3, 0)
 
 
 def test_bounds_of_a_force_balance_are_infeasible(capsys):

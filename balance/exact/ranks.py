@@ -42,7 +42,7 @@ IntArray = NDArray[np.int64]
 
 # Fewest orders that must add nothing before the rank counts as final.
 PLATEAU = 3
-# Fewest orders that must add nothing before a rank that was expected is given up.
+# And at least, where inertia transfers do not bound the rank from above.
 GIVEN_UP = 12
 # Highest orders tried one after the other: for one degree of freedom, and for more.
 LADDER = (6, 14, 30, 62, 126)
@@ -229,17 +229,20 @@ def ranks_of(
 def _plateau(kmax: int, reached: bool, careful: bool) -> int | float:
     """How many orders must add nothing before the rank counts as final.
 
-    A false plateau is no longer than the orders before it, in all linkages tried.
+    A body that is driven through dead centres moves with a power m of the input: conditions
+    on it come at the orders ``m - 1``, ``2 m - 1``, …, those on its drive long before. A
+    false plateau is no longer than that, in all linkages tried.
 
     Args:
         kmax: the last order that added a condition.
         reached: whether the rank expected is reached.
-        careful: whether a plateau must be as long as the orders before it; only then is a
-            rank that was expected and is not reached given up.
+        careful: whether a plateau must be longer than the orders before it, since floating
+            point does not see small conditions that come late; only then is a rank that was
+            expected and is not reached given up.
     """
     if not careful:
         return PLATEAU if reached else inf
-    return max(PLATEAU, kmax) if reached else max(GIVEN_UP, 2 * kmax)
+    return max(GIVEN_UP, kmax + 1 if reached else 2 * kmax)
 
 
 def _twice(

@@ -23,6 +23,7 @@ from balance.spaces.correction import (
     with_idle_joints,
     with_more_poses,
 )
+from balance.spaces.replaced import with_changed_numbers
 from balance.spaces.space import DesignSpace
 from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
 from kinematics.linkage import Notice
@@ -42,10 +43,10 @@ ROUND_OFF = 1e-14
 RAYS, STEPS, STEP = 2, 8, 0.237
 # Most rounds of added poses, while fresh poses leave momentum.
 ROUNDS = 3
-# Lowest order up to which the loops of an overconstrained linkage must close exactly.
-CLOSURE_ORDERS = 12
-# Order up to which joints must be at rest to count as idle.
-RESTING_ORDERS = 6
+# Lowest order up to which the loops of an overconstrained linkage must close exactly, and
+# joints be at rest to count as idle: twice the 14th power of the input with which a gear of
+# three yokes and a dead centre moves a joint.
+CLOSURE_ORDERS = 30
 # Largest angle between parallel axes that double precision may have rounded, radians.
 PARALLEL = 1e-15
 _UNSETTLED = "poses further on need more conditions than were found"
@@ -82,9 +83,12 @@ def certify(space: DesignSpace) -> DesignSpace:
     special = not space.doubts or _moved(space)
     lines = _differences(space, found)
     if (count := found.replaced) and special and lines:
-        reason = f"exact arithmetic, with {count} numbers of the file replaced, finds "
-        reason += "; ".join(lines)
-        return _certify_rounded(space, reason, found)
+        changed = with_changed_numbers(space)
+        if changed is None or _changes(space, changed):
+            # A difference that these numbers do not explain either comes from round-off.
+            mixed = changed is not None and bool(_differences(changed, found))
+            reason = f"exact arithmetic, with {count} numbers of the file replaced, finds "
+            return _certify_rounded(space, reason + "; ".join(lines), found, mixed)
     moving = set(range(len(space.linkage.joints))) - set(found.idle)
     rested = space
     if moving != set(space.chain.joints.tolist()):
@@ -125,7 +129,7 @@ def _evidence(space: DesignSpace) -> Evidence:
     chain = exact_chain(
         linkage, geometry, space.motion, space.balance == "force", not space.planar
     )
-    idle, _ = joints_at_rest(chain, RESTING_ORDERS)
+    idle, _ = joints_at_rest(chain, CLOSURE_ORDERS)
     transfers = tuple(exact_transfers(chain, idle))
     size = len(chain.links) * len(chain.parameters)
     most = size - len(independent(chain, transfers, PRIMES[0]))
@@ -286,8 +290,10 @@ def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
     return further.rank == exact.rank
 
 
-def _certify_rounded(space: DesignSpace, reason: str, found: Evidence | None) -> DesignSpace:
-    """The certainty of a space where floating point alone decides."""
+def _certify_rounded(
+    space: DesignSpace, reason: str, found: Evidence | None, doubtful: bool = False
+) -> DesignSpace:
+    """The certainty of a space where floating point alone decides, or is in doubt."""
     settled, (residual, poses) = space, _residual(space)
     for _ in range(ROUNDS):
         if residual <= BALANCED or space.highest_order is not None:
@@ -299,8 +305,9 @@ def _certify_rounded(space: DesignSpace, reason: str, found: Evidence | None) ->
         bounds = found.exact.rank, len(found.independent)
     same = bounds == (settled.rank, settled.serial_nullity)
     doubts = _doubts(settled, residual)
-    if found is not None and "left_singular_pose" in _codes(space) and not same:
-        # The file has another pose, so rounding cannot be separated from what the file says.
+    # The file has another pose, so rounding cannot be separated from what the file says.
+    left = found is not None and "left_singular_pose" in _codes(space) and not same
+    if left or doubtful:
         doubts += (reason,)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
     # Without exact arithmetic a condition near round-off cannot be told from none, and axes

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from random import Random
 from typing import NamedTuple
 
 import numpy as np
@@ -35,12 +36,14 @@ from kinematics.reader.fields import coordinates
 from kinematics.reader.loops import FREEDOMS
 from kinematics.reader.markup import Element, shown
 
-__all__ = ["Geometry", "exact_geometry"]
+__all__ = ["Geometry", "changed_screws", "exact_geometry"]
 
 # Screws that differ by more, relative to the largest, are those of another pose.
 SAME = 1e-12
 # A direction whose squared length differs from 1 by less was rounded from a unit vector.
 ROUNDED = Fraction(1, 10**4)
+# By how much numbers are changed to see what rests on them: radians, and parts of a size.
+CHANGE = Fraction(1, 64)
 
 
 class Geometry(NamedTuple):
@@ -99,6 +102,24 @@ def exact_geometry(linkage: Linkage) -> Geometry:
     return Geometry(screws, squares, ratios, tuple(found.notices))
 
 
+def changed_screws(linkage: Linkage) -> tuple[Vector, ...] | None:
+    """The joint screws with other numbers for those that `exact_geometry` replaces.
+
+    Equal numbers stay equal, and opposite ones opposite; no other relation is kept.
+
+    Args:
+        linkage: one that `exact_geometry` takes.
+
+    Returns:
+        Screws of any length (6,) each; None if the pose is not that of the file.
+    """
+    if linkage.tree is None or linkage.displaced is not None:
+        return None
+    length = Fraction(linkage.chain.frame.length)
+    found = _Reading(linkage.tree, change=CHANGE, length=length)
+    return tuple(found.joints[joint.name][1] for joint in linkage.joints)
+
+
 def _positions(linkage: Linkage) -> Iterator[Notice]:
     """Notices of the joints whose positions at the reference pose are rounded to fractions."""
     assert linkage.displaced is not None
@@ -144,9 +165,13 @@ def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
 class _Reading:
     """Places of links and screws of joints, gathered from the tree of a file."""
 
-    def __init__(self, tree: Element, closed: bool = True) -> None:
+    def __init__(
+        self, tree: Element, closed: bool = True, change: Fraction = Fraction(0),
+        length: Fraction = Fraction(1),
+    ) -> None:  # fmt: skip
+        """Read it; what is replaced changes by up to ``change``, in lengths by that part."""
         self.notices: list[Notice] = []
-        self.closed = closed
+        self.closed, self.change, self.length = closed, change, length
         self.joints: dict[str, tuple[str, Vector]] = {}
         self.mimics = dict(self._mimics(tree))
         self.places = self._placed(tree)
@@ -155,6 +180,13 @@ class _Reading:
 
     def _note(self, label: str, text: str) -> None:
         self.notices.append(Notice("not_exact", f"{label}: {text}"))
+
+    def _changed(self, x: Fraction, size: Fraction | None = None) -> Fraction:
+        """A number that is replaced, plus or minus up to ``change`` of a size, its own or 1."""
+        if not self.change:
+            return x
+        part = Fraction(Random(str(abs(x))).randint(512, 1024), 1024)
+        return x + self.change * part * (x if size is None else size if x > 0 else -size)
 
     def _mimics(self, tree: Element) -> Iterator[tuple[str, tuple[str, Fraction, Fraction]]]:
         """Source, ratio and offset of each joint that follows another."""
@@ -214,6 +246,7 @@ class _Reading:
             code = "not_exact" if any(map(rounds_root, n)) else "as_written"
             text = "its axis is a unit vector only to its digits: as written"
             self.notices.append(Notice(code, f"{item.label}: {text}"))
+            return tuple(self._changed(x) if rounds_root(x) else x for x in n)
         return n
 
     def _pitch(self, joint: Element) -> Fraction:
@@ -223,7 +256,7 @@ class _Reading:
         if pitch:
             text = f"its pitch is not rational in metres per radian: within 2^-{BITS} of it"
             self._note(joint.label, text)
-        return rounded(pitch / (2 * pi()))
+        return rounded(self._changed(pitch) / (2 * pi()))
 
     def _add(
         self, item: Element, n: Vector, u: Vector, point: Vector, pitch: Fraction = Fraction(0)
@@ -260,7 +293,8 @@ class _Reading:
         if word and angle != decimal(word):
             text += f", taken as {round(angle / (pi() / 12))} π/12,"
         self._note(label, f"{text} has no rational rotation: within 2^-{BITS} rad of it")
-        return rotation(n, tangent(rest) / (root(dot(n, n)) or 1), quarter)
+        half = tangent(self._changed(rest, Fraction(1)))
+        return rotation(n, half / (root(dot(n, n)) or 1), quarter)
 
     def _moved(
         self, joint: Element, frame: Pose, n: Vector, pitch: Fraction, offset: Fraction
@@ -287,6 +321,8 @@ class _Reading:
         if self.closed and any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
             size = float(dot(gap, gap)) ** 0.5
             self._note(loop.label, f"open by {size:.1e} m in its decimals: closed there")
+            away = self._changed(Fraction(size), self.length) - Fraction(size)
+            centre = add(centre, scale(away / Fraction(size), gap))
         if kind == "universal":
             second = loop.first("axis2")
             given = self._axis(loop, second) if second else _perpendicular(axis)

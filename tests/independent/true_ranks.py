@@ -20,8 +20,8 @@ __all__ = ["Truth", "independent", "truth"]
 # Orders without a new condition after which, from a least order on, the rank counts as final;
 # the least is for one degree of freedom. No more orders than HIGHEST are computed.
 PLATEAU, LEAST, HIGHEST = 12, 30, 250
-# To which loops must close.
-CLOSED = 12
+# To which loops must close, and at which what is idle does not move.
+CLOSED = 30
 
 
 class Truth(NamedTuple):

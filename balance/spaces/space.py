@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from balance.answer import Answer
 from balance.archive import SpaceRecord, digest
+from balance.conditions.elimination import round_off
 from balance.conditions.rank import Decision
 from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
@@ -102,7 +103,7 @@ class DesignSpace(Answer):
         size that was kept is far above it.
         """
         found = []
-        floor = self.decision.conditions.floor
+        floor = float(round_off(self.chain.frame.origin, self.chain.frame.length))
         if self.dropped > SURE * floor:
             found.append(
                 f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be "
@@ -164,7 +165,7 @@ class DesignSpace(Answer):
         rows = self.decision.conditions.rows
         given = np.array([body.inertia for body in self.linkage.bodies])
         z = to_chain(given, self.chain.frame, self.planar, self.balance == "force")
-        by_body = np.einsum("rbp,bp->rb", rows.reshape(self.rank, *z.shape), z)
+        by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
         total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
         left = by_body.sum(axis=1)
         residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0

@@ -196,7 +196,8 @@ def _told_of_rounding(space: DesignSpace, error: LinkageError) -> DesignSpace:
     """The space with what the file's rounding, which exact arithmetic refused, means for it."""
     if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
         doubt = f"its axes are parallel to within {error.deviation:.0e} rad only: {error}"
-        certainty = space.certainty._replace(doubts=(*space.certainty.doubts, doubt))
+        doubts = (*space.certainty.doubts, doubt)
+        certainty = space.certainty._replace(level=LEVELS[0], doubts=doubts)
         return replace(space, certainty=certainty)
     code = "closes_to_rounding"
     known = any(notice.code == code for notice in space.notices)

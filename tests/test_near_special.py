@@ -84,6 +84,42 @@ def test_a_linkage_that_is_turned_as_a_whole_has_the_same_integers(name, rpy, tm
     assert (found["serial"], found["parallel"]) == (serial, parallel)
 
 
+def test_a_loop_that_was_open_elsewhere_does_not_hide_conditions(tmp_path, capsys):
+    """A four-bar is closed by Newton's method beside a Sarrus linkage tilted by 1e-9 rad."""
+    parts = [f'<link name="F{i}">{INERTIAL}</link>' for i in (1, 2, 3)]
+    joints = ("f1", "L0", "F1", 0), ("f2", "F1", "F2", 0.5), ("f4", "L0", "F3", 1.4)
+    parts += [
+        f'<joint name="{name}" type="continuous"><origin xyz="{x} 0 0"/>'
+        f'<parent link="{parent}"/><child link="{child}"/><axis xyz="0 0 1"/></joint>'
+        for name, parent, child, x in joints
+    ]
+    ends = [
+        f'<{role} link="{link}"><origin xyz="{place} 0"/></{role}>'
+        for role, link, place in (("predecessor", "F2", "0.45 0.9"),
+                                  ("successor", "F3", "-0.5 0.8"))
+    ]  # fmt: skip
+    parts.append(f'<loop name="fk" type="revolute">{"".join(ends)}<axis xyz="0 0 1"/></loop>')
+    text = (FOLDER / "m_sarrus_2_5.urdf").read_text()
+    path = tmp_path / "two.urdf"
+    path.write_text(text.replace("</robot>", "".join(parts) + "</robot>"))
+    assert main(["report", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    # The ranks of both linkages, added up: 5 10 11 12 are those of the four-bar in space.
+    assert [order["rank"] for order in found["orders"]] == [11, 22, 27, 30]
+    assert "assembled" in {warning["code"] for warning in found["warnings"]}
+
+
+def test_axes_parallel_to_within_rounding_are_in_doubt_under_a_motion_too(tmp_path, capsys):
+    """With axes of irrational lengths there are no exact ranks to tell."""
+    path = tmp_path / "arm.urdf"
+    path.write_text((FOLDER / "min_arm.urdf").read_text().replace("0.00001", "0.000000000001"))
+    for options in ((), ("--motion", "j2=j1")):
+        assert main(["report", str(path), "--json", *options]) == 4
+        found = json.loads(capsys.readouterr().out)
+        assert found["certainty"] == "estimated"
+        assert "parallel" in found["evidence"]["doubts"][0]
+
+
 def test_what_floating_point_found_is_told(capsys):
     found = report("parallelogram_off_1e-6", capsys)
     (told,) = (w["message"] for w in found["warnings"] if w["code"] == "corrected")

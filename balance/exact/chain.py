@@ -84,14 +84,15 @@ def exact_chain(
     count = len(linkage.joints)
     moving = moving_chain(linkage, motion, spatial)
     independent = linkage.positions_of(linkage.inputs if motion is None else motion.inputs)
-    basis = _columns(linkage, geometry, motion, independent)
-    columns = [(Fraction(0),) * len(basis) for _ in range(count)]
-    for row, joint in enumerate(independent):
-        columns[joint] = tuple(vector[row] for vector in basis)
+    # First of all: a linkage that is planar only up to rounding has other parameters.
     if moving.planar:
         rows, parameters = _in_plane(linkage, geometry, moving.joints, moving.frame.R[2])
     else:
         rows, parameters = _units(6), _units(10)
+    basis = _columns(linkage, geometry, motion, independent)
+    columns = [(Fraction(0),) * len(basis) for _ in range(count)]
+    for row, joint in enumerate(independent):
+        columns[joint] = tuple(vector[row] for vector in basis)
     if force:
         rows, parameters = rows[len(rows) // 3 if moving.planar else 3 :], parameters[:-1]
         parameters = parameters if moving.planar else parameters[:4]

@@ -32,8 +32,6 @@ def with_changed_numbers(space: DesignSpace) -> DesignSpace | None:
     """
     linkage = space.linkage
     screws = changed_screws(linkage)
-    if screws is None:
-        return None
     units = np.array([[float(x) for x in screw] for screw in screws])
     turns = np.any(units[:, :3], axis=1)
     n = np.where(turns[:, None], units[:, :3], units[:, 3:])

@@ -102,7 +102,7 @@ def exact_geometry(linkage: Linkage) -> Geometry:
     return Geometry(screws, squares, ratios, tuple(found.notices))
 
 
-def changed_screws(linkage: Linkage) -> tuple[Vector, ...] | None:
+def changed_screws(linkage: Linkage) -> tuple[Vector, ...]:
     """The joint screws with other numbers for those that `exact_geometry` replaces.
 
     Equal numbers stay equal, and opposite ones opposite; no other relation is kept.
@@ -111,13 +111,20 @@ def changed_screws(linkage: Linkage) -> tuple[Vector, ...] | None:
         linkage: one that `exact_geometry` takes.
 
     Returns:
-        Screws of any length (6,) each; None if the pose is not that of the file.
+        Screws of any length (6,) each.
     """
-    if linkage.tree is None or linkage.displaced is not None:
-        return None
-    length = Fraction(linkage.chain.frame.length)
-    found = _Reading(linkage.tree, change=CHANGE, length=length)
-    return tuple(found.joints[joint.name][1] for joint in linkage.joints)
+    assert linkage.tree is not None
+    length, positions = Fraction(linkage.chain.frame.length), linkage.displaced
+    found = _Reading(linkage.tree, positions is None, CHANGE, length)
+    screws = tuple(found.joints[joint.name][1] for joint in linkage.joints)
+    if positions is None:
+        return screws
+    sizes = [length if joint.kind == "prismatic" else Fraction(1) for joint in linkage.joints]
+    moved = [
+        float(found.changed(Fraction(q), size)) if q else 0.0
+        for q, size in zip(positions.tolist(), sizes, strict=True)
+    ]
+    return move_screws(linkage.joints, screws, moved)
 
 
 def _positions(linkage: Linkage) -> Iterator[Notice]:
@@ -181,7 +188,7 @@ class _Reading:
     def _note(self, label: str, text: str) -> None:
         self.notices.append(Notice("not_exact", f"{label}: {text}"))
 
-    def _changed(self, x: Fraction, size: Fraction | None = None) -> Fraction:
+    def changed(self, x: Fraction, size: Fraction | None = None) -> Fraction:
         """A number that is replaced, plus or minus up to ``change`` of a size, its own or 1."""
         if not self.change:
             return x
@@ -246,7 +253,7 @@ class _Reading:
             code = "not_exact" if any(map(rounds_root, n)) else "as_written"
             text = "its axis is a unit vector only to its digits: as written"
             self.notices.append(Notice(code, f"{item.label}: {text}"))
-            return tuple(self._changed(x) if rounds_root(x) else x for x in n)
+            return tuple(self.changed(x) if rounds_root(x) else x for x in n)
         return n
 
     def _pitch(self, joint: Element) -> Fraction:
@@ -256,7 +263,7 @@ class _Reading:
         if pitch:
             text = f"its pitch is not rational in metres per radian: within 2^-{BITS} of it"
             self._note(joint.label, text)
-        return rounded(self._changed(pitch) / (2 * pi()))
+        return rounded(self.changed(pitch) / (2 * pi()))
 
     def _add(
         self, item: Element, n: Vector, u: Vector, point: Vector, pitch: Fraction = Fraction(0)
@@ -293,7 +300,7 @@ class _Reading:
         if word and angle != decimal(word):
             text += f", taken as {round(angle / (pi() / 12))} π/12,"
         self._note(label, f"{text} has no rational rotation: within 2^-{BITS} rad of it")
-        half = tangent(self._changed(rest, Fraction(1)))
+        half = tangent(self.changed(rest, Fraction(1)))
         return rotation(n, half / (root(dot(n, n)) or 1), quarter)
 
     def _moved(
@@ -321,7 +328,7 @@ class _Reading:
         if self.closed and any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
             size = float(dot(gap, gap)) ** 0.5
             self._note(loop.label, f"open by {size:.1e} m in its decimals: closed there")
-            away = self._changed(Fraction(size), self.length) - Fraction(size)
+            away = self.changed(Fraction(size), self.length) - Fraction(size)
             centre = add(centre, scale(away / Fraction(size), gap))
         if kind == "universal":
             second = loop.first("axis2")

@@ -215,12 +215,17 @@ def _almost(part: Component, mend: Mend) -> _Closing | str:
 
 
 def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
-    """Newton's method with steps of least norm, as long as they shrink; None if they fail."""
-    last = 0.5
+    """Newton's method with steps of least norm, as long as they shrink; None if they fail.
+
+    Loops that a step has closed are closed to round-off by another one.
+    """
+    last, first = 0.5, True
     for _ in range(10):
         pose = forward(chain, q)
-        if np.abs(_openness(chain, gaps, pose)).max() <= CLOSED:
+        closed = np.abs(_openness(chain, gaps, pose)).max() <= CLOSED
+        if closed and (first or last <= CLOSED):
             return q
+        first = False
         b = mismatch(chain, pose.H, q, gaps)
         step = np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-9)[0]
         size = float(np.abs(step).max())

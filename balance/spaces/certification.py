@@ -37,8 +37,8 @@ BALANCED = 1e-11
 # Largest such momentum that counts as round-off of small loops on long arms, if exact
 # arithmetic finds no condition at many further orders.
 SMALL = 1e-6
-# Such momentum, and singular values, below this are round-off beyond doubt.
-ROUND_OFF = 1e-14
+# Singular values, and momentum at fresh poses, below this are round-off beyond doubt.
+ROUND_OFF, VANISHING = 1e-14, 1e-12
 # Number of rays along which fresh poses are taken, steps each way, and longest step.
 RAYS, STEPS, STEP = 2, 8, 0.237
 # Most rounds of added poses, while fresh poses leave momentum.
@@ -312,7 +312,7 @@ def _certify_rounded(
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
     # Without exact arithmetic a condition near round-off cannot be told from none, and axes
     # that are parallel to within rounding may not be meant to be.
-    tiny = max(settled.dropped, residual) <= ROUND_OFF
+    tiny = settled.dropped <= ROUND_OFF and residual <= VANISHING
     parallel = settled.nullity > settled.serial_nullity
     level = LEVELS[bool(sure and ((tiny and parallel) or same))]
     seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""

@@ -37,6 +37,7 @@ TRUE = {
     "min_arm": ([15, 19], 11, 0),
     "rssr_tilt_1e-4": ([10, 17, 18], 12, 0),
     "m_sarrus_2_5": ([6, 12, 16, 18], 29, 3),
+    "fewer_rows --as-written --spatial": ([17, 30, 33], 17, 0),
     "two_dead_centres": ([3, 3, 3, 6, 6, 6, 6, 8], 3, 1),
 }  # fmt: skip
 

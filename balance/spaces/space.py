@@ -149,7 +149,7 @@ class DesignSpace(Answer):
         rows = self.decision.conditions.rows
         given = np.array([body.inertia for body in self.linkage.bodies])
         z = to_chain(given, self.chain.frame, self.planar, self.balance == "force")
-        by_body = np.einsum("rbp,bp->rb", rows.reshape(self.rank, *z.shape), z)
+        by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
         total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
         left = by_body.sum(axis=1)
         residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0

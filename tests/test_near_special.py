@@ -38,6 +38,7 @@ TRUE = {
     "rssr_tilt_1e-4": ([10, 17, 18], 12, 0),
     "m_sarrus_2_5": ([6, 12, 16, 18], 29, 3),
     "tilt_1e-10 --as-written --spatial": ([11, 17, 20], 10, 0),
+    "fewer_rows --as-written --spatial": ([17, 30, 33], 17, 0),
     "two_dead_centres": ([3, 3, 3, 6, 6, 6, 6, 8], 3, 1),
 }  # fmt: skip
 

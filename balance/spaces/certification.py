@@ -78,13 +78,10 @@ def certify(space: DesignSpace) -> DesignSpace:
     except LinkageError as error:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
         return _add_rounding_notice(rounded, error)
-    # Replacing numbers within 2^-64 destroys a special geometry, which floating point still
-    # sees if its gap is wide. A narrow gap comes from the numbers in the file.
-    special = not space.doubts or _moved(space)
     lines = _differences(space, found)
-    if (count := found.replaced) and special and lines:
+    if (count := found.replaced) and lines:
         changed = with_changed_numbers(space)
-        if changed is None or _changes(space, changed):
+        if _rests_on_replaced(space, changed):
             # A difference that these numbers do not explain either comes from round-off.
             mixed = changed is not None and bool(_differences(changed, found))
             reason = f"exact arithmetic, with {count} numbers of the file replaced, finds "
@@ -106,6 +103,21 @@ def certify(space: DesignSpace) -> DesignSpace:
     certified = _add_correction_notice(space, replace(corrected, certainty=certainty))
     certified.check_proved()
     return certified
+
+
+def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
+    """Whether a special geometry is lost because exact arithmetic replaces numbers.
+
+    Floating point still sees it if its gap is wide, and loses it with other numbers. A narrow
+    gap comes from the numbers in the file, unless other ones have more conditions.
+
+    Args:
+        space: the space by floating point.
+        changed: the same with other numbers for those that are replaced, if it can be had.
+    """
+    if not space.doubts or _moved(space):
+        return changed is None or bool(_changes(space, changed))
+    return changed is not None and changed.rank > space.rank
 
 
 def _codes(space: DesignSpace) -> set[str]:

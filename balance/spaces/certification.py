@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -23,6 +22,7 @@ from balance.spaces.correction import (
     with_idle_joints,
     with_more_poses,
 )
+from balance.spaces.differences import add_correction_notice, changes, differences
 from balance.spaces.replaced import with_changed_numbers
 from balance.spaces.space import DesignSpace
 from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
@@ -78,12 +78,12 @@ def certify(space: DesignSpace) -> DesignSpace:
     except LinkageError as error:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
         return _add_rounding_notice(rounded, error)
-    lines = _differences(space, found)
+    lines = differences(space, found)
     if (count := found.replaced) and lines:
         changed = with_changed_numbers(space)
         if _rests_on_replaced(space, changed):
             # A difference that these numbers do not explain either comes from round-off.
-            mixed = changed is not None and bool(_differences(changed, found))
+            mixed = changed is not None and bool(differences(changed, found))
             reason = f"exact arithmetic, with {count} numbers of the file replaced, finds "
             return _certify_rounded(space, reason + "; ".join(lines), found, mixed)
     moving = set(range(len(space.linkage.joints))) - set(found.idle)
@@ -100,7 +100,7 @@ def certify(space: DesignSpace) -> DesignSpace:
         corrected = correct(corrected, found)
         residual, poses = _residual(corrected)
     certainty = _certainty_of(corrected, found, residual, poses)
-    certified = _add_correction_notice(space, replace(corrected, certainty=certainty))
+    certified = add_correction_notice(space, replace(corrected, certainty=certainty))
     certified.check_proved()
     return certified
 
@@ -116,7 +116,7 @@ def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
         changed: the same with other numbers for those that are replaced, if it can be had.
     """
     if not space.doubts or _moved(space):
-        return changed is None or bool(_changes(space, changed))
+        return changed is None or bool(changes(space, changed))
     return changed is not None and changed.rank > space.rank
 
 
@@ -158,56 +158,6 @@ def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
     return residual > BALANCED and not complete and space.highest_order is None
 
 
-def _differences(space: DesignSpace, found: Evidence) -> list[str]:
-    """Differences of the integers of a space from the exact ones, a line each."""
-    exact, lines = found.exact, []
-    ranks = [order.rank for order in space.orders]
-    known = exact.ranks + exact.ranks[-1:] * (len(ranks) - len(exact.ranks))
-    apart = [k for k, pair in enumerate(zip(ranks, known, strict=False)) if len({*pair}) > 1]
-    if apart:
-        here, there = ([row[k] for k in apart] for row in (ranks, known))
-        lines.append(f"{_counted('order', apart)}: rank {_list(there)}, not {_list(here)}")
-    if space.rank != exact.rank:
-        lines.append(f"rank {exact.rank}, not {space.rank}")
-    serial = len(found.independent)
-    if serial != space.serial_nullity and found.use_exact_transfers(space.serial_nullity):
-        lines.append(f"serial part {serial}, not {space.serial_nullity}")
-    return lines
-
-
-def _counted(noun: str, numbers: Sequence[int]) -> str:
-    return f"{noun}{'s' if len(numbers) > 1 else ''} {_list(numbers)}"
-
-
-def _list(numbers: Sequence[int]) -> str:
-    return ", ".join(map(str, numbers))
-
-
-def _changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
-    """Differences of the integers of two answers on one linkage, a line each."""
-    pairs = [
-        ("rank", space.rank, certified.rank),
-        ("serial part", space.serial_nullity, certified.serial_nullity),
-    ]
-    lines = [f"{name} {there}, not {here}" for name, here, there in pairs if here != there]
-    ranks = {order.order: order.rank for order in certified.orders}
-    for order in space.orders:
-        known = ranks.get(order.order, certified.rank)
-        if known != order.rank:
-            lines.append(f"order {order.order}: rank {known}, not {order.rank}")
-    return lines
-
-
-def _add_correction_notice(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
-    """Add a notice of the integers that floating point found instead."""
-    if not (changes := _changes(space, certified)):
-        return certified
-    text = f"floating point alone finds other integers; here it is {'; '.join(changes)}"
-    codes = ("not_settled",) if certified.settled else ()
-    kept = tuple(notice for notice in certified.notices if notice.code not in codes)
-    return replace(certified, notices=(*kept, Notice("corrected", text)))
-
-
 def _add_rounding_notice(space: DesignSpace, error: LinkageError) -> DesignSpace:
     """Add the doubt, or the notice, about rounding that exact arithmetic refused."""
     doubt, mobility = "", space.linkage.mobility
@@ -236,7 +186,7 @@ def _certainty_of(
     count = found.replaced
     replaced = f", with {count} numbers of the file replaced (see --exact)" if count else ""
     bounds = exact.rank, serial, residual, poses
-    lines = _differences(space, found)
+    lines = differences(space, found)
     limited = space.highest_order is not None and not space.decision.conditions.complete
     if limited and not lines:
         reason = f"orders up to {space.highest_order} only: more conditions may follow"
@@ -329,7 +279,7 @@ def _certify_rounded(
     level = LEVELS[bool(sure and ((tiny and parallel) or same))]
     seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
     certainty = Certainty(level, seen + reason, *bounds, residual, poses, doubts)
-    return _add_correction_notice(space, replace(settled, certainty=certainty))
+    return add_correction_notice(space, replace(settled, certainty=certainty))
 
 
 def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:

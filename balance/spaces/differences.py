@@ -1,4 +1,4 @@
-"""Differences between the integers of floating point, exact arithmetic, and certified spaces."""
+"""Differences between the integers of floating point, of exact arithmetic, and of both."""
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from laws import exact_rank, outside
 
+from balance.conditions import rank
 from balance.conditions.elimination import FLOOR, MARGIN
 from balance.conditions.rank import Conditions
 
@@ -217,3 +218,15 @@ def test_singular_values_are_computed_only_where_they_are_needed(monkeypatch):
     assert not decision.thin and asked == []
     assert decision.kept == decision.singular_values[-1] == 1.0 and len(asked) == 1
     assert not close.decide().thin and len(asked) == 2
+
+
+def test_a_decomposition_does_not_fail_where_divide_and_conquer_does(monkeypatch):
+    A = np.random.default_rng(7).standard_normal((9, 5))
+
+    def fails(*_, **__):
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    monkeypatch.setattr(np.linalg, "svd", fails)
+    U, values, Vt = rank.decompose(A)
+    assert U.shape == (9, 5) and np.abs(U * values @ Vt - A).max() < 1e-13
+    assert (np.diff(values) <= 0.0).all() and np.abs(Vt @ Vt.T - np.eye(5)).max() < 1e-13

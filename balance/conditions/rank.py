@@ -26,7 +26,7 @@ from balance.conditions.elimination import (
 from balance.conditions.solutions import extend, solutions
 from kinematics.linkage import frozen
 
-__all__ = ["Conditions", "Decision"]
+__all__ = ["Conditions", "Decision", "decompose"]
 
 Array = NDArray[np.float64]
 
@@ -182,7 +182,16 @@ def _singular_values(A: Array) -> Array:
         values: Array = np.linalg.svd(A, compute_uv=False).astype(np.float64, copy=False)
         return values
     except np.linalg.LinAlgError:
+        return decompose(A)[1]
+
+
+def decompose(A: Array) -> tuple[Array, Array, Array]:
+    """Thin singular value decomposition ``A = U diag(s) Vt``; U, s descending, and Vt."""
+    try:
+        U, values, Vt = np.linalg.svd(A, full_matrices=False)
+    except np.linalg.LinAlgError:
         # Divide and conquer fails on rare matrices, for which the QR iteration does not.
         from scipy.linalg import svd
 
-        return np.asarray(svd(A, compute_uv=False, lapack_driver="gesvd"))
+        U, values, Vt = svd(A, full_matrices=False, lapack_driver="gesvd")
+    return U, values, Vt

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from balance.answer import Order
 from balance.conditions.elimination import round_off
 from balance.conditions.gathering import Gathered, add_poses, gather_conditions
+from balance.conditions.rank import decompose
 from balance.exact.ranks import Exact
 from balance.exact.serial import ExactTransfer
 from balance.inertia import from_chain, to_chain
@@ -222,7 +223,7 @@ def _orthonormal(A: Array, known: bool = False) -> Array | None:
     if not len(A):
         return A
     A = A / np.sqrt(np.sum(A**2, axis=1, keepdims=True))
-    _, values, Vt = np.linalg.svd(A, full_matrices=False)
+    _, values, Vt = decompose(A)
     count = len(A) if known else int(np.sum(values > DEPENDENT))
     doubtful = np.any((values <= DEPENDENT) & (values > 0.0)) and not known
     return None if doubtful else Vt[:count]

@@ -15,6 +15,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.conditions.rank import decompose
 from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
 from kinematics.closure import expand
 from kinematics.linkage import Chain, Linkage, frozen
@@ -63,7 +64,7 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
     rays /= np.sqrt(np.sum(rays**2, axis=1, keepdims=True))
     series = expand(chain, rays, order)
     weights = radius(series.C[0] @ rays[0]) ** np.arange(order + 1.0)
-    U, values, Vt = np.linalg.svd(_rows(chain, rays, weights, force)[0], full_matrices=False)
+    U, values, Vt = decompose(_rows(chain, rays, weights, force)[0])
     if not 0 < rank <= values.size:
         return np.inf
     u, v = U[:, rank - 1], Vt[rank - 1]

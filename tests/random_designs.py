@@ -126,6 +126,16 @@ def mechanism_of(model: str, inputs: tuple[str, ...], names: tuple[str, ...]):
     return replace(found, bodies=names, links=links, inertias=found.inertias[at])
 
 
+def follow(mechanism, start, u):
+    """Joint positions at a pose on the way to u: nearer, where a singular pose is near."""
+    for part in (1.0, 0.1, 0.01):
+        try:
+            return reference.follow(mechanism, start, part * u)
+        except ValueError:
+            continue
+    return reference.follow(mechanism, start, 0.001 * u)
+
+
 @cache
 def rows_of(model: str, balance: str, inputs: tuple[str, ...], names: tuple[str, ...]):
     """Momentum at finite poses per parameter, ten of each body (rows, 10 bodies)."""
@@ -133,10 +143,7 @@ def rows_of(model: str, balance: str, inputs: tuple[str, ...], names: tuple[str,
     rng, unit = np.random.default_rng(5), np.eye(len(inputs))
     rows, start = [], np.zeros(len(mechanism.joints))
     for u in rng.uniform(-REACH, REACH, (POSES, len(inputs))):
-        try:
-            q = reference.follow(mechanism, start, u)
-        except ValueError:  # near a singular pose
-            q = reference.follow(mechanism, start, 0.1 * u)
+        q = follow(mechanism, start, u)
         moving = reference.velocities(mechanism, q, unit)
         X = reference.regressor(mechanism, q, moving, "dynamic")
         rows.append(X.reshape(len(inputs), 6, -1)[:, 3 * (balance == "force") :])

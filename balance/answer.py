@@ -14,7 +14,7 @@ from balance.inertia import parameter_labels
 from kinematics.linkage import Notice
 from kinematics.motion import Motion
 
-__all__ = ["Answer", "Balance", "Order"]
+__all__ = ["Answer", "Balance", "Order", "table_of"]
 
 Array = NDArray[np.float64]
 Balance = Literal["dynamic", "force"]
@@ -30,6 +30,11 @@ class Order(NamedTuple):
     order: int
     rank: int
     nullity: int
+
+
+def table_of(ranks: Sequence[int], parameters: int) -> tuple[Order, ...]:
+    """The table of ranks up to order 0, 1, 2 …, with the nullities that belong to them."""
+    return tuple(Order(k, rank, parameters - rank) for k, rank in enumerate(ranks))
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from kinematics.linkage import Frame
 
 __all__ = [
     "MassProperties",
+    "basis_from_chain",
     "displaced",
     "from_chain",
     "inertia_tensor",
@@ -121,6 +122,13 @@ def from_chain(frame: Frame, planar: bool, force: bool) -> Array:
     """
     count = len(parameter_labels(planar, force))
     return _affine(frame.length, frame.origin, frame.R, planar)[:count, :count]
+
+
+def basis_from_chain(basis: Array, frame: Frame, planar: bool, force: bool) -> Array:
+    """Columns of parameters of all bodies (parameters, count), from chain to SI units."""
+    G = from_chain(frame, planar, force)
+    size, count = basis.shape
+    return (G @ basis.reshape(size // len(G), len(G), count)).reshape(size, count)
 
 
 def _affine(L: float, o: Array, R: Array, planar: bool) -> Array:

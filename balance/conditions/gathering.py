@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.conditions.elimination import round_off
 from balance.conditions.orders import FAR, FIRST, NEAR, along_rays, generic
 from balance.conditions.rank import Conditions
 from balance.momentum import rows_at, rows_per_column
@@ -22,7 +23,7 @@ from kinematics.errors import MobilityError
 from kinematics.linkage import Chain
 from kinematics.walk import wander
 
-__all__ = ["Gathered", "add_poses", "gather_conditions"]
+__all__ = ["Gathered", "add_poses", "floor_of", "gather_conditions"]
 
 Array = NDArray[np.float64]
 
@@ -46,6 +47,11 @@ class Gathered(NamedTuple):
     ranks: tuple[int, ...]
     poses: int
     settled: bool
+
+
+def floor_of(chain: Chain) -> float:
+    """Relative size of what counts as round-off in the frame of a chain."""
+    return float(round_off(chain.frame.origin, chain.frame.length))
 
 
 def gather_conditions(

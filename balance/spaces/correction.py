@@ -15,13 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.answer import Order
-from balance.conditions.elimination import round_off
-from balance.conditions.gathering import Gathered, add_poses, gather_conditions
+from balance.answer import Order, table_of
+from balance.conditions.gathering import Gathered, add_poses, floor_of, gather_conditions
 from balance.conditions.rank import decompose
 from balance.exact.ranks import Exact
 from balance.exact.serial import ExactTransfer
-from balance.inertia import from_chain, to_chain
+from balance.inertia import basis_from_chain, to_chain
 from balance.spaces.space import DesignSpace
 from balance.transfers.opening import Transfers, transfers
 from kinematics.assembly import moving_chain
@@ -75,8 +74,7 @@ class Evidence(NamedTuple):
 def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
     """Exact ranks by order, up to the order that reaches the rank, or to the one asked for."""
     last = exact.kmax if space.highest_order is None else len(exact.ranks) - 1
-    ranks = exact.ranks[: last + 1]
-    return tuple(Order(k, rank, exact.parameters - rank) for k, rank in enumerate(ranks))
+    return table_of(exact.ranks[: last + 1], exact.parameters)
 
 
 def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
@@ -114,11 +112,10 @@ def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
     linkage, force = space.linkage, space.balance == "force"
     still = np.isin(np.arange(len(linkage.joints)), np.array(idle, dtype=np.int64))
     chain = moving_chain(linkage, space.motion, not space.planar, idle=still)
-    floor = float(round_off(chain.frame.origin, chain.frame.length))
+    floor = floor_of(chain)
     exchanged = transfers(chain, force, floor)
     gathered = gather_conditions(chain, exchanged.rows, force, floor, space.highest_order)
-    size = exchanged.rows.shape[1]
-    orders = tuple(Order(k, rank, size - rank) for k, rank in enumerate(gathered.ranks))
+    orders = table_of(gathered.ranks, exchanged.rows.shape[1])
     names = tuple(linkage.joints[j].name for j in idle)
     moved = replace(space, chain=chain, idle=names)
     return _with_conditions(moved, gathered, exchanged, orders)
@@ -141,7 +138,7 @@ def _conditions(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
     it finds fewer, the largest pivots below its limit are kept too.
     """
     chain, force, rank = space.chain, space.balance == "force", exact.rank
-    floor = float(round_off(chain.frame.origin, chain.frame.length))
+    floor = floor_of(chain)
     gathered = gather_conditions(chain, known, force, floor, space.highest_order)
     for limit in (floor, NOTHING):
         if gathered.conditions.rank >= rank:
@@ -164,14 +161,12 @@ def _with_conditions(
     """Replace the conditions and transfers of a space; ``nullity`` limits its basis."""
     decision = gathered.conditions.decide()
     decision = replace(decision, basis=frozen(decision.basis[:, :nullity]))
-    G = from_chain(space.chain.frame, space.planar, space.balance == "force")
-    size, count = decision.basis.shape
-    basis = G @ decision.basis.reshape(size // len(G), len(G), count)
-    complete = count == len(gathered.conditions.known)
+    force, known = space.balance == "force", len(gathered.conditions.known)
+    basis = basis_from_chain(decision.basis, space.chain.frame, space.planar, force)
+    complete = basis.shape[1] == known
     return replace(
         space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
-        basis=frozen(basis.reshape(size, count)),
-        serial_nullity=len(gathered.conditions.known), decision=decision, exchanged=exchanged,
+        basis=frozen(basis), serial_nullity=known, decision=decision, exchanged=exchanged,
     )  # fmt: skip
 
 

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from balance.answer import Balance, Order
-from balance.conditions.elimination import round_off
-from balance.conditions.gathering import Gathered, gather_conditions
+from balance.answer import Balance, table_of
+from balance.conditions.gathering import Gathered, floor_of, gather_conditions
 from balance.conditions.rank import Decision
-from balance.inertia import from_chain
+from balance.inertia import basis_from_chain
 from balance.spaces.space import DesignSpace
 from balance.transfers.opening import Transfers, transfers
 from kinematics.assembly import moving_chain
@@ -59,7 +58,7 @@ def design_space(
         raise ValueError(f"max_order must be a whole number from 0 to {HIGHEST}")
     motion = restriction(linkage, motion)
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
-    floor = float(round_off(chain.frame.origin, chain.frame.length))
+    floor = floor_of(chain)
     exchanged = transfers(chain, force, floor)
     try:
         gathered = gather_conditions(chain, exchanged.rows, force, floor, max_order)
@@ -74,15 +73,12 @@ def _result(
 ) -> DesignSpace:  # fmt: skip
     """Everything that the conditions tell, in SI units."""
     decision = gathered.conditions.decide()
-    force, (size, nullity) = balance == "force", decision.basis.shape
-    G = from_chain(chain.frame, chain.planar, force)
-    basis = G @ decision.basis.reshape(size // len(G), len(G), nullity)
+    basis = basis_from_chain(decision.basis, chain.frame, chain.planar, balance == "force")
     return DesignSpace(
         source=linkage.source, linkage=linkage, motion=motion, balance=balance,
         planar=chain.planar, bodies=names(linkage.bodies), inputs=linkage.inputs,
         idle=_idle(linkage, chain), poses=gathered.poses, settled=gathered.settled,
-        orders=tuple(Order(k, rank, size - rank) for k, rank in enumerate(gathered.ranks)),
-        basis=frozen(basis.reshape(size, nullity)),
+        orders=table_of(gathered.ranks, len(basis)), basis=frozen(basis),
         serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
         frames=linkage.frames, length=chain.frame.length,
         notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from balance.answer import Answer
 from balance.archive import SpaceRecord, digest
-from balance.conditions.elimination import round_off
+from balance.conditions.gathering import floor_of
 from balance.conditions.rank import Decision
 from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
@@ -103,7 +103,7 @@ class DesignSpace(Answer):
         size that was kept is far above it.
         """
         found = []
-        floor = float(round_off(self.chain.frame.origin, self.chain.frame.length))
+        floor = floor_of(self.chain)
         if self.dropped > SURE * floor:
             found.append(
                 f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be "

@@ -74,7 +74,7 @@ def certify(space: DesignSpace) -> DesignSpace:
         'proved'
     """
     try:
-        found = _evidence(space)
+        found = _gather_evidence(space)
     except LinkageError as error:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
         return _add_rounding_notice(rounded, error)
@@ -91,14 +91,14 @@ def certify(space: DesignSpace) -> DesignSpace:
     if moving != set(space.chain.joints.tolist()):
         rested = with_idle_joints(space, found.idle)
     corrected = correct(rested, found)
-    residual, poses = _residual(corrected)
+    residual, poses = _measure_residual(corrected)
     for _ in range(ROUNDS):
         if not _unsettled(corrected, found, residual):
             break
         corrected = with_more_poses(corrected)
-        found = _evidence(corrected)
+        found = _gather_evidence(corrected)
         corrected = correct(corrected, found)
-        residual, poses = _residual(corrected)
+        residual, poses = _measure_residual(corrected)
     certainty = _certainty_of(corrected, found, residual, poses)
     certified = add_correction_notice(space, replace(corrected, certainty=certainty))
     certified.check_proved()
@@ -130,7 +130,7 @@ def _moved(space: DesignSpace) -> bool:
     return bool(_codes(space) & {"assembled", "left_singular_pose"})
 
 
-def _evidence(space: DesignSpace) -> Evidence:
+def _gather_evidence(space: DesignSpace) -> Evidence:
     """Compute ranks, transfers and idle joints of a space by exact arithmetic.
 
     Raises:
@@ -256,12 +256,12 @@ def _certify_rounded(
     space: DesignSpace, reason: str, found: Evidence | None, doubtful: bool = False
 ) -> DesignSpace:
     """The certainty of a space where floating point alone decides, or is in doubt."""
-    settled, (residual, poses) = space, _residual(space)
+    settled, (residual, poses) = space, _measure_residual(space)
     for _ in range(ROUNDS):
         if residual <= BALANCED or space.highest_order is not None:
             break
         settled = with_more_poses(settled)
-        residual, poses = _residual(settled)
+        residual, poses = _measure_residual(settled)
     bounds: tuple[int | None, int | None] = (None, None)
     if found is not None:
         bounds = found.exact.rank, len(found.independent)
@@ -292,7 +292,7 @@ def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _residual(space: DesignSpace) -> tuple[float, int]:
+def _measure_residual(space: DesignSpace) -> tuple[float, int]:
     """Largest momentum left at fresh poses, relative to the conditions, and their number.
 
     The poses lie both ways along generic rays, nearer than those that decided the rank.

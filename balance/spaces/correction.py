@@ -99,9 +99,9 @@ def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
     exchanged = space.exchanged
     known = exchanged.rows
     if use_transfers:
-        exchanged = _exchanged(space.chain, found, space.exchanged)
-        known = _spanning(space.chain, found.exact, found.independent)
-    gathered = _conditions(space, known, exact)
+        exchanged = _convert_transfers(space.chain, found, space.exchanged)
+        known = _span(space.chain, found.exact, found.independent)
+    gathered = _gather_as_many(space, known, exact)
     # Where floating point sees fewer conditions, the last directions are the least sure.
     nullity = exact.parameters - max(exact.rank, gathered.conditions.rank)
     return _with_conditions(space, gathered, exchanged, orders, nullity)
@@ -131,7 +131,7 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
     return _with_conditions(space, gathered, space.exchanged, space.orders)
 
 
-def _conditions(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
+def _gather_as_many(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
     """Gather as many conditions as the exact rank, beside known solutions.
 
     Where floating point finds more, the smallest pivots are round-off and are dropped; where
@@ -170,7 +170,7 @@ def _with_conditions(
     )  # fmt: skip
 
 
-def _exchanged(chain: Chain, found: Evidence, rounded: Transfers) -> Transfers:
+def _convert_transfers(chain: Chain, found: Evidence, rounded: Transfers) -> Transfers:
     """The exact transfers, joint by joint, as `balance.transfers` gives them."""
     place = {joint: k for k, joint in enumerate(chain.joints.tolist())}
     groups: dict[int, list[ExactTransfer]] = {}
@@ -180,7 +180,7 @@ def _exchanged(chain: Chain, found: Evidence, rounded: Transfers) -> Transfers:
         if transfer.joints:
             owner = int(rounded.joints[place[transfer.joints[0]]])
         groups.setdefault(owner, []).append(transfer)
-    rows = [_spanning(chain, found.exact, group) for group in groups.values()]
+    rows = [_span(chain, found.exact, group) for group in groups.values()]
     owners = [
         np.full(len(block), owner) for owner, block in zip(groups, rows, strict=True)
     ]
@@ -191,7 +191,7 @@ def _exchanged(chain: Chain, found: Evidence, rounded: Transfers) -> Transfers:
     )
 
 
-def _spanning(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Array:
+def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Array:
     """Orthonormal rows that span transfers, in the units of the moving chain.
 
     Vectors that floating point cannot tell apart are first made independent in rational
@@ -202,14 +202,14 @@ def _spanning(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) ->
     units = to_chain(np.eye(10), frame, chain.planar, force)
     vectors = [_vector(chain, exact, units, transfer) for transfer in transfers]
     width = units.shape[1] * chain.links.size
-    rows = _orthonormal(np.array(vectors, dtype=np.float64).reshape(-1, width))
+    rows = _orthonormalise(np.array(vectors, dtype=np.float64).reshape(-1, width))
     if rows is None:
-        rows = _orthonormal(np.array(_reduced(vectors), dtype=np.float64), known=True)
+        rows = _orthonormalise(np.array(_reduce(vectors), dtype=np.float64), known=True)
     assert rows is not None
     return rows
 
 
-def _orthonormal(A: Array, known: bool = False) -> Array | None:
+def _orthonormalise(A: Array, known: bool = False) -> Array | None:
     """Orthonormal rows that span those of A; None if rows are nearly dependent.
 
     ``known`` says that the rows are independent. Rows that depend on others exactly, up to
@@ -229,7 +229,7 @@ def _vector(
 ) -> list[Fraction]:
     """A transfer as parameters of all bodies, in the units of the moving chain."""
     origin = [Fraction(x) for x in chain.frame.origin.tolist()]
-    z = _about(origin, combination(transfer.z, exact.chain.parameters))
+    z = _shift_to(origin, combination(transfer.z, exact.chain.parameters))
     moved = [dot([Fraction(x) for x in row], z) for row in units.T.tolist()]
     size = len(moved)
     found = [Fraction(0)] * (size * len(exact.chain.links))
@@ -240,7 +240,7 @@ def _vector(
     return found
 
 
-def _reduced(vectors: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]:
+def _reduce(vectors: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]:
     """Independent combinations of vectors, with bounded entries, by complete pivoting."""
     left = [list(vector) for vector in vectors if any(vector)]
     done: list[list[Fraction]] = []
@@ -260,7 +260,7 @@ def _reduced(vectors: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]:
     return done
 
 
-def _about(point: Sequence[Fraction], z: Sequence[Fraction]) -> list[Fraction]:
+def _shift_to(point: Sequence[Fraction], z: Sequence[Fraction]) -> list[Fraction]:
     """The ten parameters z about another point o: ``mc - m o``, and E by the parallel axes.
 
     ``E' = E - 2 (mc·o) 1 + mc oᵀ + o mcᵀ + m (o·o 1 - o oᵀ)``.

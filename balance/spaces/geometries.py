@@ -228,7 +228,7 @@ class _Work:
         self.answers[number] = space.rank, space.nullity, space.serial_nullity, kmax
         self.kept[number] = space.kept
         if len(self.bases):
-            self.bases[number, : space.nullity] = _back(space, linkage)
+            self.bases[number, : space.nullity] = _move_back(space, linkage)
         unsettled = () if space.settled else ("not all conditions were found",)
         return (*unsettled, *space.doubts)
 
@@ -242,7 +242,7 @@ class _Work:
         )  # fmt: skip
 
 
-def _back(space: DesignSpace, linkage: Linkage) -> Array:
+def _move_back(space: DesignSpace, linkage: Linkage) -> Array:
     """Basis of a space, as orthonormal rows in its frame, at the pose of a linkage.
 
     Assembly leaves a singular pose along the motion, so the space is that of a pose further

@@ -6,7 +6,10 @@ inertial origin; momentum is ``[moment; force]``; SI units.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
+
+from kinematics.compilation import register
 
 if TYPE_CHECKING:
     from balance.archive import SpaceRecord, load_space
@@ -142,3 +145,13 @@ def __getattr__(name: str) -> object:
         globals()[name] = value
         return value
     raise AttributeError(f"module 'balance' has no attribute '{name}'")
+
+
+def _stages() -> Iterator[None]:
+    """Run all kernels of this package and of `kinematics`, stage by stage."""
+    from balance.warmup import stages
+
+    yield from stages()
+
+
+register("balance.warmup", _stages)

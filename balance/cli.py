@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from balance.spaces.space import DesignSpace
     from kinematics.linkage import Linkage
 
-__all__ = ["main"]
+__all__ = ["USAGE", "main"]
 
 EXIT_CODES = (
     "Exit codes: 0 done, 1 a negative verdict, 2 usage, 3 bad input or a refused mechanism, "
@@ -44,7 +44,7 @@ EXIT_CODES = (
 )
 # Most characters of an error message.
 LONGEST = 20_000
-DONE, NEGATIVE, REFUSED, UNDECIDED, DEFECT, INTERRUPTED = 0, 1, 3, 4, 70, 130
+DONE, NEGATIVE, USAGE, REFUSED, UNDECIDED, DEFECT, INTERRUPTED = 0, 1, 2, 3, 4, 70, 130
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -6,7 +6,10 @@ point at the origin; all quantities are in the inertial frame, in SI units.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
+
+from kinematics.compilation import compile, register
 
 if TYPE_CHECKING:
     from kinematics.linkage import Body, Joint, Linkage, Loop, Notice
@@ -23,6 +26,7 @@ __all__ = [
     "Motion",
     "Notice",
     "TaylorMotion",
+    "compile",
     "gallery",
     "load",
     "taylor_motion",
@@ -47,3 +51,13 @@ def __getattr__(name: str) -> object:
         globals()[name] = value
         return value
     raise AttributeError(f"module 'kinematics' has no attribute '{name}'")
+
+
+def _stages() -> Iterator[None]:
+    """Run all kernels of this package, stage by stage."""
+    from kinematics.warmup import stages
+
+    yield from stages()
+
+
+register("kinematics.warmup", _stages)

@@ -20,7 +20,12 @@ __all__ = [
     "MotionError",
     "OpenLoopError",
     "PoseError",
+    "SettingError",
 ]
+
+
+class SettingError(ValueError):
+    """An environment variable has a value that it cannot have."""
 
 
 class LinkageError(ValueError):

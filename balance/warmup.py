@@ -1,0 +1,66 @@
+"""A short run of every kernel of this package and of `kinematics`, so that all are compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+
+import numpy as np
+
+import kinematics.warmup
+from balance.momentum import momentum_regressor
+from balance.motions.momentum import momentum_taylor
+from balance.motions.prediction import predict
+from balance.spaces.certification import certify
+from balance.spaces.designspace import design_space
+from balance.spaces.geometries import design_space_many
+from balance.verification.loads import shaking
+from balance.verification.trajectory import random_motions
+from kinematics.compilation import compile_beside
+from kinematics.errors import LinkageError
+from kinematics.linkage import Linkage
+from kinematics.taylor import taylor_motion
+
+__all__ = ["stages"]
+
+FAR = 0.01
+
+
+def stages() -> Iterator[None]:
+    """Do with the smallest linkage of each kind what the commands do; the first ones first."""
+    linkages = kinematics.warmup.examples()
+    yield
+    for work in (_find_space, _move, _predict, _find_other_spaces):
+        for linkage in linkages:
+            with suppress(LinkageError):
+                work(linkage)
+            yield
+    yield from kinematics.warmup.stages()
+
+
+def _find_space(linkage: Linkage) -> None:
+    space = certify(design_space(linkage))
+    space.to_dict(space.explain())
+
+
+def _move(linkage: Linkage) -> None:
+    for way in random_motions(linkage, 1, 3):
+        shaking(linkage, way.q, way.qd, way.qdd)
+
+
+def _predict(linkage: Linkage) -> None:
+    inputs = np.full(linkage.mobility, FAR)
+    predict(taylor_motion(linkage, 2), inputs)
+    momentum_regressor(linkage, inputs)
+    momentum_taylor(linkage, 2)
+
+
+def _find_other_spaces(linkage: Linkage) -> None:
+    screws = np.array([joint.screw for joint in linkage.joints])[None]
+    for balance, spatial in (("force", False), ("dynamic", True)):
+        certify(design_space(linkage, None, balance, max_order=2, spatial=spatial))
+        design_space_many(linkage, screws, balance, spatial=spatial, bases=True)
+
+
+if __name__ == "__main__":
+    raise SystemExit(compile_beside())

@@ -1,0 +1,52 @@
+"""A short run of every kernel of this package, so that all of them are compiled.
+
+The linkages are those of the gallery: the smallest of each kind, for a kernel is compiled for
+types of arrays, and these depend on the kind of linkage alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+from kinematics.compilation import compile_beside
+from kinematics.errors import LinkageError
+from kinematics.linkage import Linkage
+from kinematics.models import gallery, load
+from kinematics.taylor import taylor_motion
+from kinematics.tools import tool
+
+__all__ = ["examples", "stages"]
+
+ORDER = 2
+
+
+def stages() -> Iterator[None]:
+    """Expand the motion of the smallest linkage of each kind, and guide one of its links."""
+    for linkage in examples():
+        taylor_motion(linkage, ORDER)
+        yield
+        for body, direction in product(linkage.bodies, "xyz"):
+            try:
+                taylor_motion(tool(linkage, body.name, direction), ORDER)
+            except LinkageError:
+                continue  # the link cannot move that way
+            break
+        yield
+
+
+def examples() -> list[Linkage]:
+    """The smallest linkage of each kind in the gallery."""
+    found: dict[tuple[bool, ...], Linkage] = {}
+    for linkage in sorted(map(load, gallery().values()), key=_size):
+        kind = linkage.planar, linkage.mobility > 1, bool(linkage.loops), bool(linkage.mimics)
+        found.setdefault(kind, linkage)
+    return list(found.values())
+
+
+def _size(linkage: Linkage) -> int:
+    return len(linkage.joints)
+
+
+if __name__ == "__main__":
+    raise SystemExit(compile_beside())

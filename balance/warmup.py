@@ -8,6 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 import kinematics.warmup
+from balance.answer import Balance
 from balance.momentum import momentum_regressor
 from balance.motions.momentum import momentum_taylor
 from balance.motions.prediction import predict
@@ -57,7 +58,8 @@ def _predict(linkage: Linkage) -> None:
 
 def _find_other_spaces(linkage: Linkage) -> None:
     screws = np.array([joint.screw for joint in linkage.joints])[None]
-    for balance, spatial in (("force", False), ("dynamic", True)):
+    options: tuple[tuple[Balance, bool], ...] = (("force", False), ("dynamic", True))
+    for balance, spatial in options:
         certify(design_space(linkage, None, balance, max_order=2, spatial=spatial))
         design_space_many(linkage, screws, balance, spatial=spatial, bases=True)
 

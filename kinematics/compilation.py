@@ -15,26 +15,20 @@ import os
 import subprocess
 import sys
 import traceback
-from collections.abc import Callable, Iterable, Iterator
-from functools import cache
-from hashlib import sha256
-from importlib.metadata import version
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
 from kinematics.errors import SettingError
+from kinematics.kernel_cache import ALL, cache_folder, note, ready
 
 __all__ = [
     "account",
     "begin_command",
-    "cache_folder",
     "compile",
     "compile_beside",
-    "fingerprint",
     "mode",
-    "name_of",
-    "ready",
     "register",
 ]
 
@@ -47,9 +41,6 @@ MODES = ("now", "background", "never")
 WORTH = 0.5
 # Seconds between two looks at whether another process has compiled the kernels.
 PAUSE = 0.2
-# The file that tells which kernels are there, the word for all, and how many versions of the
-# sources, of Numba or of the processor it remembers.
-READY, ALL, KEPT = "kernels.ready", "all", 7
 BESIDE = (
     "kernels are compiled in the background for later runs; this one does not wait "
     f"({VARIABLE}={'|'.join(MODES)})"
@@ -65,6 +56,11 @@ class _WarmUp(NamedTuple):
 
     module: str
     stages: Callable[[], Iterator[None]]
+
+    @property
+    def package(self) -> Path:
+        """The folder of the package."""
+        return Path(str(sys.modules[self.module.split(".")[0]].__file__)).parent
 
 
 class _Choice:
@@ -120,9 +116,10 @@ def compile() -> None:
     from kinematics.compiler import compiled_kernels
 
     account.compile_all()
+    package = _Choice.warm_up.package
     for _ in _Choice.warm_up.stages():
-        _note(compiled_kernels())
-    _note([*compiled_kernels(), ALL])
+        note(package, compiled_kernels())
+    note(package, [*compiled_kernels(), ALL])
 
 
 class _Account:
@@ -148,7 +145,8 @@ class _Account:
         self._seconds += seconds
         if self._seconds < WORTH or monotonic() < self._next or mode() != "background":
             return
-        self._compiled = ready()
+        assert _Choice.warm_up is not None  # who imports a package registers it
+        self._compiled = ready(_Choice.warm_up.package)
         if ALL not in self._compiled and not self._asked:
             self._asked = True
             _start_beside()
@@ -156,98 +154,6 @@ class _Account:
 
 
 account = _Account()
-
-
-def name_of(function: Callable[..., object]) -> str:
-    """Name of a kernel, the same in every process; it has no blanks."""
-    values = [cell.cell_contents for cell in function.__closure__ or ()]
-    made_for = ",".join(str(value) for value in values if isinstance(value, int))
-    return f"{function.__module__}.{function.__qualname__}({made_for})"
-
-
-def fingerprint(package: Path) -> str:
-    """Hash of all files with kernels in a package and in that of this file.
-
-    Contents are hashed: files that a package manager installs may all bear one date.
-    """
-    return _fingerprint(package)
-
-
-@cache
-def _fingerprint(package: Path) -> str:
-    digest = sha256()
-    here = Path(__file__)
-    files = {*package.rglob("*.py"), *here.parent.rglob("*.py")}
-    for file in sorted(file for file in files if file.is_file()):
-        text = file.read_bytes()
-        if b"kinematics.kernels" in text:
-            digest.update(b"%d %s" % (len(text), file.name.encode()))
-            digest.update(text)
-    return digest.hexdigest()
-
-
-@cache
-def cache_folder() -> Path | None:
-    """The folder of what processes tell each other of the cache, or None if there is none.
-
-    It is that of the cache itself: the one that NUMBA_CACHE_DIR names, else one beside this
-    file, else one of the user.
-    """
-    named = os.environ.get("NUMBA_CACHE_DIR")
-    user = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or "~/.cache"
-    beside = Path(__file__).parent / "__pycache__"
-    for folder in [Path(named)] if named else [beside, Path(user).expanduser() / "screwbalance"]:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            return folder
-    return None
-
-
-@cache
-def _key() -> str:
-    """What compiled kernels depend on: sources, versions, the processor."""
-    from llvmlite import binding
-
-    assert _Choice.warm_up is not None
-    package = Path(str(sys.modules[_Choice.warm_up.module.split(".")[0]].__file__)).parent
-    parts = (
-        fingerprint(package), version("numba"), sys.version, binding.get_host_cpu_name(),
-        binding.get_host_cpu_features().flatten(),
-    )  # fmt: skip
-    return sha256("\n".join(parts).encode()).hexdigest()
-
-
-def ready() -> frozenset[str]:
-    """Names of the kernels that have been compiled for this processor and these sources."""
-    folder = cache_folder()
-    if folder is None or not (folder / READY).exists():
-        return frozenset()
-    try:
-        text = (folder / READY).read_text(encoding="utf-8")
-    except (OSError, ValueError):
-        return frozenset()
-    key = _key()
-    found = (line.split() for line in text.splitlines() if line.startswith(key))
-    return frozenset(name for words in found for name in words[1:])
-
-
-def _note(kernels: Iterable[str]) -> None:
-    """Tell other processes which kernels have been compiled."""
-    folder = cache_folder()
-    if folder is None or ALL in ready():
-        return
-    file, key = folder / READY, _key()
-    new = file.with_suffix(f".{os.getpid()}")
-    try:
-        old = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
-        kept = [line for line in old if not line.startswith(key)][-KEPT:]
-        new.write_text("\n".join([*kept, " ".join([key, *kernels]), ""]), encoding="utf-8")
-        new.replace(file)
-    except (OSError, ValueError) as error:
-        logger.debug("%s: %s", file, error)
 
 
 def _start_beside() -> None:
@@ -286,11 +192,11 @@ def compile_beside() -> int:
     if lower is not None:
         lower(19)
     folder = cache_folder()
-    if folder is None:
+    if folder is None or _Choice.warm_up is None:
         return 1
     try:
         with FileLock(folder / "kernels.lock", timeout=0):
-            if ALL not in ready():
+            if ALL not in ready(_Choice.warm_up.package):
                 compile()
     except Timeout:
         return 0

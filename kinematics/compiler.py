@@ -15,7 +15,7 @@ from numba.core.types import Dispatcher
 from numba.core.types.misc import unliteral
 
 import kinematics.lane_types  # noqa: F401  (Numba learns of lanes)
-from kinematics.compilation import fingerprint, name_of
+from kinematics.kernel_cache import fingerprint, name_of
 
 try:
     from numba.core.caching import FunctionCache, IndexDataCacheFile
@@ -181,10 +181,11 @@ class _Events(event.Listener):
 
     def _open(self) -> None:
         """Show the bar on a terminal; elsewhere, say once what is going on."""
-        if self._bar is None and FIRST not in self._told:
+        if self._bar is None and not self._told:
             self._bar = _bar()
+            if self._bar is None:
+                self._tell(FIRST)
         if self._bar is None:
-            self._tell(FIRST)
             return
         task = self._bar.task_ids[0]
         self._bar.update(task, completed=len(self._done), total=len(self.kernels))

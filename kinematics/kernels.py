@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.compilation import account, mode, name_of
+from kinematics.compilation import account, mode
+from kinematics.kernel_cache import name_of
 
 __all__ = ["kernel"]
 

@@ -53,3 +53,11 @@ def read(robot):
     from kinematics.reader import urdf
 
     return lambda *elements: urdf.read(robot(f'<robot name="r">{"".join(elements)}</robot>'))
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of what is behind `kinematics.kernels`, with kernels of one line."""
+    from small_package import make_packages
+
+    return make_packages(tmp_path / "site")

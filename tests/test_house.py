@@ -186,11 +186,14 @@ def test_numba_is_behind_two_modules():
         for found in imports(path)
         if found.module.split(".")[0] == "numba"
     }
-    assert users == {"kinematics/kernels.py", "kinematics/lanes.py"}
+    assert users == {"kinematics/compiler.py", "kinematics/lane_types.py"}
 
 
 def test_only_the_command_line_speaks():
-    allowed = {"balance/cli.py": True, "balance/__main__.py": "SystemExit"}
+    allowed = {
+        "balance/cli.py": True, "balance/__main__.py": True,
+        "balance/warmup.py": "SystemExit", "kinematics/warmup.py": "SystemExit",
+    }  # fmt: skip
     wrong = [
         f"{label(path)}:{node.lineno}: {ast.unparse(node)}"
         for path in PRODUCT

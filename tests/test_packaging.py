@@ -1,6 +1,7 @@
 """What is installed holds: the kernels' disk cache, the wheel, calls that every system has.
 
-The cache is tried on a copy of `kinematics.kernels` in a package with kernels of one line.
+The cache is tried on a copy of what is behind `kinematics.kernels`, in a package with kernels
+of one line.
 """
 
 from __future__ import annotations
@@ -8,7 +9,6 @@ from __future__ import annotations
 import ast
 import os
 import re
-import shutil
 import subprocess
 import sys
 import zipfile
@@ -19,51 +19,12 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from small_package import ABOVE, BELOW, run
 
 ROOT = Path(__file__).resolve().parents[1]
 PRODUCT = [*ROOT.glob("kinematics/**/*.py"), *ROOT.glob("balance/**/*.py")]
-BELOW = "from kinematics.kernels import kernel\n\n@kernel\ndef inner(x):\n    return x + 1.0\n"
-ABOVE = """
-from kinematics.below import inner
-from kinematics.kernels import kernel
-
-@kernel
-def outer(x):
-    return inner(x) * 10.0
-"""
-PLAIN = ABOVE.replace("kernels import kernel", "below import *\nimport numba").replace(
-    "@kernel", "@numba.njit(cache=True)"
-)
 ASK = "from kinematics.above import outer; print(outer(1.0))"
 NO_FOLDER = "no folder to cache compiled kernels in"
-
-
-@pytest.fixture
-def copy(tmp_path):
-    """Two small packages around a copy of the module under test."""
-    for package, files in {
-        "kinematics": {"__init__": "", "below": BELOW, "above": ABOVE, "plain": PLAIN},
-        "balance": {"__init__": "", "above": ABOVE.replace("kinematics.b", "balance.deep.b")},
-        "balance/deep": {"__init__": "", "below": BELOW},
-    }.items():
-        folder = tmp_path / "site" / package
-        folder.mkdir(parents=True)
-        for name, text in files.items():
-            (folder / f"{name}.py").write_text(text, encoding="utf-8")
-    shutil.copy(ROOT / "kinematics" / "kernels.py", tmp_path / "site" / "kinematics")
-    return tmp_path / "site"
-
-
-def run(folder: Path, code: str, **environment: str) -> tuple[list[str], list[str]]:
-    """Lines that a new process prints, and lines of its standard error."""
-    ours = ("NUMBA_", "PYTHON", "XDG_")
-    kept = {k: v for k, v in os.environ.items() if not k.startswith(ours)}
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False,
-        env={**kept, "PYTHONDONTWRITEBYTECODE": "1", **environment},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return done.stdout.split(), done.stderr.splitlines()
 
 
 def test_a_change_in_another_file_is_seen(copy):
@@ -318,5 +279,5 @@ def test_the_wheel_holds_what_it_needs_and_no_more(tmp_path):
     folders = {"balance", "kinematics", "urdf_models", info}
     assert {name.split("/")[0] for name in names} == folders
     assert not [name for name in names if "test" in name or "pycache" in name]
-    assert "balance = balance.cli:main" in commands
+    assert "balance = balance.__main__:command" in commands
     assert re.search(r"Requires-Dist: pin\S* ?; ?sys_platform != 'win32'", metadata)

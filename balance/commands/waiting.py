@@ -1,0 +1,47 @@
+"""A sign of life on the terminal while a command computes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Event, Thread
+
+__all__ = ["waiting"]
+
+# Seconds after which it is shown: most answers are there before.
+PATIENCE = 0.6
+STANDARD_ERROR = 2
+
+
+@contextmanager
+def waiting(text: str) -> Iterator[None]:
+    """Show what a command is doing, and for how long, until it is done.
+
+    Nothing must be printed meanwhile but through `logging`.
+    """
+    if not os.isatty(STANDARD_ERROR):
+        yield
+        return
+    done = Event()
+    thread = Thread(target=_show, args=(text, done), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def _show(text: str, done: Event) -> None:
+    """A line that moves, from `PATIENCE` on."""
+    if done.wait(PATIENCE):
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
+
+    columns = SpinnerColumn(), "{task.description}", TimeElapsedColumn()
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, redirect_stdout=False) as line:
+        line.add_task(text)
+        done.wait()

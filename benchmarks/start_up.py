@@ -1,13 +1,17 @@
-"""Claim: a command takes little longer than the import of the libraries that it needs.
+"""Claim: the first answer comes at once, and later ones take what their libraries take.
 
-The error is that of the answer: models that are not listed; the nullity, against exact
-arithmetic; loads, of our series against Pinocchio; momentum that is left by a design, and how
-far a predicted and corrected pose leaves the loop open, both against poses in mpmath.
+Processor time of whole processes, of the command alone and of an empty process that imports
+the same libraries. Cold: nothing is compiled, and the process that compiles in the background
+does not count, for nobody waits for it. Warm: all kernels are on the disk. The error is that of
+the answer: models that are not listed; the nullity, against exact arithmetic; loads, of our
+series against Pinocchio; momentum that is left by a design, and how far a predicted and
+corrected pose leaves the loop open, both against poses in mpmath.
 """
 
 from __future__ import annotations
 
 import json
+import os
 from tempfile import TemporaryDirectory
 
 import numpy as np
@@ -31,6 +35,8 @@ roots = {name for name in sys.modules if "." not in name} & set(packages_distrib
 print(json.dumps(sorted(name for name in roots - ours if not name.startswith("_"))))
 """
 COMMANDS = {
+    "--help": ["--help"],
+    "--version": ["--version"],
     "models": ["models"],
     "report": ["report", "four_bar_general"],
     "verify": ["verify", "four_bar_antiparallelogram_balanced", "--trajectories", "2"],
@@ -39,38 +45,129 @@ COMMANDS = {
 }
 
 
-class StartUp:
-    """Whole processes, kernels from the disk cache."""
+class _Commands:
+    """Whole processes of a command, in a folder of their own."""
+
+    runs = 5
+
+    def setup(self, *words: str) -> None:
+        """Find out what the command loads, and have all kernels compiled."""
+        python("-c", "import balance, kinematics; kinematics.compile()")
+        command = COMMANDS.get(words[0], list(words))
+        loaded = self._run("-c", LIST, *command).splitlines()[-1]
+        self.imports = "import " + ", ".join(["sys", *json.loads(loaded)])
+
+    def _run(self, *words: str, **variables: str) -> str:
+        with TemporaryDirectory() as folder:
+            return python(*words, cwd=folder, **variables)
+
+    def _seconds(self, *words: str, cold: bool = False) -> np.ndarray:
+        """Processor time of processes; cold: each with an empty cache of its own."""
+        found = []
+        for _ in range(self.runs):
+            with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+                cache = {"NUMBA_CACHE_DIR": folder} if cold else {}
+                before = os.times()
+                self._run(*words, **cache)
+                after = os.times()
+            user = after.children_user - before.children_user
+            found.append(user + after.children_system - before.children_system)
+        return np.array(found)
+
+    def track_imports(self, *words: str) -> np.ndarray:
+        """An empty process that loads the same libraries."""
+        return self._seconds("-c", self.imports)
+
+
+class Warm(_Commands):
+    """Commands, kernels from the disk cache."""
 
     params = tuple((name,) for name in COMMANDS)
-    repetitions = 5
-    claims = (("time_command", "time_imports", 2.5), ("track_error", 1e-9))
+    claims = (("track_command", "track_imports", 2.5), ("track_error", 1e-9))
 
-    def setup(self, command: str) -> None:
-        """Find out what the command loads."""
-        found = self._run("-c", LIST, *COMMANDS[command])
-        self.imports = "import " + ", ".join(["sys", *json.loads(found.splitlines()[-1])])
-
-    def _run(self, *words: str) -> str:
-        with TemporaryDirectory() as folder:
-            return python(*words, cwd=folder)
+    def track_command(self, command: str) -> np.ndarray:
+        """The command, its answer included."""
+        return self._seconds("-m", "balance", *COMMANDS[command])
 
     def track_error(self, command: str) -> float:
         """Of the answer."""
         if command == "models":
             found = self._run("-m", "balance", "models").splitlines()
             return abs(len(found) - len(list(ROOT.glob("urdf_models/*.urdf"))))
+        if command not in ERRORS:
+            return 0.0
         words = COMMANDS[command]
         answer = json.loads(self._run("-m", "balance", *words, "--json"))
         return float(ERRORS[command](words[1], answer))
 
-    def time_command(self, command: str) -> None:
-        """The command, its answer included."""
-        self._run("-m", "balance", *COMMANDS[command])
 
-    def time_imports(self, command: str) -> None:
-        """An empty process that loads the same libraries."""
-        self._run("-c", self.imports)
+class WarmReport(Warm):
+    """The report on a four-bar."""
+
+    params = (("report",),)
+    claims = (("track_command", 0.55),)
+
+
+class WarmHelp(Warm):
+    """What needs no linkage."""
+
+    params = (("--help",), ("--version",), ("models",))
+    claims = (("track_command", 0.1),)
+
+
+class _Cold(_Commands):
+    """The first report on a machine."""
+
+    def track_first(self, *words: str) -> np.ndarray:
+        """The report, its answer included, with nothing compiled."""
+        return self._seconds("-m", "balance", "report", *words, cold=True)
+
+    def track_difference(self, *words: str) -> float:
+        """Whole numbers of the answer that are not those of compiled kernels."""
+        told = []
+        for way in ("never", "now"):
+            text = self._run("-m", "balance", "report", *words, "--json", BALANCE_COMPILE=way)
+            told.append(json.loads(text))
+        names = ("orders", "rank", "nullity", "serial", "parallel", "mobility", "certainty")
+        first, second = ([answer.get(name) for name in names] for answer in told)
+        return float(_integers(first) != _integers(second))
+
+
+class ColdFourBar(_Cold):
+    """A planar linkage with one loop."""
+
+    params = (("four_bar_general",),)
+    claims = (
+        ("track_first", 2.5), ("track_first", "track_imports", 10), ("track_difference", 0),
+    )  # fmt: skip
+
+
+class ColdThreeRsr(_Cold):
+    """The linkage of the README, whole and on its plane of symmetry."""
+
+    params = (("three_rsr",), ("three_rsr", "--motion", "u2=u3"))
+    claims = (
+        ("track_first", 7), ("track_first", "track_imports", 30), ("track_difference", 0),
+    )  # fmt: skip
+
+
+class ColdParallelRobots(_Cold):
+    """Six loops or three legs of four bars."""
+
+    runs = 3
+    params = (("delta",), ("stewart_6ups",))
+    claims = (
+        ("track_first", 20), ("track_first", "track_imports", 80), ("track_difference", 0),
+    )  # fmt: skip
+
+
+def _integers(found: object) -> list[int]:
+    """The whole numbers of an answer, in their order."""
+    if isinstance(found, dict):
+        found = list(found.values())
+    if isinstance(found, list):
+        return [number for item in found for number in _integers(item)]
+    return [found] if isinstance(found, int) else []
 
 
 def _report(model: str, answer: dict) -> float:

@@ -116,8 +116,10 @@ def compile() -> None:
     from kinematics.compiler import compiled_kernels
 
     account.compile_all()
-    package = _Choice.warm_up.package
+    folder, package = cache_folder(), _Choice.warm_up.package
     for _ in _Choice.warm_up.stages():
+        if folder is not None and not folder.exists():
+            return  # somebody has taken the cache away
         note(package, compiled_kernels())
     note(package, [*compiled_kernels(), ALL])
 

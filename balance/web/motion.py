@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from balance.commands.motion_text import facts, measure, rows
+from balance.commands.motion_text import facts, measure, tables
 from balance.motions.accuracy import Curves
 from balance.motions.prediction import Predictions
 from balance.web import html
@@ -145,16 +145,24 @@ def _summary(found: Predictions) -> str:
 
 
 def _poses(found: Predictions) -> str:
-    """The joints of the one pose, or the first poses of a path."""
-    table = rows(found, ROWS)
-    if not table:
-        return ""
+    """The joints of the one pose, or the first poses of a path and their joints."""
+    whole = tables(found, ROWS)
+    titles = ["Joints at the target"]
+    if found.line and found.poses[0].reason:
+        titles = ["Joints at the furthest pose on the way to the target"]
+    elif not found.line and whole:
+        count = len(whole[0]) - 1
+        titles = [f"Poses of the path: {count} of {len(found.poses)}", "Joints at these poses"]
+    firsts = [2] if found.line else [1, 2]
+    sections = zip(titles, whole, firsts, strict=False)
+    return "\n".join(_section(title, table, first) for title, table, first in sections)
+
+
+def _section(title: str, table: Sequence[Sequence[str]], first: int) -> str:
+    """A table under its title; its columns from the first one on hold numbers."""
     head, *lines = table
-    cells = [[escape(name), *(x.replace("-", "−") for x in rest)] for name, *rest in lines]
-    title = "Joints at the target"
-    if not found.line:
-        title = f"Poses of the path: {len(lines)} of {len(found.poses)}"
-    first = 2 if found.line else 1
+    cells = [[escape(name), *(x.strip().replace("-", "−") for x in rest)]
+             for name, *rest in lines]  # fmt: skip
     body = html.table([escape(x) for x in head], cells, range(first, len(head)))
     return f'<section>\n<h2>{title}</h2>\n<div class="scroll wide">\n{body}\n</div>\n</section>'
 

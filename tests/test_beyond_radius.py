@@ -79,7 +79,9 @@ def test_a_sum_that_is_no_number_is_null(tmp_path, capsys):
     """Order 50 millions of radii away; the pose is reached all the same."""
     path, _ = nearly_dead(tmp_path, 1e-4)
     words = ["--inputs", "s", "--to", "s=-1.8", "--order", "50"]
-    code, report, _ = asked(capsys, path, *words)
+    files = ["--html", tmp_path / "a.html", "--plot", tmp_path / "a.svg"]
+    code, report, _ = asked(capsys, path, *words, *files)
+    assert all(file.stat().st_size for file in files[1::2])
     (pose,) = report["poses"]
     assert (code, pose["predicted"], pose["difference"], pose["error"]) == (0, None, None, None)
     low, _ = asked(capsys, path, *words[:-1], "1")[1:]

@@ -143,10 +143,14 @@ def _spans(x: Array, outside: NDArray[np.bool_]) -> tuple[tuple[float, float], .
 
 
 def _errors(motion: TaylorMotion, points: Array, q: Array) -> Array:
-    """True errors of every order from 1 on at points (N, w) with closed poses q (N, n)."""
-    terms, degree = powers(motion.exponents, points), motion.exponents.sum(axis=1)
-    sums, found = np.zeros_like(q), []
-    for k in range(1, motion.order + 1):
-        sums = sums + terms[:, degree == k] @ motion.coefficients[degree == k]
-        found.append(offset(motion, sums, q))
+    """True errors of every order from 1 on at points (N, w) with closed poses q (N, n).
+
+    Sums that are too large to be numbers have none.
+    """
+    degree, sums, found = motion.exponents.sum(axis=1), np.zeros_like(q), []
+    with np.errstate(over="ignore", invalid="ignore"):
+        terms = powers(motion.exponents, points)
+        for k in range(1, motion.order + 1):
+            sums = sums + terms[:, degree == k] @ motion.coefficients[degree == k]
+            found.append(offset(motion, sums, q))
     return np.array(found)

@@ -82,8 +82,7 @@ def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
     except UnreachedError as stop:
         furthest = frozen(motion.positions(stop.positions))
         return Prediction(*where, None, None, None, None, stop.share, furthest, str(stop))
-    with np.errstate(over="ignore", invalid="ignore"):
-        predicted = frozen(motion.evaluate(y))
+    predicted = frozen(motion.evaluate(y))
     if not np.isfinite(predicted).all():
         return Prediction(*where, None, None, corrected, None, 1.0)
     estimate, difference = float(motion.error(y)), float(offset(motion, predicted, corrected))

@@ -22,6 +22,8 @@ __all__ = ["picture", "webpage"]
 
 # Ends of the error axis: below is round-off, above are predictions without any worth.
 LOW, HIGH = 1e-16, 1e2
+# Well above the axis: errors beyond this are drawn there, some being too large to be drawn.
+ABOVE = 1e30
 # Low orders are light, high ones dark; what is estimated is warm.
 LIGHT, DARK, WARM = (0x9C, 0xC3, 0xE4), (0x08, 0x26, 0x4A), "#b8550a"
 SHADE, INK = "#f0f1f3", "#1b1e22"
@@ -87,7 +89,8 @@ def _draw(ax: Any, panel: Curves, axis: str) -> None:
     """One panel on Matplotlib axes."""
     colours = _colours(len(panel.errors))
     for k, (line, colour) in enumerate(zip(panel.errors, colours, strict=True), 1):
-        ax.plot(panel.x, line, color=colour, linewidth=1.3, label=f"order {k}")
+        seen = np.minimum(line, ABOVE)
+        ax.plot(panel.x, seen, color=colour, linewidth=1.3, label=f"order {k}")
     ax.plot(panel.x, panel.estimate, color=WARM, linewidth=1.6, linestyle=":",
             label=f"order {len(colours)}, estimated")  # fmt: skip
     for first, last in panel.beyond:

@@ -72,8 +72,12 @@ class TaylorMotion:
         return int(self.exponents.sum(axis=1).max())
 
     def evaluate(self, u: ArrayLike) -> Array:
-        """Positions of all joints at points u (..., w); shape (..., n)."""
-        found: Array = powers(self.exponents, self._points(u)) @ self.coefficients
+        """Positions of all joints at points u (..., w); shape (..., n).
+
+        They are not finite where they are too large to be numbers, far beyond the radius.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            found: Array = powers(self.exponents, self._points(u)) @ self.coefficients
         return found
 
     def derivatives(self, alpha: ArrayLike, u: ArrayLike | None = None) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -87,6 +88,20 @@ def test_a_sum_that_is_no_number_is_null(tmp_path, capsys):
     low, _ = asked(capsys, path, *words[:-1], "1")[1:]
     assert low["poses"][0]["predicted"] is not None
     assert low["poses"][0]["corrected"] == pose["corrected"]
+
+
+def test_a_path_that_leads_beyond_the_radius_says_where_its_estimate_holds(tmp_path, capsys):
+    path = tmp_path / "a.csv"
+    for rows, said in (
+        ("0.1,0\n0.3,0", r"up to \S+ estimated, \S+ to"),
+        ("0.1,0\n0.7,0", r"up to \S+ estimated within the radius of convergence, \S+ to"),
+        ("0.6,0\n0.7,0", r"no estimate beyond the radius of convergence, \S+ to"),
+    ):
+        path.write_text(f"u1,u2\n{rows}\n", encoding="utf-8")
+        code, report, text = asked(capsys, "five_bar", "--path", path)
+        assert code == 0 and re.search(rf"^error +{said} the corrected pose$", text, re.M)
+        beyond = [pose["distance"] > report["radius"] for pose in report["poses"]]
+        assert [pose["error"] is None for pose in report["poses"]] == beyond
 
 
 # --- whether a pose is reached ---------------------------------------------------------------

@@ -84,14 +84,19 @@ def _several(found: Predictions) -> list[tuple[str, str]]:
     if missed:
         first, pose = missed[0]
         outcome = f"not reached: {len(missed)} of {count} poses; pose {first}: {pose.reason}"
-    estimates = [pose.error for pose in found.poses if pose.error is not None]
-    true = [pose.difference for pose in found.poses if pose.difference is not None]
+    far = max(pose.distance for pose in found.poses)
+    return [("distance", f"up to {far:.3g}"), ("error", _largest(found)), ("verdict", outcome)]
+
+
+def _largest(found: Predictions) -> str:
+    """The largest errors of a path."""
+    reached = [pose for pose in found.poses if not pose.reason]
+    estimates = [pose.error for pose in reached if pose.error is not None]
+    true = [pose.difference for pose in reached if pose.difference is not None]
     errors = _errors(max(estimates, default=None), max(true, default=None))
-    return [
-        ("distance", f"up to {max(pose.distance for pose in found.poses):.3g}"),
-        ("error", f"up to {errors}" if estimates else errors),
-        ("verdict", outcome),
-    ]
+    if estimates and len(estimates) < len(reached):
+        errors = errors.replace("estimated", "estimated within the radius of convergence", 1)
+    return f"up to {errors}" if estimates else errors
 
 
 def tables(found: Predictions, most: int = ROWS) -> list[list[tuple[str, ...]]]:

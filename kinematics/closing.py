@@ -23,6 +23,7 @@ from kinematics.inertial import displaced
 from kinematics.linkage import Chain, Draft, Notice, Place, frozen
 from kinematics.placement import Pose, forward, mismatch
 from kinematics.screws import Ad, hat
+from kinematics.turns import measured, within_turn
 
 __all__ = ["NEARBY", "closed", "moved", "neighbours", "welded"]
 
@@ -103,7 +104,8 @@ class _Closing(NamedTuple):
 
 def _distance(closing: _Closing) -> float:
     """How far joints moved, unless welds were moved instead."""
-    size = float(np.abs(closing.q).max())
+    q, _ = within_turn(closing.part.draft.joints, closing.q)
+    size = float(np.abs(q).max())
     return size if size > ALMOST or not closing.open else 0.0
 
 
@@ -268,17 +270,17 @@ def _told(found: _Closing) -> list[Notice]:
     """What the user should know of the pose that was found."""
     if _distance(found) <= 1e-9:
         return []
-    chain, q, number = found.part.chain, found.q, found.start
+    chain, number, joints = found.part.chain, found.start, found.part.draft.joints
+    q, _ = within_turn(joints, found.q)
     home = forward(chain, np.zeros(q.size))
     open_by = np.abs(_openness(chain, _gaps(found.part), home)).max()
     furthest = int(np.argmax(np.abs(q)))
-    joint = found.part.draft.joints[furthest]
-    unit = "m" if joint.kind == "prismatic" else "rad"
+    joint = joints[furthest]
     start = "the pose of the file" if number == 0 else f"random start {number} (seed {SEED})"
     text = (
         f"the loops were open by {open_by:.2g} (radians, characteristic lengths); closed from "
         f"{start}; joint '{joint.name}' moved furthest, by "
-        f"{q[furthest] * chain.units[furthest]:.3g} {unit}"
+        f"{measured(joint, q[furthest] * chain.units[furthest])}"
     )
     return [Notice("assembled", text)]
 

@@ -21,6 +21,7 @@ __all__ = [
     "OpenLoopError",
     "PoseError",
     "SettingError",
+    "UnreachedError",
 ]
 
 
@@ -190,3 +191,28 @@ class MotionError(LinkageError):
 
 class PoseError(LinkageError):
     """A pose that the linkage cannot take."""
+
+
+class UnreachedError(PoseError):
+    """A pose that is not reached along the straight line from the reference pose.
+
+    Attributes:
+        share: how much of the line was followed, from 0 to 1.
+        positions: of the joints where that ended (n,), in the units of their chain.
+    """
+
+    def __init__(
+        self, linkage: str, goal: str, share: float, positions: Sequence[float], steps: int = 0
+    ) -> None:
+        """Compose the message; ``steps`` is how many were taken, if they were used up."""
+        self.share, self.positions = share, tuple(positions)
+        part = f"{share:.0%}"
+        if part in ("0%", "100%"):
+            part = f"{min(share, 0.9999):.2%}"
+        text = f"the loops cannot be closed beyond {part} of the way to {goal}"
+        if steps:
+            text = f"{steps} steps lead {part} of the way to {goal}"
+        super().__init__(
+            f"{linkage}: {text}; give a nearer pose, take other inputs, or start from another "
+            "reference pose"
+        )

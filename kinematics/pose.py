@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.chain import arrange, flatten, lock, move
 from kinematics.closure import expand_from
-from kinematics.errors import PoseError
+from kinematics.errors import PoseError, UnreachedError
 from kinematics.linkage import Chain, Frame, Linkage, names
 from kinematics.placement import follow, forward
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 OPEN = 1e-8
 # Poses followed on the way to another: most of them, and the order of the series that predict
 # them.
-STEPS, ORDER = 500, 6
+STEPS, ORDER = 2000, 6
 
 
 def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array:
@@ -116,10 +116,13 @@ def followed(
         Positions of the joints of the chain (n,), in its units.
 
     Raises:
-        PoseError: the loops cannot be closed all the way.
+        UnreachedError: the loops cannot be closed all the way, or it takes too many steps.
     """
+    if chain.dependent.size == 0:
+        return chain.columns @ point
     q, screws = np.zeros(chain.parent.size), chain.screws
     length = left = hypot(*point)
+    used_up = 0
     for _ in range(STEPS):
         # Counted down, so that nothing of the way is left to rounding.
         if left == 0.0:
@@ -130,7 +133,7 @@ def followed(
         if step == 0.0:
             break
         q, screws, left = pose.q, pose.screws, left - step
-    raise PoseError(
-        f"{source}: the loops cannot be closed beyond {1.0 - left / length:.0%} of the way to "
-        f"{', '.join(f'{name}={value:.4g}' for name, value in goal)}; give a nearer pose"
-    )
+    else:
+        used_up = STEPS
+    where = ", ".join(f"{name}={value:.4g}" for name, value in goal)
+    raise UnreachedError(source, where, 1.0 - left / length, q.tolist(), used_up)

@@ -29,6 +29,7 @@ from kinematics.freedom import (
 from kinematics.linkage import Chain, Draft, Notice
 from kinematics.mobility import ORDERS, Local, examine
 from kinematics.placement import Pose, follow
+from kinematics.turns import within_turn
 
 __all__ = ["CLOSED", "crowded", "generic", "settled"]
 
@@ -188,9 +189,8 @@ def _rigid(group: Component, local: Local) -> MobilityError:
     joints = range(len(draft.joints))
     order = f"at order {local.order}" if local.order <= ORDERS else f"beyond order {ORDERS}"
     remedy = "it is a structure: check the origins and axes along its loops"
-    turning = np.array([joint.kind == "revolute" for joint in draft.joints])
     for far in closing.neighbours(chain):
-        q = far - np.where(turning, 2 * np.pi * np.rint(far / (2 * np.pi)), 0.0)
+        q, _ = within_turn(draft.joints, far)
         there = arrange(closing.moved(draft, chain, q))
         free, _ = first_order(loop_matrix(there))
         if np.abs(q).max() > closing.NEARBY and free.shape[1] and _ahead(there, free):
@@ -257,9 +257,10 @@ def _listed(draft: Draft, joints: Sequence[int] | IntArray) -> str:
 
 
 def _positions(draft: Draft, chain: Chain, q: Array) -> str:
-    """Positions of the joints of the tree, as far as they move."""
+    """Positions of the joints of the tree within one turn, as far as they move."""
+    within, _ = within_turn(draft.joints, q * chain.units)
     return ", ".join(
         f"{joint.name}={value:.3g}"
-        for joint, value in zip(draft.joints, q * chain.units, strict=True)
+        for joint, value in zip(draft.joints, within, strict=True)
         if not joint.in_loop and abs(value) > 1e-3
     )

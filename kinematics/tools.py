@@ -19,13 +19,15 @@ from kinematics.errors import BodyError, CoordinateError
 from kinematics.linkage import GROUND, Draft, Joint, Linkage, Loop, Place, frozen, names
 from kinematics.screws import prismatic, revolute
 
-__all__ = ["DIRECTIONS", "tool"]
+__all__ = ["DIRECTIONS", "coordinates_of", "tool"]
 
 Array = NDArray[np.float64]
 
 # Shifts along the inertial axes; then turns about x, about the y that it carries along, and
 # about the z that both carry along.
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+# Frames in which a point may be given.
+FRAMES = ("inertial", "link")
 # What is left of the freedom of a direction, once others are given, in radians and
 # characteristic lengths.
 DEPENDENT = 1e-8
@@ -36,6 +38,8 @@ def tool(
     link: str,
     directions: str | Sequence[str],
     point: ArrayLike | None = None,
+    *,
+    frame: str = "inertial",
 ) -> Linkage:
     """The linkage with coordinates of a tool as its inputs: its inverse kinematics.
 
@@ -47,27 +51,34 @@ def tool(
         linkage: an assembled linkage.
         link: name of the link that is the tool, with or without mass.
         directions: of `DIRECTIONS`, the new inputs in this order: ``"x,y"`` or a sequence.
-        point: the point that moves and about which the tool turns (3,), metres, in the
-            inertial frame at the reference pose; the origin of the link's frame by default.
+        point: the point of the tool that moves and about which it turns (3,), metres; the
+            origin of the link's frame by default.
+        frame: in which frame the point is given: ``"inertial"``, at the reference pose, or
+            ``"link"``, that of the link in the file, with which the point moves.
 
     Returns:
         The linkage with inputs ``link.x`` …; where it has more freedom than the tool can
         use, completed with joints of its own, as a notice says.
 
     Raises:
-        BodyError: there is no such link, or it is a tool already.
+        BodyError: there is no such link, it is a tool already, or the point is not of three
+            finite numbers.
         CoordinateError: there is no such direction, or it cannot be an input, for the link
             cannot move that way or others determine it.
+        ValueError: there is no such frame.
     """
-    carrier, at = _carrier(linkage, link, point)
+    if frame not in FRAMES:
+        raise ValueError(f"the frame of a point is one of {', '.join(FRAMES)}, not {frame!r}")
+    carrier, at = _carrier(linkage, link, point, frame)
     named = _named(linkage, directions)
     held = _held(linkage, carrier, at, named)
     screws = [prismatic(axis) for axis in np.eye(3)]
     screws += [revolute(axis, at) for axis in np.eye(3)]
     joints, last = list(linkage.joints), GROUND
-    for k, direction in enumerate(DIRECTIONS):
+    coordinates = coordinates_of(link)
+    for k, name in enumerate(coordinates):
         if k not in held:
-            kind, name = "prismatic" if k < 3 else "revolute", f"{link}.{direction}"
+            kind = "prismatic" if k < 3 else "revolute"
             joints.append(Joint(name, kind, last, frozen(screws[k]), frozen(at), True))
             last = len(joints) - 1
     draft = Draft(**{f.name: getattr(linkage, f.name) for f in fields(Draft)})
@@ -77,23 +88,32 @@ def tool(
         loops=(*linkage.loops, Loop(f"{link}.tool", last, carrier)),
         tree=None,
     )
-    return assemble(draft, [f"{link}.{DIRECTIONS[k]}" for k in named])
+    return assemble(draft, [coordinates[k] for k in named])
 
 
-def _carrier(linkage: Linkage, link: str, point: ArrayLike | None) -> tuple[int, Array]:
-    """The rigid body that carries the tool, and the tool's point (3,)."""
+def coordinates_of(link: str) -> tuple[str, ...]:
+    """Names of the coordinates of a tool, in the order of `DIRECTIONS`."""
+    return tuple(f"{link}.{direction}" for direction in DIRECTIONS)
+
+
+def _carrier(
+    linkage: Linkage, link: str, point: ArrayLike | None, frame: str
+) -> tuple[int, Array]:
+    """The rigid body that carries the tool, and the tool's point (3,), inertial."""
     bodies = {body.name: Place(body.link, body.frame) for body in linkage.bodies}
     moving = bodies | {n: place for n, place in linkage.places.items() if place.link != GROUND}
     if link not in moving:
         raise BodyError(linkage.source, link, "no moving link of this name", list(moving))
-    if {f"{link}.{direction}" for direction in DIRECTIONS} & set(names(linkage.joints)):
+    if set(coordinates_of(link)) & set(names(linkage.joints)):
         raise BodyError(linkage.source, link, "is a tool already; give another link")
-    carrier, frame = moving[link]
-    at = np.asarray(frame[:3, 3] if point is None else point, dtype=np.float64)
+    carrier, pose = moving[link]
+    if point is None:
+        return carrier, pose[:3, 3]
+    at = np.asarray(point, dtype=np.float64)
     if at.shape != (3,) or not np.isfinite(at).all():
-        problem = "its point is not of three finite numbers; give metres, in the inertial frame"
+        problem = f"its point is not of three finite numbers; give metres, in the {frame} frame"
         raise BodyError(linkage.source, link, problem)
-    return carrier, at
+    return carrier, pose[:3, :3] @ at + pose[:3, 3] if frame == "link" else at
 
 
 def _named(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:

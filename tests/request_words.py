@@ -166,6 +166,7 @@ WORDS: dict[str, Maker] = {
     "--out": lambda rng, place: [_out(rng, place, "out.urdf")],
     "--tool": lambda rng, place: [_one(rng, place.names.links, 0.05)],
     "--along": lambda rng, place: [_directions(rng, place)],
+    "--point": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "--order": _of("1", "2", "3", "5", "0", "99"),
     "--to": lambda rng, place: [_target(rng, place)],
 }
@@ -179,5 +180,7 @@ GOOD: dict[str, list[str]] = {
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
     "--out": ["{folder}/out.urdf"], "--write-closed": ["{folder}/closed.urdf"],
     "--tool": ["{tool}", "--along", "x"],
-    "--along": ["x", "--tool", "{tool}"], "--order": ["2"], "--to": ["{first}=0.05"],
+    "--along": ["x", "--tool", "{tool}"],
+    "--point": ["0.1,0,-0.05", "--tool", "{tool}", "--along", "x"],
+    "--order": ["2"], "--to": ["{first}=0.05"],
 }  # fmt: skip

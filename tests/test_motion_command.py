@@ -18,8 +18,8 @@ from balance.cli import main
 SCHEMAS = files("balance").joinpath("schemas")
 SCHEMA = json.loads(SCHEMAS.joinpath("motion.schema.json").read_text("utf-8"))
 KEYS = (
-    "schema model tool motion independent dependent joints order condition radius length poses "
-    "reached warnings"
+    "schema model tool point motion independent dependent joints order condition radius length "
+    "poses reached warnings"
 ).split()
 
 
@@ -109,7 +109,8 @@ def test_json_keeps_its_keys(capsys):
     code, report = run(capsys, "five_bar")
     assert code == 0 and list(report) == KEYS
     assert report["schema"] == "balance.motion/1"
-    assert (report["tool"], report["motion"], report["poses"]) == (None, [], [])
+    assert (report["tool"], report["point"]) == (None, None)
+    assert (report["motion"], report["poses"]) == ([], [])
     assert report["independent"] == ["u1", "u2"]
     assert sorted(report["dependent"]) == ["q2", "q3", "q4"]
     assert report["reached"] is True and 0.1 < report["radius"] < 3.0
@@ -223,7 +224,7 @@ def test_a_path_is_predicted_row_by_row(tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     head = next(k for k, line in enumerate(lines) if line.startswith("pose "))
     assert lines[head].split() == ["pose", "u1", "u2", "distance", "estimated", "difference"]
-    assert len(lines) == head + 8 and lines[-1] == "… and 3 more; --json has them all"
+    assert lines[head + 7] == "" and lines[-1] == "… and 3 more; --json has them all"
     shown = lines[head + 1].split()
     assert [float(x) for x in shown[1:3]] == pytest.approx(rows[0], rel=1e-5)
     worst = max(pose["difference"] for pose in report["poses"])

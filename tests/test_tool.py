@@ -20,6 +20,11 @@ SIX = (
      (0.5, 0.02, 0.7)],
     [(0, 0, 1), (0, 1, 0), (0, 1, 0), (1, 0, 0.2), (0, 1, 0), (0.3, 0, 1)],
 )  # fmt: skip
+# A link that is fixed to one of the five-bar.
+FRAME = (
+    '<link name="tip"/><joint name="mount" type="fixed"><parent link="left_upper"/>'
+    '<child link="tip"/><origin xyz="0.1 -0.2 0.3" rpy="0 0 1"/></joint></robot>'
+)
 
 
 def two_links(base, tip, elbow):
@@ -158,14 +163,10 @@ def test_what_is_wrong_is_told(link, directions, told):
 def test_a_tool_frame_on_a_fixed_joint(tmp_path):
     """It is the point that it stands for, also where closing the loops moved it."""
     text = kinematics.gallery()["five_bar"].read_text(encoding="utf-8")
-    frame = (
-        '<link name="tip"/><joint name="mount" type="fixed"><parent link="left_upper"/>'
-        '<child link="tip"/><origin xyz="0.1 -0.2 0.3" rpy="0 0 1"/></joint></robot>'
-    )
     turned = text.replace('"0 0 0" rpy="0 0 0"', '"0 0 0" rpy="0 0 0.05"', 1)
     for written in (text, turned):
         path = tmp_path / "robot.urdf"
-        path.write_text(written.replace("</robot>", frame), encoding="utf-8")
+        path.write_text(written.replace("</robot>", FRAME), encoding="utf-8")
         linkage = kinematics.load(path)
         (body,) = (body for body in linkage.bodies if body.name == "left_upper")
         point = body.frame[:3, :3] @ (0.1, -0.2, 0.3) + body.frame[:3, 3]
@@ -175,11 +176,39 @@ def test_a_tool_frame_on_a_fixed_joint(tmp_path):
     assert "assembled" in {notice.code for notice in linkage.notices}
 
 
+@pytest.mark.parametrize("directions", ["x,y", "rz"])
+def test_a_point_in_the_frame_of_the_link(directions, tmp_path):
+    """Of a frame that is turned by 1 rad on its body; the same point in the inertial frame."""
+    text = kinematics.gallery()["five_bar"].read_text(encoding="utf-8")
+    path = tmp_path / "robot.urdf"
+    path.write_text(text.replace("</robot>", FRAME), encoding="utf-8")
+    five_bar, at = kinematics.load(path), np.array([0.3, -0.2, 0.1])
+    (body,) = (body for body in five_bar.bodies if body.name == "left_upper")
+    on_body = Rotation.from_euler("xyz", [0.0, 0.0, 1.0]).apply(at) + (0.1, -0.2, 0.3)
+    point = body.frame[:3, :3] @ on_body + body.frame[:3, 3]
+    linkages = [
+        tool(five_bar, "tip", directions, at, frame="link"),
+        tool(five_bar, "tip", directions, point),
+        tool(five_bar, "tip", directions, at),
+        tool(five_bar, "tip", directions, (0, 0, 0), frame="link"),
+        tool(five_bar, "tip", directions),
+    ]
+    inside, outside, wrong, zero, origin = (
+        taylor_motion(linkage, 3).coefficients for linkage in linkages
+    )
+    assert relative(inside, outside) < 1e-12 and relative(zero, origin) < 1e-12
+    assert relative(inside, wrong) > 1e-2 and relative(inside, origin) > 1e-2
+
+
 def test_points_and_second_tools_are_refused():
     linkage = kinematics.load("five_bar")
     for point in ((0.0, 1.0), (0.0, np.nan, 1.0)):
         with pytest.raises(BodyError, match="three finite numbers"):
             tool(linkage, "left_upper", "x", point)
+    with pytest.raises(BodyError, match="give metres, in the link frame"):
+        tool(linkage, "left_upper", "x", (0.0, np.inf, 0.0), frame="link")
+    with pytest.raises(ValueError, match="one of inertial, link, not 'world'"):
+        tool(linkage, "left_upper", "x", frame="world")
     with pytest.raises(BodyError, match="is a tool already"):
         tool(tip_of_the_five_bar(), "left_upper", "x")
 

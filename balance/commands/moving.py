@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.commands.readings import with_both
@@ -31,6 +31,8 @@ DESCRIPTION = (
     "nothing here."
 )
 ORDER, HIGHEST = 7, 50
+# Points of a tool are no further from its link, metres.
+WIDEST = 1e6
 
 
 class Target(NamedTuple):
@@ -57,6 +59,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "that leaves these free",
     )  # fmt: skip
     parser.add_argument(
+        "--point", type=_point, metavar="X,Y,Z",
+        help="point of the tool that moves along these directions and about which it turns, in "
+        "metres, in the frame of the link (default: the origin of that frame)",
+    )  # fmt: skip
+    parser.add_argument(
         "--order", type=whole_number(1, HIGHEST, "an order"), default=ORDER, metavar="K",
         help=f"order of the expansion (default {ORDER})",
     )  # fmt: skip
@@ -64,8 +71,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--to", type=_target, metavar="VALUES",
         help="pose to predict: displacements of the inputs from the reference pose, SI units, "
-        "by name (u1=0.3,u2=-0.1; inputs not named follow or stay) or all in order "
-        "(--to=-0.1,0.3)",
+        "by name (u1=0.3,u2=-0.1; inputs not named follow or stay), those of the tool also by "
+        "their directions (x=0.02), or all in order (--to=-0.1,0.3)",
     )  # fmt: skip
     where.add_argument(
         "--path", metavar="FILE.csv",
@@ -95,6 +102,8 @@ def foretold(arguments: argparse.Namespace, load: Callable[[str], Linkage]) -> P
     """
     if (arguments.tool is None) != (arguments.along is None):
         arguments.refuse("--tool and --along go together")
+    if arguments.point is not None and arguments.tool is None:
+        arguments.refuse("--point is a point of the tool: name that by --tool and --along")
     if arguments.tool is not None and arguments.inputs is not None:
         arguments.refuse("--inputs: with --tool the inputs are named by --along")
 
@@ -114,7 +123,9 @@ def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
     from kinematics.tools import tool
 
     if arguments.tool is not None:
-        linkage = tool(linkage, arguments.tool, arguments.along)
+        linkage = tool(
+            linkage, arguments.tool, arguments.along, arguments.point, frame="link"
+        )
     motion = taylor_motion(linkage, arguments.order, arguments.motion)
     poses = tuple(predict(motion, y) for y in _points(arguments, motion))
     notices = linkage.notices
@@ -122,11 +133,12 @@ def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
     if beyond:
         text = (
             f"{beyond} of {len(poses)} poses are beyond the estimated radius of convergence "
-            f"({motion.radius:.3g}): there higher orders need not predict better"
+            f"({motion.radius:.3g}): there higher orders need not predict better, and there is "
+            "no estimate of the error"
         )
         notices = (*notices, Notice("beyond_radius", text))
     line = arguments.to is not None
-    return Predictions(motion, arguments.tool, line, poses, notices)
+    return Predictions(motion, arguments.tool, line, poses, notices, arguments.point)
 
 
 def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.float64]:
@@ -141,33 +153,56 @@ def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.f
     from balance.verification.table import columns, unfit
 
     inputs, source = motion.motion.inputs, motion.linkage.source
-    relations = ", ".join(motion.motion.relations)
+    relations, short = ", ".join(motion.motion.relations), _short_names(arguments.tool, inputs)
     if arguments.path is not None:
-        points, fits = coordinates(motion, columns(arguments.path, inputs), range(len(inputs)))
+        table = columns(arguments.path, inputs, short=short)
+        points, fits = coordinates(motion, table, range(len(inputs)))
         if not fits.all():
             where = f"sample {int(np.argmin(fits)) + 1}"
             raise unfit(arguments.path, where, f"is not on {relations}")
         return points
     if arguments.to is None:
         return np.empty((0, motion.scales.size))
-    at = _positions(arguments.to, inputs, source)
+    at = _positions(arguments.to, inputs, short, source)
     points, fits = coordinates(motion, [arguments.to.values], at)
     if not fits.all():
         raise MotionError(relations, "does not hold at the pose --to", inputs, source)
     return points
 
 
-def _positions(target: Target, inputs: tuple[str, ...], source: str) -> list[int]:
+def _short_names(tool: str | None, inputs: tuple[str, ...]) -> dict[str, str]:
+    """Inputs that are coordinates of the tool, by their directions."""
+    from kinematics.tools import DIRECTIONS, coordinates_of
+
+    if tool is None:
+        return {}
+    pairs = zip(DIRECTIONS, coordinates_of(tool), strict=True)
+    return {direction: name for direction, name in pairs if name in inputs}
+
+
+def _positions(
+    target: Target, inputs: tuple[str, ...], short: Mapping[str, str], source: str
+) -> list[int]:
     """Which inputs a target displaces.
 
     Raises:
         LinkageError: it names others, or has too many or too few displacements.
     """
-    for name in target.names:
+    found: list[str] = []
+    for word in target.names:
+        name = word if word in inputs else short.get(word, word)
+        problem = ""
         if name not in inputs:
-            raise CoordinateError(source, [name], "not an independent coordinate", inputs)
-    if target.names:
-        return [inputs.index(name) for name in target.names]
+            problem = "not an independent coordinate"
+        elif name in found:
+            problem = f"named twice, as {name} too"
+        elif word in inputs and word in short and short[word] not in target.names:
+            problem = f"a joint, and a direction of the tool: for the tool write {short[word]}"
+        if problem:
+            raise CoordinateError(source, [word], problem, inputs)
+        found.append(name)
+    if found:
+        return [inputs.index(name) for name in found]
     if len(target.values) != len(inputs):
         raise PoseError(
             f"{source}: --to gives {len(target.values)} displacements, and there are "
@@ -205,3 +240,21 @@ def _target(text: str) -> Target:
             f"'{text}' is not u1=0.3,u2=-0.1 with each input once, nor 0.3,-0.1"
         )
     return Target(names, values)
+
+
+def _point(text: str) -> tuple[float, ...]:
+    """A point of ``0.1,0,-0.05``.
+
+    Raises:
+        ArgumentTypeError: it is not of three numbers of a size that a link may have.
+    """
+    try:
+        values = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != 3 or not all(abs(value) <= WIDEST for value in values):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a point such as 0.1,0,-0.05: three numbers, metres, in the frame "
+            "of the link"
+        )
+    return values

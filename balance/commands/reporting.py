@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from balance.files import check_different, replacing_all
 from kinematics.linkage import Linkage, Notice
+from kinematics.turns import measured, within_turn
 
 if TYPE_CHECKING:
     from balance.meaning.explain import Explanation
@@ -58,11 +59,10 @@ def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
     """The pose at which a linkage is written, by how far its joints have moved."""
     if not positions:
         return "as it was, for its loops close at its own pose"
-    kinds = {joint.name: joint.kind for joint in linkage.joints}
-    named = [
-        f"{name} by {q:.6g} {'m' if kinds[name] == 'prismatic' else 'rad'}"
-        for name, q in sorted(positions.items(), key=lambda item: -abs(item[1]))
-    ]
+    moved = [joint for joint in linkage.joints if joint.name in positions]
+    within, _ = within_turn(moved, [positions[joint.name] for joint in moved])
+    pairs = sorted(zip(moved, within.tolist(), strict=True), key=lambda pair: -abs(pair[1]))
+    named = [f"{joint.name} by {measured(joint, q, 6)}" for joint, q in pairs]
     more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
     return (
         f"at the pose at which its loops close: only origins of joints differ, moved are "

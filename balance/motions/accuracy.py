@@ -37,7 +37,7 @@ class Curves(NamedTuple):
         axis: name of its abscissa.
         x: way from the reference pose, or along the path (N,).
         errors: true errors of order 1, 2, … (order, N).
-        estimate: estimated error of the highest order (N,).
+        estimate: estimated error of the highest order (N,); NaN beyond the radius.
         beyond: intervals of x that are beyond the radius of convergence.
         closed: ends of x where the loops stop closing.
         target: the x of the pose that was asked for, or None.
@@ -129,7 +129,7 @@ def _path(found: Predictions) -> Curves:
     x = np.concatenate([[0.0], np.cumsum(steps)])
     gap = np.full(len(motion.joints), np.nan)
     q = np.array([gap if pose.corrected is None else pose.corrected for pose in poses])
-    estimate = np.array([pose.error for pose in poses])
+    estimate = np.array([np.nan if pose.error is None else pose.error for pose in poses])
     outside = np.array([pose.distance > motion.radius for pose in poses])
     title, axis = "along the path", "way along the path"
     return Curves(title, axis, x, _errors(motion, points, q), estimate, _spans(x, outside))
@@ -143,10 +143,14 @@ def _spans(x: Array, outside: NDArray[np.bool_]) -> tuple[tuple[float, float], .
 
 
 def _errors(motion: TaylorMotion, points: Array, q: Array) -> Array:
-    """True errors of every order from 1 on at points (N, w) with closed poses q (N, n)."""
-    terms, degree = powers(motion.exponents, points), motion.exponents.sum(axis=1)
-    sums, found = np.zeros_like(q), []
-    for k in range(1, motion.order + 1):
-        sums = sums + terms[:, degree == k] @ motion.coefficients[degree == k]
-        found.append(offset(motion, sums, q))
+    """True errors of every order from 1 on at points (N, w) with closed poses q (N, n).
+
+    Sums that are too large to be numbers have none.
+    """
+    degree, sums, found = motion.exponents.sum(axis=1), np.zeros_like(q), []
+    with np.errstate(over="ignore", invalid="ignore"):
+        terms = powers(motion.exponents, points)
+        for k in range(1, motion.order + 1):
+            sums = sums + terms[:, degree == k] @ motion.coefficients[degree == k]
+            found.append(offset(motion, sums, q))
     return np.array(found)

@@ -1,7 +1,8 @@
-"""Poses predicted by a Taylor motion, and what Newton's method makes of them.
+"""Poses predicted by a Taylor motion, and where the loops close.
 
-The prediction is the polynomial q(u); the corrected pose closes the loops. Distances and
-errors are in radians and characteristic lengths, errors those of the joint that is worst off.
+The prediction is the polynomial q(u); the corrected pose closes the loops, and is reached step
+by step from the reference pose, whatever the order of the polynomial. Distances and errors are
+in radians and characteristic lengths, errors those of the joint that is worst off.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.errors import PoseError
-from kinematics.linkage import Notice, frozen
+from kinematics.errors import PoseError, UnreachedError
+from kinematics.linkage import IntArray, Notice, frozen
+from kinematics.turns import unit, within_turn
 
 if TYPE_CHECKING:
     from kinematics.linkage import Linkage
@@ -26,7 +28,7 @@ Array = NDArray[np.float64]
 SCHEMA = "balance.motion/1"
 # How far displacements may be from the relations of a motion.
 OFF = 1e-9
-# Predictions beyond this, in SI units, are too far away to compute with.
+# Displacements beyond this, in SI units, are too far away to compute with.
 FARTHEST = 1e9
 
 
@@ -38,65 +40,54 @@ class Prediction:
         u: displacements of the inputs from the reference pose (inputs,), SI units.
         y: the same in the coordinates of the motion (w,).
         distance: from the reference pose, to compare with the radius of convergence.
-        error: estimated error of the prediction.
-        predicted: positions of all joints by the series (n,), SI units.
-        corrected: positions that close the loops (n,), or None if none were found.
-        difference: of the two, the true error; None without a corrected pose.
+        error: estimated error of the prediction; None beyond the radius of convergence, where
+            there is no estimate, and if the pose is not reached.
+        predicted: positions of all joints by the series (n,), SI units; None if the pose is
+            not reached, or the sum of the series is too large to be a number.
+        corrected: positions that close the loops (n,), or None if the pose is not reached.
+        difference: of the two, the true error; None without either.
+        share: how much of the straight line to the pose was followed: 1 if it is reached.
+        furthest: positions of all joints where that ended (n,), or None if it is reached.
         reason: why there is no corrected pose; empty if there is one.
     """
 
     u: Array
     y: Array
     distance: float
-    error: float
-    predicted: Array
+    error: float | None
+    predicted: Array | None
     corrected: Array | None
     difference: float | None
-    reason: str
-
-    def to_dict(self) -> dict[str, object]:
-        """The pose as plain data, ready for JSON."""
-        return {
-            "inputs": self.u.tolist(),
-            "distance": self.distance,
-            "error": _finite(self.error),
-            "predicted": self.predicted.tolist(),
-            "corrected": None if self.corrected is None else self.corrected.tolist(),
-            "difference": self.difference,
-            "reason": self.reason or None,
-        }
+    share: float
+    furthest: Array | None = None
+    reason: str = ""
 
 
 def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
     """The pose at a point y (w,) of a Taylor motion; `TaylorMotion.polish` corrects it.
 
     Raises:
-        PoseError: the pose is too far away to compute with. However far the prediction is
-            beyond the radius of convergence, it is not if the linkage can be followed there.
+        PoseError: the pose is too far away to compute with.
     """
     y = np.asarray(y, dtype=np.float64)
     u = motion.motion.basis @ y
-    with np.errstate(over="ignore", invalid="ignore"):
-        predicted = motion.evaluate(y)
-    too_far = PoseError(
-        f"{motion.linkage.source}: the pose at {assigned(motion, u)} is too far away to "
-        "compute with; give a nearer pose"
-    )
-    if not (np.isfinite(predicted).all() and np.abs(u).max() <= FARTHEST):
-        raise too_far
-    corrected, reason = None, ""
+    if not np.abs(u).max(initial=0.0) <= FARTHEST:
+        raise PoseError(
+            f"{motion.linkage.source}: the pose at {assigned(motion, u)} is too far away to "
+            "compute with; give a nearer pose"
+        )
+    where = frozen(u), frozen(y), float(motion.distance(y))
     try:
-        corrected = motion.polish(y)
-    except PoseError as problem:
-        if np.abs(predicted).max() > FARTHEST:
-            raise too_far from None
-        reason = str(problem)
-    difference = None if corrected is None else float(offset(motion, predicted, corrected))
-    distance, error = float(motion.distance(y)), float(motion.error(y))
-    return Prediction(
-        frozen(u), frozen(y), distance, error, frozen(predicted),
-        None if corrected is None else frozen(corrected), difference, reason,
-    )  # fmt: skip
+        corrected = frozen(motion.polish(y))
+    except UnreachedError as stop:
+        furthest = frozen(motion.positions(stop.positions))
+        return Prediction(*where, None, None, None, None, stop.share, furthest, str(stop))
+    predicted = frozen(motion.evaluate(y))
+    if not np.isfinite(predicted).all():
+        return Prediction(*where, None, None, corrected, None, 1.0)
+    estimate, difference = float(motion.error(y)), float(offset(motion, predicted, corrected))
+    error = estimate if np.isfinite(estimate) else None
+    return Prediction(*where, error, predicted, corrected, difference, 1.0)
 
 
 def offset(motion: TaylorMotion, q: Array, other: Array) -> Array:
@@ -142,6 +133,8 @@ class Predictions:
         line: whether the one pose is the end of a straight line, not part of a path.
         poses: the poses.
         notices: what there is to tell.
+        point: the point of the tool that moves (3,), metres, in the frame of the link; None if
+            it is the origin of that frame.
     """
 
     motion: TaylorMotion
@@ -149,6 +142,7 @@ class Predictions:
     line: bool
     poses: tuple[Prediction, ...]
     notices: tuple[Notice, ...]
+    point: tuple[float, ...] | None = None
 
     @property
     def linkage(self) -> Linkage:
@@ -182,8 +176,7 @@ class Predictions:
     @property
     def units(self) -> tuple[str, ...]:
         """Unit of the position of each joint, ``"rad"`` or ``"m"``."""
-        kinds = (joint.kind for joint in self.linkage.joints)
-        return tuple("m" if kind == "prismatic" else "rad" for kind in kinds)
+        return tuple(unit(joint) for joint in self.linkage.joints)
 
     def to_dict(self) -> dict[str, object]:
         """The report as plain data, ready for JSON.
@@ -196,6 +189,7 @@ class Predictions:
             "schema": SCHEMA,
             "model": self.linkage.name,
             "tool": self.tool,
+            "point": None if self.point is None else list(self.point),
             "motion": list(motion.motion.relations),
             "independent": list(motion.motion.inputs),
             "dependent": list(self.dependent),
@@ -204,10 +198,33 @@ class Predictions:
             "condition": motion.condition,
             "radius": _finite(motion.radius),
             "length": self.length,
-            "poses": [pose.to_dict() for pose in self.poses],
+            "poses": [self._plain(pose) for pose in self.poses],
             "reached": self.reached,
             "warnings": [notice._asdict() for notice in self.notices],
         }
+
+    def _plain(self, pose: Prediction) -> dict[str, object]:
+        """One pose as plain data."""
+        q = pose.corrected
+        within, turns = (None, None) if q is None else within_turn(self.linkage.joints, q)
+        return {
+            "inputs": pose.u.tolist(),
+            "distance": pose.distance,
+            "error": pose.error,
+            "predicted": _listed(pose.predicted),
+            "corrected": _listed(q),
+            "within_turn": _listed(within),
+            "turns": _listed(turns),
+            "difference": pose.difference,
+            "share": pose.share,
+            "furthest": _listed(pose.furthest),
+            "reason": pose.reason or None,
+        }
+
+
+def _listed(values: Array | IntArray | None) -> list[float] | None:
+    """The numbers for JSON."""
+    return None if values is None else values.tolist()
 
 
 def _finite(value: float) -> float | None:

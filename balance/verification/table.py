@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import islice
 from os import PathLike, fsdecode
 
@@ -33,13 +33,19 @@ def unfit(path: str | PathLike[str], where: str, problem: str) -> FileError:
     return FileError(shown(fsdecode(path), 1000), where, problem, remedy)
 
 
-def columns(path: str | PathLike[str], wanted: Sequence[str], fewest: int = 1) -> Array:
+def columns(
+    path: str | PathLike[str],
+    wanted: Sequence[str],
+    fewest: int = 1,
+    short: Mapping[str, str] | None = None,
+) -> Array:
     """The wanted columns of a file of comma-separated values, in order; (rows, columns).
 
     Args:
         path: a file whose first line holds the wanted names in any order, and no others.
         wanted: the names.
         fewest: how many rows there must be.
+        short: other names that some of them may have there, and what these stand for.
 
     Raises:
         FileError: the file cannot be read as such a table.
@@ -52,6 +58,8 @@ def columns(path: str | PathLike[str], wanted: Sequence[str], fewest: int = 1) -
         raise unfit(path, "", f"cannot be read ({reason})") from None
     lines = [line for line in lines if any(cell.strip() for cell in line)]
     names = [name.strip() for name in lines[0]] if lines else []
+    other = short or {}
+    names = [name if name in wanted else other.get(name, name) for name in names]
     if sorted(names) != sorted(wanted):
         raise unfit(path, "line 1", f"the columns must be {', '.join(wanted)}")
     if not fewest < len(lines) <= MOST + 1:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from balance.commands.motion_text import facts, measure, rows
+from balance.commands.motion_text import facts, measure, tables
 from balance.motions.accuracy import Curves
 from balance.motions.prediction import Predictions
 from balance.web import html
@@ -22,6 +22,8 @@ __all__ = ["picture", "webpage"]
 
 # Ends of the error axis: below is round-off, above are predictions without any worth.
 LOW, HIGH = 1e-16, 1e2
+# Well above the axis: errors beyond this are drawn there, some being too large to be drawn.
+ABOVE = 1e30
 # Low orders are light, high ones dark; what is estimated is warm.
 LIGHT, DARK, WARM = (0x9C, 0xC3, 0xE4), (0x08, 0x26, 0x4A), "#b8550a"
 SHADE, INK = "#f0f1f3", "#1b1e22"
@@ -87,7 +89,8 @@ def _draw(ax: Any, panel: Curves, axis: str) -> None:
     """One panel on Matplotlib axes."""
     colours = _colours(len(panel.errors))
     for k, (line, colour) in enumerate(zip(panel.errors, colours, strict=True), 1):
-        ax.plot(panel.x, line, color=colour, linewidth=1.3, label=f"order {k}")
+        seen = np.minimum(line, ABOVE)
+        ax.plot(panel.x, seen, color=colour, linewidth=1.3, label=f"order {k}")
     ax.plot(panel.x, panel.estimate, color=WARM, linewidth=1.6, linestyle=":",
             label=f"order {len(colours)}, estimated")  # fmt: skip
     for first, last in panel.beyond:
@@ -145,16 +148,24 @@ def _summary(found: Predictions) -> str:
 
 
 def _poses(found: Predictions) -> str:
-    """The joints of the one pose, or the first poses of a path."""
-    table = rows(found, ROWS)
-    if not table:
-        return ""
+    """The joints of the one pose, or the first poses of a path and their joints."""
+    whole = tables(found, ROWS)
+    titles = ["Joints at the target"]
+    if found.line and found.poses[0].reason:
+        titles = ["Joints at the furthest pose on the way to the target"]
+    elif not found.line and whole:
+        count = len(whole[0]) - 1
+        titles = [f"Poses of the path: {count} of {len(found.poses)}", "Joints at these poses"]
+    firsts = [2] if found.line else [1, 2]
+    sections = zip(titles, whole, firsts, strict=False)
+    return "\n".join(_section(title, table, first) for title, table, first in sections)
+
+
+def _section(title: str, table: Sequence[Sequence[str]], first: int) -> str:
+    """A table under its title; its columns from the first one on hold numbers."""
     head, *lines = table
-    cells = [[escape(name), *(x.replace("-", "−") for x in rest)] for name, *rest in lines]
-    title = "Joints at the target"
-    if not found.line:
-        title = f"Poses of the path: {len(lines)} of {len(found.poses)}"
-    first = 2 if found.line else 1
+    cells = [[escape(name), *(x.strip().replace("-", "−") for x in rest)]
+             for name, *rest in lines]  # fmt: skip
     body = html.table([escape(x) for x in head], cells, range(first, len(head)))
     return f'<section>\n<h2>{title}</h2>\n<div class="scroll wide">\n{body}\n</div>\n</section>'
 

@@ -35,6 +35,7 @@ from kinematics.reader.angles import exact_angle
 from kinematics.reader.fields import coordinates
 from kinematics.reader.loops import FREEDOMS
 from kinematics.reader.markup import Element, shown
+from kinematics.turns import measured
 
 __all__ = ["Geometry", "changed_screws", "exact_geometry"]
 
@@ -133,11 +134,10 @@ def _positions(linkage: Linkage) -> Iterator[Notice]:
     carriers = {joint.parent for joint in linkage.joints}
     for j, (joint, q) in enumerate(zip(linkage.joints, linkage.displaced, strict=True)):
         if q and j in carriers:
-            unit = "m" if joint.kind == "prismatic" else "rad"
             text = (
-                f"joint '{joint.name}': closed by Newton's method at {q:.6g} {unit} from the "
-                f"pose of the file: taken within 2^-{BITS} of it; lengths of links differ "
-                "from those of the file by as much"
+                f"joint '{joint.name}': closed by Newton's method at {measured(joint, q, 6)} "
+                f"from the pose of the file: taken within 2^-{BITS} of it; lengths of links "
+                "differ from those of the file by as much"
             )
             yield Notice("not_exact", text)
 

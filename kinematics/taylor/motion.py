@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.assembly import moving_chain
 from kinematics.chain import move
-from kinematics.closure import expand, loop_matrix
+from kinematics.closure import expand
 from kinematics.errors import MobilityError, PoseError
 from kinematics.linkage import Chain, IntArray, Linkage, frozen, names
 from kinematics.motion import Motion, restriction
-from kinematics.placement import forward, newton
+from kinematics.placement import newton
 from kinematics.pose import followed
 from kinematics.taylor.expansion import polynomials
 from kinematics.taylor.layout import layout
@@ -36,11 +36,6 @@ SINGULAR = 1e9
 # every input, all around and then ever nearer the worst one, and is taken smaller by a margin.
 FAR, DIRECTIONS, SPREADS, MARGIN = 24, 6, (1.0, 0.3, 0.1), 0.9
 SEED = 7
-# Opening of loops, in radians and characteristic lengths, at which they are closed.
-CLOSED = 1e-10
-# Newton's method stays on the branch if it corrects a prediction by less than this part, and
-# than this many radians or characteristic lengths.
-NEAR = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +72,12 @@ class TaylorMotion:
         return int(self.exponents.sum(axis=1).max())
 
     def evaluate(self, u: ArrayLike) -> Array:
-        """Positions of all joints at points u (..., w); shape (..., n)."""
-        found: Array = powers(self.exponents, self._points(u)) @ self.coefficients
+        """Positions of all joints at points u (..., w); shape (..., n).
+
+        They are not finite where they are too large to be numbers, far beyond the radius.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            found: Array = powers(self.exponents, self._points(u)) @ self.coefficients
         return found
 
     def derivatives(self, alpha: ArrayLike, u: ArrayLike | None = None) -> Array:
@@ -135,26 +134,28 @@ class TaylorMotion:
         """Estimated error of `evaluate` at points u (..., w), of the joint that is worst off.
 
         It is the step by which Newton's method would begin to close the loops there, and
-        what rounding may add; in radians and characteristic lengths; shape (...).
+        what rounding may add; in radians and characteristic lengths; shape (...). Beyond the
+        radius of convergence, where that step says nothing, there is no estimate: NaN.
         """
         points = self._points(u)
-        q = self._in_chain(self.evaluate(points))
-        steps = [newton(self.chain, x, 1)[0] - x for x in q.reshape(-1, q.shape[-1])]
-        sizes = np.abs(np.reshape(steps, q.shape)).max(axis=-1, initial=0.0)
+        found = np.full(points.shape[:-1], np.nan)
+        inside = self.distance(points) <= self.radius
+        q = self._in_chain(self.evaluate(points[inside]))
+        steps = np.reshape([newton(self.chain, x, 1)[0] - x for x in q], q.shape)
         rounding = np.finfo(float).eps * self.condition
-        found: Array = sizes + rounding * np.maximum(1.0, np.abs(q).max(axis=-1, initial=0.0))
+        sizes = rounding * np.maximum(1.0, np.abs(q).max(axis=-1, initial=0.0))
+        found[inside] = sizes + np.abs(steps).max(axis=-1, initial=0.0)
         return found
 
     def polish(self, u: ArrayLike) -> Array:
         """Positions of all joints that close the loops at one point u (w,); shape (n,).
 
-        Newton's method from the prediction of the series. It may end on another branch beyond
-        the radius of convergence, far from the prediction, or where the loops hold the other
-        joints with another orientation than at the reference pose. There the linkage is
-        followed along the straight line from the reference pose instead.
+        The linkage is followed along the straight line from the reference pose, step by step,
+        each of them closed by Newton's method. Neither the branch that this stays on, nor
+        whether it leads to the point, depends on the order of the expansion.
 
         Raises:
-            PoseError: the loops cannot be closed all along that line.
+            UnreachedError: the loops cannot be closed all along that line.
         """
         point = self._points(u)
         if point.ndim != 1:
@@ -162,29 +163,18 @@ class TaylorMotion:
                 f"{self.linkage.source}: loops are closed at one point at a time, not at an "
                 f"array of shape {point.shape}"
             )
-        q = self._corrected(point)
-        if q is None:
-            goal = zip(self.motion.inputs, self.motion.basis @ point, strict=True)
-            q = followed(self.chain, point / self.scales, self.linkage.source, goal)
-        found = np.zeros(len(self.joints))
-        found[self.chain.joints] = q * self.chain.units
+        inputs, asked = self.motion.inputs, self.motion.basis @ point
+        goal = zip(inputs, asked, strict=True)
+        q = followed(self.chain, point / self.scales, self.linkage.source, goal)
+        found = self.positions(q)
+        found[self.linkage.positions_of(inputs)] = asked  # without the rounding of the steps
         return found
 
-    def _corrected(self, point: Array) -> Array | None:
-        """What Newton's method makes of a prediction, in the chain; None if it may be wrong."""
-        if self.distance(point) > self.radius:
-            return None
-        guess = self._in_chain(self.evaluate(point))
-        q, opening = newton(self.chain, guess)
-        reach = NEAR * min(1.0, float(np.linalg.norm(guess)))
-        near = opening <= CLOSED and np.linalg.norm(q - guess) <= reach
-        return q if near and self._orientation(q) > 0.0 else None
-
-    def _orientation(self, q: Array) -> float:
-        """``det(S(0)⁺ S(q))`` of the dependent columns: its sign changes at singularities."""
-        S = loop_matrix(self.chain)[:, self.chain.dependent]
-        there = loop_matrix(self.chain, forward(self.chain, q).screws)
-        return float(np.linalg.det(np.linalg.pinv(S) @ there[:, self.chain.dependent]))
+    def positions(self, q: ArrayLike) -> Array:
+        """Positions of all joints (n,), SI units, from those of the joints of the chain."""
+        found = np.zeros(len(self.joints))
+        found[self.chain.joints] = np.asarray(q) * self.chain.units
+        return found
 
     def _points(self, u: ArrayLike) -> Array:
         """Points as an array (..., w), checked."""

@@ -104,4 +104,4 @@ def independent(
                     place = body * size + i
                     row[place] = (row[place] + sign * value) % p
     pivots = eliminate(A, A.shape[1], p)
-    return tuple(transfers[i] for i in np.flatnonzero(pivots >= 0))
+    return tuple(transfers[i] for i in np.flatnonzero(pivots >= 0).tolist())

@@ -21,7 +21,7 @@ from kinematics.closure import expand
 from kinematics.linkage import Chain, Linkage
 from kinematics.placement import radius
 
-__all__ = ["nearest_drop", "rates_of_changes"]
+__all__ = ["nearest_drop", "rates_of_changes", "spanning_rays"]
 
 Array = NDArray[np.float64]
 
@@ -53,12 +53,10 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
         infinite if there is none near, or the linkage is too large to try them.
     """
     columns = chain.links.size * parameters_per_body(chain.planar, force)
-    per_ray = chain.width * rows_per_column(chain.planar, force)
-    count = min(comb(chain.width + order, order + 1), 2 - (-columns // per_ray))
-    if count * (order + 1) * per_ray * columns**2 > COSTLY:
+    rows = chain.width * rows_per_column(chain.planar, force)
+    rays = spanning_rays(chain.width, order, 2 - (-columns // rows))
+    if len(rays) * (order + 1) * rows * columns**2 > COSTLY:
         return np.inf
-    rays = np.random.default_rng(107).standard_normal((count, chain.width))
-    rays /= np.sqrt(np.sum(rays**2, axis=1, keepdims=True))
     series = expand(chain, rays, order)
     weights = radius(series.C[0] @ rays[0]) ** np.arange(order + 1.0)
     X = RegressorSeries(chain, series, force).rows(order)
@@ -74,6 +72,13 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
     square = float(np.sum(np.einsum("gnd,nd->g", changes[closed], along) ** 2))
     nearest = float(values[rank - 1]) / square**0.5 if square > 0.0 else np.inf
     return nearest if nearest < LARGE else np.inf
+
+
+def spanning_rays(width: int, order: int, enough: int) -> Array:
+    """Generic rays of length 1 (rays, w), as many as span all derivatives, or ``enough``."""
+    count = min(comb(width + order, order + 1), enough)
+    rays = np.random.default_rng(107).standard_normal((count, width))
+    return np.asarray(rays / np.sqrt(np.sum(rays**2, axis=1, keepdims=True)))
 
 
 def rates_of_changes(linkage: Linkage, chain: Chain) -> Array:

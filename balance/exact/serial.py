@@ -167,6 +167,8 @@ def _passing(chain: ExactChain, s: Vector, twists: Rows, candidates: Rows) -> Ro
     ``M(Lᵏ z) s = 0`` for k ≥ 0 and ``M(Lᵏ z) t = 0`` for k ≥ 1. L has a minimal polynomial
     of degree 3 for a prismatic joint, 5 for a revolute one, and at most 10 at all.
     """
+    if not candidates:
+        return []
     degree = 3 if not any(s[:3]) else 5 if not dot(s[:3], s[3:]) else 10
     # Where every twist can be attained, the first rate itself must vanish.
     every = len(twists) == 6

@@ -154,8 +154,9 @@ def echelon(rows: Sequence[Sequence[Fraction]]) -> tuple[list[list[Fraction]], l
         for group in (left, done):
             group[:] = [
                 [x - other[column] * y for x, y in zip(other, row, strict=True)]
+                if other[column] else other
                 for other in group
-            ]
+            ]  # fmt: skip
         done.append(row)
         pivots.append(column)
     return done, pivots

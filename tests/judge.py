@@ -12,9 +12,9 @@ from fractions import Fraction
 
 import numpy as np
 from exactly import determinant, modulo
+from modular_rows import conditions
 
 from balance.exact.chain import ExactChain, regular
-from balance.exact.conditions import conditions
 from balance.exact.modular import eliminate
 
 # Another prime than those of proofs; orders at which what a transfer does must vanish.
@@ -51,7 +51,7 @@ def _exact(chain):
 
 def _rank(rows, p=OTHER):
     A = np.array([[modulo(Fraction(x), p) for x in row] for row in rows], np.int64)
-    return eliminate(A.reshape(len(rows), -1), A.shape[-1], p) if len(rows) else 0
+    return int(np.sum(eliminate(A, A.shape[1], p) >= 0)) if len(rows) else 0
 
 
 def _same_span(rows, others):

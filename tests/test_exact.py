@@ -9,13 +9,13 @@ import pytest
 from exactly import Planar4R, Series, coupled, determinant, modulo
 from figures import FIGURES, Figure
 from laws import altered, exact_rank
+from modular_rows import conditions
 from urdf_text import INERTIAL, joint, link, pose_of, saved
 
 import kinematics
 from balance import design_space
 from balance.exact import modular, ranks
 from balance.exact.chain import exact_chain
-from balance.exact.conditions import conditions
 from balance.exact.ranks import PLATEAU, exact_ranks
 from kinematics import Motion
 from kinematics.errors import ExactError

@@ -9,12 +9,12 @@ import pytest
 from checker import check
 from exactly import determinant
 from laws import altered, placed
+from modular_rows import conditions
 from proofs import accepted, arm, arm_text, proof_of, sealed
 from urdf_text import INERTIAL
 
 import kinematics
 from balance import certify, design_space
-from balance.exact import ranks
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ def test_other_pivots_are_refused_where_their_minor_vanishes(model):
     found = certify(design_space(kinematics.load(model))).certainty.proof
     plain, p = json.loads(json.dumps(found.to_dict())), found.witness.prime
     order = max(pivot.order for pivot in found.witness.pivots)
-    X, _ = ranks.conditions(found.chain, np.array(found.witness.rays), order, p)
+    X, _ = conditions(found.chain, np.array(found.witness.rays), order, p)
     size = len(found.chain.parameters)
     rng = np.random.default_rng(7)
     limits = dict(

@@ -2,149 +2,114 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
+from collections.abc import Iterator
+from itertools import count, islice
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
-from balance.exact.modular import PRIMES, eliminate, fill_loop_matrix, momentum, series
+from balance.exact.modular import PRIMES, Echelon
+from balance.exact.series import Momenta, Remainders, Twists, modulo
 
-__all__ = ["conditions", "first_order_mobility", "joints_at_rest", "rays_of"]
+__all__ = ["Gathering", "joints_at_rest", "orders_closed", "rays_of"]
 
 IntArray = NDArray[np.int64]
 
 # Entries of rays are positive integers below this, and so the same modulo every prime.
 RAYS = 2**20
+# Rays along which joints must be at rest, and loops close.
+FEW = 3
 
 
-def rays_of(count: int, width: int) -> IntArray:
+def rays_of(width: int) -> Iterator[IntArray]:
     """Pseudo-random directions in the columns of a chain, the same for every prime.
 
     Args:
-        count: number of rays; for one degree of freedom there is one.
-        width: number of columns.
+        width: number of columns (w); for a single one the ray is 1.
 
-    Returns:
-        Positive integers below 2^20; (count, width).
+    Yields:
+        Positive integers below 2^20 (w,).
     """
-    if width == 1:
-        return np.ones((1, 1), dtype=np.int64)
-    return np.random.default_rng(5).integers(1, RAYS, (count, width))
+    rng = np.random.default_rng(5)
+    while True:
+        yield rng.integers(1, RAYS, width) if width > 1 else np.ones(1, dtype=np.int64)
 
 
-def conditions(
-    chain: ExactChain, rays: IntArray, order: int, p: int
-) -> tuple[IntArray, int] | None:
-    """Conditions of the orders 0 … order along rays, modulo p.
+class Gathering:
+    """Ranks of the conditions modulo a prime, order by order, along as many rays as it takes.
 
-    They are ``(d^k h_w / dt^k) / k!`` at ``t = 0`` of the momentum ``h_w = X_w z`` for each
-    column w, along ``u = t δ`` for each ray δ.
+    The conditions are ``(d^k h_w / dt^k) / k!`` at ``t = 0`` of the momentum ``h_w = X_w z``
+    for each column w, along ``u = t δ`` for each ray δ. An order is complete once another
+    ray adds nothing, or the rays span all derivatives.
 
-    Args:
-        chain: the linkage in rational numbers.
-        rays: directions in its columns (rays, w), integers below p.
-        order: highest order.
-        p: a prime below 2^30.
-
-    Returns:
-        Remainders (order + 1, rays, w, rows, bodies × parameters), and the number of orders
-        at which all loops close; or None if p divides a denominator or a pivot of the loops.
+    Attributes:
+        prime: the prime.
+        rays: directions δ.
+        ranks: rank after each order.
+        pivots: order, ray, row and column of each condition that those before do not imply.
     """
-    arrays = _modular_chain(chain, p)
-    if arrays is None:
-        return None
-    V, T, closed = series(*arrays[:6], rays, order, p)
-    if closed < 0:
-        return None
-    links, rows, parameters = arrays[6:]
-    X = momentum(links, V, T, p)
-    X = _combined(X.reshape(*X.shape[:4], links.size, 10), parameters, p)
-    X = _combined(np.moveaxis(X, 3, -1), rows, p)
-    X = np.ascontiguousarray(np.moveaxis(X, -1, 3).swapaxes(0, 1))
-    return X.reshape(*X.shape[:4], links.size * len(parameters)), closed
+
+    def __init__(self, chain: Remainders) -> None:
+        """No orders yet."""
+        self._chain, self._size = chain, chain.links.size * chain.parameters.shape[1]
+        self._echelon = Echelon(self._size, chain.prime)
+        self._momenta: list[Momenta] = []
+        self._drawn = rays_of(chain.rates.shape[1])
+        self.prime = chain.prime
+        self.rays: list[IntArray] = []
+        self.ranks: list[int] = []
+        self.pivots: list[tuple[int, int, int, int]] = []
+
+    @property
+    def closed(self) -> int:
+        """Number of orders, from 0, at which all loops close; those computed, or fewer."""
+        found = (momenta.twists for momenta in self._momenta)
+        return min((x.closed for x in found if x.closed < x.orders), default=len(self.ranks))
+
+    def extend(self) -> None:
+        """Add the conditions of the next order."""
+        order, width = len(self.ranks), self._chain.rates.shape[1]
+        spanning = comb(width + order - 1, order)
+        for ray in count():
+            if ray == len(self.rays):
+                self.rays.append(next(self._drawn))
+                self._momenta.append(Momenta(self._chain, self.rays[ray]))
+            added = self._echelon.absorb(self._momenta[ray].rows(order))
+            self.pivots += [(order, ray, row, column) for row, column in added]
+            if not added or ray + 1 >= spanning or self._echelon.rank == self._size:
+                break
+        self.ranks.append(self._echelon.rank)
 
 
-def joints_at_rest(chain: ExactChain, order: int) -> tuple[list[int], int]:
-    """Joints that do not move at the orders 0 … order, and the closure of the loops.
+def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
+    """Joints that do not move at the orders 0 … order, ascending.
 
-    Exact for these orders, but for a prime that divides a rate; no proof for higher ones.
-
-    Args:
-        chain: the linkage in rational numbers.
-        order: highest order.
-
-    Returns:
-        Numbers of the joints, ascending, and the number of orders at which all loops close;
-        no joints and 0 if no prime will do.
+    Exact for these orders, but for a prime that divides a rate; no proof for higher ones. If
+    no prime will do there are none.
     """
-    rays = rays_of(min(chain.width, 3), chain.width)
-    for p in PRIMES:
-        arrays = _modular_chain(chain, p)
-        if arrays is None:
-            continue
-        _, T, closed = series(*arrays[:6], rays, order, p)
-        if closed >= 0:
-            ground = np.zeros_like(T[:, :, :1])
-            carried = np.concatenate([T, ground], axis=2)[:, :, np.array(chain.parent)]
-            moves = np.any(carried != T, axis=(0, 1, 3, 4))
-            return np.flatnonzero(~moves).tolist(), int(closed)
-    return [], 0
+    moving = np.zeros(len(chain.parent), dtype=np.bool_)
+    for twists in _twists(chain):
+        while twists.orders <= order and not moving.all():
+            twists.extend()
+            moving |= twists.moving
+    return np.flatnonzero(~moving).tolist() if moving.any() else []
 
 
-def first_order_mobility(chain: ExactChain) -> int:
-    """Joints less the rank of the loop matrix, modulo a prime that divides no denominator.
-
-    The mobility at first order; -1 if every prime divides a denominator.
-    """
-    n = len(chain.parent)
-    for p in PRIMES:
-        arrays = _modular_chain(chain, p)
-        if arrays is None:
-            continue
-        parent, screws, ends, mimics = arrays[:4]
-        rows = 6 * len(ends) + len(mimics)
-        A = np.zeros((rows, n + rows), np.int64)
-        fill_loop_matrix(parent, screws, ends, mimics, np.arange(n), p, A)
-        return n - int(eliminate(A, n, p))
-    return -1
+def orders_closed(chain: ExactChain, order: int) -> int:
+    """The number of orders, of 0 … order, at which all loops close; 0 if no prime will do."""
+    found = []
+    for twists in _twists(chain):
+        while twists.closed == twists.orders <= order:
+            twists.extend()
+        found.append(twists.closed)
+    return min(found, default=0)
 
 
-def _modular_chain(chain: ExactChain, p: int) -> tuple[IntArray, ...] | None:
-    """The arrays of a chain modulo p, or None if p divides a denominator.
-
-    Returns:
-        Parents, screws, ends, mimics, dependent joints and columns, as `series` takes them;
-        links, rows and parameters.
-    """
-    parent, links, dependent = (
-        np.array(x, dtype=np.int64) for x in (chain.parent, chain.links, chain.dependent)
-    )
-    ends = np.array(chain.ends, dtype=np.int64).reshape(-1, 2)
-    try:
-        screws, rows = _remainders(chain.screws, 6, p), _remainders(chain.rows, 6, p)
-        mimics = _remainders(chain.mimics, parent.size, p)
-        columns = _remainders(chain.columns, chain.width, p)
-        parameters = _remainders(chain.parameters, 10, p)
-    except ValueError:
-        return None
-    return parent, screws, ends, mimics, dependent, columns, links, rows, parameters
-
-
-def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> IntArray:
-    """Rational numbers modulo p; ValueError if p divides a denominator."""
-    found = np.zeros((len(rows), columns), dtype=np.int64)
-    for i, row in enumerate(rows):
-        for j, x in enumerate(row):
-            if x:
-                found[i, j] = x.numerator * pow(x.denominator, -1, p) % p
-    return found
-
-
-def _combined(X: IntArray, weights: IntArray, p: int) -> IntArray:
-    """Combinations of the last axis of X with the rows of ``weights``, modulo p."""
-    out = np.zeros((*X.shape[:-1], len(weights)), dtype=np.int64)
-    for i, j in np.argwhere(weights):
-        out[..., i] = (out[..., i] + X[..., j] * weights[i, j]) % p
-    return out
+def _twists(chain: ExactChain) -> Iterator[Twists]:
+    """Series along a few rays, modulo a prime that divides no denominator and no pivot."""
+    found = next(filter(None, (modulo(chain, p) for p in PRIMES)), None)
+    if found is not None:
+        for ray in islice(rays_of(chain.width), min(chain.width, FEW)):
+            yield Twists(found, ray)

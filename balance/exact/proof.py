@@ -95,13 +95,13 @@ def independent(
     They are independent then as rational vectors as well.
     """
     size = len(chain.parameters)
-    A: NDArray[np.int64] = np.zeros((len(chain.links) * size, len(transfers)), np.int64)
-    for column, transfer in enumerate(transfers):
+    A: NDArray[np.int64] = np.zeros((len(transfers), len(chain.links) * size), np.int64)
+    for row, transfer in zip(A, transfers, strict=True):
         for i, x in enumerate(transfer.z):
             value = x.numerator * pow(x.denominator, -1, p) % p
             for body, sign in ((transfer.target, 1), (transfer.source, -1)):
                 if body >= 0:
-                    place = body * size + i, column
-                    A[place] = (A[place] + sign * value) % p
-    rank = eliminate(A, len(transfers), p)
-    return tuple(transfers[int(np.flatnonzero(row)[0])] for row in A[:rank])
+                    place = body * size + i
+                    row[place] = (row[place] + sign * value) % p
+    pivots = eliminate(A, A.shape[1], p)
+    return tuple(transfers[i] for i in np.flatnonzero(pivots >= 0).tolist())

@@ -14,16 +14,15 @@ tested order by order, and one in rounded decimals is refused, not called rigid.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import comb, inf
+from itertools import islice
+from math import inf
 from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from balance.answer import Balance
 from balance.exact.chain import ExactChain, exact_chain, regular
-from balance.exact.conditions import conditions, first_order_mobility, rays_of
-from balance.exact.modular import PRIMES, gather
+from balance.exact.conditions import Gathering
+from balance.exact.modular import PRIMES
+from balance.exact.series import first_order_mobility, modulo
 from kinematics.errors import ExactError, InexactClosureError
 from kinematics.linkage import Linkage, Notice
 from kinematics.motion import Motion, restriction
@@ -37,8 +36,6 @@ __all__ = [
     "exact_ranks",
     "ranks_of",
 ]
-
-IntArray = NDArray[np.int64]
 
 # Fewest orders that must add nothing before the rank counts as final.
 PLATEAU = 3
@@ -140,16 +137,6 @@ class Exact(NamedTuple):
         }
 
 
-class _Run(NamedTuple):
-    """Ranks and pivots modulo one prime; the number of orders at which the loops close."""
-
-    prime: int
-    ranks: tuple[int, ...]
-    pivots: IntArray
-    closed: int
-    enough: bool
-
-
 def exact_ranks(
     linkage: Linkage,
     motion: Motion | str | Sequence[str] | None = None,
@@ -206,23 +193,26 @@ def ranks_of(
         ExactError: the loops do not close exactly, or the inputs do not determine the other
             joints.
     """
+    runs, closes = _start(source, chain), regular(chain)
     ladder = LADDER if chain.width == 1 else LADDER_OF_MANY
-    for order in ladder if max_order is None else (max_order,):
-        first, second, rays = _twice(source, chain, order)
-        best = tuple(max(pair) for pair in zip(first.ranks, second.ranks, strict=True))
+    for order in range((ladder[-1] if max_order is None else max_order) + 1):
+        best = _extend(source, chain, runs)
         kmax = best.index(best[-1])
-        complete = best[-1] == upper_bound
+        # That loops close by the rank of their screws needs no further orders.
+        complete = best[-1] == upper_bound and (closes or order >= ladder[0])
+        if max_order is None and not complete and order not in ladder:
+            continue
         plateau = _plateau(kmax, best[-1] >= expected, upper_bound is not None)
         settled = complete or kmax + plateau <= order
         if settled and max_order is None:
             best = best[: kmax + 1 + (0 if complete else PLATEAU)]
             break
-    better = max((first, second), key=lambda run: run.ranks[-1])
+    better = max(runs, key=lambda run: run.ranks[-1])
     return Exact(
         ranks=best, parameters=len(chain.links) * len(chain.parameters),
-        primes=(first.prime, second.prime), agreed=first.ranks == second.ranks,
-        settled=settled, regular=regular(chain), notices=notices, chain=chain,
-        witness=Witness(better.prime, rays, _pivots(chain, better.pivots)),
+        primes=(runs[0].prime, runs[1].prime), agreed=runs[0].ranks == runs[1].ranks,
+        settled=settled, regular=closes, notices=notices, chain=chain,
+        witness=_witness(chain, better),
     )  # fmt: skip
 
 
@@ -245,50 +235,35 @@ def _plateau(kmax: int, reached: bool, careful: bool) -> int | float:
     return max(GIVEN_UP, kmax + 1 if reached else 2 * kmax)
 
 
-def _twice(
-    source: str, chain: ExactChain, order: int
-) -> tuple[_Run, _Run, tuple[tuple[int, ...], ...]]:
-    """Ranks modulo two primes, along as many rays as it takes."""
-    width, rows = chain.width, chain.width * len(chain.rows)
-    size = len(chain.links) * len(chain.parameters)
-    count = 1 if width == 1 else min(comb(width + 1, 2), 3 - (-size // rows))
-    while True:
-        rays = rays_of(count, width)
-        runs: list[_Run] = []
-        for prime in PRIMES:
-            run = _run(chain, rays, order, prime)
-            if run is not None and len(runs) < 2:
-                runs.append(run)
-        if len(runs) < 2:
-            raise ExactError(
-                f"{source}: its inputs do not determine the other joints, to first "
-                "order and exactly; choose other inputs"
-            )
-        first, second = runs
-        closed = min(first.closed, second.closed)
-        if closed <= order:
-            raise InexactClosureError(source, closed, first_order_mobility(chain))
-        if first.enough and second.enough:
-            return first, second, tuple(map(tuple, rays.tolist()))
-        count *= 2
+def _start(source: str, chain: ExactChain) -> list[Gathering]:
+    """Conditions modulo the first two primes that will do."""
+    found = filter(None, (modulo(chain, prime) for prime in PRIMES))
+    runs = [Gathering(remainders) for remainders in islice(found, 2)]
+    if len(runs) < 2:
+        raise ExactError(
+            f"{source}: its inputs do not determine the other joints, to first "
+            "order and exactly; choose other inputs"
+        )
+    return runs
 
 
-def _run(chain: ExactChain, rays: IntArray, order: int, p: int) -> _Run | None:
-    """Ranks modulo p, or None if it will not do."""
-    if (found := conditions(chain, rays, order, p)) is None:
-        return None
-    X, closed = found
-    spanning = [min(comb(chain.width + k - 1, k), 2**31) for k in range(order + 1)]
-    ranks, pivots, enough = gather(
-        X.reshape(order + 1, len(rays), -1, X.shape[-1]), np.array(spanning), p
-    )
-    return _Run(p, tuple(ranks.tolist()), pivots, closed, bool(enough))
+def _extend(source: str, chain: ExactChain, runs: Sequence[Gathering]) -> tuple[int, ...]:
+    """Compute the next order modulo each prime; the ranks by order, the larger ones."""
+    for run in runs:
+        run.extend()
+    ranks = tuple(map(max, *(run.ranks for run in runs)))
+    closed = min(run.closed for run in runs)
+    if closed < len(ranks):
+        raise InexactClosureError(source, closed, first_order_mobility(chain))
+    return ranks
 
 
-def _pivots(chain: ExactChain, found: IntArray) -> tuple[Pivot, ...]:
-    """Pivots by name instead of by position."""
+def _witness(chain: ExactChain, run: Gathering) -> Witness:
+    """The minor that a run found, its rows and columns by name instead of by position."""
     rows, size = len(chain.rows), len(chain.parameters)
-    return tuple(
+    pivots = (
         Pivot(order, ray, row // rows, row % rows, column // size, column % size)
-        for order, ray, row, column in found.tolist()
+        for order, ray, row, column in run.pivots
     )
+    rays = tuple(tuple(ray.tolist()) for ray in run.rays)
+    return Witness(run.prime, rays, tuple(pivots))

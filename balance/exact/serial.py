@@ -10,19 +10,26 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from math import lcm
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from balance.exact.chain import ExactChain
+from balance.tensors import MOMENTUM, RATE
 from kinematics.linkage import GROUND
-from kinematics.rational import Vector, bracket, combination, cross, dot, echelon, null_space
+from kinematics.rational import Vector, bracket, dot, echelon
 
 __all__ = ["ExactTransfer", "branches", "exact_transfers"]
 
 Rows = list[list[Fraction]]
+Whole = NDArray[np.object_]
 # Ways through links without parameters that are tried from one body: transfers along the
 # others are missed, and a bound that is too low is still one.
 MOST = 200
-ZERO = Fraction(0)
+_RATE = RATE.astype(np.int64).astype(object)
+_MOMENTUM = MOMENTUM.astype(np.int64).astype(object).reshape(6, 60)
 
 
 class ExactTransfer(NamedTuple):
@@ -154,53 +161,57 @@ def _ways(
                 ways.append(((*joints, j), (*passed, part)))
 
 
-def _momentum(t: Sequence[Fraction], z: Sequence[Fraction]) -> Vector:
-    """Momentum ``[ξ; p]`` of the ten parameters z at twist t."""
-    w, v, m, c = t[:3], t[3:], z[0], z[1:4]
-    E = ((z[4], z[7], z[8]), (z[7], z[5], z[9]), (z[8], z[9], z[6]))
-    moments = (dot(row, w) + x for row, x in zip(E, cross(c, v), strict=True))
-    return (*moments, *(m * a + b for a, b in zip(v, cross(w, c), strict=True)))
-
-
-def _rate(s: Sequence[Fraction], z: Sequence[Fraction]) -> Vector:
-    """Rate of the ten parameters of a body that moves with s: from ``P' = ŝ P + P ŝᵀ``."""
-    w, v, m, c = s[:3], s[3:], z[0], z[1:4]
-    E = ((z[4], z[7], z[8]), (z[7], z[5], z[9]), (z[8], z[9], z[6]))
-    turned = [cross(w, row) for row in E]
-
-    def entry(i: int, j: int) -> Fraction:
-        moved = 2 * dot(c, v) if i == j else ZERO
-        return turned[j][i] + turned[i][j] + moved - c[i] * v[j] - v[i] * c[j]
-
-    first = (m * a + b for a, b in zip(v, cross(w, c), strict=True))
-    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    return (ZERO, *first, *(entry(i, j) for i, j in pairs))
-
-
 def _passing(chain: ExactChain, s: Vector, twists: Rows, candidates: Rows) -> Rows:
     """Those combinations of parameters that can pass a joint with ``twists`` below it.
 
     ``M(Lᵏ z) s = 0`` for k ≥ 0 and ``M(Lᵏ z) t = 0`` for k ≥ 1. L has a minimal polynomial
     of degree 3 for a prismatic joint, 5 for a revolute one, and at most 10 at all.
     """
+    if not candidates:
+        return []
     degree = 3 if not any(s[:3]) else 5 if not dot(s[:3], s[3:]) else 10
     # Where every twist can be attained, the first rate itself must vanish.
     every = len(twists) == 6
+    rate = np.tensordot(_whole([s])[0], _RATE, 1).T
+    momenta = _whole(chain.rows) @ (_whole([s, *twists]) @ _MOMENTUM).reshape(-1, 6, 10)
+    momenta = momenta.reshape(-1, 10).T
+    found = _whole(candidates)
+    z = found @ _whole(chain.parameters)
     for k in range(2 if every else degree):
-        rates = [combination(z, chain.parameters) for z in candidates]
-        for _ in range(k):
-            rates = [list(_rate(s, z)) for z in rates]
-        conditions = []
-        for t in [s, *(twists if k else [])][: 0 if every and k else None]:
-            momenta = [_momentum(t, z) for z in rates]
-            conditions += [[dot(row, h) for h in momenta] for row in chain.rows]
-        if every and k:
-            conditions = [list(row) for row in zip(*rates, strict=True)][: len(candidates[0])]
-        mixed = null_space(conditions, len(candidates))
-        candidates = [combination(x, candidates) for x in mixed]
-        if not candidates:
+        if k:
+            z = z @ rate
+        wanted = z @ (momenta if k else momenta[:, : len(chain.rows)])
+        found, z = _vanishing(found, z, z[:, : found.shape[1]] if every and k else wanted)
+        if not len(found):
             break
-    return candidates
+    # Each has an entry after which all others vanish, and which the others do not have.
+    return [[Fraction(x, row[np.flatnonzero(row)[-1]]) for x in row] for row in found]
+
+
+def _whole(rows: Sequence[Sequence[Fraction]]) -> Whole:
+    """Rational rows times the number that makes all entries whole, of any size."""
+    common = lcm(*(x.denominator for row in rows for x in row))
+    return np.array(
+        [[x.numerator * (common // x.denominator) for x in row] for row in rows], dtype=object
+    )
+
+
+def _vanishing(found: Whole, z: Whole, values: Whole) -> tuple[Whole, Whole]:
+    """Combinations of rows of ``found``, and of z, of which all values vanish.
+
+    Args:
+        found: rows of whole numbers (count, parameters).
+        z: other rows that belong to them (count, 10).
+        values: what is to vanish (count, values).
+    """
+    A, start = np.concatenate([found, z, values], axis=1), found.shape[1] + z.shape[1]
+    for column in range(start, A.shape[1]):
+        entries = np.flatnonzero(A[:, column])
+        if entries.size:
+            factors, first = A[:, column], entries[0]
+            A = np.delete(factors[first] * A - np.outer(factors, A[first]), first, axis=0)
+            A = A // np.gcd.reduce(A, axis=1)[:, None]
+    return A[:, : found.shape[1]], A[:, found.shape[1] : start]
 
 
 def _beyond(s: Vector, twists: Rows) -> Rows:

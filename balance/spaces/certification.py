@@ -8,7 +8,7 @@ from itertools import islice
 import numpy as np
 
 from balance.exact.chain import exact_chain, regular
-from balance.exact.conditions import joints_at_rest
+from balance.exact.conditions import joints_at_rest, orders_closed
 from balance.exact.modular import PRIMES
 from balance.exact.proof import Proof, independent
 from balance.exact.ranks import GIVEN_UP, Exact, ranks_of
@@ -141,7 +141,7 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     chain = exact_chain(
         linkage, geometry, space.motion, space.balance == "force", not space.planar
     )
-    idle, _ = joints_at_rest(chain, CLOSURE_ORDERS)
+    idle = joints_at_rest(chain, CLOSURE_ORDERS)
     transfers = tuple(exact_transfers(chain, idle))
     size = len(chain.links) * len(chain.parameters)
     most = size - len(independent(chain, transfers, PRIMES[0]))
@@ -227,8 +227,9 @@ def _unverified(
         order: the order up to which loops must close exactly.
     """
     exact = found.exact
-    resting, closing = joints_at_rest(exact.chain, order)
-    if closing <= order or not set(found.idle) <= set(resting):
+    closes = exact.regular or orders_closed(exact.chain, order) > order
+    resting = found.idle if order == CLOSURE_ORDERS else joints_at_rest(exact.chain, order)
+    if not closes or not set(found.idle) <= set(resting):
         return f"its loops do not close exactly, or idle joints move, up to order {order}"
     if not found.use_exact_transfers(space.serial_nullity) and space.doubts:
         return f"the serial part is that of floating point: {space.doubts[0]}"

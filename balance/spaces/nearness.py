@@ -9,7 +9,6 @@ vectors u and v (G. W. Stewart and J.-G. Sun, 1990), so the nearest such geometr
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from math import comb
 
 import numpy as np
@@ -17,22 +16,21 @@ from numpy.typing import NDArray
 
 from balance.conditions.rank import decompose
 from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
+from balance.spaces.slopes import Slopes
 from kinematics.closure import expand
-from kinematics.linkage import Chain, Linkage, frozen
+from kinematics.linkage import Chain, Linkage
 from kinematics.placement import radius
 
-__all__ = ["nearest_drop"]
+__all__ = ["nearest_drop", "rates_of_changes", "spanning_rays"]
 
 Array = NDArray[np.float64]
 
 # A change that is found to first order, and is larger than this, means nothing.
 LARGE = 0.3
-# Step of the differences, in characteristic lengths and radians.
-STEP = 1e-6
-# Part of a step by which loops may open: beyond it, the change is not one of the linkage.
+# Part of a change by which loops may open: beyond it, the change is not one of the linkage.
 OPEN = 1e-3
-# Entries of all matrices to compare: more take more than a few seconds.
-COSTLY = 3e8
+# Rows times squared columns of the conditions: more take more than a few seconds.
+COSTLY = 3e10
 # Joints closer than this part of the size are at one point, axes as close are one.
 SAME = 1e-9
 
@@ -55,44 +53,41 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
         infinite if there is none near, or the linkage is too large to try them.
     """
     columns = chain.links.size * parameters_per_body(chain.planar, force)
-    per_ray = chain.width * rows_per_column(chain.planar, force)
-    count = min(comb(chain.width + order, order + 1), 2 - (-columns // per_ray))
-    changes = list(_changes(linkage, chain))
-    if len(changes) * count * (order + 1) * per_ray * columns > COSTLY:
+    rows = chain.width * rows_per_column(chain.planar, force)
+    rays = spanning_rays(chain.width, order, 2 - (-columns // rows))
+    if len(rays) * (order + 1) * rows * columns**2 > COSTLY:
         return np.inf
-    rays = np.random.default_rng(107).standard_normal((count, chain.width))
-    rays /= np.sqrt(np.sum(rays**2, axis=1, keepdims=True))
     series = expand(chain, rays, order)
     weights = radius(series.C[0] @ rays[0]) ** np.arange(order + 1.0)
-    U, values, Vt = decompose(_rows(chain, rays, weights, force)[0])
+    X = RegressorSeries(chain, series, force).rows(order)
+    X *= weights.reshape(-1, 1, 1, 1, 1)
+    U, values, Vt = decompose(X.reshape(-1, columns))
     if not 0 < rank <= values.size:
         return np.inf
-    u, v = U[:, rank - 1], Vt[rank - 1]
-    square = 0.0
-    for change in changes:
-        found = []
-        for sign in (1.0, -1.0):
-            screws = frozen(chain.screws + sign * STEP * change)
-            X, left = _rows(replace(chain, screws=screws), rays, weights, force)
-            if left > OPEN * STEP:
-                break
-            found.append(u @ (X @ v))
-        else:
-            square += ((found[0] - found[1]) / (2.0 * STEP)) ** 2
-    nearest = float(values[rank - 1] / np.sqrt(square)) if square > 0.0 else np.inf
+    u, v = U[:, rank - 1].reshape(X.shape[:-1]), Vt[rank - 1].reshape(chain.links.size, -1)
+    slopes, changes = Slopes(chain, rays, series, force), rates_of_changes(linkage, chain)
+    opening = np.einsum("gnd,fnd->gf", changes, slopes.of_closure(weights))
+    closed = np.sqrt(np.sum(opening**2, axis=1)) <= OPEN
+    along = slopes.of_momentum(u * weights.reshape(-1, 1, 1, 1), v)
+    square = float(np.sum(np.einsum("gnd,nd->g", changes[closed], along) ** 2))
+    nearest = float(values[rank - 1]) / square**0.5 if square > 0.0 else np.inf
     return nearest if nearest < LARGE else np.inf
 
 
-def _rows(chain: Chain, rays: Array, weights: Array, force: bool) -> tuple[Array, float]:
-    """All conditions, each order with its weight, and by how much the loops open."""
-    series = expand(chain, rays, weights.size - 1)
-    X = RegressorSeries(chain, series, force).rows(weights.size - 1)
-    X *= weights.reshape(-1, 1, 1, 1, 1)
-    return X.reshape(-1, X.shape[-1]), float(np.max(series.residual * weights, initial=0.0))
+def spanning_rays(width: int, order: int, enough: int) -> Array:
+    """Generic rays of length 1 (rays, w), as many as span all derivatives, or ``enough``."""
+    count = min(comb(width + order, order + 1), enough)
+    rays = np.random.default_rng(107).standard_normal((count, width))
+    return np.asarray(rays / np.sqrt(np.sum(rays**2, axis=1, keepdims=True)))
+
+
+def rates_of_changes(linkage: Linkage, chain: Chain) -> Array:
+    """Rates of all screws for each change of the geometry (changes, n, 6 or 3)."""
+    return np.reshape(list(_changes(linkage, chain)), (-1, *chain.screws.shape))
 
 
 def _changes(linkage: Linkage, chain: Chain) -> Iterator[Array]:
-    """Rates of all screws for each change of the geometry; (n, 6 or 3)."""
+    """Rates of all screws (n, 6 or 3), change by change."""
     frame, planar = chain.frame, chain.planar
     points = np.array([linkage.joints[j].point for j in chain.joints])
     points = (points - frame.origin) @ frame.R.T / frame.length

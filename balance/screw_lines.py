@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum import momentum_regressor
 from kinematics.linkage import GROUND, Linkage
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.placement import forward
 from kinematics.pose import joint_positions, si_chain
@@ -80,14 +81,14 @@ class Meeting(NamedTuple):
 
 
 def momentum_wrenches(
-    linkage: Linkage,
+    linkage: LinkageLike,
     q: ArrayLike | Mapping[str, float],
     motion: Motion | str | Sequence[str] | None = None,
 ) -> Array:
     """Momentum of each body for a unit rate of each coordinate of the motion.
 
     Args:
-        linkage: an assembled linkage.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         q: displacements from the reference pose, of all joints or of the inputs alone; see
             `kinematics.pose.joint_positions`.
         motion: restriction of the inputs; its columns are those of `Motion.basis`.
@@ -100,6 +101,7 @@ def momentum_wrenches(
         PoseError: the pose does not close the loops, or cannot be reached.
         MotionError: a relation of the motion is wrong.
     """
+    linkage = as_linkage(linkage)
     moving = restriction(linkage, motion) or Motion.free(linkage.inputs)
     X = momentum_regressor(linkage, q, spatial=True)
     z = np.array([body.inertia for body in linkage.bodies]).reshape(-1, 10)
@@ -108,7 +110,7 @@ def momentum_wrenches(
 
 
 def momentum_lines(
-    linkage: Linkage,
+    linkage: LinkageLike,
     q: ArrayLike | Mapping[str, float],
     motion: Motion | str | Sequence[str] | None = None,
 ) -> tuple[tuple[ScrewLine, ...], ...]:
@@ -116,6 +118,7 @@ def momentum_lines(
 
     Arguments and errors are those of `momentum_wrenches`. Bodies at rest have no direction.
     """
+    linkage = as_linkage(linkage)
     wrenches = momentum_wrenches(linkage, q, motion)
     return tuple(_lines(linkage, column) for column in wrenches)
 
@@ -184,7 +187,7 @@ def common_normal(lines: Sequence[ScrewLine]) -> ScrewLine | None:
 
 
 def screw_figure(
-    linkage: Linkage,
+    linkage: LinkageLike,
     q: ArrayLike | Mapping[str, float],
     column: int = 0,
     motion: Motion | str | Sequence[str] | None = None,
@@ -195,7 +198,7 @@ def screw_figure(
     linear momentum, the longest a third of the picture; save it with ``figure.savefig``.
 
     Args:
-        linkage: an assembled linkage.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         q: the pose; see `momentum_wrenches`.
         column: the coordinate of the motion whose unit rate is drawn.
         motion: restriction of the inputs.
@@ -204,6 +207,7 @@ def screw_figure(
         ImportError: Matplotlib is not installed.
         IndexError: the motion has no such coordinate.
     """
+    linkage = as_linkage(linkage)
     from matplotlib.figure import Figure
 
     lines = momentum_lines(linkage, q, motion)[column]

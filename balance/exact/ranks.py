@@ -25,7 +25,8 @@ from balance.exact.chain import ExactChain, exact_chain, regular
 from balance.exact.conditions import conditions, first_order_mobility, rays_of
 from balance.exact.modular import PRIMES, gather
 from kinematics.errors import ExactError, InexactClosureError
-from kinematics.linkage import Linkage, Notice
+from kinematics.linkage import Notice
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.reader.geometry import exact_geometry
 
@@ -151,7 +152,7 @@ class _Run(NamedTuple):
 
 
 def exact_ranks(
-    linkage: Linkage,
+    linkage: LinkageLike,
     motion: Motion | str | Sequence[str] | None = None,
     balance: Balance = "dynamic",
     max_order: int | None = None,
@@ -162,7 +163,8 @@ def exact_ranks(
     """Ranks of the balance conditions by order, as whole numbers without a tolerance.
 
     Args:
-        linkage: read from a file whose loops are closed.
+        linkage: read from a file whose loops are closed, or what `kinematics.load`
+            accepts.
         motion: restriction of the inputs; see `design_space`.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
@@ -176,6 +178,7 @@ def exact_ranks(
         MotionError: a relation is wrong, or the motion is that of other inputs.
         MobilityError: the linkage cannot follow the motion.
     """
+    linkage = as_linkage(linkage)
     geometry = exact_geometry(linkage)
     chain = exact_chain(
         linkage, geometry, restriction(linkage, motion), balance == "force", spatial

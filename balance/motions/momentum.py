@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum import RegressorSeries
 from kinematics.closure import expand
-from kinematics.linkage import IntArray, Linkage, frozen
+from kinematics.linkage import IntArray, frozen
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.pose import si_chain
 from kinematics.taylor.motion import scaled_chain
@@ -71,7 +72,7 @@ class MomentumTaylor:
 
 
 def momentum_taylor(
-    linkage: Linkage,
+    linkage: LinkageLike,
     order: int,
     motion: str | Sequence[str] | Motion | None = None,
     *,
@@ -80,7 +81,7 @@ def momentum_taylor(
     """Expand the momentum regressor of a linkage about its reference pose.
 
     Args:
-        linkage: an assembled linkage.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         order: highest degree in the inputs, at least 0.
         motion: restriction of the inputs, as relations or as a `Motion`.
         spatial: six rows and ten parameters per body; by default only if the linkage is
@@ -90,6 +91,7 @@ def momentum_taylor(
         MotionError: the motion is not one of this linkage's inputs.
         LinkageError: there are too many coefficients.
     """
+    linkage = as_linkage(linkage)
     motion = restriction(linkage, motion) or Motion.free(linkage.inputs)
     chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)
     chain, scales = scaled_chain(chain, linkage, motion)

@@ -29,6 +29,7 @@ from balance.transfers.opening import transfers
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
 from kinematics.linkage import Frame, Linkage, frozen
+from kinematics.models import LinkageLike, as_linkage
 
 __all__ = ["ManySpaces", "design_space_many"]
 
@@ -85,7 +86,7 @@ class ManySpaces:
 
 
 def design_space_many(
-    linkage: Linkage,
+    linkage: LinkageLike,
     geometries: ArrayLike,
     balance: Balance = "dynamic",
     *,
@@ -96,7 +97,8 @@ def design_space_many(
     """Design spaces of one topology in many geometries, on all cores.
 
     Args:
-        linkage: an assembled linkage: its joints, loops, bodies and inputs are those of all.
+        linkage: an assembled linkage, or what `kinematics.load` accepts: its joints, loops,
+            bodies and inputs are those of all.
         geometries: joint screws at the reference pose, in which the loops are closed;
             (count, joints, 6), as `Joint.screw`: ``[n; r × n + λ n]`` or ``[0; n]``, SI units.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
@@ -108,6 +110,7 @@ def design_space_many(
         LinkageError: a screw is not of the kind of its joint.
         ValueError: an option has no such value, or the array no such shape.
     """
+    linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     screws = _checked(linkage, geometries)

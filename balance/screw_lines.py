@@ -27,6 +27,7 @@ from kinematics.motion import Motion, restriction
 from kinematics.placement import forward
 from kinematics.pose import joint_positions, si_chain
 from kinematics.screws import wrench_axis
+from kinematics.wording import vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,6 +68,13 @@ class ScrewLine(NamedTuple):
     pitch: float
     magnitude: float
 
+    def __repr__(self) -> str:
+        """One line: the line, and the pitch."""
+        if not self.direction.any():
+            return f"ScrewLine of {self.body}: at rest"
+        where = f"through {vector(self.point)} m along {vector(self.direction)}"
+        return f"ScrewLine of {self.body}: {where}, pitch {self.pitch:.4g} m"
+
 
 class Meeting(NamedTuple):
     """The point nearest to several lines.
@@ -78,6 +86,10 @@ class Meeting(NamedTuple):
 
     point: Array
     miss: float
+
+    def __repr__(self) -> str:
+        """One line: the point, and how far lines miss it."""
+        return f"Meeting at {vector(self.point)} m, missed by {self.miss:.2g} m"
 
 
 def momentum_wrenches(

@@ -5,16 +5,12 @@ The same as data is `Verification.to_dict`, the contract of ``balance verify --j
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from balance.verification.verdict import Verification
+from kinematics.wording import listed
 
 __all__ = ["facts", "text"]
-
-# Most inputs that a line names.
-NAMED = 6
 
 
 def facts(found: Verification) -> list[tuple[str, str]]:
@@ -25,7 +21,7 @@ def facts(found: Verification) -> list[tuple[str, str]]:
     return [
         ("linkage", f"{found.model}, {found.balance} balance"),
         ("file", found.linkage.source),
-        ("inputs", _names(found.linkage.inputs)),
+        ("inputs", listed(found.linkage.inputs)),
         *_motions(found),
         ("shaking force", f"{force}; {found.force_residual:.1e} of inertia"),
         ("shaking moment", f"{moment}; {found.moment_residual:.1e} of inertia"),
@@ -58,7 +54,7 @@ def _motions(found: Verification) -> list[tuple[str, str]]:
     return [
         ("motions", f"{count} {origin}; {samples} samples"),
         ("duration", f"{found.duration:.4g} s" + (" each" if count > 1 else "")),
-        ("amplitude", _names(ways)),
+        ("amplitude", listed(ways)),
         ("plotted", f"motion {number + 1} of {count}: {force:.3g} N, {moment:.3g} N m"),
     ]
 
@@ -74,10 +70,6 @@ def _shaking(found: Verification, part: str) -> str:
     at = found.linkage.inputs.index(found.crank.joint)
     angle = np.degrees(run.trajectory.u[np.argmax(run.sizes(part)), at])
     return f"peak {peak} at {angle:.1f}°, rms {run.rms(part):.3g} {unit}"
-
-
-def _names(words: Sequence[str]) -> str:
-    return ", ".join(words[:NAMED]) + (" …" if len(words) > NAMED else "")
 
 
 def text(first: Verification, second: Verification | None = None) -> str:

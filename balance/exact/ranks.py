@@ -29,6 +29,7 @@ from kinematics.linkage import Notice
 from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.reader.geometry import exact_geometry
+from kinematics.wording import counted, paragraph
 
 __all__ = [
     "GIVEN_UP",
@@ -83,6 +84,10 @@ class Witness(NamedTuple):
     rays: tuple[tuple[int, ...], ...]
     pivots: tuple[Pivot, ...]
 
+    def __repr__(self) -> str:
+        """One line: `Proof.to_dict` has all of it."""
+        return f"Witness: {counted(len(self.pivots), 'pivot')} modulo {self.prime}"
+
 
 class Exact(NamedTuple):
     """Ranks by exact arithmetic.
@@ -110,6 +115,14 @@ class Exact(NamedTuple):
     notices: tuple[Notice, ...]
     chain: ExactChain
     witness: Witness
+
+    def __repr__(self) -> str:
+        """Two lines: ranks by order, and how they were found."""
+        ranks = " ".join(map(str, self.ranks))
+        primes = "both primes agree" if self.agreed else "primes disagree"
+        state = "settled" if self.settled else "not settled"
+        head = f"Exact: rank {self.rank} of {self.parameters} parameters, {state}, {primes}"
+        return paragraph(head, f"by order {ranks}")
 
     @property
     def rank(self) -> int:

@@ -24,6 +24,7 @@ from kinematics.motion import Motion, restriction
 from kinematics.pose import si_chain
 from kinematics.taylor.motion import scaled_chain
 from kinematics.taylor.polynomials import monomials, powers
+from kinematics.wording import counted, listed
 
 __all__ = ["MomentumTaylor", "momentum_taylor"]
 
@@ -50,6 +51,15 @@ class MomentumTaylor:
     motion: Motion
     exponents: IntArray
     coefficients: Array
+
+    def __repr__(self) -> str:
+        """One line: degree, inputs, size."""
+        rows, parameters = self.coefficients.shape[2:]
+        order = int(self.exponents.sum(axis=1).max(initial=0))
+        return (
+            f"MomentumTaylor: order {order} in {listed(self.motion.inputs)}, "
+            f"{rows} rows of {counted(parameters, 'parameter')}"
+        )
 
     @property
     def derivatives(self) -> Array:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.errors import PoseError
 from kinematics.linkage import Notice, frozen
+from kinematics.wording import counted, paragraph, vector
 
 if TYPE_CHECKING:
     from kinematics.linkage import Linkage
@@ -53,6 +54,12 @@ class Prediction:
     corrected: Array | None
     difference: float | None
     reason: str
+
+    def __repr__(self) -> str:
+        """One line: where, and whether it was reached."""
+        if self.corrected is None:
+            return f"Prediction at {vector(self.u)}: not reached"
+        return f"Prediction at {vector(self.u)}: reached, true error {self.difference:.2g}"
 
     def to_dict(self) -> dict[str, object]:
         """The pose as plain data, ready for JSON."""
@@ -149,6 +156,15 @@ class Predictions:
     line: bool
     poses: tuple[Prediction, ...]
     notices: tuple[Notice, ...]
+
+    def __repr__(self) -> str:
+        """Two lines: the motion, and how many poses it reaches."""
+        reached = sum(pose.corrected is not None for pose in self.poses)
+        return paragraph(
+            f"Predictions for {self.linkage.name}, order {self.motion.order}, radius of "
+            f"convergence {self.motion.radius:.3g}",
+            f"{counted(len(self.poses), 'pose')}, {reached} reached",
+        )
 
     @property
     def linkage(self) -> Linkage:

@@ -30,6 +30,7 @@ from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
 from kinematics.linkage import Frame, Linkage, frozen
 from kinematics.models import LinkageLike, as_linkage
+from kinematics.wording import counted, listed, paragraph
 
 __all__ = ["ManySpaces", "design_space_many"]
 
@@ -76,6 +77,17 @@ class ManySpaces:
     R: Array = field(repr=False)
     planar: bool
     force: bool
+
+    def __repr__(self) -> str:
+        """Two lines: how many geometries, refused and unsure ones, ranks."""
+        algebra = "planar" if self.planar else "spatial"
+        balance = "force" if self.force else "dynamic"
+        ranks = sorted(set(self.rank[self.rank >= 0].tolist()))
+        return paragraph(
+            f"ManySpaces: {counted(self.rank.size, 'geometry')}, {algebra}, {balance} balance; "
+            f"{len(self.refused)} refused, {len(self.unsure)} unsure",
+            f"ranks {listed([str(rank) for rank in ranks])}",
+        )
 
     def basis(self, number: int) -> Array:
         """Basis (parameters, nullity) of a geometry, as `SpaceRecord.basis`, in SI units."""

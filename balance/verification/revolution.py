@@ -10,6 +10,7 @@ Forces grow with ω². There is no start-up: the motion begins and ends at full 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from math import degrees, pi
 from typing import NamedTuple
@@ -32,9 +33,9 @@ Array = NDArray[np.float64]
 TURN = 2.0 * pi
 # Steps of a revolution: half a degree each.
 STEPS = 720
-# Rates are not determined where branches of the motion meet. If a sample hits such a pose, and
-# the loops hold by less than this there, all samples move on by this part of a step.
-SINGULAR, PHASE = 1e-6, 0.4
+# Rates are not determined where branches of the motion meet, and the loops hold by less than
+# this. If a sample hits such a pose, all samples move on by part of a step.
+SINGULAR, PHASES = 1e-6, (0.0, 0.4)
 # Speeds whose forces neither underflow nor overflow, radians per second.
 SLOWEST, FASTEST = 1e-6, 1e6
 # Joints that are nearer to where they began, in radians and characteristic lengths, are back.
@@ -92,13 +93,12 @@ def revolution(
         )
     joint = _crank(linkage, joint)
     rates = _rates(linkage, joint, motion)
-    try:
-        way = _turn(linkage, speed, rates, 0.0)
-        if way.firmness <= SINGULAR:
-            way = _turn(linkage, speed, rates, PHASE)
-    except PoseError:
-        raise PoseError(f"{linkage.source}: {_limits(linkage, joint, rates)}") from None
-    return way, Crank(joint, speed, _is_periodic(linkage, way))
+    for phase in PHASES:
+        with suppress(PoseError):
+            way = _turn(linkage, speed, rates, phase)
+            if way.firmness > SINGULAR:
+                return way, Crank(joint, speed, _is_periodic(linkage, way))
+    raise PoseError(f"{linkage.source}: {_limits(linkage, joint, rates)}")
 
 
 def _turn(linkage: Linkage, speed: float, rates: Array, phase: float) -> Trajectory:

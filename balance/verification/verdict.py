@@ -12,6 +12,7 @@ from balance.answer import Balance
 from balance.verification.revolution import Crank
 from balance.verification.trajectory import Trajectory
 from kinematics.linkage import Linkage, Notice
+from kinematics.wording import counted, paragraph
 
 __all__ = ["AGREE", "SCHEMA", "Run", "Verification"]
 
@@ -74,9 +75,10 @@ class Run:
 
     def __repr__(self) -> str:
         """Two lines in words."""
-        return (
-            f"Run: {self.trajectory!r}\n"
-            f"  shaking force {self.peak('force'):.3g} N, moment {self.peak('moment'):.3g} N m"
+        force, moment = self.peak("force"), self.peak("moment")
+        return paragraph(
+            f"Run: {self.trajectory!r}",
+            f"shaking force {force:.3g} N, shaking moment {moment:.3g} N m",
         )
 
 
@@ -109,12 +111,12 @@ class Verification:
 
     def __repr__(self) -> str:
         """Four lines in words: the motions, the peaks, the verdict."""
-        count = f"{len(self.runs)} motion{'s' * (len(self.runs) > 1)}"
-        return (
-            f"Verification of {self.model}, {self.balance} balance, over {count}\n"
-            f"  shaking force {self.force:.3g} N, {self.force_residual:.1e} of inertia\n"
-            f"  shaking moment {self.moment:.3g} N m, {self.moment_residual:.1e} of inertia\n"
-            f"  {self.verdict} (tolerance {self.tolerance:.1e})"
+        count = counted(len(self.runs), "motion")
+        return paragraph(
+            f"Verification of {self.model}, {self.balance} balance, over {count}",
+            f"shaking force {self.force:.3g} N, {self.force_residual:.1e} of inertia",
+            f"shaking moment {self.moment:.3g} N m, {self.moment_residual:.1e} of inertia",
+            f"{self.verdict} (tolerance {self.tolerance:.1e})",
         )
 
     @property

@@ -20,6 +20,7 @@ from balance.commands.verify_text import facts
 from balance.verification.verdict import Run, Verification
 from balance.web import html
 from balance.web.drawing import GRID, LAYOUT, image, short, tidy
+from kinematics.wording import counted
 
 __all__ = ["Panel", "panels", "picture", "table", "webpage"]
 
@@ -221,7 +222,7 @@ def _summary(found: Sequence[Verification]) -> str:
     if first.crank is not None:
         motions = f"one revolution of {first.crank.joint} at {first.crank.rpm:.6g} rpm"
     else:
-        motions = f"{len(first.runs)} motion{'s' * (len(first.runs) > 1)}"
+        motions = counted(len(first.runs), "motion")
     return f"Shaking force and moment over {motions} ({first.duration:.4g} s). {verdicts}."
 
 

@@ -164,16 +164,19 @@ def _names(found: Sequence[Verification]) -> list[str]:
     """Name of each linkage, with its file where several stand beside each other."""
     if len(found) == 1:
         return [found[0].model]
-    files = [one.linkage.source for one in found]
-    short = [PurePath(file).name for file in files]
-    known = short if len(set(short)) == len(short) else files
+    files = [PurePath(one.linkage.source).parts for one in found]
+    longest = max(map(len, files))
+    # As many folders as tell the files apart.
+    tails = ([PurePath(*file[-k:]).as_posix() for file in files] for k in range(1, longest + 1))
+    apart = next((tail for tail in tails if len({*tail}) == len(tail)), None)
+    known = apart or [file[-1] for file in files]
     return [f"{one.model} ({file})" for one, file in zip(found, known, strict=True)]
 
 
 def _headings(found: Sequence[Verification]) -> list[str]:
-    """Name, verdict and plotted motion of each linkage."""
+    """Name, verdict and plotted motion of each linkage, on two lines."""
     return [
-        f"{name}: {one.verdict}, {_motion(one)}"
+        f"{name}\n{one.verdict}, {_motion(one)}"
         for name, one in zip(_names(found), found, strict=True)
     ]
 
@@ -242,9 +245,11 @@ def _figure(
     time = short(_plotted(found).trajectory.time)
     traces: list[dict[str, object]] = []
     layout: dict[str, Any] = {
-        "margin": {"l": 64, "r": 8, "t": 56, "b": 48},
+        "margin": {"l": 64, "r": 8, "t": 80, "b": 48},
         "hovermode": "x", **LAYOUT,
-        "title": {"text": escape(heading), "x": 0.0, "font": {"size": 16}},
+        "title": {
+            "text": escape(heading).replace("\n", "<br>"), "x": 0.0, "font": {"size": 16}
+        },
         "xaxis": {"title": {"text": "time (s)"}, "gridcolor": GRID,
                   "anchor": f"y{len(shown)}"},
     }  # fmt: skip

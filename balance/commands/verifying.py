@@ -79,8 +79,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     way.add_argument(
         "--speed", type=_speed, metavar="[J=]300rpm",
         help="one revolution of the crank at constant speed instead, without start-up: rpm, "
-        "rad/s, deg/s, hz or rev/s; J names the crank if there are several inputs, and the "
-        "others stand still",
+        "rad/s, deg/s, hz or rev/s (--speed=-300rpm turns back); J names the crank of several "
+        "inputs, of which the others stand still",
     )  # fmt: skip
     parser.add_argument(
         "--tolerance", type=_tolerance, metavar="T",

@@ -167,7 +167,7 @@ def _limits(linkage: Linkage, joint: str, rates: Array) -> str:
     )
     return (
         f"the crank {joint} cannot turn fully: only from {low:.2f}° to {high:.2f}° about the "
-        "pose of the file; choose a joint that can with --inputs, or give a motion by --csv"
+        "reference pose; choose a joint that can with --inputs, or give a motion by --csv"
     )
 
 

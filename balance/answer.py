@@ -13,6 +13,7 @@ from balance.bodies import BodyInertia, body_inertias, in_link_frames
 from balance.inertia import parameter_labels
 from kinematics.linkage import Notice
 from kinematics.motion import Motion
+from kinematics.wording import counted
 
 __all__ = ["Answer", "Balance", "Order", "table_of"]
 
@@ -91,6 +92,16 @@ class Answer:
     def nullity(self) -> int:
         """Dimension of the space."""
         return self.basis.shape[1]
+
+    @property
+    def parts(self) -> str:
+        """Rank, nullity and the two parts of the space, in words."""
+        algebra = "planar" if self.planar else "spatial"
+        return (
+            f"rank {self.rank} of {counted(len(self.basis), algebra + ' parameter')}, "
+            f"{self.balance} balance, nullity {self.nullity} = {self.serial_nullity} serial + "
+            f"{self.nullity - self.serial_nullity} parallel"
+        )
 
     @property
     def serial(self) -> Array:

@@ -23,6 +23,7 @@ from kinematics.errors import FileError
 from kinematics.linkage import Notice, frozen
 from kinematics.motion import Motion
 from kinematics.reader.markup import shown
+from kinematics.wording import listed, paragraph
 
 __all__ = ["SpaceRecord", "digest", "load_space"]
 
@@ -50,6 +51,11 @@ class SpaceRecord(Answer):
     dropped: float
     sha256: str | None
     version: str
+
+    def __repr__(self) -> str:
+        """Up to four lines: the space, its parts, its origin."""
+        bodies, source = f"bodies {listed(self.bodies)}", f"from {self.source}"
+        return paragraph(f"SpaceRecord: {self.parts}", bodies, source)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the record to one ``.npz`` file, which `load_space` reads.

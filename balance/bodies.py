@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.inertia import LABELS, displaced, inertia_tensor
 from kinematics.chain import plane_axes
 from kinematics.linkage import frozen
+from kinematics.wording import vector
 
 __all__ = ["BodyInertia", "body_inertias", "in_link_frames"]
 
@@ -54,6 +55,13 @@ class BodyInertia:
     link_com: Array | None = None
     link_inertia: Array | None = None
     urdf: str | None = None
+
+    def __repr__(self) -> str:
+        """One line: mass, centre of mass and inertia in the link frame."""
+        if self.mass == 0.0:
+            return f"BodyInertia of {self.name}: no mass"
+        com = vector(self.link_com) if self.link_com is not None else "none"
+        return f"BodyInertia of {self.name}: {self.mass:.4g} kg at {com} m in its link frame"
 
 
 def body_inertias(

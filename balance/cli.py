@@ -291,13 +291,16 @@ def _exactly(space: DesignSpace) -> tuple[DesignSpace, Exact | None]:
 
 
 def _sure(space: DesignSpace, arguments: argparse.Namespace) -> bool:
-    """Whether the answer is sure, and as certain as the user wants it."""
+    """Whether the answer is sure, and as certain as the user wants it; says so if it is not."""
     from balance.spaces.certainty import LEVELS
 
-    wanted = LEVELS.index(arguments.require) if arguments.require else 0
-    complete = space.settled or arguments.max_order is not None
     certainty = space.certainty
-    return complete and not certainty.doubts and LEVELS.index(certainty.level) >= wanted
+    complete = space.settled or arguments.max_order is not None
+    enough = LEVELS.index(certainty.level) >= LEVELS.index(arguments.require or LEVELS[0])
+    if not enough:
+        text = f"the answer is {certainty.level}, not {arguments.require}: {certainty.reason}"
+        _warn([Notice("required", text)])
+    return complete and not certainty.doubts and enough
 
 
 def _show(space: DesignSpace, explanation: Explanation | None, exact: Exact | None) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.inertial import displaced, inertia_tensor, parameters, pseudo_inertia
 from kinematics.linkage import Frame
+from kinematics.wording import vector
 
 __all__ = [
     "MassProperties",
@@ -46,6 +47,11 @@ class MassProperties(NamedTuple):
     mass: float
     com: Array
     inertia: Array
+
+    def __repr__(self) -> str:
+        """One line: mass, centre of mass, moments of inertia about the axes."""
+        moments = vector(np.diagonal(self.inertia))
+        return f"MassProperties: {self.mass:.4g} kg at {vector(self.com)} m, {moments} kg m²"
 
 
 def mass_properties(z: ArrayLike) -> MassProperties:

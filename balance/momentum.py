@@ -29,7 +29,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.closure import Series
 from kinematics.kernels import kernel
-from kinematics.linkage import Chain, Linkage
+from kinematics.linkage import Chain
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.placement import Pose, expand_at, forward
 from kinematics.pose import joint_positions, si_chain
 
@@ -300,12 +301,12 @@ def rows_at(chain: Chain, pose: Pose, force: bool = False) -> Array:
 
 
 def momentum_regressor(
-    linkage: Linkage, q: ArrayLike | Mapping[str, float], *, spatial: bool | None = None
+    linkage: LinkageLike, q: ArrayLike | Mapping[str, float], *, spatial: bool | None = None
 ) -> Array:
     """Regressor X of the total momentum at a finite pose: ``h = Σ_w u̇_w X[w] z``.
 
     Args:
-        linkage: an assembled linkage.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         q: displacements from the reference pose, of all joints or of the inputs alone; see
             `kinematics.pose.joint_positions`.
         spatial: six rows and ten parameters per body; by default only if the linkage is
@@ -319,6 +320,7 @@ def momentum_regressor(
     Raises:
         PoseError: the pose does not close the loops, or cannot be reached.
     """
+    linkage = as_linkage(linkage)
     chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)
     pose = forward(chain, joint_positions(linkage, q)[chain.joints])
     X = rows_at(chain, pose)

@@ -22,10 +22,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum import momentum_regressor
 from kinematics.linkage import GROUND, Linkage
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.placement import forward
 from kinematics.pose import joint_positions, si_chain
 from kinematics.screws import wrench_axis
+from kinematics.wording import vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,6 +68,13 @@ class ScrewLine(NamedTuple):
     pitch: float
     magnitude: float
 
+    def __repr__(self) -> str:
+        """One line: the line, and the pitch."""
+        if not self.direction.any():
+            return f"ScrewLine of {self.body}: at rest"
+        where = f"through {vector(self.point)} m along {vector(self.direction)}"
+        return f"ScrewLine of {self.body}: {where}, pitch {self.pitch:.4g} m"
+
 
 class Meeting(NamedTuple):
     """The point nearest to several lines.
@@ -78,16 +87,20 @@ class Meeting(NamedTuple):
     point: Array
     miss: float
 
+    def __repr__(self) -> str:
+        """One line: the point, and how far lines miss it."""
+        return f"Meeting at {vector(self.point)} m, missed by {self.miss:.2g} m"
+
 
 def momentum_wrenches(
-    linkage: Linkage,
+    linkage: LinkageLike,
     q: ArrayLike | Mapping[str, float],
     motion: Motion | str | Sequence[str] | None = None,
 ) -> Array:
     """Momentum of each body for a unit rate of each coordinate of the motion.
 
     Args:
-        linkage: an assembled linkage.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         q: displacements from the reference pose, of all joints or of the inputs alone; see
             `kinematics.pose.joint_positions`.
         motion: restriction of the inputs; its columns are those of `Motion.basis`.
@@ -100,6 +113,7 @@ def momentum_wrenches(
         PoseError: the pose does not close the loops, or cannot be reached.
         MotionError: a relation of the motion is wrong.
     """
+    linkage = as_linkage(linkage)
     moving = restriction(linkage, motion) or Motion.free(linkage.inputs)
     X = momentum_regressor(linkage, q, spatial=True)
     z = np.array([body.inertia for body in linkage.bodies]).reshape(-1, 10)
@@ -108,7 +122,7 @@ def momentum_wrenches(
 
 
 def momentum_lines(
-    linkage: Linkage,
+    linkage: LinkageLike,
     q: ArrayLike | Mapping[str, float],
     motion: Motion | str | Sequence[str] | None = None,
 ) -> tuple[tuple[ScrewLine, ...], ...]:
@@ -116,6 +130,7 @@ def momentum_lines(
 
     Arguments and errors are those of `momentum_wrenches`. Bodies at rest have no direction.
     """
+    linkage = as_linkage(linkage)
     wrenches = momentum_wrenches(linkage, q, motion)
     return tuple(_lines(linkage, column) for column in wrenches)
 
@@ -184,7 +199,7 @@ def common_normal(lines: Sequence[ScrewLine]) -> ScrewLine | None:
 
 
 def screw_figure(
-    linkage: Linkage,
+    linkage: LinkageLike,
     q: ArrayLike | Mapping[str, float],
     column: int = 0,
     motion: Motion | str | Sequence[str] | None = None,
@@ -195,7 +210,7 @@ def screw_figure(
     linear momentum, the longest a third of the picture; save it with ``figure.savefig``.
 
     Args:
-        linkage: an assembled linkage.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         q: the pose; see `momentum_wrenches`.
         column: the coordinate of the motion whose unit rate is drawn.
         motion: restriction of the inputs.
@@ -204,6 +219,7 @@ def screw_figure(
         ImportError: Matplotlib is not installed.
         IndexError: the motion has no such coordinate.
     """
+    linkage = as_linkage(linkage)
     from matplotlib.figure import Figure
 
     lines = momentum_lines(linkage, q, motion)[column]

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.wording import counted, listed, paragraph, vector
+
 if TYPE_CHECKING:
     from kinematics.reader.markup import Element
 
@@ -75,6 +77,11 @@ class Joint:
     in_loop: bool = False
     numbered: bool = False
 
+    def __repr__(self) -> str:
+        """One line: kind, and the axis or direction."""
+        axis = self.screw[:3] if np.any(self.screw[:3]) else self.screw[3:]
+        return f"Joint {self.name}: {self.kind} at {vector(self.point)} m, axis {vector(axis)}"
+
     @property
     def whole(self) -> str:
         """Name in the file of the joint that it is, or is part of."""
@@ -98,6 +105,10 @@ class Body:
     inertia: Array
     frame: Array
 
+    def __repr__(self) -> str:
+        """One line: the mass, and what it is about."""
+        return f"Body {self.name}: {self.inertia[0]:.4g} kg, on link {self.link}"
+
 
 @dataclass(frozen=True, eq=False)
 class Loop:
@@ -117,6 +128,11 @@ class Loop:
     end: int
     successor: int
     gap: Array = field(default_factory=lambda: frozen(np.eye(4)))
+
+    def __repr__(self) -> str:
+        """One line: what is welded to what."""
+        far = "the ground" if self.successor == GROUND else f"link {self.successor}"
+        return f"Loop {self.name}: link {self.end} welded to {far}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +158,10 @@ class Place(NamedTuple):
 
     link: int
     pose: Array
+
+    def __repr__(self) -> str:
+        """One line: the rigid body, and the origin of the frame."""
+        return f"Place: on link {self.link}, origin {vector(self.pose[:3, 3])} m"
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +195,15 @@ class Draft:
     tree: Element | None = field(default=None, repr=False)
     displaced: Array | None = field(default=None, repr=False)
 
+    def __repr__(self) -> str:
+        """Two lines: what the linkage is made of, and its file."""
+        parts = (
+            counted(len(self.bodies), "body"), counted(len(self.joints), "joint"),
+            counted(len(self.loops), "loop"),
+        )  # fmt: skip
+        head = f"{type(self).__name__} {self.name}: {', '.join(parts)}"
+        return paragraph(head, f"from {self.source}")
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
@@ -190,6 +219,10 @@ class Frame:
     R: Array = field(default_factory=lambda: frozen(np.eye(3)))
     origin: Array = field(default_factory=lambda: frozen(np.zeros(3)))
     length: float = 1.0
+
+    def __repr__(self) -> str:
+        """One line: origin and length."""
+        return f"Frame: origin {vector(self.origin)} m, length {self.length:.4g} m"
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,6 +255,12 @@ class Chain:
     moves: NDArray[np.bool_]
     links: IntArray
 
+    def __repr__(self) -> str:
+        """One line: how many joints, loops and columns."""
+        joints, loops = counted(self.parent.size, "joint"), counted(len(self.ends), "loop")
+        algebra = "planar" if self.planar else "spatial"
+        return f"Chain: {algebra}, {joints}, {loops}, {counted(self.width, 'column')}"
+
     @property
     def planar(self) -> bool:
         """Whether the chain is reduced to its plane."""
@@ -252,6 +291,13 @@ class Linkage(Draft):
     frames: Array = field(kw_only=True)
     chain: Chain = field(kw_only=True)
     spatial_chain: Chain = field(kw_only=True)
+
+    def __repr__(self) -> str:
+        """Four lines: parts, mobility, file."""
+        head, source = super().__repr__().split("\n")
+        algebra = "planar" if self.planar else "spatial"
+        moves = f"{algebra}, mobility {self.mobility}, inputs {listed(self.inputs)}"
+        return paragraph(head, moves, f"bodies {listed(names(self.bodies))}", source)
 
     @property
     def planar(self) -> bool:

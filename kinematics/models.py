@@ -8,7 +8,7 @@ from importlib.resources import files
 from os import PathLike
 from os.path import isfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from kinematics.errors import FileError, LinkageError, MobilityError, OpenLoopError
 from kinematics.reader.angles import READINGS, ROUNDED
@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
     from kinematics.linkage import Linkage
 
-__all__ = ["describe", "find", "gallery", "load", "robots"]
+__all__ = ["LinkageLike", "as_linkage", "describe", "find", "gallery", "load", "robots"]
 
 BODIES = ("given", "all")
+# What stands for a linkage: see `as_linkage`.
+LinkageLike: TypeAlias = "Linkage | str | PathLike[str] | URDF"
 
 
 def gallery() -> dict[str, Path]:
@@ -151,3 +153,25 @@ def load(
             if notice.code == ROUNDED:
                 error.add_note(notice.message.removeprefix(f"{shown(draft.source, 1000)}: "))
         raise
+
+
+def as_linkage(model: LinkageLike) -> Linkage:
+    """The linkage that an argument stands for: itself, or what `load` reads.
+
+    Args:
+        model: a linkage, or a path, a name or a model as `load` accepts them.
+
+    Raises:
+        LinkageError: the file or the linkage cannot be used.
+        TypeError: it is something else.
+    """
+    from kinematics.linkage import Linkage
+
+    if isinstance(model, Linkage):
+        return model
+    if not (isinstance(model, (str, PathLike)) or hasattr(model, "robot")):
+        raise TypeError(
+            "expected a kinematics.Linkage, a path, the name of a model or a yourdfpy.URDF, "
+            f"not {type(model).__name__}"
+        )
+    return load(model)

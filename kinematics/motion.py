@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kinematics.errors import MotionError
 from kinematics.linkage import Linkage, frozen
 from kinematics.rational import LONGEST, decimal, null_space
+from kinematics.wording import listed
 
 __all__ = ["Motion", "restriction"]
 
@@ -36,6 +37,11 @@ class Motion:
     inputs: tuple[str, ...]
     relations: tuple[str, ...]
     basis: Array
+
+    def __repr__(self) -> str:
+        """One line: the relations, or that every input is free."""
+        rule = ", ".join(self.relations) or f"{self.basis.shape[1]} free"
+        return f"Motion of {listed(self.inputs)}: {rule}"
 
     @classmethod
     def free(cls, inputs: Sequence[str]) -> Motion:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.wording import vector
+
 __all__ = [
     "Ad",
     "ScrewAxis",
@@ -137,6 +139,11 @@ class ScrewAxis:
     point: Array
     pitch: float
     magnitude: float
+
+    def __repr__(self) -> str:
+        """One line: the line, and the pitch."""
+        where = f"through {vector(self.point)} m along {vector(self.direction)}"
+        return f"ScrewAxis {where}, pitch {self.pitch:.4g} m, magnitude {self.magnitude:.4g}"
 
 
 def _axis(line: Array, moment: Array, tolerance: float) -> ScrewAxis:

@@ -174,7 +174,8 @@ def request(seed: int, folder: Path) -> list[str]:
     place = Place(names_of(words[-1]), folder, words[-1])
     known = options(parser)
     picked = rng.sample(sorted(known), min(len(known), rng.choice((0, 1, 1, 2, 2, 3, 4))))
-    if verb == "verify" and "--trajectories" not in picked and rng.random() < 0.9:
+    given = {"--trajectories", "--speed"} & set(picked)
+    if verb == "verify" and not given and rng.random() < 0.9:
         words += ["--trajectories", "1"]
     for name in picked:
         # Pages and pictures take long.

@@ -105,6 +105,12 @@ def _target(rng: random.Random, place: Place) -> str:
     return ",".join(f"{name}={_number(rng, 0.05)}" for name in some)
 
 
+def _speed(rng: random.Random, place: Place) -> str:
+    unit = rng.choice(("rpm", "rpm", "rad/s", "deg/s", "hz", "Hz", "1/s", "rev/s", "", "m/s"))
+    crank = f"{_one(rng, place.names.inputs, 0.05)}=" if rng.random() < 0.5 else ""
+    return f"{crank}{_number(rng)}{unit}"
+
+
 def _table(rng: random.Random, place: Place) -> str:
     """The path of a table of motions, good or bad."""
     path = place.folder / rng.choice(("motion.csv", "bewegung ä.csv"))
@@ -156,6 +162,8 @@ WORDS: dict[str, Maker] = {
     "--trajectories": _of("1", "1", "1", "2", "0", "10001"),
     "--seed": _of("0", "7", "123456", "-1", "99999999999999999999"),
     "--csv": lambda rng, place: [_table(rng, place)],
+    "--speed": lambda rng, place: [_speed(rng, place)],
+    "--table": lambda rng, place: [_out(rng, place, "motion.csv")],
     "--path": lambda rng, place: [_table(rng, place)],
     "--tolerance": _of("0", "1e-9", "1e-3", "0.999", "1", "nan", "-1", "1e-400"),
     "--against": lambda rng, place: [_model(rng, place)],
@@ -176,6 +184,7 @@ GOOD: dict[str, list[str]] = {
     "--inputs": ["{inputs}"], "--motion": ["{first}=0"], "--balance": ["force"],
     "--max-order": ["1"], "--html": ["{folder}/page.html"], "--require": ["verified"],
     "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
+    "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
     "--out": ["{folder}/out.urdf"], "--write-closed": ["{folder}/closed.urdf"],

@@ -1,21 +1,28 @@
 """How sure an answer is: what is proved, what is verified, and what is an estimate."""
 
 import json
+import re
 from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
 
+import numpy as np
 import pytest
 from checker import check
 from figures import FIGURES, Figure
 from jsonschema import Draft202012Validator
 from laws import altered, known, space
 from proofs import arm, proof_of
+from scipy.linalg import expm
 
 import kinematics
 from balance import certify, design_space
 from balance.cli import main
 from balance.commands.report_text import schema
 from balance.conditions.rank import FLOOR
+from balance.verification.trajectory import random_motions
 from benchmarks.geometry import four_bar_chain, variants
+from kinematics.screws import hat
 
 # The table has it with the forces alone.
 FOUR_RRR = Figure("four_rrr", (9, 24), 12, 0, 36)
@@ -191,6 +198,24 @@ def test_the_certainty_that_is_required(words, code, capsys):
     )
 
 
+@pytest.mark.parametrize("words", ["four_bar_kite --require proved",
+                                   "four_bar_general --max-order 2 --require verified"])
+def test_a_certainty_that_is_missed_is_told(words, capsys, caplog):
+    """The level that was reached, the one that was required, and the reason."""
+    for json_too in ([], ["--json"]):
+        caplog.clear()
+        assert main(["report", *words.split(), *json_too]) == 4
+        required = words.split()[-1]
+        found = certify(design_space(words.split()[0], max_order=2 if "2" in words else None))
+        level, reason = found.certainty.level, found.certainty.reason
+        assert caplog.messages[-1] == (
+            f"required: the answer is {level}, not {required}: {reason}"
+        )
+    caplog.clear()
+    assert main(["report", "four_bar_kite", "--require", "verified"]) == 0
+    assert not [line for line in caplog.messages if line.startswith("required")]
+
+
 def test_no_other_certainty_can_be_required(capsys):
     assert main(["report", "four_bar_kite", "--require", "estimated"]) == 2
     assert "estimated" in capsys.readouterr().err
@@ -242,3 +267,35 @@ def test_poses_find_what_orders_alone_do_not(count, seed, tmp_path):
     assert sure.kmax == len(sure.orders) - 1 > found.orders[-1].order
     if count == 12:
         check(proof_of(sure))
+
+
+def test_digits_that_describe_another_linkage(capsys):
+    """By its digits a 3-UPU has skew axes: which answer to believe, and why."""
+    path = str(Path(__file__).with_name("data") / "three_upu_17_digits.urdf")
+    assert main(["report", path, "--json"]) == 4
+    report = json.loads(capsys.readouterr().out)
+    assert (report["certainty"], report["rank"], report["mobility"]) == ("estimated", 40, 3)
+    reason = report["evidence"]["reason"]
+    assert report["evidence"]["rank"] == 46 and "rank 46, not 40; believe the latter:" in reason
+    assert "the digits of the file describe another linkage, which does not move so" in reason
+    assert reason.endswith("the answer is for the linkage that closes")
+    # What is said there is so: the platform translates, and by the digits axes are skew.
+    linkage = kinematics.load(path)
+    way = next(iter(random_motions(linkage, 1, 20)))
+    found = followed_platform(linkage, way.q[7])
+    assert np.abs(found[:3, :3] - np.eye(3)).max() < 1e-12 < np.abs(found[:3, 3]).max()
+    first, second = (
+        [Fraction(x) for x in axis.split()]
+        for axis in re.findall(r'name="[ad]2".*?axis xyz="([^"]*)"', Path(path).read_text())
+    )
+    assert first[0] * second[1] != first[1] * second[0]
+
+
+def followed_platform(linkage, q):
+    """Displacement of the platform at joint positions q, as a product of exponentials."""
+    (body,) = (body for body in linkage.bodies if body.name == "platform")
+    H, link = np.eye(4), body.link
+    while link >= 0:
+        joint = linkage.joints[link]
+        H, link = expm(hat(joint.screw) * q[link]) @ H, joint.parent
+    return H

@@ -18,7 +18,7 @@ from kinematics import gallery
 KEYS = (
     "schema model algebra balance bodies parameters joints loops mobility inputs idle motion "
     "orders poses kmax rank nullity serial parallel certainty evidence exact transfers "
-    "freedoms margin as_given warnings"
+    "freedoms margin singular_values basis as_given warnings"
 ).split()
 
 

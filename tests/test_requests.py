@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 
 import numpy as np
@@ -9,11 +10,12 @@ import pytest
 from laws import altered
 from urdf_text import UNIT_INERTIA, joint, link, saved
 
+import balance
 import kinematics
 from balance import design_space
 from balance.commands.report_text import text
 from kinematics import Motion
-from kinematics.errors import CoordinateError, MotionError, PoseError
+from kinematics.errors import CoordinateError, FileError, MotionError, PoseError
 from kinematics.pose import joint_positions
 
 
@@ -123,3 +125,43 @@ def test_rounded_angles_are_told(tmp_path):
     linkage = kinematics.load(path, angles="as_written")
     assert not linkage.planar
     assert "nearly_planar" in [notice.code for notice in linkage.notices]
+
+
+def from_linkages(linkage):
+    """Every public function of balance on a linkage, called with what stands for one."""
+    q, one = [0.1], [1.0]
+    screws = [[joint.screw for joint in kinematics.load("four_bar_general").joints]]
+    return {
+        "design_space": lambda: design_space(linkage).basis,
+        "design_space_many": lambda: balance.design_space_many(linkage, screws).rank,
+        "exact_ranks": lambda: balance.exact_ranks(linkage).ranks,
+        "momentum_lines": lambda: balance.momentum_lines(linkage, q)[0][1].point,
+        "momentum_regressor": lambda: balance.momentum_regressor(linkage, q),
+        "momentum_taylor": lambda: balance.momentum_taylor(linkage, 2).coefficients,
+        "momentum_wrenches": lambda: balance.momentum_wrenches(linkage, q),
+        "screw_figure": lambda: len(balance.screw_figure(linkage, q).axes),
+        "shaking": lambda: balance.shaking(linkage, q, one, one),
+        "verify": lambda: balance.verify(linkage, trajectories=1, samples=8).force,
+    }
+
+
+def test_a_linkage_may_be_named():
+    """A path, a name and a linkage give the same; anything else is told what is expected."""
+    path = kinematics.gallery()["four_bar_general"]
+    name = "four_bar_general"
+    ways = (kinematics.load(name), name, str(path), path)
+    functions = [from_linkages(way) for way in ways]
+    taking = {
+        name for name in balance.__all__
+        if inspect.isfunction(function := getattr(balance, name))
+        and "linkage" in inspect.signature(function).parameters
+    }  # fmt: skip
+    assert taking == functions[0].keys()
+    for name in taking:
+        expected, *others = (calls[name]() for calls in functions)
+        assert all(np.array_equal(expected, other) for other in others), name
+        for wrong in (5, None, [path]):
+            with pytest.raises(TypeError, match=r"expected a kinematics.Linkage, a path, the"):
+                from_linkages(wrong)[name]()
+        with pytest.raises(FileError, match="no such file"):
+            from_linkages("four_bar_genera")[name]()

@@ -183,6 +183,23 @@ def test_every_report_follows_the_schema(figure):
     VALIDATOR.validate(json.loads(json.dumps(known(figure).to_dict())))
 
 
+@pytest.mark.parametrize("figure", FIGURES, ids=str)
+def test_the_report_holds_the_basis_and_the_singular_values(figure):
+    """To the last digit; what it spans leaves no momentum at a finite pose."""
+    found = known(figure)
+    report = json.loads(json.dumps(found.to_dict()))
+    basis, values = np.array(report["basis"]), np.array(report["singular_values"])
+    assert np.array_equal(basis.reshape(found.basis.shape), found.basis)
+    assert basis.shape == (report["parameters"], report["nullity"])
+    assert len(values) == report["rank"] and np.all(np.diff(values) <= 0.0)
+    assert values[0] == 1.0 and values[-1] == report["margin"]["kept"]
+    X = balance.momentum_regressor(
+        found.linkage, np.zeros(found.linkage.mobility), spatial=not found.planar
+    )
+    if found.balance == "dynamic" and not found.motion:
+        assert np.abs(X @ basis).max() <= 1e-12 * np.abs(X).max() * np.abs(basis).max()
+
+
 WRONG = {
     "missing": lambda r: r.pop("kmax"),
     "added": lambda r: r.update(colour="red"),
@@ -199,6 +216,8 @@ WRONG = {
     "given": lambda r: r["as_given"].update(balanced=0),
     "warning": lambda r: r.update(warnings=["careful"]),
     "certainty": lambda r: r.update(certainty="guessed"),
+    "basis": lambda r: r["basis"][0].append("1"),
+    "singular values": lambda r: r["singular_values"].append(-0.1),
 }
 
 

@@ -125,7 +125,7 @@ def test_points_of_the_design_space_are_balanced(figure):
         linkage, z, motion=found.motion, balance=found.balance, trajectories=2, samples=25
     )
     assert result.scale > 0.0
-    assert result.agreed and result.balanced, result.facts()
+    assert result.agreed and result.balanced, repr(result)
     if found.balance == "force":
         dynamic = verify(linkage, z, motion=found.motion, trajectories=1, samples=25)
         assert not dynamic.balanced

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import math
+import re
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from time import monotonic
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from balance.commands.readings import with_both
 from balance.commands.words import picture_path, whole_number
@@ -22,6 +24,14 @@ __all__ = ["Verified", "add_options", "progress", "verified"]
 
 # Seconds after which a bar tells how far it is.
 PATIENCE = 2.0
+# Random motions, unless another number is asked for.
+TRAJECTORIES = 10
+# Units of speeds, radians per second.
+UNITS = {
+    "rpm": 2.0 * math.pi / 60.0, "rad/s": 1.0, "deg/s": math.pi / 180.0,
+    **dict.fromkeys(("hz", "1/s", "rev/s"), 2.0 * math.pi),
+}  # fmt: skip
+NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?"
 
 
 class Verified(NamedTuple):
@@ -47,34 +57,30 @@ class Verified(NamedTuple):
 
     def text(self) -> str:
         """The report as plain text; the second linkage in a column of its own."""
-        if self.second is None:
-            return "\n".join(f"{label:<15} {value}" for label, value in self.first.facts())
-        notes = [("note", f"{one.model}: {text}") for one in (self.first, self.second)
-                 for text in one.remarks]  # fmt: skip
-        pairs = zip(_plain(self.first), _plain(self.second), strict=True)
-        table = [(label, left, right) for (label, left), (_, right) in pairs]
-        width = max(len(left) for _, left, _ in table)
-        lines = [f"{label:<15} {left:<{width}}  {right}" for label, left, right in table]
-        return "\n".join([*lines, *(f"{label:<15} {text}" for label, text in notes)])
+        from balance.commands.verify_text import text
 
-
-def _plain(found: Verification) -> list[tuple[str, str]]:
-    """The facts without the notes."""
-    return [(label, value) for label, value in found.facts() if label != "note"]
+        return text(self.first, self.second)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Options of ``verify`` beside those of every command on a model."""
     parser.add_argument(
-        "--trajectories", type=whole_number(1, 10_000), default=10, metavar="N",
-        help="number of random motions (default 10)",
+        "--trajectories", type=whole_number(1, 10_000), metavar="N",
+        help=f"number of random motions (default {TRAJECTORIES})",
     )  # fmt: skip
     parser.add_argument(
-        "--seed", type=_seed, default=0, help="seed of the random motions (default 0)"
+        "--seed", type=_seed, help="seed of the random motions (default 0)"
     )
-    parser.add_argument(
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument(
         "--csv", metavar="FILE",
         help="motion to use instead: columns time and the inputs, displacements in SI units",
+    )  # fmt: skip
+    way.add_argument(
+        "--speed", type=_speed, metavar="[J=]300rpm",
+        help="one revolution of the crank at constant speed instead, without start-up: rpm, "
+        "rad/s, deg/s, hz or rev/s (--speed=-300rpm turns back); J names the crank of several "
+        "inputs, of which the others stand still",
     )  # fmt: skip
     parser.add_argument(
         "--tolerance", type=_tolerance, metavar="T",
@@ -89,6 +95,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--html", metavar="FILE", help="write a page with the curves; it needs no network"
     )
+    parser.add_argument(
+        "--table", metavar="FILE.csv",
+        help="write the plotted motion: time, inputs, and the shaking force and moment of the "
+        "linkage on its base",
+    )  # fmt: skip
+    # Words that exclude each other are usage.
+    parser.set_defaults(refuse=parser.error)
 
 
 def verified(
@@ -106,14 +119,10 @@ def verified(
 
     Raises:
         LinkageError: a linkage, a motion, a file or a library cannot be used.
+        SystemExit: words of the command exclude each other.
     """
-    options = {
-        "motion": arguments.motion, "balance": arguments.balance,
-        "trajectories": arguments.trajectories, "seed": arguments.seed,
-        "progress": advance,
-    }  # fmt: skip
-    if arguments.tolerance is not None:
-        options["tolerance"] = arguments.tolerance
+    _refuse_contradictions(arguments)
+    options = _options(arguments) | {"progress": advance}
 
     def alone(angles: str) -> Verification:
         linkage = load(angles)
@@ -138,9 +147,31 @@ def verified(
     return found
 
 
+def _refuse_contradictions(arguments: argparse.Namespace) -> None:
+    """End the command if its words exclude each other."""
+    for name in ("trajectories", "seed"):
+        if arguments.speed is not None and getattr(arguments, name) is not None:
+            arguments.refuse(f"--{name}: not with --speed, whose one motion is not random")
+    if arguments.table is not None and arguments.against is not None:
+        arguments.refuse("--table: not with --against; write a table for each linkage")
+
+
+def _options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Options of `verify` that the words give."""
+    crank, speed = arguments.speed or (None, None)
+    options = {
+        "motion": arguments.motion, "balance": arguments.balance,
+        "trajectories": arguments.trajectories or TRAJECTORIES,
+        "seed": arguments.seed or 0, "speed": speed, "crank": crank,
+    }  # fmt: skip
+    if arguments.tolerance is not None:
+        options["tolerance"] = arguments.tolerance
+    return options
+
+
 def _write(found: Verified, arguments: argparse.Namespace) -> None:
-    """The pictures that were asked for."""
-    from balance.web.traces import picture, webpage
+    """The files that were asked for."""
+    from balance.web.traces import picture, table, webpage
 
     shown = [found.first, *([found.second] if found.second else [])]
     contents = []
@@ -148,6 +179,8 @@ def _write(found: Verified, arguments: argparse.Namespace) -> None:
         contents.append((arguments.plot, picture(shown, arguments.plot[-3:].lower())))
     if arguments.html:
         contents.append((arguments.html, webpage(shown).encode()))
+    if arguments.table:
+        contents.append((arguments.table, table(found.first).encode()))
     replacing_all(contents)
 
 
@@ -178,6 +211,17 @@ def _seed(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 18):
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 up")
     return int(text)
+
+
+def _speed(text: str) -> tuple[str | None, float]:
+    """Name of the crank, None if it goes without, and its speed in radians per second."""
+    name, equals, word = text.rpartition("=")
+    found = re.fullmatch(rf"\s*([+-]?{NUMBER})\s*([a-z1/]+)\s*", word.lower())
+    if found is None or found[2] not in UNITS or bool(equals) != bool(name.strip()):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a speed: write 300rpm, 31.4rad/s, 1800deg/s, 5hz or u1=300rpm"
+        )
+    return name.strip() or None, float(found[1]) * UNITS[found[2]]
 
 
 def _tolerance(text: str) -> float:

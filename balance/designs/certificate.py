@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.designs.cone import Cone, cone_of, given, matrices_of
 from balance.designs.restriction import SAME, Program, Restriction
 from balance.spaces.space import DesignSpace
+from kinematics.wording import checked
 
 __all__ = ["CertificateCheck", "certificates", "check_certificate", "clash", "judged"]
 
@@ -60,6 +61,10 @@ class CertificateCheck(NamedTuple):
     eigenvalue: float
     orthogonality: float
     separation: float
+
+    def __repr__(self) -> str:
+        """One line: whether it is accepted, and its residuals to three digits."""
+        return checked(self)
 
 
 def check_certificate(

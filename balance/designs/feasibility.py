@@ -22,6 +22,7 @@ from balance.designs.restriction import Program, Restriction, program
 from balance.spaces.space import DesignSpace
 from kinematics.inertial import from_pseudo_inertia
 from kinematics.linkage import frozen
+from kinematics.wording import checked, paragraph
 
 __all__ = [
     "DesignCheck",
@@ -74,6 +75,10 @@ class DesignCheck(NamedTuple):
     conditions: float
     eigenvalue: float
 
+    def __repr__(self) -> str:
+        """One line: whether it is accepted, and its residuals to three digits."""
+        return checked(self)
+
 
 @dataclass(frozen=True, eq=False)
 class Feasibility:
@@ -98,6 +103,10 @@ class Feasibility:
     margin: float
     residuals: DesignCheck | CertificateCheck | None
     words: str
+
+    def __repr__(self) -> str:
+        """One line: the verdict."""
+        return paragraph(f"Feasibility: {self.words}")
 
 
 def feasible(space: DesignSpace) -> Feasibility:

@@ -28,6 +28,7 @@ from balance.inertia import LABELS
 from balance.spaces.certification import certify
 from balance.spaces.designspace import design_space
 from balance.spaces.space import DesignSpace
+from kinematics.wording import paragraph
 
 __all__ = ["SCHEMA", "Design", "Objective", "design"]
 
@@ -67,6 +68,11 @@ class Design:
     margin: float
     residuals: DesignCheck | CertificateCheck | None
     words: str
+
+    def __repr__(self) -> str:
+        """Up to six lines: the verdict, and the mass of each body."""
+        bodies = (f"{body.name} {body.mass:.4g} kg" for body in self.bodies)
+        return paragraph(f"Design for {self.space.linkage.name}", self.words, *bodies)
 
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:

@@ -30,6 +30,7 @@ from kinematics.rational import (
     root,
 )
 from kinematics.reader.geometry import Geometry
+from kinematics.wording import counted
 
 __all__ = ["ExactChain", "exact_chain", "regular"]
 
@@ -61,6 +62,12 @@ class ExactChain(NamedTuple):
     links: tuple[int, ...]
     rows: tuple[Vector, ...]
     parameters: tuple[Vector, ...]
+
+    def __repr__(self) -> str:
+        """One line: how many joints, loops and columns."""
+        joints, loops = counted(len(self.parent), "joint"), counted(len(self.ends), "loop")
+        width = len(self.columns[0]) if self.columns else 0
+        return f"ExactChain: {joints}, {loops}, {counted(width, 'column')}, in rational numbers"
 
     @property
     def width(self) -> int:

@@ -24,9 +24,11 @@ from balance.exact.conditions import Gathering
 from balance.exact.modular import PRIMES
 from balance.exact.series import first_order_mobility, modulo
 from kinematics.errors import ExactError, InexactClosureError
-from kinematics.linkage import Linkage, Notice
+from kinematics.linkage import Notice
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.reader.geometry import exact_geometry
+from kinematics.wording import counted, paragraph
 
 __all__ = [
     "GIVEN_UP",
@@ -79,6 +81,10 @@ class Witness(NamedTuple):
     rays: tuple[tuple[int, ...], ...]
     pivots: tuple[Pivot, ...]
 
+    def __repr__(self) -> str:
+        """One line: `Proof.to_dict` has all of it."""
+        return f"Witness: {counted(len(self.pivots), 'pivot')} modulo {self.prime}"
+
 
 class Exact(NamedTuple):
     """Ranks by exact arithmetic.
@@ -106,6 +112,14 @@ class Exact(NamedTuple):
     notices: tuple[Notice, ...]
     chain: ExactChain
     witness: Witness
+
+    def __repr__(self) -> str:
+        """Two lines: ranks by order, and how they were found."""
+        ranks = " ".join(map(str, self.ranks))
+        primes = "both primes agree" if self.agreed else "primes disagree"
+        state = "settled" if self.settled else "not settled"
+        head = f"Exact: rank {self.rank} of {self.parameters} parameters, {state}, {primes}"
+        return paragraph(head, f"by order {ranks}")
 
     @property
     def rank(self) -> int:
@@ -138,7 +152,7 @@ class Exact(NamedTuple):
 
 
 def exact_ranks(
-    linkage: Linkage,
+    linkage: LinkageLike,
     motion: Motion | str | Sequence[str] | None = None,
     balance: Balance = "dynamic",
     max_order: int | None = None,
@@ -149,7 +163,8 @@ def exact_ranks(
     """Ranks of the balance conditions by order, as whole numbers without a tolerance.
 
     Args:
-        linkage: read from a file whose loops are closed.
+        linkage: read from a file whose loops are closed, or what `kinematics.load`
+            accepts.
         motion: restriction of the inputs; see `design_space`.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
@@ -163,6 +178,7 @@ def exact_ranks(
         MotionError: a relation is wrong, or the motion is that of other inputs.
         MobilityError: the linkage cannot follow the motion.
     """
+    linkage = as_linkage(linkage)
     geometry = exact_geometry(linkage)
     chain = exact_chain(
         linkage, geometry, restriction(linkage, motion), balance == "force", spatial

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from balance.meaning.freedoms import Freedom, parallel_freedoms, summary, transfer_freedoms
 from balance.meaning.sites import Described
 from balance.transfers.partition import Transfer
+from kinematics.wording import counted, paragraph
 
 __all__ = ["ExplainedTransfer", "Explanation", "explain"]
 
@@ -26,6 +27,10 @@ class ExplainedTransfer(NamedTuple):
     joints: tuple[str, ...]
     bodies: tuple[str, ...]
     freedoms: tuple[Freedom, ...]
+
+    def __repr__(self) -> str:
+        """One line in words."""
+        return f"ExplainedTransfer across {self.title}: {self.words}"
 
     @property
     def dimension(self) -> int:
@@ -57,6 +62,16 @@ class Explanation(NamedTuple):
 
     transfers: tuple[ExplainedTransfer, ...]
     freedoms: tuple[Freedom, ...]
+
+    def __repr__(self) -> str:
+        """Up to six lines: transfers by joint, and what the loops free."""
+        lines = [f"{item.title}: {item.words}" for item in self.transfers]
+        lines += [f"freed by the loops: {freedom.words}" for freedom in self.freedoms]
+        head = (
+            f"Explanation: {counted(len(self.transfers), 'transfer')}, "
+            f"{counted(len(self.freedoms), 'freedom')}"
+        )
+        return paragraph(head, *lines)
 
     def to_dict(self) -> dict[str, object]:
         """The entries ``transfers`` and ``freedoms`` of the report."""

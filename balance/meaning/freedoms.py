@@ -21,6 +21,7 @@ from balance.meaning.sparse import Search
 from balance.meaning.vocabulary import Term, in_words, simple, vectors, vocabulary
 from balance.transfers.partition import Transfer
 from kinematics.linkage import frozen
+from kinematics.wording import paragraph
 
 __all__ = ["Freedom", "parallel_freedoms", "summary", "transfer_freedoms"]
 
@@ -49,6 +50,10 @@ class Freedom(NamedTuple):
     primitives: tuple[Primitive, ...]
     words: str
     vector: Array
+
+    def __repr__(self) -> str:
+        """One line in words."""
+        return paragraph(f"Freedom: {self.words}")
 
     def to_dict(self) -> dict[str, object]:
         """Words and primitives as plain data, ready for JSON."""

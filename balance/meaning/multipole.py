@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.inertial import pseudo_inertia
 from kinematics.linkage import frozen
+from kinematics.wording import vector
 
 __all__ = [
     "NOUNS",
@@ -101,6 +102,13 @@ class Primitive(NamedTuple):
     value: float
     point: Array | None = None
     direction: Array | None = None
+
+    def __repr__(self) -> str:
+        """One line: value, kind, body, place."""
+        where = "" if self.point is None else f" at {vector(self.point)} m"
+        along = "" if self.direction is None else f" along {vector(self.direction)}"
+        value = f"{self.value:+.4g} {UNITS[self.kind]}"
+        return f"Primitive: {value} {NOUNS[self.kind]} on {self.body}{where}{along}"
 
     def parameters(self) -> Array:
         """The ten parameters (10,) about the inertial origin, SI units."""

@@ -18,11 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum import RegressorSeries
 from kinematics.closure import expand
-from kinematics.linkage import IntArray, Linkage, frozen
+from kinematics.linkage import IntArray, frozen
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.pose import si_chain
 from kinematics.taylor.motion import scaled_chain
 from kinematics.taylor.polynomials import monomials, powers
+from kinematics.wording import counted, listed
 
 __all__ = ["MomentumTaylor", "momentum_taylor"]
 
@@ -50,6 +52,15 @@ class MomentumTaylor:
     exponents: IntArray
     coefficients: Array
 
+    def __repr__(self) -> str:
+        """One line: degree, inputs, size."""
+        rows, parameters = self.coefficients.shape[2:]
+        order = int(self.exponents.sum(axis=1).max(initial=0))
+        return (
+            f"MomentumTaylor: order {order} in {listed(self.motion.inputs)}, "
+            f"{rows} rows of {counted(parameters, 'parameter')}"
+        )
+
     @property
     def derivatives(self) -> Array:
         """Mixed partial derivatives ``α! X_{w,α}`` at the reference pose, as `coefficients`."""
@@ -71,7 +82,7 @@ class MomentumTaylor:
 
 
 def momentum_taylor(
-    linkage: Linkage,
+    linkage: LinkageLike,
     order: int,
     motion: str | Sequence[str] | Motion | None = None,
     *,
@@ -80,7 +91,7 @@ def momentum_taylor(
     """Expand the momentum regressor of a linkage about its reference pose.
 
     Args:
-        linkage: an assembled linkage.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         order: highest degree in the inputs, at least 0.
         motion: restriction of the inputs, as relations or as a `Motion`.
         spatial: six rows and ten parameters per body; by default only if the linkage is
@@ -90,6 +101,7 @@ def momentum_taylor(
         MotionError: the motion is not one of this linkage's inputs.
         LinkageError: there are too many coefficients.
     """
+    linkage = as_linkage(linkage)
     motion = restriction(linkage, motion) or Motion.free(linkage.inputs)
     chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)
     chain, scales = scaled_chain(chain, linkage, motion)

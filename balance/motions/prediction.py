@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.errors import PoseError, UnreachedError
 from kinematics.linkage import IntArray, Notice, frozen
 from kinematics.turns import unit, within_turn
+from kinematics.wording import counted, paragraph, vector
 
 if TYPE_CHECKING:
     from kinematics.linkage import Linkage
@@ -61,6 +62,12 @@ class Prediction:
     share: float
     furthest: Array | None = None
     reason: str = ""
+
+    def __repr__(self) -> str:
+        """One line: where, and whether it was reached."""
+        if self.corrected is None:
+            return f"Prediction at {vector(self.u)}: not reached"
+        return f"Prediction at {vector(self.u)}: reached, true error {self.difference:.2g}"
 
 
 def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
@@ -143,6 +150,15 @@ class Predictions:
     poses: tuple[Prediction, ...]
     notices: tuple[Notice, ...]
     point: tuple[float, ...] | None = None
+
+    def __repr__(self) -> str:
+        """Two lines: the motion, and how many poses it reaches."""
+        reached = sum(pose.corrected is not None for pose in self.poses)
+        return paragraph(
+            f"Predictions for {self.linkage.name}, order {self.motion.order}, radius of "
+            f"convergence {self.motion.radius:.3g}",
+            f"{counted(len(self.poses), 'pose')}, {reached} reached",
+        )
 
     @property
     def linkage(self) -> Linkage:

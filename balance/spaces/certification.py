@@ -49,6 +49,10 @@ ROUNDS = 3
 CLOSURE_ORDERS = 30
 # Largest angle between parallel axes that double precision may have rounded, radians.
 PARALLEL = 1e-15
+_BELIEVED = (
+    "believe the latter: the digits of the file describe another linkage, which does not move "
+    "so, and the answer is for the linkage that closes"
+)
 _UNSETTLED = "poses further on need more conditions than were found"
 
 
@@ -84,8 +88,11 @@ def certify(space: DesignSpace) -> DesignSpace:
         if _rests_on_replaced(space, changed):
             # A difference that these numbers do not explain either comes from round-off.
             mixed = changed is not None and bool(differences(changed, found))
-            reason = f"exact arithmetic, with {count} numbers of the file replaced, finds "
-            return _certify_rounded(space, reason + "; ".join(lines), found, mixed)
+            reason = (
+                f"exact arithmetic, with {count} numbers of the file replaced, finds "
+                f"{'; '.join(lines)}; {_BELIEVED}"
+            )
+            return _certify_rounded(space, reason, found, mixed)
     moving = set(range(len(space.linkage.joints))) - set(found.idle)
     rested = space
     if moving != set(space.chain.joints.tolist()):

@@ -19,6 +19,7 @@ from balance.transfers.opening import Transfers, transfers
 from kinematics.assembly import moving_chain
 from kinematics.errors import MobilityError
 from kinematics.linkage import Chain, Linkage, Notice, frozen, names
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 
 __all__ = ["design_space"]
@@ -28,7 +29,7 @@ HIGHEST = 50
 
 
 def design_space(
-    linkage: Linkage,
+    linkage: LinkageLike,
     motion: Motion | str | Sequence[str] | None = None,
     balance: Balance = "dynamic",
     max_order: int | None = None,
@@ -40,7 +41,7 @@ def design_space(
     `balance.certify` compares its integers with those of exact arithmetic.
 
     Args:
-        linkage: an assembled linkage.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         motion: restriction of the inputs, as a `Motion`, as a relation such as ``"j4=j7"``
             or as several of them; free by default.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
@@ -52,6 +53,7 @@ def design_space(
         MobilityError: the linkage cannot follow the motion.
         ValueError: an option has no such value.
     """
+    linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     if max_order is not None and not (isinstance(max_order, int) and 0 <= max_order <= HIGHEST):

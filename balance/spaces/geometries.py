@@ -29,6 +29,8 @@ from balance.transfers.opening import transfers
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
 from kinematics.linkage import Frame, Linkage, frozen
+from kinematics.models import LinkageLike, as_linkage
+from kinematics.wording import counted, listed, paragraph
 
 __all__ = ["ManySpaces", "design_space_many"]
 
@@ -76,6 +78,17 @@ class ManySpaces:
     planar: bool
     force: bool
 
+    def __repr__(self) -> str:
+        """Two lines: how many geometries, refused and unsure ones, ranks."""
+        algebra = "planar" if self.planar else "spatial"
+        balance = "force" if self.force else "dynamic"
+        ranks = sorted(set(self.rank[self.rank >= 0].tolist()))
+        return paragraph(
+            f"ManySpaces: {counted(self.rank.size, 'geometry')}, {algebra}, {balance} balance; "
+            f"{len(self.refused)} refused, {len(self.unsure)} unsure",
+            f"ranks {listed([str(rank) for rank in ranks])}",
+        )
+
     def basis(self, number: int) -> Array:
         """Basis (parameters, nullity) of a geometry, as `SpaceRecord.basis`, in SI units."""
         frame = Frame(self.R, self.origins[number], float(self.lengths[number]))
@@ -85,7 +98,7 @@ class ManySpaces:
 
 
 def design_space_many(
-    linkage: Linkage,
+    linkage: LinkageLike,
     geometries: ArrayLike,
     balance: Balance = "dynamic",
     *,
@@ -96,7 +109,8 @@ def design_space_many(
     """Design spaces of one topology in many geometries, on all cores.
 
     Args:
-        linkage: an assembled linkage: its joints, loops, bodies and inputs are those of all.
+        linkage: an assembled linkage, or what `kinematics.load` accepts: its joints, loops,
+            bodies and inputs are those of all.
         geometries: joint screws at the reference pose, in which the loops are closed;
             (count, joints, 6), as `Joint.screw`: ``[n; r × n + λ n]`` or ``[0; n]``, SI units.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
@@ -108,6 +122,7 @@ def design_space_many(
         LinkageError: a screw is not of the kind of its joint.
         ValueError: an option has no such value, or the array no such shape.
     """
+    linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     screws = _checked(linkage, geometries)

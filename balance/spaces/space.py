@@ -22,6 +22,7 @@ from balance.spaces.nearness import nearest_drop
 from balance.transfers.opening import CLEAR, SURE, Transfers
 from balance.transfers.partition import Transfer, by_joint
 from kinematics.linkage import Chain, Linkage, Notice
+from kinematics.wording import listed, paragraph
 
 __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
 
@@ -74,6 +75,18 @@ class DesignSpace(Answer):
     chain: Chain = field(repr=False)
     exchanged: Transfers = field(repr=False)
     certainty: Certainty = field(default=UNCERTIFIED, repr=False)
+
+    def __repr__(self) -> str:
+        """Up to six lines: the space, its parts, its certainty."""
+        ranks = ", ".join(str(order.rank) for order in self.orders)
+        return paragraph(
+            f"DesignSpace of {self.linkage.name}",
+            self.parts,
+            f"ranks by order {ranks}",
+            f"bodies {listed(self.bodies)}",
+            f"{self.certainty.level}: {self.certainty.reason}",
+            f"as given: {'balanced' if self.as_given.balanced else 'not balanced'}",
+        )
 
     @property
     def singular_values(self) -> Array:
@@ -278,6 +291,8 @@ class DesignSpace(Answer):
                 "dropped": self.dropped,
                 "change": self.nearest_drop,
             },
+            "singular_values": self.singular_values.tolist(),
+            "basis": self.basis.tolist(),
             "as_given": self.as_given._asdict(),
             "warnings": [notice._asdict() for notice in self.warnings],
         } | (explanation.to_dict() if explanation else {})

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from balance.inertia import from_chain
 from balance.transfers.opening import Transfers
 from kinematics.linkage import Chain, Linkage, frozen, names
+from kinematics.wording import listed
 
 __all__ = ["Transfer", "by_joint"]
 
@@ -38,6 +39,12 @@ class Transfer(NamedTuple):
     ground: bool
     basis: Array
     scaled: Array
+
+    def __repr__(self) -> str:
+        """One line: how many transfers across which joints between which bodies."""
+        bodies = [*(["ground"] if self.ground else []), *self.bodies]
+        where = f"across {listed(self.joints)}" if self.joints else "between rigid parts"
+        return f"Transfer {where} ({listed(bodies)}): {self.dimension} independent"
 
     @property
     def dimension(self) -> int:

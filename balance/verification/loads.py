@@ -21,6 +21,7 @@ from balance.momentum import RegressorSeries
 from kinematics.closure import expand_from
 from kinematics.errors import LinkageError, PoseError
 from kinematics.linkage import Chain, Frame, Linkage
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.placement import forward
 from kinematics.pose import input_chain, joint_positions
 
@@ -125,7 +126,7 @@ def to_si(wrenches: Array, frame: Frame) -> Array:
 
 
 def shaking(
-    linkage: Linkage,
+    linkage: LinkageLike,
     q: ArrayLike | Mapping[str, float],
     qd: ArrayLike,
     qdd: ArrayLike,
@@ -137,7 +138,7 @@ def shaking(
     gravity: all six components, also of a planar linkage. No other library is needed.
 
     Args:
-        linkage: an assembled linkage.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
         q: displacements from the reference pose, of the inputs (mobility,) or of all joints
             (n,), which must close the loops; or one such row for each of N samples.
         qd: velocities of the inputs or of all joints.
@@ -148,6 +149,7 @@ def shaking(
         PoseError: a pose or a velocity does not fulfil the loops, or cannot be reached.
         LinkageError: there are not as many parameters as the bodies need.
     """
+    linkage = as_linkage(linkage)
     chain = input_chain(linkage)
     inputs = linkage.positions_of(linkage.inputs)
     rates = [np.asarray(x, dtype=np.float64) for x in (qd, qdd)]

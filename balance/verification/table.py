@@ -19,17 +19,20 @@ Array = NDArray[np.float64]
 
 # Most samples.
 MOST = 100_000
+REMEDY = "write a line of names, then one line of numbers per sample"
 
 
-def unfit(path: str | PathLike[str], where: str, problem: str) -> FileError:
+def unfit(
+    path: str | PathLike[str], where: str, problem: str, remedy: str = REMEDY
+) -> FileError:
     """The error of a table that cannot be used, to be raised.
 
     Args:
         path: its file.
         where: the line or sample at fault, or an empty string.
         problem: what is wrong.
+        remedy: what to do about it.
     """
-    remedy = "write a line of names, then one line of numbers per sample"
     return FileError(shown(fsdecode(path), 1000), where, problem, remedy)
 
 

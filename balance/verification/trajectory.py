@@ -30,6 +30,7 @@ __all__ = [
     "Trajectory",
     "driven",
     "from_csv",
+    "ordered",
     "random_motions",
     "rest_to_rest",
 ]
@@ -49,6 +50,9 @@ AMPLITUDE, SHRINK, LEAST = 0.8, 0.7, 1e-3
 FASTER, FIRM = 4.0, 0.25
 # A closed motion must come back to where it began, in radians and characteristic lengths.
 BACK = 1e-9
+# Inputs that change by less, relative to their size, do not move; forces of joints at other
+# rates underflow or overflow, SI units.
+STILL, SLOWEST, FASTEST = 1e-12, 1e-100, 1e100
 # How far the rows of a table may be from a motion's relations, and the fewest: a spline of
 # degree five needs six.
 OFF, SAMPLES = 1e-9, 6
@@ -80,6 +84,24 @@ class Trajectory:
     qdd: Array
     closure: float
     firmness: float
+
+    def __repr__(self) -> str:
+        """One line in words."""
+        count, joints = self.q.shape
+        return f"Trajectory: {count} samples of {joints} joints over {self.duration:.4g} s"
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the last, seconds."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def moves(self) -> bool:
+        """Whether inputs move, neither too slowly nor too fast."""
+        far = np.ptp(self.u, axis=0).max(initial=0.0)
+        rate = np.abs(self.qd).max(initial=0.0)
+        size = max(1.0, np.abs(self.u).max(initial=0.0))
+        return bool(far > STILL * size and SLOWEST < rate < FASTEST)
 
 
 def driven(
@@ -144,7 +166,7 @@ def random_motions(
     """
     chain = input_chain(linkage)
     units = chain.units[linkage.positions_of(linkage.inputs)]
-    basis = np.eye(linkage.mobility) if motion is None else _ordered(motion, linkage)
+    basis = np.eye(linkage.mobility) if motion is None else ordered(motion, linkage)
     basis = np.linalg.qr(basis / units[:, None])[0] * units[:, None] if basis.size else basis
     time = np.linspace(0.0, period, samples)
     fastest, least = FASTER * _fastest(chain), FIRM
@@ -178,7 +200,7 @@ def _firmness(chain: Chain, screws: Array) -> float:
     return float(np.abs(found).min()) if found.size else 1.0
 
 
-def _ordered(motion: Motion, linkage: Linkage) -> Array:
+def ordered(motion: Motion, linkage: Linkage) -> Array:
     """The basis of a motion with its rows in the order of the linkage's inputs."""
     if sorted(motion.inputs) != sorted(linkage.inputs):
         problem = f"made for the inputs {', '.join(motion.inputs)}"
@@ -254,7 +276,7 @@ def from_csv(
         motion: relations that the inputs must fulfil.
 
     Raises:
-        FileError: the file cannot be read as such a table.
+        FileError: the file is no such table, or nothing moves in it.
         PoseError: the loops cannot be closed on the way.
     """
     from scipy.interpolate import make_interp_spline
@@ -264,11 +286,13 @@ def from_csv(
     if not np.all(np.diff(time) > 0.0):
         raise unfit(path, "", "its times do not increase")
     if motion is not None:
-        basis = np.linalg.qr(_ordered(motion, linkage))[0]
+        basis = np.linalg.qr(ordered(motion, linkage))[0]
         if np.abs(u - u @ basis @ basis.T).max() > OFF * max(1.0, np.abs(u).max()):
             raise unfit(path, "", f"its rows are not on {', '.join(motion.relations)}")
     spline = make_interp_spline(time, u, k=5)
-    return driven(linkage, time, u, spline(time, 1), spline(time, 2))
+    if (way := driven(linkage, time, u, spline(time, 1), spline(time, 2))).moves:
+        return way
+    raise unfit(path, "", "nothing moves", "give inputs that change with time")
 
 
 def _track(

@@ -9,8 +9,9 @@ from our own series. Pinocchio puts forces first; they are put last here, at its
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,11 +21,13 @@ from balance.answer import Balance
 from balance.inertia import mass_properties
 from balance.verification.bearings import bearings
 from balance.verification.loads import inertia_loads, masses, to_si
+from balance.verification.revolution import revolution
 from balance.verification.trajectory import FIRM, Trajectory, driven, random_motions
 from balance.verification.verdict import Run, Verification
 from kinematics.errors import LinkageError, PoseError
 from kinematics.inertial import displaced, inertia_tensor
 from kinematics.linkage import Chain, Joint, Linkage, frozen
+from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.pose import input_chain
 
@@ -40,7 +43,7 @@ FAR = 1e9
 
 
 def verify(
-    linkage: Linkage,
+    linkage: LinkageLike,
     z: ArrayLike | None = None,
     *,
     motion: Motion | str | Sequence[str] | None = None,
@@ -50,14 +53,15 @@ def verify(
     seed: int = 0,
     tolerance: float = TOLERANCE,
     along: Sequence[Trajectory] | None = None,
+    speed: float | None = None,
+    crank: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:
     """Whether a linkage shakes its base, by Pinocchio and by our own series.
 
     Args:
-        linkage: an assembled linkage.
-        z: inertial parameters to verify; those of the file by default. See
-            `balance.verification.loads.masses`.
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        z: inertial parameters; those of the file by default. See `loads.masses`.
         motion: restriction of the inputs; free by default.
         balance: ``"force"``: the verdict is on the force alone.
         trajectories: how many random motions.
@@ -66,51 +70,77 @@ def verify(
         tolerance: what counts as balanced, relative to the sum of the sizes of the bodies'
             own inertia wrenches at their peak.
         along: motions to use instead of random ones.
+        speed: radians per second of a crank; one revolution at this speed is the motion.
+        crank: name of that crank; see `balance.verification.revolution.revolution`.
         progress: called with the number of motions done and of all of them.
 
     Raises:
         LinkageError: Pinocchio is missing, or a body cannot be given to it.
-        PoseError: the linkage cannot follow the motion.
+        PoseError: the linkage cannot follow the motion, or nothing moves in it.
         MotionError: a relation is wrong.
+        ValueError: an option has no such value, or excludes another.
     """
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
-    twin, chain = Twin(linkage, masses(linkage, z)), input_chain(linkage)
+    if speed is not None and along is not None:
+        raise ValueError("give either a speed or motions to move along")
+    linkage, turning = as_linkage(linkage), None
+    twin = Twin(linkage, masses(linkage, z))
+    if speed is not None:
+        way, turning = revolution(linkage, speed, crank, restriction(linkage, motion))
+        along = [way]
     ways: Iterable[Trajectory] = along or ()
     if along is None:
-        restricted = restriction(linkage, motion)
-        ways = random_motions(linkage, trajectories, samples, seed, motion=restricted)
+        limits = restriction(linkage, motion)
+        ways = random_motions(linkage, trajectories, samples, seed, motion=limits)
+    elif not any(way.moves for way in along):
+        raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
     count = trajectories if along is None else len(along)
-    runs = []
-    for way in ways:
-        runs.append(_run(linkage, twin, chain, way))
-        if progress is not None:
-            progress(len(runs), count)
     return Verification(
-        linkage=linkage, balance=balance, tolerance=tolerance, length=chain.frame.length,
-        seed=seed if along is None else None, runs=tuple(runs), notices=linkage.notices,
+        linkage=linkage, balance=balance, tolerance=tolerance,
+        length=linkage.spatial_chain.frame.length, seed=seed if along is None else None,
+        runs=tuple(_runs(linkage, twin, ways, progress, count)), notices=linkage.notices,
+        crank=turning,
     )  # fmt: skip
 
 
-def beside(first: Verification, linkage: Linkage, **options: Any) -> Verification:
+def _runs(
+    linkage: Linkage, twin: Twin, ways: Iterable[Trajectory],
+    progress: Callable[[int, int], None] | None, count: int,
+) -> Iterator[Run]:  # fmt: skip
+    """The loads along each motion, one after the other."""
+    chain = input_chain(linkage)
+    for done, way in enumerate(ways, 1):
+        yield _run(linkage, twin, chain, way)
+        if progress is not None:
+            progress(done, count)
+
+
+def beside(
+    first: Verification, linkage: LinkageLike, **options: Any
+) -> Verification:
     """Another linkage verified beside a first one, driven by the same inputs.
 
-    If its inputs have other names, or it cannot follow the same motions as far from a
-    singularity as random ones, random ones of its own are used.
+    A crank at constant speed turns in both at that speed. If the inputs have other names, or
+    the second linkage cannot follow the same motions as far from a singularity as random ones,
+    random ones of its own are used.
 
     Args:
         first: the verification of the first linkage.
         linkage: the second linkage.
         options: as for `verify`.
     """
-    along = None
+    linkage, along = as_linkage(linkage), None
+    if first.crank is not None:
+        return verify(linkage, **options)
     if linkage.inputs == first.linkage.inputs:
         with suppress(PoseError):
             ways = [run.trajectory for run in first.runs]
             along = [driven(linkage, way.time, way.u, way.ud, way.udd) for way in ways]
     if along and first.seed is not None and min(way.firmness for way in along) < FIRM:
         along = None
-    return verify(linkage, along=along, **options)
+    found = verify(linkage, along=along, **options)
+    return found if along is None else replace(found, shown=first.plotted)
 
 
 def _run(linkage: Linkage, twin: Twin, chain: Chain, way: Trajectory) -> Run:

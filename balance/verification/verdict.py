@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.answer import Balance
+from balance.verification.revolution import Crank
 from balance.verification.trajectory import Trajectory
 from kinematics.linkage import Linkage, Notice
+from kinematics.wording import counted, paragraph
 
 __all__ = ["AGREE", "SCHEMA", "Run", "Verification"]
 
@@ -21,6 +23,8 @@ SCHEMA = "balance.verify/1"
 AGREE = 1e-9
 # Where loops hold by less, relative to the reference pose, round-off shows.
 SINGULAR = 0.02
+# Components of a wrench.
+PARTS = {"force": slice(3, 6), "moment": slice(0, 3)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +58,29 @@ class Run:
     bearing: Array
     open: int
 
+    def sizes(self, part: str) -> Array:
+        """Size of the shaking ``"force"``, or ``"moment"`` about the middle (N,), N or N m."""
+        found: Array = np.linalg.norm(self.middle[:, PARTS[part]], axis=1)
+        return found
+
+    def peak(self, part: str) -> float:
+        """Largest of these sizes."""
+        return float(self.sizes(part).max(initial=0.0))
+
+    def rms(self, part: str) -> float:
+        """Root of the mean of their squares over the time of the motion."""
+        time = self.trajectory.time
+        mean = np.trapezoid(self.sizes(part) ** 2, time) / (time[-1] - time[0])
+        return float(np.sqrt(mean))
+
+    def __repr__(self) -> str:
+        """Two lines in words."""
+        force, moment = self.peak("force"), self.peak("moment")
+        return paragraph(
+            f"Run: {self.trajectory!r}",
+            f"shaking force {force:.3g} N, shaking moment {moment:.3g} N m",
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Verification:
@@ -67,6 +94,9 @@ class Verification:
         seed: seed of the random motions; None if the motions were given.
         runs: the loads along each motion.
         notices: what the reader had to tell.
+        crank: the joint that turns at constant speed, if one does; its one revolution is
+            the one motion.
+        shown: number of the motion to be plotted; by default the worst one.
     """
 
     linkage: Linkage
@@ -76,6 +106,18 @@ class Verification:
     seed: int | None
     runs: tuple[Run, ...]
     notices: tuple[Notice, ...]
+    crank: Crank | None = None
+    shown: int | None = None
+
+    def __repr__(self) -> str:
+        """Four lines in words: the motions, the peaks, the verdict."""
+        count = counted(len(self.runs), "motion")
+        return paragraph(
+            f"Verification of {self.model}, {self.balance} balance, over {count}",
+            f"shaking force {self.force:.3g} N, {self.force_residual:.1e} of inertia",
+            f"shaking moment {self.moment:.3g} N m, {self.moment_residual:.1e} of inertia",
+            f"{self.verdict} (tolerance {self.tolerance:.1e})",
+        )
 
     @property
     def model(self) -> str:
@@ -90,12 +132,12 @@ class Verification:
     @property
     def force(self) -> float:
         """Peak shaking force, newtons."""
-        return self._peak("middle", slice(3, 6))
+        return self._peak("middle", PARTS["force"])
 
     @property
     def moment(self) -> float:
         """Peak shaking moment about the middle of the mechanism, N m."""
-        return self._peak("middle", slice(0, 3))
+        return self._peak("middle", PARTS["moment"])
 
     @property
     def force_residual(self) -> float:
@@ -135,8 +177,8 @@ class Verification:
         """
         found = [0.0]
         for name, size in (("rate", "inertia"), ("momentum", "impulse")):
-            moment = self._peak(f"{name}_difference", slice(0, 3))
-            force = self._peak(f"{name}_difference", slice(3, 6))
+            moment = self._peak(f"{name}_difference", PARTS["moment"])
+            force = self._peak(f"{name}_difference", PARTS["force"])
             if (scale := self._largest(size)) > 0.0:
                 found.append(max(moment / self.length, force) / scale)
         return max(found)
@@ -166,6 +208,33 @@ class Verification:
             f"{self.verdict}, shaking force {self.force_residual:.1e} and moment "
             f"{self.moment_residual:.1e} of inertia"
         )
+
+    def worst(self, part: str) -> int:
+        """Index of the motion with the peak of the shaking ``"force"`` or ``"moment"``."""
+        return int(np.argmax([run.peak(part) for run in self.runs]))
+
+    @property
+    def plotted(self) -> int:
+        """Index of the motion that figures show: the one that decides the verdict.
+
+        It has the largest force, or moment over the characteristic length.
+        """
+        if self.shown is not None:
+            return self.shown
+        if self.balance == "force" or self.force_residual >= self.moment_residual:
+            return self.worst("force")
+        return self.worst("moment")
+
+    @property
+    def duration(self) -> float:
+        """Time that the longest motion takes, seconds."""
+        return max(run.trajectory.duration for run in self.runs)
+
+    @property
+    def amplitude(self) -> dict[str, float]:
+        """Largest displacement of each input from the reference pose, radians or metres."""
+        peaks = np.max([np.abs(run.trajectory.u).max(axis=0) for run in self.runs], axis=0)
+        return dict(zip(self.linkage.inputs, peaks.tolist(), strict=True))
 
     def _peak(self, name: str, part: slice) -> float:
         """Largest size of a part of a wrench in any run."""
@@ -197,6 +266,11 @@ class Verification:
                 "the motion passes near a singularity, where round-off is amplified: what "
                 "little is left to shake there may be no more than that"
             )
+        if self.crank is not None and not self.crank.periodic:
+            found.append(
+                f"one revolution of {self.crank.joint} does not bring all joints back: the "
+                "next one may shake otherwise"
+            )
         if not self.agreed:
             found.append(f"Pinocchio and our series differ by {self.agreement:.1e}: no verdict")
         return tuple(found)
@@ -209,6 +283,7 @@ class Verification:
         return {
             "schema": SCHEMA,
             "model": self.model,
+            "file": self.linkage.source,
             "balance": self.balance,
             "balanced": self.balanced if self.agreed else None,
             "tolerance": self.tolerance,
@@ -216,13 +291,21 @@ class Verification:
             "samples": sum(run.trajectory.time.size for run in self.runs),
             "seed": self.seed,
             "inputs": list(self.linkage.inputs),
+            "duration": self.duration,
+            "amplitude": self.amplitude,
+            "speed": self._speed(),
             "length": self.length,
             "shaking": {"force": self.force, "moment": self.moment},
+            "worst": {part: self.worst(part) + 1 for part in PARTS},
+            "plotted": {
+                "motion": self.plotted + 1,
+                **{part: self.runs[self.plotted].peak(part) for part in PARTS},
+            },
             "residual": {"force": self.force_residual, "moment": self.moment_residual},
             "inertia": self.scale,
             "bearing": {
                 "force": self.bearing,
-                "joint": self._most_loaded(),
+                "joint": self.most_loaded(),
                 "undetermined": self.runs[0].open if self.runs else 0,
             },
             "ratio": {"force": self.force_ratio, "moment": self.moment_ratio},
@@ -232,34 +315,18 @@ class Verification:
             "warnings": [notice._asdict() for notice in self.notices],
         }
 
-    def _most_loaded(self) -> str | None:
-        """Name of the joint with the largest force."""
+    def most_loaded(self) -> str | None:
+        """Name of the joint with the largest force; None if no joint carries one."""
         if self.bearing == 0.0:
             return None
         peaks = np.max([run.bearing.max(axis=0) for run in self.runs], axis=0)
         return self.linkage.joints[int(np.argmax(peaks))].name
 
-    def facts(self) -> list[tuple[str, str]]:
-        """The report as pairs of a label and a value."""
-        samples = sum(run.trajectory.time.size for run in self.runs)
-        origin = "given" if self.seed is None else f"random, seed {self.seed}"
-        ratio = f"{self.force_ratio:.1e} (force), {self.moment_ratio:.1e} (moment)"
-        joint = self._most_loaded()
-        return [
-            ("linkage", f"{self.model}, {self.balance} balance"),
-            ("inputs", _names(self.linkage.inputs)),
-            ("motions", f"{len(self.runs)} {origin}; {samples} samples"),
-            ("shaking force", f"{self.force:.3g} N, {self.force_residual:.1e} of inertia"),
-            ("shaking moment", f"{self.moment:.3g} N m, {self.moment_residual:.1e} of inertia"),
-            ("inertia", f"{self.scale:.3g} N, the bodies' own at its peak"),
-            ("bearing force", f"{self.bearing:.3g} N" + (f" in {joint}" if joint else "")),
-            ("to bearing", ratio),
-            ("agreement", f"{self.agreement:.1e}, Pinocchio and our series"),
-            ("closure", f"{self.closure:.1e} radians, characteristic lengths"),
-            *(("note", remark) for remark in self.remarks),
-            ("verdict", f"{self.verdict} (tolerance {self.tolerance:.1e})"),
-        ]
-
-
-def _names(inputs: tuple[str, ...]) -> str:
-    return ", ".join(inputs[:6]) + (" …" if len(inputs) > 6 else "")
+    def _speed(self) -> dict[str, object] | None:
+        """The entry ``speed`` of the report."""
+        if self.crank is None:
+            return None
+        (run,) = self.runs
+        loads = {part: {"peak": run.peak(part), "rms": run.rms(part)} for part in PARTS}
+        crank = {"input": self.crank.joint, "rate": self.crank.speed, "rpm": self.crank.rpm}
+        return {**crank, "periodic": self.crank.periodic, **loads}

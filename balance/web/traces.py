@@ -1,23 +1,28 @@
 """Pictures of a verification: inputs, shaking and bearing loads over time.
 
-The first motion is shown, with a second linkage beside the first if there is one: as a
-Matplotlib figure, or as a page of HTML that needs no network.
+The motion that decides the verdict is shown, with a second linkage beside the first if there is
+one: as a Matplotlib figure, as a page of HTML that needs no network, or as a table.
 """
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
 from html import escape
+from io import StringIO
+from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.verification.verdict import Verification
+from balance.commands.verify_text import facts
+from balance.verification.verdict import Run, Verification
 from balance.web import html
 from balance.web.drawing import GRID, LAYOUT, image, short, tidy
+from kinematics.wording import counted
 
-__all__ = ["Panel", "panels", "picture", "webpage"]
+__all__ = ["Panel", "panels", "picture", "table", "webpage"]
 
 Array = NDArray[np.float64]
 
@@ -48,12 +53,12 @@ class Panel(NamedTuple):
 
 
 def panels(found: Verification) -> list[Panel]:
-    """The panels of the first motion of a verification.
+    """The panels of the motion of a verification that is plotted.
 
     Shaking loads are those of the linkage on its base, opposite to the base's reaction;
     moments are about the middle of the mechanism.
     """
-    run, axes = found.runs[0], ("x", "y", "z")
+    run, axes = _plotted(found), ("x", "y", "z")
     least = found.tolerance * found.scale
     names = found.linkage.inputs, tuple(joint.name for joint in found.linkage.joints)
     inputs = _largest(names[0], run.trajectory.u, range(len(names[0])))
@@ -64,6 +69,29 @@ def panels(found: Verification) -> list[Panel]:
         Panel("shaking moment (N m)", axes, -run.middle[:, :3].T, least * found.length),
         Panel("bearing force (N)", *joints),
     ]
+
+
+def _plotted(found: Verification) -> Run:
+    """The loads along the motion that is plotted."""
+    return found.runs[found.plotted]
+
+
+def table(found: Verification) -> str:
+    """The plotted motion as comma-separated values, one line per sample, SI units.
+
+    Columns are ``time``, the inputs by name (displacements from the reference pose), and the
+    shaking force and moment of the linkage on its base, in inertial axes, moments about the
+    middle of the mechanism.
+    """
+    run = _plotted(found)
+    axes = [f"{part}_{axis}" for part in ("force", "moment") for axis in "xyz"]
+    loads = np.roll(-run.middle, 3, axis=1)
+    rows = np.column_stack([run.trajectory.time, run.trajectory.u, loads]).tolist()
+    text = StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time", *found.linkage.inputs, *axes])
+    writer.writerows([[repr(value) for value in row] for row in rows])
+    return text.getvalue()
 
 
 def _different(forces: Array) -> list[int]:
@@ -103,16 +131,16 @@ def picture(found: Sequence[Verification], kind: str = "png") -> bytes:
     Raises:
         LinkageError: Matplotlib is missing.
     """
-    columns = [panels(one) for one in found]
+    columns, heads = [panels(one) for one in found], _headings(found)
 
     def draw(figure: Any) -> None:
         axes = figure.subplots(len(columns[0]), len(found), sharex=True, sharey="row",
                                squeeze=False)  # fmt: skip
         for column, (one, shown) in enumerate(zip(found, columns, strict=True)):
-            axes[0, column].set_title(_heading(one), loc="left", pad=16.0)
+            axes[0, column].set_title(heads[column], loc="left", pad=16.0)
             axes[-1, column].set_xlabel("time (s)")
             for ax, panel in zip(axes[:, column], shown, strict=True):
-                _draw(ax, one.runs[0].trajectory.time, panel)
+                _draw(ax, _plotted(one).trajectory.time, panel)
         for ax, row in zip(axes[:, 0], zip(*columns, strict=True), strict=True):
             ax.set_ylabel(row[0].title)
             ax.set_ylim(_limits(row))
@@ -132,9 +160,32 @@ def _draw(ax: Any, time: Array, panel: Panel) -> None:
               ncols=columns)  # fmt: skip
 
 
-def _heading(found: Verification) -> str:
-    """Name and verdict."""
-    return f"{found.model}: {found.verdict}"
+def _names(found: Sequence[Verification]) -> list[str]:
+    """Name of each linkage, with its file where several stand beside each other."""
+    if len(found) == 1:
+        return [found[0].model]
+    files = [PurePath(one.linkage.source).parts for one in found]
+    longest = max(map(len, files))
+    # As many folders as tell the files apart.
+    tails = ([PurePath(*file[-k:]).as_posix() for file in files] for k in range(1, longest + 1))
+    apart = next((tail for tail in tails if len({*tail}) == len(tail)), None)
+    known = apart or [file[-1] for file in files]
+    return [f"{one.model} ({file})" for one, file in zip(found, known, strict=True)]
+
+
+def _headings(found: Sequence[Verification]) -> list[str]:
+    """Name, verdict and plotted motion of each linkage, on two lines."""
+    return [
+        f"{name}\n{one.verdict}, {_motion(one)}"
+        for name, one in zip(_names(found), found, strict=True)
+    ]
+
+
+def _motion(found: Verification) -> str:
+    """Which motion is plotted."""
+    if found.crank is not None:
+        return f"{found.crank.joint} at {found.crank.rpm:.6g} rpm"
+    return f"motion {found.plotted + 1} of {len(found.runs)}"
 
 
 def webpage(found: Sequence[Verification]) -> str:
@@ -143,48 +194,62 @@ def webpage(found: Sequence[Verification]) -> str:
     Raises:
         LinkageError: Plotly is missing.
     """
+    names = _names(found)
     return html.render(
         "verify.html",
-        title=" and ".join(one.model for one in found),
+        title=" and ".join(names),
         summary=_summary(found),
         report=[one.to_dict() for one in found],
         data={"figures": _plotly(found)},
         scripts=["curves"],
         facts="\n".join(
-            f"<section><h2>{escape(one.model)}</h2>{html.facts(one.facts())}</section>"
-            for one in found
+            f"<section><h2>{escape(name)}</h2>{html.facts(facts(one))}</section>"
+            for name, one in zip(names, found, strict=True)
         ),
         curves="\n".join(
             f'<div class="traces" id="traces{k}" role="img" aria-label="Inputs, shaking force, '
-            f'shaking moment and bearing forces of {escape(one.model)} over time"></div>'
-            for k, one in enumerate(found)
+            f'shaking moment and bearing forces of {escape(name)} over time"></div>'
+            for k, name in enumerate(names)
         ),
-    )
+        motions=escape("; ".join(f"{name}: {_motion(one)}"
+                                 for name, one in zip(names, found, strict=True))),
+    )  # fmt: skip
 
 
 def _summary(found: Sequence[Verification]) -> str:
     """The verdicts in a sentence."""
-    verdicts = "; ".join(_heading(one) for one in found)
-    return f"Shaking force and moment over {len(found[0].runs)} motions. {verdicts}."
+    first = found[0]
+    verdicts = "; ".join(
+        f"{name}: {one.verdict}" for name, one in zip(_names(found), found, strict=True)
+    )
+    if first.crank is not None:
+        motions = f"one revolution of {first.crank.joint} at {first.crank.rpm:.6g} rpm"
+    else:
+        motions = counted(len(first.runs), "motion")
+    return f"Shaking force and moment over {motions} ({first.duration:.4g} s). {verdicts}."
 
 
 def _plotly(found: Sequence[Verification]) -> list[dict[str, object]]:
     """Traces and layout of Plotly for each linkage; panels of a row have one scale."""
     columns = [panels(one) for one in found]
     limits = [_limits(row) for row in zip(*columns, strict=True)]
-    return [_figure(one, column, limits) for one, column in zip(found, columns, strict=True)]
+    parts = zip(found, _headings(found), columns, strict=True)
+    return [_figure(one, heading, column, limits) for one, heading, column in parts]
 
 
 def _figure(
-    found: Verification, shown: Sequence[Panel], limits: Sequence[tuple[float, float]]
+    found: Verification, heading: str, shown: Sequence[Panel],
+    limits: Sequence[tuple[float, float]],
 ) -> dict[str, object]:
     """The panels of one linkage, one below the other, each with its legend above it."""
-    time = short(found.runs[0].trajectory.time)
+    time = short(_plotted(found).trajectory.time)
     traces: list[dict[str, object]] = []
     layout: dict[str, Any] = {
-        "margin": {"l": 64, "r": 8, "t": 56, "b": 48},
+        "margin": {"l": 64, "r": 8, "t": 80, "b": 48},
         "hovermode": "x", **LAYOUT,
-        "title": {"text": escape(_heading(found)), "x": 0.0, "font": {"size": 16}},
+        "title": {
+            "text": escape(heading).replace("\n", "<br>"), "x": 0.0, "font": {"size": 16}
+        },
         "xaxis": {"title": {"text": "time (s)"}, "gridcolor": GRID,
                   "anchor": f"y{len(shown)}"},
     }  # fmt: skip

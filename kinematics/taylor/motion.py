@@ -25,6 +25,7 @@ from kinematics.pose import followed
 from kinematics.taylor.expansion import polynomials
 from kinematics.taylor.layout import layout
 from kinematics.taylor.polynomials import Monomials, monomials, powers
+from kinematics.wording import counted, listed, paragraph
 
 __all__ = ["TaylorMotion", "scaled_chain", "taylor_motion"]
 
@@ -65,6 +66,15 @@ class TaylorMotion:
     condition: float
     chain: Chain
     scales: Array
+
+    def __repr__(self) -> str:
+        """Three lines: order, inputs, radius of convergence."""
+        return paragraph(
+            f"TaylorMotion of {self.linkage.name}: order {self.order}, "
+            f"{counted(len(self.joints), 'joint')}, {counted(len(self.exponents), 'term')}",
+            f"inputs {listed(self.motion.inputs)}",
+            f"radius of convergence {self.radius:.3g}, condition {self.condition:.3g}",
+        )
 
     @property
     def order(self) -> int:

@@ -1,0 +1,51 @@
+"""Short words for numbers, vectors and lists of names, for the reprs of results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import shorten
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+__all__ = ["checked", "counted", "listed", "paragraph", "vector"]
+
+# Most names in a list, most lines of a paragraph, and most characters of a line.
+NAMED, LINES, WIDTH = 6, 6, 96
+# Components below this part of the largest are shown as 0.
+TINY = 1e-12
+
+
+def checked(found: NamedTuple) -> str:
+    """The result of a check, its verdict first: ``Check: accepted, error 1.2e-13``."""
+    (name, verdict), *rest = found._asdict().items()
+    word = name if verdict else f"not {name}"
+    return ", ".join([f"{type(found).__name__}: {word}", *(f"{k} {x:.2g}" for k, x in rest)])
+
+
+def counted(number: int, noun: str) -> str:
+    """A number of things: ``1 loop``, ``2 loops``, ``3 bodies``."""
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{number} {noun if number == 1 else plural}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """The first six names, and ``…`` for the others."""
+    return ", ".join(names[:NAMED]) + (" …" if len(names) > NAMED else "")
+
+
+def vector(x: ArrayLike) -> str:
+    """The components of a vector to four digits: ``(0.5, 0, -1)``."""
+    values = np.asarray(x, dtype=np.float64)
+    kept = np.where(np.abs(values) > TINY * np.abs(values).max(initial=0.0), values, 0.0)
+    return f"({', '.join(f'{value:.4g}' for value in kept.tolist())})"
+
+
+def paragraph(head: str, *lines: str) -> str:
+    """At most six lines: a head, others set in below it, and how many are left out."""
+    most = LINES - 1
+    if len(lines) > most:
+        lines = (*lines[: most - 1], f"and {len(lines) - most + 1} more")
+    cut = (shorten(line, WIDTH, placeholder=" …") for line in (head, *lines))
+    return "\n  ".join(cut)

@@ -11,21 +11,15 @@ import io
 import logging
 import os
 import sys
-import traceback
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, NoReturn
 
 from balance.commands import designing, moving, reporting, verifying
 from balance.commands.readings import with_both
 from balance.commands.words import add_model_options, unexpected, whole_number
-from balance.json_text import json_text
 from kinematics.errors import ExactError, LinkageError
-from kinematics.linkage import Notice
-from kinematics.models import describe, gallery, load
-from kinematics.reader.markup import shown
 
 if TYPE_CHECKING:
     from balance.commands.verifying import Verified
@@ -33,7 +27,7 @@ if TYPE_CHECKING:
     from balance.meaning.explain import Explanation
     from balance.motions.prediction import Predictions
     from balance.spaces.space import DesignSpace
-    from kinematics.linkage import Linkage
+    from kinematics.linkage import Linkage, Notice
 
 __all__ = ["main"]
 
@@ -80,6 +74,8 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     except LinkageError as error:
+        from kinematics.reader.markup import shown
+
         text = "; ".join([str(error), *getattr(error, "__notes__", ())])
         print(f"balance: {shown(text, LONGEST)}", file=sys.stderr)
         return REFUSED
@@ -90,6 +86,8 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
         return INTERRUPTED
     except Exception as error:
         if debug:
+            import traceback
+
             traceback.print_exc(file=sys.stderr)
         print(unexpected(error, words), file=sys.stderr)
         return DEFECT
@@ -109,6 +107,8 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End the command with code 2."""
+        from kinematics.reader.markup import shown
+
         super().error(shown(message, LONGEST))
 
 
@@ -195,6 +195,8 @@ def _load(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkag
 
     ``other`` is the path or name of another model, to be read with the same options.
     """
+    from kinematics.models import load
+
     return load(
         other or arguments.model, None if other else arguments.loops, arguments.inputs,
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
@@ -225,7 +227,7 @@ def _report(arguments: argparse.Namespace) -> int:
     told = reporting.write_files(arguments, space, explanation)
     _warn((*space.warnings, *(exact.notices if exact else ()), *told))
     if arguments.json:
-        print(json_text(space.to_dict(explanation, exact), 2))
+        print(_json(space.to_dict(explanation, exact)))
     elif sys.stdout.isatty():
         _show(space, explanation, exact)
     else:
@@ -242,7 +244,7 @@ def _design(arguments: argparse.Namespace) -> int:
     if told:
         logging.warning(told)
     if arguments.json:
-        print(json_text(found.to_dict(), 2))
+        print(_json(found.to_dict()))
     else:
         from balance.commands.design_text import text
 
@@ -272,7 +274,14 @@ def _tell(
 ) -> None:
     """What was found, as text or as JSON, and what there is to tell of it."""
     _warn(found.notices)
-    print(json_text(found.to_dict(), 2) if arguments.json else text())
+    print(_json(found.to_dict()) if arguments.json else text())
+
+
+def _json(data: object) -> str:
+    """Data as the one JSON object that a command prints."""
+    from balance.json_text import json_text
+
+    return json_text(data, 2)
 
 
 def _warn(notices: Iterable[Notice]) -> None:
@@ -286,6 +295,10 @@ def _exactly(space: DesignSpace) -> tuple[DesignSpace, Exact | None]:
     try:
         return space, space.exact()
     except ExactError as error:
+        from dataclasses import replace
+
+        from kinematics.linkage import Notice
+
         notice = Notice("exact_refused", str(error))
         return replace(space, notices=(*space.notices, notice)), None
 
@@ -326,9 +339,11 @@ def _show(space: DesignSpace, explanation: Explanation | None, exact: Exact | No
 
 
 def _models(arguments: argparse.Namespace) -> int:
+    from kinematics.models import describe, gallery
+
     found = {name: describe(path) for name, path in gallery().items()}
     if arguments.json:
-        print(json_text({"schema": "balance.models/1", "models": found}, 2))
+        print(_json({"schema": "balance.models/1", "models": found}))
     else:
         width = max(map(len, found), default=0)
         print("\n".join(f"{name:<{width}}  {line}" for name, line in found.items()))

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from importlib.resources import files
 from os import PathLike
 from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinematics.errors import FileError, LinkageError, MobilityError, OpenLoopError
-from kinematics.reader.angles import READINGS, ROUNDED
-from kinematics.reader.markup import near, shown
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
 
-    from kinematics.linkage import Linkage
+    from kinematics.linkage import Draft, Linkage
+    from kinematics.reader.files import Options
 
 __all__ = ["describe", "find", "gallery", "load", "robots"]
 
@@ -26,7 +24,9 @@ BODIES = ("given", "all")
 
 def gallery() -> dict[str, Path]:
     """Paths of the linkages that come with the package, by name."""
-    folder = Path(str(files("urdf_models")))
+    import urdf_models
+
+    folder = Path(next(iter(urdf_models.__path__)))
     return {path.stem: path for path in sorted(folder.glob("*.urdf"))}
 
 
@@ -79,6 +79,8 @@ def find(model: str | PathLike[str]) -> Path:
     known = gallery()
     if path.name in known:
         return known[path.name]
+    from kinematics.reader.markup import near, shown
+
     others = robots()
     name = path.name.removesuffix("_robot")
     if name in others:
@@ -128,20 +130,16 @@ def load(
         LinkageError: the file or the linkage cannot be used; the subclass says why. A note
             on an error of closure or mobility names the angles that look rounded.
     """
+    from kinematics.reader.angles import READINGS, ROUNDED
+    from kinematics.reader.files import Options
+    from kinematics.reader.markup import shown
+
     for option, value, known in (("bodies", bodies, BODIES), ("angles", angles, READINGS)):
         if value not in known:
             wrong = f"{option} '{shown(str(value))}' unknown"
             raise LinkageError(f"{wrong}; choose from {', '.join(known)}")
     closed = (massless,) if isinstance(massless, str) else tuple(massless)
-    from kinematics.reader import urdf
-
-    options = urdf.Options(fix_base, bodies, closed, angles)
-    if isinstance(model, (str, PathLike)):
-        draft = urdf.read(find(model), loops, options)
-    elif hasattr(model, "robot"):
-        draft = urdf.adopt(model, loops, options)
-    else:
-        raise TypeError(f"model is a path, a name or a yourdfpy.URDF, not {type(model)}")
+    draft = _draft(model, loops, Options(fix_base, bodies, closed, angles))
     from kinematics.assembly import assemble
 
     try:
@@ -151,3 +149,23 @@ def load(
             if notice.code == ROUNDED:
                 error.add_note(notice.message.removeprefix(f"{shown(draft.source, 1000)}: "))
         raise
+
+
+def _draft(
+    model: str | PathLike[str] | URDF, loops: str | PathLike[str] | None, options: Options
+) -> Draft:
+    """The linkage as its file, or a loaded model, describes it."""
+    if isinstance(model, (str, PathLike)):
+        from kinematics.reader.files import accepted
+
+        path = find(model)
+        side = accepted(path, loops, options)
+        # The file has been accepted; only now is it worth loading libraries.
+        from kinematics.reader.urdf import drafted
+
+        return drafted(side, str(path), options)
+    if not hasattr(model, "robot"):
+        raise TypeError(f"model is a path, a name or a yourdfpy.URDF, not {type(model)}")
+    from kinematics.reader.urdf import adopt
+
+    return adopt(model, loops, options)

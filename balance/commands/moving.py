@@ -11,7 +11,6 @@ from balance.commands.readings import with_both
 from balance.commands.words import picture_path, whole_number
 from balance.files import replacing_all
 from kinematics.errors import CoordinateError, MotionError, PoseError
-from kinematics.linkage import Notice
 
 if TYPE_CHECKING:
     import numpy as np
@@ -110,6 +109,7 @@ def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
     """The Taylor motion and the poses."""
     # The file has been accepted; only now is it worth loading the kernels.
     from balance.motions.prediction import Predictions, predict
+    from kinematics.linkage import Notice
     from kinematics.taylor import taylor_motion
     from kinematics.tools import tool
 

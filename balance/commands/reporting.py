@@ -6,11 +6,11 @@ import argparse
 from typing import TYPE_CHECKING
 
 from balance.files import check_different, replacing_all
-from kinematics.linkage import Linkage, Notice
 
 if TYPE_CHECKING:
     from balance.meaning.explain import Explanation
     from balance.spaces.space import DesignSpace
+    from kinematics.linkage import Linkage, Notice
 
 __all__ = ["write_files"]
 
@@ -34,6 +34,8 @@ def write_files(
     Raises:
         FileError: a file cannot be written, or the linkage was not read from a file.
     """
+    from kinematics.linkage import Notice
+
     page, closed = arguments.html, arguments.write_closed
     contents, notices = [], []
     check_different(closed, page)

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 from collections.abc import Callable, Sequence
-
-from kinematics.reader.markup import shown
 
 __all__ = ["add_model_options", "picture_path", "unexpected", "whole_number"]
 
@@ -104,6 +101,10 @@ def unexpected(error: Exception, words: Sequence[str]) -> str:
         error: the exception.
         words: the arguments of the command, without the name of the program.
     """
+    import shlex
+
+    from kinematics.reader.markup import shown
+
     what = shown(" ".join(f"{type(error).__name__}: {error}".split()), 500).rstrip(": ")
     command = shown(shlex.join(["balance", *words]), 500)
     return (

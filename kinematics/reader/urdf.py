@@ -14,7 +14,7 @@ import heapq
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from kinematics.errors import FileError
 from kinematics.inertial import parameters
 from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, Place, frozen
-from kinematics.reader.angles import ROUNDED, nominal, remark, rounded
 from kinematics.reader.fields import coordinates
+from kinematics.reader.files import Options, Path, accepted
 from kinematics.reader.frames import Follows, Inertial, Robot, TreeJoint, described
-from kinematics.reader.guard import check, checked
+from kinematics.reader.guard import checked
 from kinematics.reader.loops import attach, freedoms, perpendicular, unit
 from kinematics.reader.markup import Element, near, shown
 from kinematics.reader.sidecar import Sidecar, merge
@@ -35,28 +35,9 @@ from kinematics.screws import exp, revolute
 if TYPE_CHECKING:
     from yourdfpy import URDF
 
-__all__ = ["Options", "adopt", "read"]
+__all__ = ["Options", "adopt", "drafted", "read"]
 
 Array = NDArray[np.float64]
-Path = str | os.PathLike[str]
-
-
-class Options(NamedTuple):
-    """What the user changes about a file.
-
-    Attributes:
-        fix_base: whether a floating joint between the ground and the base becomes fixed.
-        bodies: ``"given"``: moving links with mass or inertia in the file carry parameters;
-            ``"all"``: every moving link does.
-        massless: links that carry no parameters whatever the file says.
-        angles: ``"nominal"`` or ``"as_written"``; see :mod:`kinematics.reader.angles`.
-    """
-
-    fix_base: bool = False
-    bodies: str = "given"
-    massless: tuple[str, ...] = ()
-    angles: str = "nominal"
-
 
 def read(path: Path, loops: Path | None = None, options: Options | None = None) -> Draft:
     """Read a URDF file.
@@ -73,12 +54,12 @@ def read(path: Path, loops: Path | None = None, options: Options | None = None) 
         FileError: the file cannot be read as a linkage; the message says where and why.
     """
     options = options or Options()
-    source = os.fsdecode(path)
-    side = _read_angles(
-        merge(check(path, options.fix_base), source, loops), source, options.angles
-    )
-    draft = _draft(described(side.tree), side, source, options)
-    return replace(draft, tree=side.tree)
+    return drafted(accepted(path, loops, options), os.fsdecode(path), options)
+
+
+def drafted(side: Sidecar, source: str, options: Options) -> Draft:
+    """As :func:`read`, for files that were accepted; ``source`` is the name in messages."""
+    return replace(_draft(described(side.tree), side, source, options), tree=side.tree)
 
 
 def adopt(model: URDF, loops: Path | None = None, options: Options | None = None) -> Draft:
@@ -93,15 +74,6 @@ def adopt(model: URDF, loops: Path | None = None, options: Options | None = None
     tree = checked(tree_of(model), source, options.fix_base)
     side = merge(tree, source, loops, search=False)
     return _draft(with_poses(described(side.tree), model), side, source, options)
-
-
-def _read_angles(side: Sidecar, source: str, reading: str) -> Sidecar:
-    """What the files say, with angles that look rounded read as the user wants."""
-    found = rounded(side.tree)
-    tree = nominal(side.tree) if reading == "nominal" else side.tree
-    text = f"{shown(source, 1000)}: {remark(found, reading)}"
-    told = ((ROUNDED, text),) if found else ()
-    return side._replace(tree=tree, remarks=(*side.remarks, *told))
 
 
 def _draft(robot: Robot, side: Sidecar, source: str, options: Options) -> Draft:

@@ -14,11 +14,17 @@ import sys
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 from balance.commands import designing, moving, reporting, verifying
 from balance.commands.readings import with_both
-from balance.commands.words import add_model_options, unexpected, whole_number
+from balance.commands.words import (
+    LONGEST,
+    Parser,
+    add_model_options,
+    unexpected,
+    whole_number,
+)
 from kinematics.errors import ExactError, LinkageError
 
 if TYPE_CHECKING:
@@ -36,8 +42,6 @@ EXIT_CODES = (
     "4 undecided, 70 a defect of this program (one line says what; BALANCE_DEBUG=1 shows "
     "where), 130 interrupted."
 )
-# Most characters of an error message.
-LONGEST = 20_000
 DONE, NEGATIVE, REFUSED, UNDECIDED, DEFECT, INTERRUPTED = 0, 1, 3, 4, 70, 130
 
 
@@ -93,29 +97,22 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
         return DEFECT
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser that reports a wrong argument in one line, whatever characters it has."""
+class _Version(argparse.Action):
+    """Prints the version, which is looked up only then."""
 
-    def parse_known_args(  # type: ignore[override]
-        self, args: Sequence[str], namespace: argparse.Namespace | None = None
-    ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse arguments; refuse ``--option=--``, which Python 3.11 reads as a list."""
-        for name in (word[:-3] for word in args if word.startswith("--")
-                     and word.endswith("=--")):  # fmt: skip
-            self.error(f"argument {name}: expected one argument")
-        return super().parse_known_args(args, namespace)
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """End the command with code 0."""
+        from kinematics.version import __version__
 
-    def error(self, message: str) -> NoReturn:
-        """End the command with code 2."""
-        from kinematics.reader.markup import shown
-
-        super().error(shown(message, LONGEST))
+        print(f"balance {__version__}")
+        parser.exit()
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog="balance", description="Dynamic balance of linkages.", epilog=EXIT_CODES
     )
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     verbs = parser.add_subparsers(metavar="command", required=True)
 
     report = verbs.add_parser(

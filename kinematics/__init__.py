@@ -2,6 +2,18 @@
 
 Knows motion and nothing of mass. Twists are ``[ω; v]`` with v the velocity of the body
 point at the origin; all quantities are in the inertial frame, in SI units.
+
+- ``load``: read a linkage, close its loops and choose its coordinates
+- ``gallery``: paths of the linkages that come with the package, by name
+- ``tool``: the linkage with coordinates of a tool as its inputs
+- ``taylor_motion``: expand the closed motion of a linkage about its reference pose
+- ``Linkage``: a linkage at its reference pose, with loops closed and coordinates chosen
+- ``Joint``: one degree of freedom between two links
+- ``Body``: a rigid body with inertial parameters
+- ``Loop``: a weld that closes a loop
+- ``Motion``: linear relations between the inputs
+- ``TaylorMotion``: the closed motion as a polynomial
+- ``Notice``: a remark for the user
 """
 
 from __future__ import annotations
@@ -34,6 +46,7 @@ _HOMES = {
     **dict.fromkeys(["gallery", "load"], "models"),
     **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor"),
     "Motion": "motion",
+    "__version__": "version",
     "tool": "tools",
 }
 
@@ -47,3 +60,8 @@ def __getattr__(name: str) -> object:
         globals()[name] = value
         return value
     raise AttributeError(f"module 'kinematics' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    """The public names, for help and for completion, imported or not."""
+    return sorted({*globals(), *_HOMES})

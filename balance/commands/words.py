@@ -4,8 +4,33 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from typing import NoReturn
 
-__all__ = ["add_model_options", "picture_path", "unexpected", "whole_number"]
+__all__ = [
+    "LONGEST", "Parser", "add_model_options", "picture_path", "unexpected", "whole_number",
+]  # fmt: skip
+
+LONGEST = 20_000
+"""Most characters of an error message."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that reports a wrong argument in one line, whatever characters it has."""
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str], namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse arguments; refuse ``--option=--``, which Python 3.11 reads as a list."""
+        for name in (word[:-3] for word in args if word.startswith("--")
+                     and word.endswith("=--")):  # fmt: skip
+            self.error(f"argument {name}: expected one argument")
+        return super().parse_known_args(args, namespace)
+
+    def error(self, message: str) -> NoReturn:
+        """End the command with code 2."""
+        from kinematics.reader.markup import shown
+
+        super().error(shown(message, LONGEST))
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:

@@ -212,10 +212,12 @@ class DesignSpace(Answer):
 
     def record(self) -> SpaceRecord:
         """What is known of the space without its linkage, and where it comes from."""
+        from kinematics.version import __version__
+
         return SpaceRecord(
             **{f.name: getattr(self, f.name) for f in fields(Answer)},
             singular_values=self.singular_values, kept=self.kept, dropped=self.dropped,
-            sha256=digest(self.source), version=_version(),
+            sha256=digest(self.source), version=__version__,
         )  # fmt: skip
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -297,13 +299,3 @@ class DesignSpace(Answer):
         ranks = tuple(order.rank for order in self.orders)
         found = (self.rank, self.nullity, self.serial_nullity, ranks)
         assert found == known, f"proved: {known}, not {found}"
-
-
-def _version() -> str:
-    """Version of the installed package."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("screwbalance")
-    except PackageNotFoundError:
-        return "unknown"

@@ -22,6 +22,7 @@ from balance.commands.words import (
     LONGEST,
     Parser,
     add_model_options,
+    take_streams,
     unexpected,
     whole_number,
 )
@@ -74,6 +75,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     words = sys.argv[1:] if argv is None else argv
     try:
         arguments = _parser().parse_args(words)
+        take_streams(arguments)
         return int(arguments.run(arguments))
     except SystemExit as stop:
         return int(stop.code or 0)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from kinematics.reader.markup import Element
+    from kinematics.reader.streams import Document
 
 __all__ = [
     "GROUND",
@@ -159,6 +160,7 @@ class Draft:
         notices: what the reader has to tell.
         places: where every link of the file is, by name.
         tree: the elements of the file it was read from, with their decimals, or None.
+        document: that file, if it was read from a stream and cannot be read again.
         displaced: positions of all joints (n,) at the reference pose, measured from the pose
             of the file, in radians and metres; None if it is that pose.
     """
@@ -173,6 +175,7 @@ class Draft:
     notices: tuple[Notice, ...] = ()
     places: Mapping[str, Place] = field(default_factory=dict, repr=False)
     tree: Element | None = field(default=None, repr=False)
+    document: Document | None = field(default=None, repr=False)
     displaced: Array | None = field(default=None, repr=False)
 
 

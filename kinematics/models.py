@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from kinematics.linkage import Draft, Linkage
     from kinematics.reader.files import Options
+    from kinematics.reader.streams import Document
 
 __all__ = ["describe", "find", "gallery", "load", "robots"]
 
@@ -96,7 +97,7 @@ def find(model: str | PathLike[str]) -> Path:
 
 
 def load(
-    model: str | PathLike[str] | URDF,
+    model: str | PathLike[str] | Document | URDF,
     loops: str | PathLike[str] | None = None,
     inputs: Sequence[str] | None = None,
     *,
@@ -109,7 +110,8 @@ def load(
 
     Args:
         model: path of a URDF file, name of a model in the gallery or of a robot in
-            example-robot-data, or a model that yourdfpy has loaded.
+            example-robot-data, or a model that yourdfpy has loaded. A file may come through
+            a pipe, or ``-``, standard input; no other file is then looked for beside it.
         loops: path of a YAML file that describes the loops; by default they are ``<loop>``
             elements of the URDF file, or in a YAML file next to it with the same stem.
         inputs: names of joints to use as independent coordinates.
@@ -152,18 +154,22 @@ def load(
 
 
 def _draft(
-    model: str | PathLike[str] | URDF, loops: str | PathLike[str] | None, options: Options
+    model: str | PathLike[str] | Document | URDF,
+    loops: str | PathLike[str] | None,
+    options: Options,
 ) -> Draft:
     """The linkage as its file, or a loaded model, describes it."""
-    if isinstance(model, (str, PathLike)):
-        from kinematics.reader.files import accepted
+    from kinematics.reader.files import accepted
+    from kinematics.reader.streams import Document, streamed
 
-        path = find(model)
-        side = accepted(path, loops, options)
+    if isinstance(model, (str, PathLike)):
+        model = streamed(model) or find(model)
+    if isinstance(model, (Document, Path)):
+        side = accepted(model, loops, options)
         # The file has been accepted; only now is it worth loading libraries.
         from kinematics.reader.urdf import drafted
 
-        return drafted(side, str(path), options)
+        return drafted(model, side, options)
     if not hasattr(model, "robot"):
         raise TypeError(f"model is a path, a name or a yourdfpy.URDF, not {type(model)}")
     from kinematics.reader.urdf import adopt

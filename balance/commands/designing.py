@@ -107,7 +107,7 @@ def _sidecar(found: Design, out: str) -> str | None:
     from kinematics.reader.sidecar import beside
 
     linkage = found.space.linkage
-    if any(notice.code == "loops_ignored" for notice in linkage.notices):
+    if linkage.document or any(notice.code == "loops_ignored" for notice in linkage.notices):
         return None
     file = beside(linkage.source)
     return None if file == beside(out) else file

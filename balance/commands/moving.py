@@ -77,8 +77,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--html", metavar="FILE", help="write a page with these curves; it needs no network"
     )
-    # A file need not have masses. Words that exclude each other are usage.
-    parser.set_defaults(bodies="all", refuse=parser.error)
+    parser.set_defaults(bodies="all")  # a file need not have masses
 
 
 def foretold(arguments: argparse.Namespace, load: Callable[[str], Linkage]) -> Predictions:

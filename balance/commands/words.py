@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 __all__ = [
-    "LONGEST", "Parser", "add_model_options", "picture_path", "unexpected", "whole_number",
+    "LONGEST", "Parser", "add_model_options", "picture_path", "take_streams", "unexpected",
+    "whole_number",
 ]  # fmt: skip
 
 LONGEST = 20_000
@@ -37,8 +38,8 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that every command on a model shares."""
     parser.add_argument(
         "model",
-        help="path of a URDF file, a name from 'balance models', or a robot of "
-        "example-robot-data if that is installed",
+        help="path of a URDF file, - for standard input, a name from 'balance models', or a "
+        "robot of example-robot-data if that is installed",
     )
     parser.add_argument(
         "--loops", metavar="FILE",
@@ -81,6 +82,31 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "--spatial", action="store_true", help="ten parameters per body, even if it is planar"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+    # Words that exclude each other are usage.
+    parser.set_defaults(refuse=parser.error)
+
+
+def take_streams(arguments: argparse.Namespace) -> None:
+    """Read the models that come through streams, each of which can be read only once.
+
+    Args:
+        arguments: the options of a command; documents take the place of such models.
+
+    Raises:
+        FileError: one cannot be read, or is longer than a file may be.
+        SystemExit: two models come through one stream.
+    """
+    named = {role: getattr(arguments, role, None) for role in ("model", "against")}
+    models = {role: model for role, model in named.items() if model is not None}
+    if not models:
+        return
+    from kinematics.reader.streams import stream_of, streamed
+
+    streams = [stream for model in models.values() if (stream := stream_of(model))]
+    if len(set(streams)) < len(streams):
+        arguments.refuse("--against: both models come from the same stream: give two files")
+    for role, model in models.items():
+        setattr(arguments, role, streamed(model) or model)
 
 
 def _names(text: str) -> list[str]:

@@ -9,9 +9,10 @@ import os
 from typing import NamedTuple
 
 from kinematics.reader.angles import ROUNDED, nominal, remark, rounded
-from kinematics.reader.guard import check
+from kinematics.reader.guard import check, parse
 from kinematics.reader.markup import shown
 from kinematics.reader.sidecar import Sidecar, merge
+from kinematics.reader.streams import Document, source_of
 
 __all__ = ["Options", "Path", "accepted"]
 
@@ -35,19 +36,23 @@ class Options(NamedTuple):
     angles: str = "nominal"
 
 
-def accepted(path: Path, loops: Path | None, options: Options) -> Sidecar:
+def accepted(model: Path | Document, loops: Path | None, options: Options) -> Sidecar:
     """What a URDF file and the file beside it say, with angles read as the user wants.
 
     Args:
-        path: the URDF file.
+        model: the URDF file; beside one that was read from a stream there is none.
         loops: a YAML file with its loops; see :mod:`kinematics.reader.sidecar`.
         options: what to change about it.
 
     Raises:
         FileError: a file cannot be read as a linkage; the message says where and why.
     """
-    source = os.fsdecode(path)
-    side = merge(check(path, options.fix_base), source, loops)
+    source = source_of(model)
+    if isinstance(model, Document):
+        tree = parse(model.data, source, options.fix_base)
+    else:
+        tree = check(model, options.fix_base)
+    side = merge(tree, source, loops, search=not isinstance(model, Document))
     found = rounded(side.tree)
     tree = nominal(side.tree) if options.angles == "nominal" else side.tree
     text = f"{shown(source, 1000)}: {remark(found, options.angles)}"

@@ -11,7 +11,6 @@ coordinate is zero (that of a mimic joint: its offset), becomes the reference po
 from __future__ import annotations
 
 import heapq
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -29,6 +28,7 @@ from kinematics.reader.guard import checked
 from kinematics.reader.loops import attach, freedoms, perpendicular, unit
 from kinematics.reader.markup import Element, near, shown
 from kinematics.reader.sidecar import Sidecar, merge
+from kinematics.reader.streams import Document, source_of
 from kinematics.reader.yourdf import tree_of, with_poses
 from kinematics.screws import exp, revolute
 
@@ -54,12 +54,14 @@ def read(path: Path, loops: Path | None = None, options: Options | None = None) 
         FileError: the file cannot be read as a linkage; the message says where and why.
     """
     options = options or Options()
-    return drafted(accepted(path, loops, options), os.fsdecode(path), options)
+    return drafted(path, accepted(path, loops, options), options)
 
 
-def drafted(side: Sidecar, source: str, options: Options) -> Draft:
-    """As :func:`read`, for files that were accepted; ``source`` is the name in messages."""
-    return replace(_draft(described(side.tree), side, source, options), tree=side.tree)
+def drafted(model: Path | Document, side: Sidecar, options: Options) -> Draft:
+    """As :func:`read`, for a file, or one read from a stream, that was accepted."""
+    draft = _draft(described(side.tree), side, source_of(model), options)
+    document = model if isinstance(model, Document) else None
+    return replace(draft, tree=side.tree, document=document)
 
 
 def adopt(model: URDF, loops: Path | None = None, options: Options | None = None) -> Draft:

@@ -199,7 +199,7 @@ def _load(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkag
     return load(
         other or arguments.model, None if other else arguments.loops, arguments.inputs,
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
-        angles=angles,
+        angles=angles, at=arguments.at,
     )  # fmt: skip
 
 

@@ -163,6 +163,8 @@ class Draft:
         document: that file, if it was read from a stream and cannot be read again.
         displaced: positions of all joints (n,) at the reference pose, measured from the pose
             of the file, in radians and metres; None if it is that pose.
+        at: coordinates of the inputs at the reference pose, by name, counted likewise, if
+            that pose was asked for; else None.
     """
 
     name: str
@@ -177,6 +179,7 @@ class Draft:
     tree: Element | None = field(default=None, repr=False)
     document: Document | None = field(default=None, repr=False)
     displaced: Array | None = field(default=None, repr=False)
+    at: Mapping[str, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,6 +263,16 @@ class Linkage(Draft):
     def planar(self) -> bool:
         """Whether the linkage moves in parallel planes."""
         return self.chain.planar
+
+    @property
+    def pose(self) -> str:
+        """The reference pose in words, if it was asked for; otherwise empty."""
+        kinds = {joint.name: joint.kind for joint in self.joints}
+        named = (
+            f"{name} = {value:.6g} {'m' if kinds.get(name) == 'prismatic' else 'rad'}"
+            for name, value in (self.at or {}).items()
+        )
+        return f"{', '.join(named)} from the pose of the file" if self.at else ""
 
     def positions_of(self, joints: Sequence[str]) -> IntArray:
         """Where joints of these names stand among all joints."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
 from os.path import isfile
 from pathlib import Path
@@ -105,6 +105,7 @@ def load(
     bodies: str = "given",
     massless: Sequence[str] = (),
     angles: str = "nominal",
+    at: Mapping[str, float] | None = None,
 ) -> Linkage:
     """Read a linkage from a URDF file, close its loops and choose its coordinates.
 
@@ -124,9 +125,12 @@ def load(
             axis is moved to close loops that close only to rounding. A notice names such
             angles. A model that yourdfpy has loaded holds matrices in place of angles, and
             they are taken as they are.
+        at: coordinates of inputs at another reference pose than that of the file, such as
+            ``{"u1": 0.3}``: counted from the pose of the file, in radians and metres. Inputs
+            that are not named stay; all other joints follow, without a change of branch.
 
     Returns:
-        The linkage at its reference pose: that of the file, with its loops closed.
+        The linkage at its reference pose: that of the file with its loops closed, or ``at``.
 
     Raises:
         LinkageError: the file or the linkage cannot be used; the subclass says why. A note
@@ -145,7 +149,12 @@ def load(
     from kinematics.assembly import assemble
 
     try:
-        return assemble(draft, inputs, exactly=angles == "as_written")
+        linkage = assemble(draft, inputs, exactly=angles == "as_written")
+        if not at:
+            return linkage
+        from kinematics.repose import repose
+
+        return repose(linkage, at, exactly=angles == "as_written")
     except (OpenLoopError, MobilityError) as error:
         for notice in draft.notices:
             if notice.code == ROUNDED:

@@ -19,8 +19,8 @@ from balance.cli import main
 from kinematics import gallery
 
 KEYS = (
-    "schema model algebra balance bodies parameters joints loops mobility inputs idle motion "
-    "orders poses kmax rank nullity serial parallel certainty evidence exact transfers "
+    "schema model at algebra balance bodies parameters joints loops mobility inputs idle "
+    "motion orders poses kmax rank nullity serial parallel certainty evidence exact transfers "
     "freedoms margin as_given warnings"
 ).split()
 

@@ -28,8 +28,8 @@ from balance.web.traces import LINES, panels, picture, webpage
 FEW = ["--trajectories", "1"]
 BALANCED, SHAKING = "four_bar_kite_balanced", "four_bar_general"
 KEYS = (
-    "schema model balance balanced tolerance trajectories samples seed inputs length shaking "
-    "residual inertia bearing ratio agreement closure remarks warnings against"
+    "schema model at balance balanced tolerance trajectories samples seed inputs length "
+    "shaking residual inertia bearing ratio agreement closure remarks warnings against"
 ).split()
 
 

@@ -96,6 +96,8 @@ def _check(arguments: argparse.Namespace, found: Design) -> str:
     pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]
     pairs += [("--motion", relation) for relation in arguments.motion or ()]
     words += [word for flag, value in pairs if value for word in (flag, value)]
+    if arguments.at:
+        words += ["--at", ",".join(f"{name}={value!r}" for name, value in arguments.at.items())]
     words += ["--fix-base"] * arguments.fix_base
     words += ["--as-written"] * (arguments.angles == "as_written")
     words += ["--balance", "force"] * (arguments.balance == "force")

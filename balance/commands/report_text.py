@@ -33,6 +33,8 @@ def facts(space: DesignSpace) -> list[tuple[str, str]]:
         ("joints", f"{len(linkage.joints)} with one degree of freedom each, {loops}"),
         ("mobility", f"{linkage.mobility}, inputs {', '.join(space.inputs)}"),
     ]
+    if linkage.at:
+        lines.append(("pose", linkage.pose))
     if space.motion:
         lines.append(("motion", ", ".join(space.motion.relations)))
     if space.idle:

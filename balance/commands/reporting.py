@@ -66,7 +66,8 @@ def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
         for name, q in sorted(positions.items(), key=lambda item: -abs(item[1]))
     ]
     more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
+    where = "the pose asked for" if linkage.at else "the pose at which its loops close"
     return (
-        f"at the pose at which its loops close: only origins of joints differ, moved are "
+        f"at {where}: only origins of joints differ, moved are "
         f"{', '.join(named[:NAMED])}{more}; limits of joints count from there"
     )

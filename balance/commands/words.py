@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
@@ -71,6 +72,11 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         help="joints to use as independent coordinates",
     )  # fmt: skip
     parser.add_argument(
+        "--at", type=_coordinates, metavar="J1=VALUE,…",
+        help="another reference pose than that of the file: coordinates of inputs counted from "
+        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow",
+    )  # fmt: skip
+    parser.add_argument(
         "--motion", action="append", metavar="RELATION",
         help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
     )  # fmt: skip
@@ -114,6 +120,19 @@ def _names(text: str) -> list[str]:
     if not all(names):
         raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
     return names
+
+
+def _coordinates(text: str) -> dict[str, float]:
+    """Values by name, of ``u1=0.3,u2=-0.1``."""
+    words = [word.rpartition("=") for word in text.split(",")]
+    names = [name.strip() for name, *_ in words]
+    try:
+        values = [float(value) for *_, value in words]
+    except ValueError:
+        values = [math.nan]
+    if not all(names) or len(set(names)) < len(names) or not all(map(math.isfinite, values)):
+        raise argparse.ArgumentTypeError(f"'{text}' is not u1=0.3,u2=-0.1 with each input once")
+    return dict(zip(names, values, strict=True))
 
 
 def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:

@@ -195,6 +195,7 @@ class Predictions:
         return {
             "schema": SCHEMA,
             "model": self.linkage.name,
+            "at": self.linkage.at,
             "tool": self.tool,
             "motion": list(motion.motion.relations),
             "independent": list(motion.motion.inputs),

@@ -253,6 +253,7 @@ class DesignSpace(Answer):
         return {
             "schema": SCHEMA,
             "model": linkage.name,
+            "at": linkage.at,
             "algebra": "planar" if self.planar else "spatial",
             "balance": self.balance,
             "bodies": list(self.bodies),

@@ -209,6 +209,7 @@ class Verification:
         return {
             "schema": SCHEMA,
             "model": self.model,
+            "at": self.linkage.at,
             "balance": self.balance,
             "balanced": self.balanced if self.agreed else None,
             "tolerance": self.tolerance,
@@ -247,6 +248,7 @@ class Verification:
         joint = self._most_loaded()
         return [
             ("linkage", f"{self.model}, {self.balance} balance"),
+            *([("pose", self.linkage.pose)] if self.linkage.at else []),
             ("inputs", _names(self.linkage.inputs)),
             ("motions", f"{len(self.runs)} {origin}; {samples} samples"),
             ("shaking force", f"{self.force:.3g} N, {self.force_residual:.1e} of inertia"),

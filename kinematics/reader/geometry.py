@@ -130,12 +130,13 @@ def changed_screws(linkage: Linkage) -> tuple[Vector, ...]:
 def _positions(linkage: Linkage) -> Iterator[Notice]:
     """Notices of the joints whose positions at the reference pose are rounded to fractions."""
     assert linkage.displaced is not None
+    how = "closed" if linkage.at is None else "placed"
     carriers = {joint.parent for joint in linkage.joints}
     for j, (joint, q) in enumerate(zip(linkage.joints, linkage.displaced, strict=True)):
         if q and j in carriers:
             unit = "m" if joint.kind == "prismatic" else "rad"
             text = (
-                f"joint '{joint.name}': closed by Newton's method at {q:.6g} {unit} from the "
+                f"joint '{joint.name}': {how} by Newton's method at {q:.6g} {unit} from the "
                 f"pose of the file: taken within 2^-{BITS} of it; lengths of links differ "
                 "from those of the file by as much"
             )

@@ -146,20 +146,27 @@ def load(
             raise LinkageError(f"{wrong}; choose from {', '.join(known)}")
     closed = (massless,) if isinstance(massless, str) else tuple(massless)
     draft = _draft(model, loops, Options(fix_base, bodies, closed, angles))
-    from kinematics.assembly import assemble
-
     try:
-        linkage = assemble(draft, inputs, exactly=angles == "as_written")
-        if not at:
-            return linkage
-        from kinematics.repose import repose
-
-        return repose(linkage, at, exactly=angles == "as_written")
+        return _assembled(draft, inputs, at, angles == "as_written")
     except (OpenLoopError, MobilityError) as error:
         for notice in draft.notices:
             if notice.code == ROUNDED:
                 error.add_note(notice.message.removeprefix(f"{shown(draft.source, 1000)}: "))
         raise
+
+
+def _assembled(
+    draft: Draft, inputs: Sequence[str] | None, at: Mapping[str, float] | None, exactly: bool
+) -> Linkage:
+    """The linkage of a draft, at its own pose or at another."""
+    from kinematics.assembly import assemble
+
+    linkage = assemble(draft, inputs, exactly=exactly)
+    if not at:
+        return linkage
+    from kinematics.repose import repose
+
+    return repose(linkage, at, exactly=exactly)
 
 
 def _draft(

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import json
 from importlib.resources import files
+from typing import TYPE_CHECKING
 
-from balance.exact.ranks import Exact
-from balance.meaning.explain import Explanation
-from balance.spaces.space import DesignSpace
+if TYPE_CHECKING:
+    from balance.exact.ranks import Exact
+    from balance.meaning.explain import Explanation
+    from balance.spaces.space import DesignSpace
 
 __all__ = ["facts", "meaning", "schema", "table", "text"]
 

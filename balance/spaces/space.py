@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,14 @@ from balance.conditions.gathering import floor_of
 from balance.conditions.rank import Decision
 from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
-from balance.meaning.explain import Explanation, explain
 from balance.spaces.certainty import Certainty
 from balance.spaces.nearness import nearest_drop
 from balance.transfers.opening import CLEAR, SURE, Transfers
 from balance.transfers.partition import Transfer, by_joint
 from kinematics.linkage import Chain, Linkage, Notice
+
+if TYPE_CHECKING:
+    from balance.meaning.explain import Explanation
 
 __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
 
@@ -198,6 +200,8 @@ class DesignSpace(Answer):
 
     def explain(self) -> Explanation:
         """The space in words: what each joint lets through, and what the loops add."""
+        from balance.meaning.explain import explain
+
         return explain(self, self.transfers)
 
     @property

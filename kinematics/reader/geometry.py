@@ -137,8 +137,7 @@ def _positions(linkage: Linkage) -> Iterator[Notice]:
             unit = "m" if joint.kind == "prismatic" else "rad"
             text = (
                 f"joint '{joint.name}': {how} by Newton's method at {q:.6g} {unit} from the "
-                f"pose of the file: taken within 2^-{BITS} of it; lengths of links differ "
-                "from those of the file by as much"
+                f"pose of the file: taken within 2^-{BITS} of it; so are lengths of links"
             )
             yield Notice("not_exact", text)
 

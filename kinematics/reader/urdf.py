@@ -29,7 +29,6 @@ from kinematics.reader.loops import attach, freedoms, perpendicular, unit
 from kinematics.reader.markup import Element, near, shown
 from kinematics.reader.sidecar import Sidecar, merge
 from kinematics.reader.streams import Document, source_of
-from kinematics.reader.yourdf import tree_of, with_poses
 from kinematics.screws import exp, revolute
 
 if TYPE_CHECKING:
@@ -71,6 +70,8 @@ def adopt(model: URDF, loops: Path | None = None, options: Options | None = None
     matrices of the angles, which are taken as they are. The reference pose is the one with
     all joints at zero, whatever the configuration of the model.
     """
+    from kinematics.reader.yourdf import tree_of, with_poses
+
     options = options or Options()
     source = model.robot.name or "URDF"
     tree = checked(tree_of(model), source, options.fix_base)

@@ -12,6 +12,7 @@ from jsonschema import Draft202012Validator
 from laws import altered
 from test_readings import four_bar
 
+import balance
 import kinematics
 from balance import certify, design_space, exact_ranks
 from balance.cli import main
@@ -163,6 +164,12 @@ def test_the_command_reports_the_pose_and_writes_its_file(tmp_path, capsys):
     assert "pose          u1 = 0.25 rad, u2 = -0.4 rad from the pose of the file" in (
         capsys.readouterr().out
     )
+
+
+def test_a_saved_space_says_at_which_pose_it_is(tmp_path):
+    design_space(kinematics.load("four_bar_general", at={"u1": 0.3})).save(tmp_path / "s.npz")
+    notice = balance.load_space(tmp_path / "s.npz").notices[-1]
+    assert notice.code == "reference_pose" and "u1 = 0.3 rad from the pose" in notice.message
 
 
 def test_motions_start_from_the_pose(tmp_path, capsys):

@@ -74,7 +74,8 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--at", type=_coordinates, metavar="J1=VALUE,…",
         help="another reference pose than that of the file: coordinates of inputs counted from "
-        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow",
+        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
+        "displacements count from there",
     )  # fmt: skip
     parser.add_argument(
         "--motion", action="append", metavar="RELATION",

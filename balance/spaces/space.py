@@ -218,9 +218,12 @@ class DesignSpace(Answer):
         """What is known of the space without its linkage, and where it comes from."""
         from kinematics.version import __version__
 
+        known = {f.name: getattr(self, f.name) for f in fields(Answer)}
+        if self.linkage.at:
+            pose = Notice("reference_pose", f"the reference pose is {self.linkage.pose}")
+            known["notices"] = (*self.notices, pose)
         return SpaceRecord(
-            **{f.name: getattr(self, f.name) for f in fields(Answer)},
-            singular_values=self.singular_values, kept=self.kept, dropped=self.dropped,
+            **known, singular_values=self.singular_values, kept=self.kept, dropped=self.dropped,
             sha256=digest(self.source), version=__version__,
         )  # fmt: skip
 

@@ -1,7 +1,70 @@
 """Dynamic balance of linkages: which mass distributions do not shake the base.
 
 Parameters of a body are ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]`` about the
-inertial origin; momentum is ``[moment; force]``; SI units.
+inertial origin; momentum is ``[moment; force]``; SI units. ``kinematics.load`` reads linkages.
+
+The space of balanced mass distributions:
+
+- ``design_space``: the space of a linkage, by floating-point arithmetic
+- ``design_space_many``: spaces of one topology in many geometries, on all cores
+- ``certify``: confirm or correct the integers of a space, and state how sure they are
+- ``exact_ranks``: ranks of the conditions by order, as whole numbers without a tolerance
+- ``load_space``: read a space that was saved
+- ``DesignSpace``: mass distributions with vanishing momentum in every motion of a linkage
+- ``ManySpaces``: what ``design_space_many`` finds, geometry by geometry
+- ``SpaceRecord``: a space as data, without the linkage it came from
+- ``BodyInertia``: inertial parameters of a body, and what follows from them
+- ``Certainty``: what is known about the integers beyond floating-point arithmetic
+- ``Exact``: ranks by exact arithmetic
+- ``Proof``: lower bounds on rank and nullity that add up to the number of parameters
+
+Its meaning, from ``DesignSpace.explain()``:
+
+- ``Explanation``: a space in terms of point masses, displacements and pure-inertia rods
+- ``Freedom``: one way to change the masses that leaves the linkage balanced
+- ``Primitive``: one element of a mass distribution
+- ``Transfer``: what may be exchanged across one joint
+
+Masses that bodies can have:
+
+- ``design``: the best design of a space, or a certificate that there is none
+- ``feasible``: whether a space holds a distribution that can be built
+- ``check_certificate``: check a certificate without the solver
+- ``check_design``: check a design without the solver
+- ``CertificateCheck``: what the check of a certificate found
+- ``Design``: a design, or why there is none
+- ``DesignCheck``: what the check of a design found
+- ``Feasibility``: the verdict on a space
+
+Shaking in motion:
+
+- ``shaking``: shaking force and moment along a motion
+- ``verify``: whether a linkage shakes its base, by Pinocchio and by our own series
+- ``Trajectory``: a motion sampled in time
+- ``Verification``: the verdict of ``verify`` and what it rests on
+
+Momentum as a function of the pose:
+
+- ``momentum_regressor``: regressor of the total momentum at a finite pose
+- ``momentum_taylor``: the regressor as a polynomial about the reference pose
+- ``MomentumTaylor``: that polynomial
+
+Momentum as lines:
+
+- ``momentum_wrenches``: momentum of each body for unit rates of the coordinates
+- ``momentum_lines``: the same as lines with a pitch
+- ``meeting``: the point nearest to lines
+- ``common_normal``: the line that lines meet at right angles
+- ``screw_figure``: a picture of the lines at a pose
+- ``Meeting``: the point nearest to several lines
+- ``ScrewLine``: the line of a body's momentum
+
+Parameters of one body:
+
+- ``parameters``: from mass, centre of mass and inertia about that centre
+- ``mass_properties``: mass, centre of mass and central inertia of parameters
+- ``pseudo_inertia``: the matrix (4, 4) that is positive for physical bodies
+- ``violations``: inequalities of physical bodies that parameters break
 """
 
 from __future__ import annotations
@@ -140,11 +203,20 @@ def __getattr__(name: str) -> object:
     """Import a public name when it is first used: the command line needs few of them."""
     from importlib import import_module
 
+    if name == "__version__":
+        from kinematics.version import __version__
+
+        return __version__
     if name in _HOMES:
         value = getattr(import_module(f"balance.{_HOMES[name]}"), name)
         globals()[name] = value
         return value
     raise AttributeError(f"module 'balance' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    """The public names, for help and for completion, imported or not."""
+    return sorted({*globals(), *__all__, "__version__"})
 
 
 def _stages() -> Iterator[None]:

@@ -11,21 +11,23 @@ import io
 import logging
 import os
 import sys
-import traceback
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 from balance.commands import designing, moving, reporting, verifying
 from balance.commands.readings import with_both
-from balance.commands.words import add_model_options, unexpected, whole_number
-from balance.json_text import json_text
+from balance.commands.waiting import waiting
+from balance.commands.words import (
+    LONGEST,
+    Parser,
+    add_model_options,
+    take_streams,
+    unexpected,
+    whole_number,
+)
 from kinematics.errors import ExactError, LinkageError
-from kinematics.linkage import Notice
-from kinematics.models import describe, gallery, load
-from kinematics.reader.markup import shown
 
 if TYPE_CHECKING:
     from balance.commands.verifying import Verified
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     from balance.meaning.explain import Explanation
     from balance.motions.prediction import Predictions
     from balance.spaces.space import DesignSpace
-    from kinematics.linkage import Linkage
+    from kinematics.linkage import Linkage, Notice
 
 __all__ = ["USAGE", "main"]
 
@@ -42,8 +44,7 @@ EXIT_CODES = (
     "4 undecided, 70 a defect of this program (one line says what; BALANCE_DEBUG=1 shows "
     "where), 130 interrupted."
 )
-# Most characters of an error message.
-LONGEST = 20_000
+FINDING = "finding the mass distributions that balance"
 DONE, NEGATIVE, USAGE, REFUSED, UNDECIDED, DEFECT, INTERRUPTED = 0, 1, 2, 3, 4, 70, 130
 
 
@@ -62,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    logging.basicConfig(format="%(message)s", stream=sys.stderr, level=logging.WARNING)
+    logging.basicConfig(format="%(message)s", handlers=[_StandardError()], level=logging.WARNING)
     debug = bool(os.environ.get("BALANCE_DEBUG"))
     with warnings.catch_warnings():
         if not debug:
@@ -71,15 +72,26 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _run(argv, debug)
 
 
+class _StandardError(logging.Handler):
+    """Prints on what is standard error by then, below a line that moves."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one line."""
+        print(self.format(record), file=sys.stderr)
+
+
 def _run(argv: Sequence[str] | None, debug: bool) -> int:
     """Run one command; returns its exit code, and prints one line where it fails."""
     words = sys.argv[1:] if argv is None else argv
     try:
         arguments = _parser().parse_args(words)
+        take_streams(arguments)
         return int(arguments.run(arguments))
     except SystemExit as stop:
         return int(stop.code or 0)
     except LinkageError as error:
+        from kinematics.reader.markup import shown
+
         text = "; ".join([str(error), *getattr(error, "__notes__", ())])
         print(f"balance: {shown(text, LONGEST)}", file=sys.stderr)
         return REFUSED
@@ -90,32 +102,29 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
         return INTERRUPTED
     except Exception as error:
         if debug:
+            import traceback
+
             traceback.print_exc(file=sys.stderr)
         print(unexpected(error, words), file=sys.stderr)
         return DEFECT
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser that reports a wrong argument in one line, whatever characters it has."""
+class _Version(argparse.Action):
+    """Prints the version, which is looked up only then."""
 
-    def parse_known_args(  # type: ignore[override]
-        self, args: Sequence[str], namespace: argparse.Namespace | None = None
-    ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse arguments; refuse ``--option=--``, which Python 3.11 reads as a list."""
-        for name in (word[:-3] for word in args if word.startswith("--")
-                     and word.endswith("=--")):  # fmt: skip
-            self.error(f"argument {name}: expected one argument")
-        return super().parse_known_args(args, namespace)
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """End the command with code 0."""
+        from kinematics.version import __version__
 
-    def error(self, message: str) -> NoReturn:
-        """End the command with code 2."""
-        super().error(shown(message, LONGEST))
+        print(f"balance {__version__}")
+        parser.exit()
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog="balance", description="Dynamic balance of linkages.", epilog=EXIT_CODES
     )
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     verbs = parser.add_subparsers(metavar="command", required=True)
 
     report = verbs.add_parser(
@@ -125,7 +134,7 @@ def _parser() -> argparse.ArgumentParser:
         "of the design space, order by order.",
     )
     add_model_options(report)
-    _add_report_options(report)
+    reporting.add_options(report)
     report.set_defaults(run=_report)
 
     verify = verbs.add_parser(
@@ -162,43 +171,17 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_report_options(report: argparse.ArgumentParser) -> None:
-    """Options of ``report`` beside those of every command on a model."""
-    report.add_argument(
-        "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
-        help="compute exactly the orders 0 to K, instead of as many as needed",
-    )  # fmt: skip
-    report.add_argument(
-        "--explain", action="store_true",
-        help="say what may be moved across each joint, and what the loops add",
-    )  # fmt: skip
-    report.add_argument(
-        "--html", metavar="FILE",
-        help="write a page with the moving linkage and all of this; it needs no network",
-    )  # fmt: skip
-    report.add_argument(
-        "--write-closed", metavar="FILE",
-        help="write the URDF file at the pose at which its loops close",
-    )  # fmt: skip
-    report.add_argument(
-        "--exact", action="store_true",
-        help="also compute the ranks by exact arithmetic, from the decimals of the file",
-    )  # fmt: skip
-    report.add_argument(
-        "--require", choices=("proved", "verified"),
-        help="exit with 4 if the answer is less certain than that",
-    )  # fmt: skip
-
-
 def _load(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:
     """The linkage that the shared options describe, with rounded angles read as told.
 
     ``other`` is the path or name of another model, to be read with the same options.
     """
+    from kinematics.models import load
+
     return load(
         other or arguments.model, None if other else arguments.loops, arguments.inputs,
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
-        angles=angles,
+        angles=angles, at=arguments.at,
     )  # fmt: skip
 
 
@@ -217,15 +200,16 @@ def _space(arguments: argparse.Namespace, angles: str) -> DesignSpace:
 
 
 def _report(arguments: argparse.Namespace) -> int:
-    space = with_both(partial(_space, arguments), arguments.angles)
+    with waiting(FINDING):
+        space = with_both(partial(_space, arguments), arguments.angles)
+        space, exact = _exactly(space) if arguments.exact else (space, None)
+        explanation = space.explain() if arguments.explain else None
+        told = reporting.write_files(arguments, space, explanation)
     from balance.commands.report_text import text
 
-    space, exact = _exactly(space) if arguments.exact else (space, None)
-    explanation = space.explain() if arguments.explain else None
-    told = reporting.write_files(arguments, space, explanation)
     _warn((*space.warnings, *(exact.notices if exact else ()), *told))
     if arguments.json:
-        print(json_text(space.to_dict(explanation, exact), 2))
+        print(_json(space.to_dict(explanation, exact)))
     elif sys.stdout.isatty():
         _show(space, explanation, exact)
     else:
@@ -235,14 +219,15 @@ def _report(arguments: argparse.Namespace) -> int:
 
 
 def _design(arguments: argparse.Namespace) -> int:
-    space = with_both(partial(_space, arguments), arguments.angles)
-    found = designing.designed(arguments, space)
+    with waiting(FINDING):
+        space = with_both(partial(_space, arguments), arguments.angles)
+        found = designing.designed(arguments, space)
     told = designing.write_files(arguments, found)
     _warn(space.warnings)
     if told:
         logging.warning(told)
     if arguments.json:
-        print(json_text(found.to_dict(), 2))
+        print(_json(found.to_dict()))
     else:
         from balance.commands.design_text import text
 
@@ -260,7 +245,8 @@ def _verify(arguments: argparse.Namespace) -> int:
 
 
 def _motion(arguments: argparse.Namespace) -> int:
-    found = moving.foretold(arguments, partial(_load, arguments))
+    with waiting("expanding the motion"):
+        found = moving.foretold(arguments, partial(_load, arguments))
     from balance.commands.motion_text import text
 
     _tell(found, partial(text, found), arguments)
@@ -272,7 +258,14 @@ def _tell(
 ) -> None:
     """What was found, as text or as JSON, and what there is to tell of it."""
     _warn(found.notices)
-    print(json_text(found.to_dict(), 2) if arguments.json else text())
+    print(_json(found.to_dict()) if arguments.json else text())
+
+
+def _json(data: object) -> str:
+    """Data as the one JSON object that a command prints."""
+    from balance.json_text import json_text
+
+    return json_text(data, 2)
 
 
 def _warn(notices: Iterable[Notice]) -> None:
@@ -286,6 +279,10 @@ def _exactly(space: DesignSpace) -> tuple[DesignSpace, Exact | None]:
     try:
         return space, space.exact()
     except ExactError as error:
+        from dataclasses import replace
+
+        from kinematics.linkage import Notice
+
         notice = Notice("exact_refused", str(error))
         return replace(space, notices=(*space.notices, notice)), None
 
@@ -329,9 +326,11 @@ def _show(space: DesignSpace, explanation: Explanation | None, exact: Exact | No
 
 
 def _models(arguments: argparse.Namespace) -> int:
+    from kinematics.models import describe, gallery
+
     found = {name: describe(path) for name, path in gallery().items()}
     if arguments.json:
-        print(json_text({"schema": "balance.models/1", "models": found}, 2))
+        print(_json({"schema": "balance.models/1", "models": found}))
     else:
         width = max(map(len, found), default=0)
         print("\n".join(f"{name:<{width}}  {line}" for name, line in found.items()))

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import os
-import shutil
 import stat
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from pathlib import Path
 from typing import BinaryIO
-from uuid import uuid4
 
 from kinematics.errors import FileError
-from kinematics.reader.markup import shown
 
 __all__ = ["check_different", "replacing", "replacing_all"]
 
@@ -27,7 +23,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     Raises:
         FileError: it cannot be written; what stood there before is left as it was.
     """
-    target = Path(os.path.realpath(path))
+    target = os.path.realpath(path)
     if _is_stream(target):
         try:
             with open(path, "wb") as file:
@@ -35,21 +31,22 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         except OSError as error:
             raise _unwritable(path, error) from None
         return
-    temporary = target.with_name(f".{uuid4().hex}.tmp")
+    temporary = os.path.join(os.path.dirname(target), f".{os.urandom(16).hex()}.tmp")
     try:
         with open(temporary, "xb") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
         with suppress(FileNotFoundError):
-            shutil.copymode(target, temporary)
+            os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
         os.replace(temporary, target)
     except OSError as error:
         with suppress(OSError):
-            temporary.unlink(missing_ok=True)
+            os.unlink(temporary)
         raise _unwritable(path, error) from None
     except BaseException:
-        temporary.unlink(missing_ok=True)
+        with suppress(FileNotFoundError):
+            os.unlink(temporary)
         raise
 
 
@@ -81,6 +78,8 @@ def check_different(linkage: str | None, page: str | None) -> None:
 
 
 def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
+    from kinematics.reader.markup import shown
+
     reason = error.strerror or type(error).__name__
     return FileError(
         shown(os.fsdecode(path), 1000), "", f"cannot be written ({reason})",
@@ -88,10 +87,10 @@ def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
     )  # fmt: skip
 
 
-def _is_stream(target: Path) -> bool:
+def _is_stream(target: str) -> bool:
     """Whether a path is a pipe or a device, or what this process prints to."""
     try:
-        found = target.stat()
+        found = os.stat(target)
     except OSError:
         return False
     if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):

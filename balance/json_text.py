@@ -7,8 +7,6 @@ import math
 from collections.abc import Mapping
 from fractions import Fraction
 
-import numpy as np
-
 __all__ = ["json_text", "plain"]
 
 
@@ -38,7 +36,7 @@ def plain(data: object) -> object:
     Raises:
         TypeError: something in the data, or a key, is of another type.
     """
-    if isinstance(data, np.ndarray | np.generic):
+    if hasattr(data, "tolist"):
         data = data.tolist()
     if isinstance(data, float):
         return data if math.isfinite(data) else None

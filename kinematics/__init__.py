@@ -2,6 +2,19 @@
 
 Knows motion and nothing of mass. Twists are ``[ω; v]`` with v the velocity of the body
 point at the origin; all quantities are in the inertial frame, in SI units.
+
+- ``load``: read a linkage, close its loops and choose its coordinates
+- ``compile``: compile all kernels of the packages that are imported, ahead of their use
+- ``gallery``: paths of the linkages that come with the package, by name
+- ``tool``: the linkage with coordinates of a tool as its inputs
+- ``taylor_motion``: expand the closed motion of a linkage about its reference pose
+- ``Linkage``: a linkage at its reference pose, with loops closed and coordinates chosen
+- ``Joint``: one degree of freedom between two links
+- ``Body``: a rigid body with inertial parameters
+- ``Loop``: a weld that closes a loop
+- ``Motion``: linear relations between the inputs
+- ``TaylorMotion``: the closed motion as a polynomial
+- ``Notice``: a remark for the user
 """
 
 from __future__ import annotations
@@ -38,6 +51,7 @@ _HOMES = {
     **dict.fromkeys(["gallery", "load"], "models"),
     **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor"),
     "Motion": "motion",
+    "__version__": "version",
     "tool": "tools",
 }
 
@@ -51,6 +65,11 @@ def __getattr__(name: str) -> object:
         globals()[name] = value
         return value
     raise AttributeError(f"module 'kinematics' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    """The public names, for help and for completion, imported or not."""
+    return sorted({*globals(), *_HOMES})
 
 
 def _stages() -> Iterator[None]:

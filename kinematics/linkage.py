@@ -19,6 +19,7 @@ from kinematics.wording import counted, listed, paragraph, vector
 
 if TYPE_CHECKING:
     from kinematics.reader.markup import Element
+    from kinematics.reader.streams import Document
 
 __all__ = [
     "GROUND",
@@ -179,8 +180,11 @@ class Draft:
         notices: what the reader has to tell.
         places: where every link of the file is, by name.
         tree: the elements of the file it was read from, with their decimals, or None.
+        document: that file, if it was read from a stream and cannot be read again.
         displaced: positions of all joints (n,) at the reference pose, measured from the pose
             of the file, in radians and metres; None if it is that pose.
+        at: coordinates of the inputs at the reference pose, by name, counted likewise, if
+            that pose was asked for; else None.
     """
 
     name: str
@@ -193,7 +197,9 @@ class Draft:
     notices: tuple[Notice, ...] = ()
     places: Mapping[str, Place] = field(default_factory=dict, repr=False)
     tree: Element | None = field(default=None, repr=False)
+    document: Document | None = field(default=None, repr=False)
     displaced: Array | None = field(default=None, repr=False)
+    at: Mapping[str, float] | None = None
 
     def __repr__(self) -> str:
         """Two lines: what the linkage is made of, and its file."""
@@ -303,6 +309,16 @@ class Linkage(Draft):
     def planar(self) -> bool:
         """Whether the linkage moves in parallel planes."""
         return self.chain.planar
+
+    @property
+    def pose(self) -> str:
+        """The reference pose in words, if it was asked for; otherwise empty."""
+        kinds = {joint.name: joint.kind for joint in self.joints}
+        named = (
+            f"{name} = {value:.6g} {'m' if kinds.get(name) == 'prismatic' else 'rad'}"
+            for name, value in (self.at or {}).items()
+        )
+        return f"{', '.join(named)} from the pose of the file" if self.at else ""
 
     def positions_of(self, joints: Sequence[str]) -> IntArray:
         """Where joints of these names stand among all joints."""

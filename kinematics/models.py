@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
-from importlib.resources import files
+from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
 from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from kinematics.errors import FileError, LinkageError, MobilityError, OpenLoopError
-from kinematics.reader.angles import READINGS, ROUNDED
-from kinematics.reader.markup import near, shown
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
 
-    from kinematics.linkage import Linkage
+    from kinematics.linkage import Draft, Linkage
+    from kinematics.reader.files import Options
+    from kinematics.reader.streams import Document
 
 __all__ = ["LinkageLike", "as_linkage", "describe", "find", "gallery", "load", "robots"]
 
@@ -28,7 +27,9 @@ LinkageLike: TypeAlias = "Linkage | str | PathLike[str] | URDF"
 
 def gallery() -> dict[str, Path]:
     """Paths of the linkages that come with the package, by name."""
-    folder = Path(str(files("urdf_models")))
+    import urdf_models
+
+    folder = Path(next(iter(urdf_models.__path__)))
     return {path.stem: path for path in sorted(folder.glob("*.urdf"))}
 
 
@@ -81,6 +82,8 @@ def find(model: str | PathLike[str]) -> Path:
     known = gallery()
     if path.name in known:
         return known[path.name]
+    from kinematics.reader.markup import near, shown
+
     others = robots()
     name = path.name.removesuffix("_robot")
     if name in others:
@@ -96,7 +99,7 @@ def find(model: str | PathLike[str]) -> Path:
 
 
 def load(
-    model: str | PathLike[str] | URDF,
+    model: str | PathLike[str] | Document | URDF,
     loops: str | PathLike[str] | None = None,
     inputs: Sequence[str] | None = None,
     *,
@@ -104,12 +107,14 @@ def load(
     bodies: str = "given",
     massless: Sequence[str] = (),
     angles: str = "nominal",
+    at: Mapping[str, float] | None = None,
 ) -> Linkage:
     """Read a linkage from a URDF file, close its loops and choose its coordinates.
 
     Args:
         model: path of a URDF file, name of a model in the gallery or of a robot in
-            example-robot-data, or a model that yourdfpy has loaded.
+            example-robot-data, or a model that yourdfpy has loaded. A file may come through
+            a pipe, or ``-``, standard input; no other file is then looked for beside it.
         loops: path of a YAML file that describes the loops; by default they are ``<loop>``
             elements of the URDF file, or in a YAML file next to it with the same stem.
         inputs: names of joints to use as independent coordinates.
@@ -122,32 +127,29 @@ def load(
             axis is moved to close loops that close only to rounding. A notice names such
             angles. A model that yourdfpy has loaded holds matrices in place of angles, and
             they are taken as they are.
+        at: coordinates of inputs at another reference pose than that of the file, such as
+            ``{"u1": 0.3}``: counted from the pose of the file, in radians and metres. Inputs
+            that are not named stay; all other joints follow, without a change of branch.
 
     Returns:
-        The linkage at its reference pose: that of the file, with its loops closed.
+        The linkage at its reference pose: that of the file with its loops closed, or ``at``.
 
     Raises:
         LinkageError: the file or the linkage cannot be used; the subclass says why. A note
             on an error of closure or mobility names the angles that look rounded.
     """
+    from kinematics.reader.angles import READINGS, ROUNDED
+    from kinematics.reader.files import Options
+    from kinematics.reader.markup import shown
+
     for option, value, known in (("bodies", bodies, BODIES), ("angles", angles, READINGS)):
         if value not in known:
             wrong = f"{option} '{shown(str(value))}' unknown"
             raise LinkageError(f"{wrong}; choose from {', '.join(known)}")
     closed = (massless,) if isinstance(massless, str) else tuple(massless)
-    from kinematics.reader import urdf
-
-    options = urdf.Options(fix_base, bodies, closed, angles)
-    if isinstance(model, (str, PathLike)):
-        draft = urdf.read(find(model), loops, options)
-    elif hasattr(model, "robot"):
-        draft = urdf.adopt(model, loops, options)
-    else:
-        raise TypeError(f"model is a path, a name or a yourdfpy.URDF, not {type(model)}")
-    from kinematics.assembly import assemble
-
+    draft = _draft(model, loops, Options(fix_base, bodies, closed, angles))
     try:
-        return assemble(draft, inputs, exactly=angles == "as_written")
+        return _assembled(draft, inputs, at, angles == "as_written")
     except (OpenLoopError, MobilityError) as error:
         for notice in draft.notices:
             if notice.code == ROUNDED:
@@ -175,3 +177,41 @@ def as_linkage(model: LinkageLike) -> Linkage:
             f"not {type(model).__name__}"
         )
     return load(model)
+
+
+def _assembled(
+    draft: Draft, inputs: Sequence[str] | None, at: Mapping[str, float] | None, exactly: bool
+) -> Linkage:
+    """The linkage of a draft, at its own pose or at another."""
+    from kinematics.assembly import assemble
+
+    linkage = assemble(draft, inputs, exactly=exactly)
+    if not at:
+        return linkage
+    from kinematics.repose import repose
+
+    return repose(linkage, at, exactly=exactly)
+
+
+def _draft(
+    model: str | PathLike[str] | Document | URDF,
+    loops: str | PathLike[str] | None,
+    options: Options,
+) -> Draft:
+    """The linkage as its file, or a loaded model, describes it."""
+    from kinematics.reader.files import accepted
+    from kinematics.reader.streams import Document, streamed
+
+    if isinstance(model, (str, PathLike)):
+        model = streamed(model) or find(model)
+    if isinstance(model, (Document, Path)):
+        side = accepted(model, loops, options)
+        # The file has been accepted; only now is it worth loading libraries.
+        from kinematics.reader.urdf import drafted
+
+        return drafted(model, side, options)
+    if not hasattr(model, "robot"):
+        raise TypeError(f"model is a path, a name or a yourdfpy.URDF, not {type(model)}")
+    from kinematics.reader.urdf import adopt
+
+    return adopt(model, loops, options)

@@ -111,6 +111,15 @@ def _speed(rng: random.Random, place: Place) -> str:
     return f"{crank}{_number(rng)}{unit}"
 
 
+def _pose(rng: random.Random, place: Place) -> str:
+    """Coordinates of some inputs, mostly near the pose of the file."""
+    some = rng.sample(place.names.inputs, min(len(place.names.inputs), rng.choice((1, 1, 2))))
+    if not some or rng.random() < 0.05:
+        return _one(rng, place.names.joints)
+    near = f"{rng.uniform(-0.1, 0.1):.3g}"
+    return ",".join(f"{name}={rng.choice((near, _number(rng, 0.05)))}" for name in some)
+
+
 def _table(rng: random.Random, place: Place) -> str:
     """The path of a table of motions, good or bad."""
     path = place.folder / rng.choice(("motion.csv", "bewegung ä.csv"))
@@ -153,6 +162,7 @@ WORDS: dict[str, Maker] = {
     "--bodies": _of("given", "all"),
     "--massless": lambda rng, place: [_list(rng, place.names.links)],
     "--inputs": lambda rng, place: [_list(rng, rng.choice(place.names[1:]))],
+    "--at": lambda rng, place: [_pose(rng, place)],
     "--motion": lambda rng, place: [_relation(rng, place)],
     "--balance": _of("dynamic", "force", "force"),
     "--max-order": _of("0", "1", "2", "3", "5", "-1", "51", "x"),
@@ -182,6 +192,7 @@ WORDS: dict[str, Maker] = {
 GOOD: dict[str, list[str]] = {
     "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
     "--inputs": ["{inputs}"], "--motion": ["{first}=0"], "--balance": ["force"],
+    "--at": ["{first}=0.05"],
     "--max-order": ["1"], "--html": ["{folder}/page.html"], "--require": ["verified"],
     "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
     "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -12,12 +13,14 @@ from figures import FIGURES, Figure
 from laws import known
 from spent import spent
 
+import balance
+import kinematics
 from balance.cli import main
 from kinematics import gallery
 
 KEYS = (
-    "schema model algebra balance bodies parameters joints loops mobility inputs idle motion "
-    "orders poses kmax rank nullity serial parallel certainty evidence exact transfers "
+    "schema model at algebra balance bodies parameters joints loops mobility inputs idle "
+    "motion orders poses kmax rank nullity serial parallel certainty evidence exact transfers "
     "freedoms margin singular_values basis as_given warnings"
 ).split()
 
@@ -206,7 +209,7 @@ def test_what_the_guard_refuses_loads_nothing_heavy(tmp_path):
     path.write_text('<?xml version="1.0"?><!DOCTYPE robot><robot name="r"/>', encoding="utf-8")
     code = (
         "import sys; from balance.cli import main; code = main(sys.argv[1:]); "
-        "print([m for m in ('numba', 'yourdfpy', 'scipy', 'rich') if m in sys.modules]); "
+        "print([m for m in ('numpy', 'numba', 'yourdfpy', 'rich') if m in sys.modules]); "
         "sys.exit(code)"
     )
     start = spent()
@@ -219,6 +222,33 @@ def test_what_the_guard_refuses_loads_nothing_heavy(tmp_path):
     elapsed = spent() - start
     assert (done.returncode, done.stdout) == (3, "[]\n")
     assert elapsed < 2.0  # five times the goal, for machines that are busy
+
+
+@pytest.mark.parametrize(
+    "words", [["--help"], ["report", "--help"], ["--version"], ["models"], ["no-such"]], ids=str
+)
+def test_words_alone_load_nothing_heavy(words):
+    """What is answered from the words of the command, or from the heads of files."""
+    code = (
+        "import sys; from balance.cli import main; code = main(sys.argv[1:]); "
+        "heavy = {'numpy', 'numba', 'scipy', 'rich', 'yaml', 'yourdfpy'}; "
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr); sys.exit(code)"
+    )
+    start = spent()
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], capture_output=True, text=True, check=False
+    )
+    elapsed = spent() - start
+    assert done.returncode == (2 if words == ["no-such"] else 0)
+    assert done.stderr.splitlines()[-1] == "[]"
+    assert elapsed < 0.5  # five times the goal, for machines that are busy
+
+
+def test_the_version_is_that_of_the_package():
+    done = run("--version")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"balance {balance.__version__}\n"
+    assert balance.__version__ == kinematics.__version__ == version("screwbalance")
 
 
 def test_the_module_runs_as_a_command():

@@ -213,6 +213,20 @@ def test_public_names_exist_and_are_documented(package: str):
         _ = root.no_such_name
 
 
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_newcomer_finds_the_public_names(package: str):
+    """In the docstring with a line each, by completion and in the help, before first use."""
+    code = f"import {package} as p, json; print(json.dumps([p.__doc__, dir(p), p.__version__]))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    text, names, version = json.loads(done.stdout)
+    public = list(importlib.import_module(package).__all__)
+    told = re.findall(r"^- ``(\w+)``: \S.*\S$", text, re.MULTILINE)
+    assert sorted(told) == public
+    assert set(public) <= set(names) and "__version__" in names and version[0].isdigit()
+
+
 def test_all_that_is_public_has_a_docstring():
     wrong = [where for path in PRODUCT for where in undocumented(tree(path), label(path))]
     assert not wrong

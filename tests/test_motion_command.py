@@ -18,8 +18,8 @@ from balance.cli import main
 SCHEMAS = files("balance").joinpath("schemas")
 SCHEMA = json.loads(SCHEMAS.joinpath("motion.schema.json").read_text("utf-8"))
 KEYS = (
-    "schema model tool point motion independent dependent joints order condition radius length "
-    "poses reached warnings"
+    "schema model at tool point motion independent dependent joints order condition radius "
+    "length poses reached warnings"
 ).split()
 
 

@@ -28,7 +28,7 @@ from balance.web.traces import LINES, panels, picture, webpage
 FEW = ["--trajectories", "1"]
 BALANCED, SHAKING = "four_bar_kite_balanced", "four_bar_general"
 KEYS = (
-    "schema model file balance balanced tolerance trajectories samples seed inputs duration "
+    "schema model file at balance balanced tolerance trajectories samples seed inputs duration "
     "amplitude speed length shaking worst plotted residual inertia bearing ratio agreement "
     "closure remarks warnings against"
 ).split()

@@ -27,6 +27,8 @@ def facts(design: Design) -> list[tuple[str, str]]:
     space = design.space
     algebra = "planar" if space.planar else "spatial"
     pairs = [("linkage", f"{space.linkage.name}, {algebra}, {space.balance} balance")]
+    if space.linkage.at:
+        pairs.append(("pose", space.linkage.pose))
     if space.motion:
         pairs.append(("motion", ", ".join(space.motion.relations)))
     count = space.rank + space.nullity

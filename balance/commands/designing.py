@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
-import shlex
 from typing import TYPE_CHECKING
 
 from balance.files import check_different, replacing_all
-from kinematics.reader.sidecar import beside
 
 if TYPE_CHECKING:
     from balance.designs.optimum import Design
@@ -90,12 +88,16 @@ def write_files(arguments: argparse.Namespace, found: Design) -> str:
 
 def _check(arguments: argparse.Namespace, found: Design) -> str:
     """The command that verifies the file of a design, with the options it was made with."""
+    import shlex
+
     words = ["balance", "verify", arguments.out]
     loops = arguments.loops or _sidecar(found, arguments.out)
     lists = (("--inputs", arguments.inputs), ("--massless", arguments.massless))
     pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]
     pairs += [("--motion", relation) for relation in arguments.motion or ()]
     words += [word for flag, value in pairs if value for word in (flag, value)]
+    if arguments.at:
+        words += ["--at", ",".join(f"{name}={value!r}" for name, value in arguments.at.items())]
     words += ["--fix-base"] * arguments.fix_base
     words += ["--as-written"] * (arguments.angles == "as_written")
     words += ["--balance", "force"] * (arguments.balance == "force")
@@ -104,8 +106,10 @@ def _check(arguments: argparse.Namespace, found: Design) -> str:
 
 def _sidecar(found: Design, out: str) -> str | None:
     """The file beside the model that describes its loops, if it is not beside ``out`` too."""
+    from kinematics.reader.sidecar import beside
+
     linkage = found.space.linkage
-    if any(notice.code == "loops_ignored" for notice in linkage.notices):
+    if linkage.document or any(notice.code == "loops_ignored" for notice in linkage.notices):
         return None
     file = beside(linkage.source)
     return None if file == beside(out) else file

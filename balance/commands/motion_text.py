@@ -32,6 +32,8 @@ def facts(found: Predictions) -> list[tuple[str, str]]:
     motion, count = found.motion, len(found.linkage.loops)
     loops = f"{count} loop{'' if count == 1 else 's'}"
     pairs = [("linkage", f"{found.linkage.name}, {len(motion.joints)} joints, {loops}")]
+    if found.linkage.at:
+        pairs.append(("pose", found.linkage.pose))
     if found.tool is not None:
         pairs += _tool(found, found.tool)
     if motion.motion.relations:

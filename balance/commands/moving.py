@@ -11,7 +11,6 @@ from balance.commands.readings import with_both
 from balance.commands.words import picture_path, whole_number
 from balance.files import replacing_all
 from kinematics.errors import CoordinateError, MotionError, PoseError
-from kinematics.linkage import Notice
 
 if TYPE_CHECKING:
     import numpy as np
@@ -85,8 +84,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--html", metavar="FILE", help="write a page with these curves; it needs no network"
     )
-    # A file need not have masses. Words that exclude each other are usage.
-    parser.set_defaults(bodies="all", refuse=parser.error)
+    parser.set_defaults(bodies="all")  # a file need not have masses
 
 
 def foretold(arguments: argparse.Namespace, load: Callable[[str], Linkage]) -> Predictions:
@@ -119,6 +117,7 @@ def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
     """The Taylor motion and the poses."""
     # The file has been accepted; only now is it worth loading the kernels.
     from balance.motions.prediction import Predictions, predict
+    from kinematics.linkage import Notice
     from kinematics.taylor import taylor_motion
     from kinematics.tools import tool
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 from kinematics.errors import LinkageError
-from kinematics.linkage import Notice
-from kinematics.reader.angles import READINGS, ROUNDED
 
 if TYPE_CHECKING:
     from balance.motions.prediction import Predictions
@@ -40,6 +37,10 @@ def with_both(build: Callable[[str], Answer], angles: str) -> Answer:
         LinkageError: the linkage cannot be used as wanted. If rounded angles may be the
             reason, the notes of the error name them and tell what the other reading gives.
     """
+    from dataclasses import replace
+
+    from kinematics.reader.angles import READINGS, ROUNDED
+
     (other,) = (reading for reading in READINGS if reading != angles)
     try:
         answer = build(angles)
@@ -56,9 +57,10 @@ def with_both(build: Callable[[str], Answer], angles: str) -> Answer:
     if here == there:
         text = f"either way: {here}"
     notices = [
-        Notice(code, f"{message}; {text}" if code == ROUNDED else message)
-        for code, message in answer.notices
-    ]
+        notice._replace(message=f"{notice.message}; {text}") if notice.code == ROUNDED
+        else notice
+        for notice in answer.notices
+    ]  # fmt: skip
     return replace(answer, notices=tuple(notices))
 
 

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import json
 from importlib.resources import files
+from typing import TYPE_CHECKING
 
-from balance.exact.ranks import Exact
-from balance.meaning.explain import Explanation
-from balance.spaces.space import DesignSpace
+if TYPE_CHECKING:
+    from balance.exact.ranks import Exact
+    from balance.meaning.explain import Explanation
+    from balance.spaces.space import DesignSpace
 
 __all__ = ["facts", "meaning", "schema", "table", "text"]
 
@@ -33,6 +35,8 @@ def facts(space: DesignSpace) -> list[tuple[str, str]]:
         ("joints", f"{len(linkage.joints)} with one degree of freedom each, {loops}"),
         ("mobility", f"{linkage.mobility}, inputs {', '.join(space.inputs)}"),
     ]
+    if linkage.at:
+        lines.append(("pose", linkage.pose))
     if space.motion:
         lines.append(("motion", ", ".join(space.motion.relations)))
     if space.idle:

@@ -1,22 +1,51 @@
-"""The files of ``balance report``: the page, and the URDF file at the closed pose."""
+"""The command ``balance report``: its options, and the files that it writes."""
 
 from __future__ import annotations
 
 import argparse
 from typing import TYPE_CHECKING
 
+from balance.commands.words import whole_number
 from balance.files import check_different, replacing_all
-from kinematics.linkage import Linkage, Notice
 from kinematics.turns import measured, within_turn
 
 if TYPE_CHECKING:
     from balance.meaning.explain import Explanation
     from balance.spaces.space import DesignSpace
+    from kinematics.linkage import Linkage, Notice
 
-__all__ = ["write_files"]
+__all__ = ["add_options", "write_files"]
 
 # Most joints that a notice names.
 NAMED = 6
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``report`` beside those of every command on a model."""
+    parser.add_argument(
+        "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
+        help="compute exactly the orders 0 to K, instead of as many as needed",
+    )  # fmt: skip
+    parser.add_argument(
+        "--explain", action="store_true",
+        help="say what may be moved across each joint, and what the loops add",
+    )  # fmt: skip
+    parser.add_argument(
+        "--html", metavar="FILE",
+        help="write a page with the moving linkage and all of this; it needs no network",
+    )  # fmt: skip
+    parser.add_argument(
+        "--write-closed", metavar="FILE",
+        help="write the URDF file at the pose at which its loops close",
+    )  # fmt: skip
+    parser.add_argument(
+        "--exact", action="store_true",
+        help="also compute the ranks by exact arithmetic, from the decimals of the file",
+    )  # fmt: skip
+    parser.add_argument(
+        "--require", choices=("proved", "verified"),
+        help="exit with 4 if the answer is less certain than that",
+    )  # fmt: skip
 
 
 def write_files(
@@ -35,6 +64,8 @@ def write_files(
     Raises:
         FileError: a file cannot be written, or the linkage was not read from a file.
     """
+    from kinematics.linkage import Notice
+
     page, closed = arguments.html, arguments.write_closed
     contents, notices = [], []
     check_different(closed, page)
@@ -64,7 +95,8 @@ def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
     pairs = sorted(zip(moved, within.tolist(), strict=True), key=lambda pair: -abs(pair[1]))
     named = [f"{joint.name} by {measured(joint, q, 6)}" for joint, q in pairs]
     more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
+    where = "the pose asked for" if linkage.at else "the pose at which its loops close"
     return (
-        f"at the pose at which its loops close: only origins of joints differ, moved are "
+        f"at {where}: only origins of joints differ, moved are "
         f"{', '.join(named[:NAMED])}{more}; limits of joints count from there"
     )

@@ -21,6 +21,7 @@ def facts(found: Verification) -> list[tuple[str, str]]:
     return [
         ("linkage", f"{found.model}, {found.balance} balance"),
         ("file", found.linkage.source),
+        *([("pose", found.linkage.pose)] if found.linkage.at else []),
         ("inputs", listed(found.linkage.inputs)),
         *_motions(found),
         ("shaking force", f"{force}; {found.force_residual:.1e} of inertia"),

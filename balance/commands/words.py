@@ -3,20 +3,44 @@
 from __future__ import annotations
 
 import argparse
-import shlex
+import math
 from collections.abc import Callable, Sequence
+from typing import NoReturn
 
-from kinematics.reader.markup import shown
+__all__ = [
+    "LONGEST", "Parser", "add_model_options", "picture_path", "take_streams", "unexpected",
+    "whole_number",
+]  # fmt: skip
 
-__all__ = ["add_model_options", "picture_path", "unexpected", "whole_number"]
+LONGEST = 20_000
+"""Most characters of an error message."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that reports a wrong argument in one line, whatever characters it has."""
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str], namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse arguments; refuse ``--option=--``, which Python 3.11 reads as a list."""
+        for name in (word[:-3] for word in args if word.startswith("--")
+                     and word.endswith("=--")):  # fmt: skip
+            self.error(f"argument {name}: expected one argument")
+        return super().parse_known_args(args, namespace)
+
+    def error(self, message: str) -> NoReturn:
+        """End the command with code 2."""
+        from kinematics.reader.markup import shown
+
+        super().error(shown(message, LONGEST))
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that every command on a model shares."""
     parser.add_argument(
         "model",
-        help="path of a URDF file, a name from 'balance models', or a robot of "
-        "example-robot-data if that is installed",
+        help="path of a URDF file, - for standard input, a name from 'balance models', or a "
+        "robot of example-robot-data if that is installed",
     )
     parser.add_argument(
         "--loops", metavar="FILE",
@@ -48,6 +72,12 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         help="joints to use as independent coordinates",
     )  # fmt: skip
     parser.add_argument(
+        "--at", type=_coordinates, metavar="J1=VALUE,…",
+        help="another reference pose than that of the file: coordinates of inputs counted from "
+        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
+        "displacements count from there",
+    )  # fmt: skip
+    parser.add_argument(
         "--motion", action="append", metavar="RELATION",
         help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
     )  # fmt: skip
@@ -59,6 +89,31 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "--spatial", action="store_true", help="ten parameters per body, even if it is planar"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+    # Words that exclude each other are usage.
+    parser.set_defaults(refuse=parser.error)
+
+
+def take_streams(arguments: argparse.Namespace) -> None:
+    """Read the models that come through streams, each of which can be read only once.
+
+    Args:
+        arguments: the options of a command; documents take the place of such models.
+
+    Raises:
+        FileError: one cannot be read, or is longer than a file may be.
+        SystemExit: two models come through one stream.
+    """
+    named = {role: getattr(arguments, role, None) for role in ("model", "against")}
+    models = {role: model for role, model in named.items() if model is not None}
+    if not models:
+        return
+    from kinematics.reader.streams import stream_of, streamed
+
+    streams = [stream for model in models.values() if (stream := stream_of(model))]
+    if len(set(streams)) < len(streams):
+        arguments.refuse("--against: both models come from the same stream: give two files")
+    for role, model in models.items():
+        setattr(arguments, role, streamed(model) or model)
 
 
 def _names(text: str) -> list[str]:
@@ -66,6 +121,19 @@ def _names(text: str) -> list[str]:
     if not all(names):
         raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
     return names
+
+
+def _coordinates(text: str) -> dict[str, float]:
+    """Values by name, of ``u1=0.3,u2=-0.1``."""
+    words = [word.rpartition("=") for word in text.split(",")]
+    names = [name.strip() for name, *_ in words]
+    try:
+        values = [float(value) for *_, value in words]
+    except ValueError:
+        values = [math.nan]
+    if not all(names) or len(set(names)) < len(names) or not all(map(math.isfinite, values)):
+        raise argparse.ArgumentTypeError(f"'{text}' is not u1=0.3,u2=-0.1 with each input once")
+    return dict(zip(names, values, strict=True))
 
 
 def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:
@@ -104,6 +172,10 @@ def unexpected(error: Exception, words: Sequence[str]) -> str:
         error: the exception.
         words: the arguments of the command, without the name of the program.
     """
+    import shlex
+
+    from kinematics.reader.markup import shown
+
     what = shown(" ".join(f"{type(error).__name__}: {error}".split()), 500).rstrip(": ")
     command = shown(shlex.join(["balance", *words]), 500)
     return (

@@ -90,6 +90,7 @@ class Design:
         return {
             "schema": SCHEMA,
             "model": self.space.linkage.name,
+            "at": self.space.linkage.at,
             "algebra": "planar" if self.space.planar else "spatial",
             "balance": self.space.balance,
             "verdict": self.verdict,

@@ -204,6 +204,7 @@ class Predictions:
         return {
             "schema": SCHEMA,
             "model": self.linkage.name,
+            "at": self.linkage.at,
             "tool": self.tool,
             "point": None if self.point is None else list(self.point),
             "motion": list(motion.motion.relations),

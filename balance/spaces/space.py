@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +16,15 @@ from balance.conditions.gathering import floor_of
 from balance.conditions.rank import Decision
 from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
-from balance.meaning.explain import Explanation, explain
 from balance.spaces.certainty import Certainty
 from balance.spaces.nearness import nearest_drop
 from balance.transfers.opening import CLEAR, SURE, Transfers
 from balance.transfers.partition import Transfer, by_joint
 from kinematics.linkage import Chain, Linkage, Notice
 from kinematics.wording import listed, paragraph
+
+if TYPE_CHECKING:
+    from balance.meaning.explain import Explanation
 
 __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
 
@@ -211,6 +213,8 @@ class DesignSpace(Answer):
 
     def explain(self) -> Explanation:
         """The space in words: what each joint lets through, and what the loops add."""
+        from balance.meaning.explain import explain
+
         return explain(self, self.transfers)
 
     @property
@@ -225,10 +229,15 @@ class DesignSpace(Answer):
 
     def record(self) -> SpaceRecord:
         """What is known of the space without its linkage, and where it comes from."""
+        from kinematics.version import __version__
+
+        known = {f.name: getattr(self, f.name) for f in fields(Answer)}
+        if self.linkage.at:
+            pose = Notice("reference_pose", f"the reference pose is {self.linkage.pose}")
+            known["notices"] = (*self.notices, pose)
         return SpaceRecord(
-            **{f.name: getattr(self, f.name) for f in fields(Answer)},
-            singular_values=self.singular_values, kept=self.kept, dropped=self.dropped,
-            sha256=digest(self.source), version=_version(),
+            **known, singular_values=self.singular_values, kept=self.kept, dropped=self.dropped,
+            sha256=digest(self.source), version=__version__,
         )  # fmt: skip
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -264,6 +273,7 @@ class DesignSpace(Answer):
         return {
             "schema": SCHEMA,
             "model": linkage.name,
+            "at": linkage.at,
             "algebra": "planar" if self.planar else "spatial",
             "balance": self.balance,
             "bodies": list(self.bodies),
@@ -312,13 +322,3 @@ class DesignSpace(Answer):
         ranks = tuple(order.rank for order in self.orders)
         found = (self.rank, self.nullity, self.serial_nullity, ranks)
         assert found == known, f"proved: {known}, not {found}"
-
-
-def _version() -> str:
-    """Version of the installed package."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("screwbalance")
-    except PackageNotFoundError:
-        return "unknown"

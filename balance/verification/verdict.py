@@ -284,6 +284,7 @@ class Verification:
             "schema": SCHEMA,
             "model": self.model,
             "file": self.linkage.source,
+            "at": self.linkage.at,
             "balance": self.balance,
             "balanced": self.balanced if self.agreed else None,
             "tolerance": self.tolerance,

@@ -1,7 +1,7 @@
 """What a single element of a URDF file must hold: its type, numbers and axes.
 
-yourdfpy would take ``nan``, ``2,5``, an axis of zero length or an inertia without entries
-as they come, or put its own defaults in their place.
+Other readers take ``nan``, ``2,5``, an axis of zero length or an inertia without entries
+as they come, or put defaults of their own in their place.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def _check_inertial(
     needed: Sequence[str],
     optional: Sequence[str] = (),
 ) -> None:
-    """A part of an ``<inertial>`` is there, with numbers; yourdfpy would invent them."""
+    """A part of an ``<inertial>`` is there, with numbers; others would invent them."""
     item = only(link, tag, inertial)
     missing = [name for name in needed if item is None or name not in item.attributes]
     if item is None or missing:

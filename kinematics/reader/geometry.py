@@ -131,13 +131,13 @@ def changed_screws(linkage: Linkage) -> tuple[Vector, ...]:
 def _positions(linkage: Linkage) -> Iterator[Notice]:
     """Notices of the joints whose positions at the reference pose are rounded to fractions."""
     assert linkage.displaced is not None
+    how = "closed" if linkage.at is None else "placed"
     carriers = {joint.parent for joint in linkage.joints}
     for j, (joint, q) in enumerate(zip(linkage.joints, linkage.displaced, strict=True)):
         if q and j in carriers:
             text = (
-                f"joint '{joint.name}': closed by Newton's method at {measured(joint, q, 6)} "
-                f"from the pose of the file: taken within 2^-{BITS} of it; lengths of links "
-                "differ from those of the file by as much"
+                f"joint '{joint.name}': {how} by Newton's method at {measured(joint, q, 6)} "
+                f"from the pose of the file: taken within 2^-{BITS} of it; so are link lengths"
             )
             yield Notice("not_exact", text)
 

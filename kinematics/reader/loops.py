@@ -18,10 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.chain import loop_joints
 from kinematics.linkage import GROUND, Joint, Loop, Place, frozen
 from kinematics.reader.fields import coordinates
+from kinematics.reader.frames import pose_of
 from kinematics.reader.markup import Element
 from kinematics.screws import exp, prismatic, revolute
 
-__all__ = ["FREEDOMS", "attach", "freedoms", "origin", "perpendicular", "unit"]
+__all__ = ["FREEDOMS", "attach", "freedoms", "perpendicular", "unit"]
 
 Array = NDArray[np.float64]
 
@@ -63,16 +64,6 @@ def perpendicular(n: Array, direction: ArrayLike | None = None) -> Array:
     else:
         d = unit(direction)
     return unit(d - (d @ n) * n)
-
-
-def origin(element: Element | None) -> Array:
-    """Pose (4, 4) of an ``<origin>``: ``R = Rz(yaw) Ry(pitch) Rx(roll)``; or the identity."""
-    pose = np.eye(4)
-    if element is not None:
-        for axis, angle in zip(np.eye(3), element.vector("rpy", "0 0 0"), strict=True):
-            pose = exp(revolute(axis, np.zeros(3)), angle) @ pose
-        pose[:3, 3] = element.vector("xyz", "0 0 0")
-    return pose
 
 
 def freedoms(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Array]]:
@@ -147,7 +138,7 @@ def _end(loop: Element, role: str, places: Mapping[str, Place]) -> Place:
     """The rigid body at one side of a loop, and the pose of the loop's frame there."""
     side = loop.first(role) or loop
     link, pose = places[side.attributes["link"]]
-    return Place(link, pose @ origin(side.first("origin")))
+    return Place(link, pose @ pose_of(side.first("origin")))
 
 
 def _direction(loop: Element, tag: str, default: Array) -> Array:

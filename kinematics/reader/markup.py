@@ -16,7 +16,10 @@ from xml.parsers import expat
 
 from kinematics.errors import FileError
 
-__all__ = ["Element", "Refusal", "build", "contents", "listed", "naming", "near", "shown"]
+__all__ = [
+    "MAX_BYTES", "Element", "Refusal", "build", "contents", "listed", "naming", "near", "shown",
+    "sound",
+]  # fmt: skip
 
 MAX_BYTES = 16 * 2**20
 MAX_DEPTH = 200
@@ -138,6 +141,15 @@ def contents(path: str, limit: int = MAX_BYTES) -> bytes:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise Refusal("", f"cannot be read ({reason})", "check the path") from None
+    return sound(data, limit)
+
+
+def sound(data: bytes, limit: int = MAX_BYTES) -> bytes:
+    """The same bytes, if they may be those of a file of text.
+
+    Raises:
+        Refusal: they are more than ``limit``, or none, or stand for a file elsewhere.
+    """
     if len(data) > limit:
         size = f"{limit // 2**20} MB" if limit >= 2**20 else f"{limit // 2**10} kB"
         raise Refusal("", f"larger than {size}", "keep meshes in files of their own")

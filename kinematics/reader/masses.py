@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from kinematics.reader.markup import Element, shown
 
-__all__ = ["UNPHYSICAL", "unphysical"]
+__all__ = ["UNPHYSICAL", "tensor", "unphysical"]
 
 UNPHYSICAL = "unphysical"
 """The code of the remark."""
@@ -20,7 +20,7 @@ DIGITS = 1e-5
 # How many links a remark names.
 NAMED = 4
 
-_ENTRIES = ("ixx", "ixy", "ixz", "ixy", "iyy", "iyz", "ixz", "iyz", "izz")
+_ENTRIES = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
 
 
 def unphysical(tree: Element, source: str) -> tuple[tuple[str, str], ...]:
@@ -43,6 +43,11 @@ def unphysical(tree: Element, source: str) -> tuple[tuple[str, str], ...]:
     return ((UNPHYSICAL, text),)
 
 
+def tensor(inertia: Element) -> list[list[float]]:
+    """Rows of the tensor (3, 3) of an ``<inertia>``, kg m²."""
+    return [[inertia.vector(name, "0")[0] for name in row] for row in _ENTRIES]
+
+
 def _broken(link: Element) -> Iterator[str]:
     """The inequalities that the numbers of a link break."""
     inertial = link.first("inertial")
@@ -55,8 +60,7 @@ def _broken(link: Element) -> Iterator[str]:
     if inertia is not None:
         import numpy as np
 
-        entries = [inertia.vector(name, "0")[0] for name in _ENTRIES]
-        first, second, third = np.linalg.eigvalsh(np.reshape(entries, (3, 3)))
+        first, second, third = np.linalg.eigvalsh(tensor(inertia))
         slack = DIGITS * max(abs(first), abs(third))
         if first < -slack:
             yield f"principal moment {first:.6g} kg m² of its inertia breaks I₁ ≥ 0"

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from kinematics.errors import FileError
 from kinematics.linkage import Linkage
 from kinematics.reader.fields import coordinates
-from kinematics.reader.loops import freedoms, origin, perpendicular, unit
+from kinematics.reader.frames import pose_of
+from kinematics.reader.loops import freedoms, perpendicular, unit
 from kinematics.reader.markup import Element, shown
 from kinematics.reader.splicing import Splice, Text, read_again
 from kinematics.screws import exp, revolute
@@ -100,7 +101,7 @@ def _attributes(joint: Element, q: list[float]) -> dict[str, str]:
     D = np.eye(4)
     for (_, screw), position in zip(_steps(joint, kind, n), q, strict=True):
         D = D @ exp(screw, position)
-    there = origin(old) @ D
+    there = pose_of(old) @ D
     if np.any(D[:3, 3]):
         attributes["xyz"] = " ".join(repr(x) for x in there[:3, 3].tolist())
     if kind != "prismatic":

@@ -16,7 +16,7 @@ __all__ = ["Splice", "Text", "read_again"]
 
 
 def read_again(linkage: Draft, tag: str, purpose: str) -> tuple[bytes, Element]:
-    """Read the file of a linkage once more, to change it.
+    """Read the file of a linkage once more, to change it; one from a stream was kept.
 
     Args:
         linkage: the linkage, or a draft of it, as read from a file.
@@ -35,7 +35,7 @@ def read_again(linkage: Draft, tag: str, purpose: str) -> tuple[bytes, Element]:
         problem = f"a model in memory, not a file {purpose}"
         raise FileError(file, "", problem, "load the linkage from the path of its URDF file")
     with naming(linkage.source):
-        data = contents(linkage.source)
+        data = linkage.document.data if linkage.document else contents(linkage.source)
         found = build(data)
     here, known = ({x.name for x in tree.every(tag)} for tree in (found, linkage.tree))
     if here != known:

@@ -1,8 +1,8 @@
 """From a URDF file to a draft of a linkage.
 
-The guard refuses what cannot be a linkage, the file beside it may add loops, yourdfpy reads
-the frames and inertias, and the bare XML tree supplies the rest: types, axes, loops, screw
-pitches, input marks.
+The guard refuses what cannot be a linkage, and the file beside it may add loops. Frames and
+inertias are read from the tree that passed, or taken from a model that yourdfpy has loaded;
+the tree supplies the rest: types, axes, loops, screw pitches, input marks.
 
 The inertial frame is the frame of the root link. The pose of the file, where every joint
 coordinate is zero (that of a mimic joint: its offset), becomes the reference pose.
@@ -11,10 +11,9 @@ coordinate is zero (that of a mimic joint: its offset), becomes the reference po
 from __future__ import annotations
 
 import heapq
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,41 +21,22 @@ from numpy.typing import NDArray
 from kinematics.errors import FileError
 from kinematics.inertial import parameters
 from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, Place, frozen
-from kinematics.reader.angles import ROUNDED, nominal, remark, rounded
-from kinematics.reader.fields import LARGEST, coordinates
-from kinematics.reader.guard import check, checked
+from kinematics.reader.fields import coordinates
+from kinematics.reader.files import Options, Path, accepted
+from kinematics.reader.frames import Follows, Inertial, Robot, TreeJoint, described
+from kinematics.reader.guard import checked
 from kinematics.reader.loops import attach, freedoms, perpendicular, unit
 from kinematics.reader.markup import Element, near, shown
 from kinematics.reader.sidecar import Sidecar, merge
-from kinematics.reader.yourdf import robot_of, tree_of
+from kinematics.reader.streams import Document, source_of
 from kinematics.screws import exp, revolute
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
-    from yourdfpy import urdf as yourdf
 
-__all__ = ["Options", "adopt", "read"]
+__all__ = ["Options", "adopt", "drafted", "read"]
 
 Array = NDArray[np.float64]
-Path = str | os.PathLike[str]
-
-
-class Options(NamedTuple):
-    """What the user changes about a file.
-
-    Attributes:
-        fix_base: whether a floating joint between the ground and the base becomes fixed.
-        bodies: ``"given"``: moving links with mass or inertia in the file carry parameters;
-            ``"all"``: every moving link does.
-        massless: links that carry no parameters whatever the file says.
-        angles: ``"nominal"`` or ``"as_written"``; see :mod:`kinematics.reader.angles`.
-    """
-
-    fix_base: bool = False
-    bodies: str = "given"
-    massless: tuple[str, ...] = ()
-    angles: str = "nominal"
-
 
 def read(path: Path, loops: Path | None = None, options: Options | None = None) -> Draft:
     """Read a URDF file.
@@ -73,12 +53,14 @@ def read(path: Path, loops: Path | None = None, options: Options | None = None) 
         FileError: the file cannot be read as a linkage; the message says where and why.
     """
     options = options or Options()
-    source = os.fsdecode(path)
-    side = _read_angles(
-        merge(check(path, options.fix_base), source, loops), source, options.angles
-    )
-    draft = _draft(robot_of(side.tree, source), side, source, options)
-    return replace(draft, tree=side.tree)
+    return drafted(path, accepted(path, loops, options), options)
+
+
+def drafted(model: Path | Document, side: Sidecar, options: Options) -> Draft:
+    """As :func:`read`, for a file, or one read from a stream, that was accepted."""
+    draft = _draft(described(side.tree), side, source_of(model), options)
+    document = model if isinstance(model, Document) else None
+    return replace(draft, tree=side.tree, document=document)
 
 
 def adopt(model: URDF, loops: Path | None = None, options: Options | None = None) -> Draft:
@@ -88,42 +70,25 @@ def adopt(model: URDF, loops: Path | None = None, options: Options | None = None
     matrices of the angles, which are taken as they are. The reference pose is the one with
     all joints at zero, whatever the configuration of the model.
     """
+    from kinematics.reader.yourdf import tree_of, with_poses
+
     options = options or Options()
     source = model.robot.name or "URDF"
     tree = checked(tree_of(model), source, options.fix_base)
     side = merge(tree, source, loops, search=False)
-    return _draft(model.robot, side, source, options)
+    return _draft(with_poses(described(side.tree), model), side, source, options)
 
 
-def _read_angles(side: Sidecar, source: str, reading: str) -> Sidecar:
-    """What the files say, with angles that look rounded read as the user wants."""
-    found = rounded(side.tree)
-    tree = nominal(side.tree) if reading == "nominal" else side.tree
-    text = f"{shown(source, 1000)}: {remark(found, reading)}"
-    told = ((ROUNDED, text),) if found else ()
-    return side._replace(tree=tree, remarks=(*side.remarks, *told))
-
-
-def _draft(robot: yourdf.Robot, side: Sidecar, source: str, options: Options) -> Draft:
-    """The poses and inertias of ``robot``, and the rest from the tree of the same robot.
+def _draft(robot: Robot, side: Sidecar, source: str, options: Options) -> Draft:
+    """The draft of a robot, and of what else the files say.
 
     Raises:
-        FileError: nothing moves, no moving link has inertia, a link called massless is not
-            there, or a mimic joint is out of range.
+        FileError: nothing moves, no moving link has inertia, or a link called massless is
+            not there.
     """
     file, tree = shown(source, 1000), side.tree
-    elements = {item.name: item for item in tree.every("joint")}
-    mimics = {
-        j.name: j.mimic
-        for j in robot.joints
-        if j.mimic is not None and elements[j.name].attributes["type"] != "fixed"
-    }
-    offsets = _offsets(mimics)
-    for name, position in offsets.items():
-        if not abs(position) <= LARGEST:
-            remedy = "correct the offsets and multipliers of the mimic joints"
-            raise FileError(file, f"joint '{shown(name)}'", "position out of range", remedy)
-    joints, places = _tree_joints(robot, elements, offsets)
+    mimics = {joint.name: joint.mimic for joint in robot.joints if joint.mimic is not None}
+    joints, places = _tree_joints(robot, _offsets(mimics))
     if not joints:
         remedy = "give a linkage with joints that are not fixed"
         raise FileError(file, "", "no joint moves", remedy)
@@ -145,7 +110,7 @@ def _draft(robot: yourdf.Robot, side: Sidecar, source: str, options: Options) ->
     )
 
 
-def _ordered(joints: Sequence[yourdf.Joint], root: str) -> list[yourdf.Joint]:
+def _ordered(joints: Sequence[TreeJoint], root: str) -> list[TreeJoint]:
     """Parents first, and otherwise in the order of the file."""
     hanging: dict[str, list[int]] = {}
     for i, joint in enumerate(joints):
@@ -160,7 +125,7 @@ def _ordered(joints: Sequence[yourdf.Joint], root: str) -> list[yourdf.Joint]:
     return order
 
 
-def _offsets(mimics: Mapping[str, yourdf.Mimic]) -> dict[str, float]:
+def _offsets(mimics: Mapping[str, Follows]) -> dict[str, float]:
     """Positions of the mimic joints at the pose of the file: ratio × source + offset."""
     known: dict[str, float] = {}
     for start in mimics:
@@ -175,19 +140,18 @@ def _offsets(mimics: Mapping[str, yourdf.Mimic]) -> dict[str, float]:
 
 
 def _tree_joints(
-    robot: yourdf.Robot, elements: Mapping[str, Element], offsets: Mapping[str, float]
+    robot: Robot, offsets: Mapping[str, float]
 ) -> tuple[list[Joint], dict[str, Place]]:
     """The joints of the tree, and the place of every link of the file, root first."""
     carried = {joint.child for joint in robot.joints}
-    root = next(link.name for link in robot.links if link.name not in carried)
+    root = next(name for name in robot.links if name not in carried)
     places = {root: Place(GROUND, np.eye(4))}
     joints: list[Joint] = []
     for joint in _ordered(robot.joints, root):
         link, pose = places[joint.parent]
-        frame = pose if joint.origin is None else pose @ joint.origin
-        element = elements[joint.name]
-        names = coordinates(joint.name, element.attributes["type"])
-        for name, (kind, screw) in zip(names, _steps(element, frame), strict=True):
+        frame = pose @ joint.origin
+        names = coordinates(joint.name, joint.kind)
+        for name, (kind, screw) in zip(names, _steps(joint.element, frame), strict=True):
             point, several = frozen(frame[:3, 3]), len(names) > 1
             joints.append(Joint(name, kind, link, frozen(screw), point, numbered=several))
             link = len(joints) - 1
@@ -212,19 +176,19 @@ def _steps(joint: Element, frame: Array) -> list[tuple[str, Array]]:
     return freedoms(joint.attributes["type"], n, u, point)
 
 
-def _weighed(inertial: yourdf.Inertial, pose: Array) -> Array:
+def _weighed(inertial: Inertial, pose: Array) -> Array:
     """Inertial parameters (10,) about the inertial origin of a link at ``pose`` (4, 4).
 
     The file gives the tensor about the centre of mass, along the axes of the inertial's
     own frame; both are carried to the inertial frame.
     """
-    frame = pose if inertial.origin is None else pose @ inertial.origin
+    frame = pose @ inertial.origin
     R = frame[:3, :3]
     return parameters(inertial.mass, frame[:3, 3], R @ inertial.inertia @ R.T)
 
 
 def _bodies(
-    robot: yourdf.Robot, places: Mapping[str, Place], options: Options, file: str
+    robot: Robot, places: Mapping[str, Place], options: Options, file: str
 ) -> list[Body]:
     """Moving rigid bodies that carry parameters, each named after its topmost link.
 
@@ -235,9 +199,9 @@ def _bodies(
     for name, place in places.items():
         top.setdefault(place.link, name)
     sums = {link: np.zeros(10) for link in top if link != GROUND}
-    for item in robot.links:
-        place, inertial = places[item.name], item.inertial
-        if place.link != GROUND and inertial is not None and inertial.mass is not None:
+    for name, inertial in robot.links.items():
+        place = places[name]
+        if place.link != GROUND and inertial is not None:
             sums[place.link] += _weighed(inertial, place.pose)
     for name in options.massless:
         sums.pop(_closed(name, places, top, file), None)
@@ -273,7 +237,7 @@ def _loops(tree: Element, places: Mapping[str, Place], joints: list[Joint]) -> l
     return welds
 
 
-def _mimics(mimics: Mapping[str, yourdf.Mimic], joints: Sequence[Joint]) -> list[Mimic]:
+def _mimics(mimics: Mapping[str, Follows], joints: Sequence[Joint]) -> list[Mimic]:
     index = {joint.name: i for i, joint in enumerate(joints)}
     return [
         Mimic(index[name], index[mimic.joint], mimic.multiplier)

@@ -1,78 +1,49 @@
-"""The border to yourdfpy: from a checked tree to its robot, and from its model to a tree.
+"""The border to yourdfpy: a model that it has loaded, as a tree and the poses for it.
 
-yourdfpy is given only what it can read without failing, and a model that it has read
-already passes the same checks as a file.
+Such a model passes the same checks as a file. No file is read by yourdfpy.
 """
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
 import numpy as np
 
 from kinematics.errors import FileError
 from kinematics.reader.fields import LARGEST
+from kinematics.reader.frames import Robot
 from kinematics.reader.markup import Element, shown
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
     from yourdfpy import urdf as yourdf
 
-__all__ = ["robot_of", "tree_of"]
+__all__ = ["tree_of", "with_poses"]
 
 # Entries of RᵀR - 1 of a pose, above which it is no rotation; files have six digits or more.
 ORTHOGONAL = 1e-5
 
-# What yourdfpy is given to read: shapes cannot fail, and prefixes cannot hide elements.
-_KEPT = {
-    "robot": ("link", "joint"),
-    "link": ("inertial",),
-    "inertial": ("origin", "mass", "inertia"),
-    "joint": ("parent", "child", "origin", "axis", "mimic"),
-}
 
-
-def robot_of(tree: Element, source: str) -> yourdf.Robot:
-    """The tree as yourdfpy reads it.
+def with_poses(robot: Robot, model: URDF) -> Robot:
+    """The robot with the poses of a loaded model, which has no angles to read them from.
 
     Args:
-        tree: accepted by :func:`kinematics.reader.guard.check`.
-        source: path of the file, for messages.
-
-    Raises:
-        FileError: yourdfpy cannot read it.
+        robot: made from :func:`tree_of` of the model.
+        model: the model.
     """
-    from yourdfpy import URDF
-
-    data = io.BytesIO(ElementTree.tostring(_skeleton(tree)))
-    try:
-        model = URDF.load(
-            data,
-            build_scene_graph=False,
-            build_collision_scene_graph=False,
-            load_meshes=False,
-            load_collision_meshes=False,
-        )
-    except Exception as error:
-        problem = f"yourdfpy cannot read it ({' '.join(repr(error).split())})"
-        raise FileError(shown(source, 1000), "", problem, "simplify the file") from error
-    return model.robot
+    weighed = {link.name: link.inertial for link in model.robot.links}
+    links = {
+        name: inertial and inertial._replace(origin=_pose(weighed[name]))
+        for name, inertial in robot.links.items()
+    }
+    pairs = zip(robot.joints, model.robot.joints, strict=True)
+    joints = [joint._replace(origin=_pose(given)) for joint, given in pairs]
+    return Robot(robot.name, links, tuple(joints))
 
 
-def _skeleton(element: Element) -> ElementTree.Element:
-    """The element and what yourdfpy needs of its contents."""
-    plain = {k: v for k, v in element.attributes.items() if ":" not in k and k != "xmlns"}
-    copy = ElementTree.Element(element.tag, plain)
-    kept = _KEPT.get(element.tag, ())
-    copy.extend(
-        _skeleton(child)
-        for child in element.children
-        if child.tag in kept and (child.tag != "inertial" or child.children)
-    )
-    return copy
+def _pose(item: yourdf.Joint | yourdf.Inertial) -> np.ndarray:
+    return np.eye(4) if item.origin is None else item.origin
 
 
 def tree_of(model: URDF) -> Element:

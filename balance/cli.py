@@ -25,7 +25,6 @@ from balance.commands.words import (
     add_model_options,
     take_streams,
     unexpected,
-    whole_number,
 )
 from kinematics.errors import ExactError, LinkageError
 
@@ -63,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    logging.basicConfig(format="%(message)s", handlers=[_StandardError()], level=logging.WARNING)
+    logging.basicConfig(format="%(message)s", handlers=[_StandardError()])
     debug = bool(os.environ.get("BALANCE_DEBUG"))
     with warnings.catch_warnings():
         if not debug:

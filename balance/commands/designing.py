@@ -22,7 +22,7 @@ OBJECTIVES = ("mass", "inertia", "rotor", "change")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Options of ``design`` beside those of every command on a model."""
     parser.add_argument(
-        "--minimise", choices=OBJECTIVES,
+        "--minimise", "--minimize", choices=OBJECTIVES,
         help="the best design in this respect: total mass, largest inertia, inertia that the "
         "inputs feel at the reference pose, or change of the masses in the file",
     )  # fmt: skip
@@ -33,6 +33,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--bounds", action="append", type=_bounds, default=[], metavar="L=LO:HI",
         help="least and largest mass of a link in kg, either may be left out; repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--anywhere", action="store_true",
+        help="let masses be anywhere, not just within 1.5 lengths of each link from the middle "
+        "of its joints",
     )  # fmt: skip
     parser.add_argument(
         "--out", metavar="FILE.urdf",
@@ -51,13 +56,17 @@ def designed(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     Raises:
         LinkageError: links that are kept or bounded are unknown, or leave nothing to design.
     """
+    from balance.designs.limits import WITHIN
     from balance.designs.optimum import design
 
     limits: dict[str, tuple[float, float]] = {}
     for name, low, high in arguments.bounds:
         least, most = limits.get(name, (low, high))
         limits[name] = max(least, low), min(most, high)
-    return design(space, arguments.minimise, keep=arguments.keep, bounds=limits)
+    within = None if arguments.anywhere else WITHIN
+    return design(
+        space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within
+    )
 
 
 def write_files(arguments: argparse.Namespace, found: Design) -> str:

@@ -62,9 +62,10 @@ def ball_of(space: DesignSpace, body: Body, within: float) -> Ball:
     """The ball in which the mass of a body is to be.
 
     Its centre is that of the smallest ball that holds the joints of the link, those of loops
-    among them. Its radius is ``within`` times the length of the link: the largest distance
-    from the joint that carries it to another of its joints, or to the centre of mass in the
-    file. A link of no length takes the characteristic length of the linkage.
+    among them, and the centre of mass in the file, if there is one. Its radius is ``within``
+    times the length of the link: the largest distance from the joint that carries it to
+    another of these places. A link of less than a thousandth of the characteristic length of
+    the linkage takes that one, such as a link without mass that has one joint.
 
     Args:
         space: the design space; in a plane, only places in that plane count.
@@ -73,12 +74,11 @@ def ball_of(space: DesignSpace, body: Body, within: float) -> Ball:
     """
     frame, d = space.chain.frame, 2 if space.planar else 3
     places = _joints(space, body)
-    joints = len(places)
     if body.inertia[0] > 0.0:
         places.append(body.inertia[1:4] / body.inertia[0])
     points = (np.array(places) - frame.origin) @ frame.R.T[:, :d] / frame.length
     length = float(np.linalg.norm(points - points[0], axis=1).max())
-    return Ball(middle(points[:joints]), within * (length if length > NO_LENGTH else 1.0))
+    return Ball(middle(points), within * (length if length > NO_LENGTH else 1.0))
 
 
 def reach(ball: Ball, P: Array) -> float:

@@ -20,9 +20,15 @@ from typing import TYPE_CHECKING, NoReturn
 
 from balance.commands import designing, moving, reporting, verifying
 from balance.commands.readings import with_both
-from balance.commands.words import add_model_options, unexpected, whole_number
+from balance.commands.words import (
+    add_model_options,
+    check_files,
+    page_path,
+    unexpected,
+    whole_number,
+)
 from balance.json_text import json_text
-from kinematics.errors import ExactError, LinkageError
+from kinematics.errors import ExactError, LinkageError, UsageError
 from kinematics.linkage import Notice
 from kinematics.models import describe, gallery, load
 from kinematics.reader.markup import shown
@@ -44,7 +50,7 @@ EXIT_CODES = (
 )
 # Most characters of an error message.
 LONGEST = 20_000
-DONE, NEGATIVE, REFUSED, UNDECIDED, DEFECT, INTERRUPTED = 0, 1, 3, 4, 70, 130
+DONE, NEGATIVE, USAGE, REFUSED, UNDECIDED, DEFECT, INTERRUPTED = 0, 1, 2, 3, 4, 70, 130
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -76,13 +82,14 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     words = sys.argv[1:] if argv is None else argv
     try:
         arguments = _parser().parse_args(words)
+        check_files(arguments)
         return int(arguments.run(arguments))
     except SystemExit as stop:
         return int(stop.code or 0)
     except LinkageError as error:
         text = "; ".join([str(error), *getattr(error, "__notes__", ())])
         print(f"balance: {shown(text, LONGEST)}", file=sys.stderr)
-        return REFUSED
+        return USAGE if isinstance(error, UsageError) else REFUSED
     except BrokenPipeError:
         sys.stderr.close()
         return DONE
@@ -173,7 +180,7 @@ def _add_report_options(report: argparse.ArgumentParser) -> None:
         help="say what may be moved across each joint, and what the loops add",
     )  # fmt: skip
     report.add_argument(
-        "--html", metavar="FILE",
+        "--html", type=page_path, metavar="FILE.html",
         help="write a page with the moving linkage and all of this; it needs no network",
     )  # fmt: skip
     report.add_argument(

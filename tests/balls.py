@@ -57,18 +57,15 @@ def ball(found, within, characteristic):
 
 
 def inside(centre, radius, projection):
-    """``∫ (r² - |x - c|²) dm`` as a function of ten parameters (10,).
+    """``∫ (r² - |x - c|²) dm`` of places x and c in a projection Π, per parameter (10,).
 
-    ``∫ x xᵀ dm`` has half the trace of E as its trace, and its part along the normal n is
-    half that trace less ``nᵀ E n``.
+    The second moments are ``½ tr(E) 1 - E``, so that ``∫ |Π x|² dm`` is
+    ``<½ tr(Π) 1 - Π, E>``.
     """
     c = projection @ centre
     value = np.zeros(10)
     value[0], value[1:4] = radius**2 - c @ c, 2.0 * c
-    M = np.eye(3) - projection
-    # <1 - nnᵀ, S> with S = ½ tr(E) - E; of the planar case nᵀ E n is left.
-    d = 3.0 - np.trace(M)
-    N = np.eye(3) * 0.5 * d - projection
+    N = 0.5 * np.trace(projection) * np.eye(3) - projection
     value[4:] = [-N[0, 0], -N[1, 1], -N[2, 2], -2 * N[0, 1], -2 * N[0, 2], -2 * N[1, 2]]
     return value
 
@@ -76,12 +73,14 @@ def inside(centre, radius, projection):
 def point_masses_of(P, G):
     """Masses and places of point masses with a pseudo-inertia, all of them in a ball.
 
+    What weighs less than 1e-9 of the whole is left out: its place would be round-off.
+
     ``P = Σ p pᵀ`` has any number of forms; two vectors of which ``pᵀ G p`` is below and above
     the mean turn into two of which one has it (Sturm and Zhang, 2003).
     """
     values, V = np.linalg.eigh(P)
-    p = [np.sqrt(max(s, 0.0)) * v for s, v in zip(values, V.T, strict=True)]
-    mean, done = np.sum(G * P) / len(p), []
+    p = [np.sqrt(s) * v for s, v in zip(values, V.T, strict=True) if s > 1e-9 * values[-1]]
+    mean, done = sum(v @ G @ v for v in p) / len(p), []
     while len(p) > 1:
         p.sort(key=lambda v: v @ G @ v)
         a, b = p[0], p[-1]
@@ -91,5 +90,5 @@ def point_masses_of(P, G):
         done.append((a + t * b) / np.hypot(1.0, t))
         p = [*p[1:-1], (b - t * a) / np.hypot(1.0, t)]
     vectors = np.array([*done, *p])
-    vectors = vectors[np.abs(vectors[:, -1]) > 1e-9 * np.sqrt(np.trace(P))]
+    vectors = vectors[np.sum(vectors**2, axis=1) > 1e-9 * np.trace(P)]
     return vectors[:, -1] ** 2, vectors[:, :-1] / vectors[:, -1:]

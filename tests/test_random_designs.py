@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_designs import SETTLED, Question, asked, check, matrix, question, run
+from random_designs import Question, asked, check, matrix, question, run
+from second_solvers import SETTLED
 from shapes import quadrilateral
 from test_certificate import _cloud
 from urdf_text import along, joint

@@ -72,8 +72,8 @@ def _limits(design: Design) -> str:
         return "none: masses may be anywhere"
     flat = ", seen in the plane" if design.space.planar else ""
     return (
-        f"the mass of each link within {design.within:g} lengths of the link from the middle of "
-        f"its joints{flat} (--anywhere lifts this)"
+        f"the mass of each link within {design.within:g} lengths of the link from the middle "
+        f"of its joints{flat} (--anywhere lifts this)"
     )
 
 

@@ -7,7 +7,8 @@ import math
 import shlex
 from typing import TYPE_CHECKING
 
-from balance.files import check_different, replacing_all
+from balance.commands.words import page_path
+from balance.files import replacing_all
 from kinematics.reader.sidecar import beside
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="write the file of the linkage with the masses of the design",
     )  # fmt: skip
     parser.add_argument(
-        "--html", metavar="FILE",
+        "--html", type=page_path, metavar="FILE.html",
         help="write a page with the linkage and its masses, before and after; it needs no "
         "network",
     )  # fmt: skip
@@ -81,13 +82,12 @@ def write_files(arguments: argparse.Namespace, found: Design) -> str:
     asked = [path for path in (arguments.out, arguments.html) if path is not None]
     if found.z is None:
         return f"not written, for there is no design: {', '.join(asked)}" if asked else ""
-    check_different(arguments.out, arguments.html)
     contents = []
     if arguments.out is not None:
         from balance.designs.export import with_inertials
 
         elements = {body.name: body.urdf for body in found.bodies
-                    if body.urdf and body.name not in found.keep}  # fmt: skip
+                    if body.name not in found.keep and body.urdf}  # fmt: skip
         contents.append(with_inertials(found.space.linkage, elements))
     if arguments.html is not None:
         from balance.web.design import page

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from balance.files import check_different, replacing_all
+from balance.files import replacing_all
 from kinematics.linkage import Linkage, Notice
 
 if TYPE_CHECKING:
@@ -36,7 +36,6 @@ def write_files(
     """
     page, closed = arguments.html, arguments.write_closed
     contents, notices = [], []
-    check_different(closed, page)
     if closed is not None:
         from kinematics.reader.posing import at_reference_pose
 

@@ -5,10 +5,27 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
 
+from balance.files import check_outputs, is_stream
+from kinematics.errors import LinkageError
+from kinematics.models import find
 from kinematics.reader.markup import shown
+from kinematics.reader.sidecar import beside
 
-__all__ = ["add_model_options", "picture_path", "unexpected", "whole_number"]
+__all__ = [
+    "add_model_options",
+    "check_files",
+    "page_path",
+    "picture_path",
+    "unexpected",
+    "whole_number",
+]
+
+# Options that name files to write and to read, of any command.
+WRITTEN = {"out": "--out", "html": "--html", "plot": "--plot", "write_closed": "--write-closed"}
+MODELS, READ = ("model", "against"), ("loops", "csv", "path")
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:
@@ -59,6 +76,29 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "--spatial", action="store_true", help="ten parameters per body, even if it is planar"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--force", action="store_true",
+        help="let a file that is written replace one that is read, such as the model",
+    )  # fmt: skip
+
+
+def check_files(arguments: argparse.Namespace) -> None:
+    """Refuse to write where a command reads, or one file twice; see `check_outputs`.
+
+    Raises:
+        UsageError: the options ask for that.
+    """
+    given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
+    outputs = {WRITTEN[name]: path for name, path in given.items() if name in WRITTEN}
+    if not outputs:
+        return
+    inputs = [given[name] for name in READ if name in given]
+    for name in MODELS:
+        # A model that cannot be read is told of by whoever reads it.
+        with suppress(LinkageError, OSError, ValueError):
+            path = str(find(given[name])) if name in given else ""
+            inputs += [path, *filter(None, [beside(path)])] if path else []
+    check_outputs(outputs, inputs, arguments.force)
 
 
 def _names(text: str) -> list[str]:
@@ -94,6 +134,17 @@ def picture_path(text: str) -> str:
     """
     if not text.lower().endswith((".png", ".svg")):
         raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
+    return text
+
+
+def page_path(text: str) -> str:
+    """A word that names a page.
+
+    Raises:
+        ArgumentTypeError: by its end it is none, nor is it a pipe or a device.
+    """
+    if not (text.lower().endswith((".html", ".htm")) or is_stream(Path(text))):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .html nor in .htm")
     return text
 
 

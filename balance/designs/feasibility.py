@@ -129,8 +129,9 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
         trusted: whether every distribution in the space is known to be balanced.
     """
     # A certificate for a weaker restriction is one for the restriction itself.
-    weaker = [asked.anywhere] * bool(asked.balls)
-    weaker += [Restriction(asked.keep)] * bool(asked.bounds) + [Restriction()] * bool(asked.keep)
+    less = asked.anywhere, Restriction(asked.keep), Restriction()
+    dropped = asked.balls, asked.bounds, asked.keep
+    weaker = [one for one, without in zip(less, dropped, strict=True) if without]
     for wanted in (asked, *weaker):
         question = program(space, wanted)
         for x, proofs in _candidates(question):

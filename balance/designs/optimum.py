@@ -22,8 +22,8 @@ from balance.designs.feasibility import (
     check_design,
     off_plane,
 )
-from balance.designs.objective import Objective, optimum
 from balance.designs.limits import WITHIN, Ball
+from balance.designs.objective import Objective, optimum
 from balance.designs.restriction import Restriction, program, restriction
 from balance.designs.verdicts import furthest, limits_of
 from balance.inertia import LABELS
@@ -106,7 +106,7 @@ class Design:
         space, size = self.space, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
         return body_inertias(
             space.bodies, self.z.reshape(-1, 1) / size, [size], space.frames, space.axes,
-            LABELS, space.length,
+            LABELS, space.length, space.source,
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, object]:

@@ -46,23 +46,18 @@ def clashing(space: DesignSpace, Z: Array, asked: Restriction) -> str:
     extent = np.abs(Z[:, :-1]).max() > FELT * sizes.max()
     what = "some second moments" if extent else "the masses"
     sums = f"{what} of {listed} {'are zero' if len(clash) == 1 else 'add up to zero'}"
+    positive = "which are positive for bodies that can be built"
     if asked.sized:
         return (
-            f"{verdict}: with what is kept and bounded, {sums} or less, which are positive "
-            "for bodies that can be built; keep fewer links, or widen the bounds"
+            f"{verdict}: with what is kept and bounded, {sums} or less, {positive}; keep fewer "
+            "links, or widen the bounds"
         )
     if asked:
-        return (
-            f"{verdict}: in every balanced distribution there, {sums} or less, which are positive "
-            "for bodies that can be built"
-        )
+        return f"{verdict}: in every balanced distribution there, {sums} or less, {positive}"
     remedy = "change the geometry or restrict the motion"
     if space.balance == "dynamic":
         remedy = "change the geometry, restrict the motion, or balance the forces alone"
-    return (
-        f"infeasible: in every balanced distribution {sums}, which are positive for bodies "
-        f"that can be built; {remedy}"
-    )
+    return f"{verdict}: in every balanced distribution {sums}, {positive}; {remedy}"
 
 
 def furthest(space: DesignSpace, P: Array, asked: Restriction) -> str:

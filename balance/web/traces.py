@@ -101,7 +101,7 @@ def picture(found: Sequence[Verification], kind: str = "png") -> bytes:
         kind: ``"png"`` or ``"svg"``.
 
     Raises:
-        LinkageError: Matplotlib is missing.
+        PackageError: Matplotlib is missing.
     """
     columns = [panels(one) for one in found]
 

@@ -6,7 +6,10 @@ from itertools import combinations
 
 import numpy as np
 
-__all__ = ["ball", "inside", "places", "point_masses_of", "smallest_ball", "still"]
+from balance.designs.limits import Ball
+
+__all__ = ["ball", "cloud", "inside", "moments", "places", "point_masses_of", "random_ball",
+           "smallest_ball", "still"]  # fmt: skip
 
 
 def smallest_ball(points):
@@ -92,3 +95,21 @@ def point_masses_of(P, G):
     vectors = np.array([*done, *p])
     vectors = vectors[np.sum(vectors**2, axis=1) > 1e-9 * np.trace(P)]
     return vectors[:, -1] ** 2, vectors[:, :-1] / vectors[:, -1:]
+
+
+def random_ball(rng, d):
+    """Any ball."""
+    return Ball(rng.uniform(-1.0, 1.0, d), float(rng.uniform(0.3, 2.0)))
+
+
+def cloud(rng, ball, count, size=1.0):
+    """Point masses in a ball, or in one of ``size`` times its radius (count, d)."""
+    away = rng.standard_normal((count, ball.centre.size))
+    away *= size * ball.radius * rng.random((count, 1)) / np.linalg.norm(away, axis=1)[:, None]
+    return rng.random(count), ball.centre + away
+
+
+def moments(masses, points):
+    """``Σ m [x; 1][x; 1]ᵀ``."""
+    p = np.column_stack([points, np.ones(len(points))])
+    return (masses[:, None] * p).T @ p

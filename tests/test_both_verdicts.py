@@ -9,6 +9,7 @@ import balls
 import numpy as np
 import pytest
 import reference
+from drafts import axis_edge, linked
 from laws import altered, placed, resized, sums
 from scipy.spatial.transform import Rotation
 from shapes import conditions, functional, matrix, outside
@@ -19,6 +20,7 @@ from balance.cli import main
 from balance.designs.limits import ball_of, reach
 from balance.designs.optimum import design
 from balance.designs.restriction import restriction
+from kinematics.assembly import assemble
 
 # A heavy coupler that is kept, and little mass to balance it.
 CLASH = ("four_bar_general", ["coupler"], {"crank": (0.0, 0.1)})
@@ -195,6 +197,19 @@ def test_a_multiplier_of_a_link_that_is_kept_proves_nothing():
     spare = found.multipliers.copy()
     spare[kept] = 1e-9
     assert not check_certificate(found.space, found.certificate, found.asked, spare).accepted
+
+
+def test_a_multiplier_that_is_negative_proves_nothing():
+    """Of a space that is a point, where any sum vanishes: only signs decide."""
+    x, z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    joints = [axis_edge("prismatic", x, np.zeros(3), (0, 1), "slide"),
+              axis_edge("revolute", z, np.array([0.3, 0.1, 0.0]), (1, 2), "hinge")]  # fmt: skip
+    space = design_space(assemble(linked(joints, [2], np.random.default_rng(0))))
+    asked, Z = restriction(space, [], {}, 1.5), np.eye(3)[None]
+    assert space.nullity == 0
+    for spare, accepted in ((0.0, True), (0.5, True), (-0.5, False), (-1e-300, False)):
+        found = check_certificate(space, Z, asked, [spare])
+        assert found.accepted == accepted, spare
 
 
 @pytest.mark.parametrize("size", [1e-6, 1e6])

@@ -123,6 +123,23 @@ def test_the_schema_is_strict(capsys):
             Draft202012Validator(SCHEMA).validate(found | wrong)
 
 
+def test_the_answer_without_limits_is_of_the_same_schema(capsys, tmp_path, caplog):
+    """Where there is none within them: exit code 1, and nothing is written."""
+    out = tmp_path / "out.urdf"
+    words = [NO, "--balance", "force", "--keep", "coupler", "--bounds", "crank=:0.1"]
+    code, found = run(capsys, *words, "--out", str(out))
+    assert code == 1 and found["verdict"] == "infeasible" and not out.exists()
+    assert len(found["multipliers"]) == 3 and found["anywhere"]["verdict"] == "feasible"
+    assert caplog.messages == [f"not written, for there is no design: {out}"]
+    for wrong in ({"anywhere": {}}, {"within": 0.0}, {"balls": {"crank": {}}},
+                  {"multipliers": [-1.0]}):  # fmt: skip
+        with pytest.raises(ValidationError):
+            Draft202012Validator(SCHEMA).validate(found | wrong)
+    code, free = run(capsys, *words, "--anywhere", "--out", str(out))
+    assert code == 0 and free["residuals"]["reach"] == 0.0
+    assert main(["verify", str(out), "--balance", "force", "--trajectories", "1"]) == 0
+
+
 def test_masses_are_bounded_and_kept(capsys, tmp_path):
     """Twice over one link: both bounds count. What is kept stays the same bytes."""
     bounds = ["--bounds", "crank=0.9:", "--bounds", "crank=:0.95", "--bounds", "rocker=1:1.5"]

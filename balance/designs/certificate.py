@@ -212,6 +212,9 @@ def certificates(question: Program, dual: Array) -> Iterator[Proof]:
     cone, lines = question.cone, question.lines
     lifted, (count, n) = cone.lifted().blocks, cone.blocks.shape[:2]
     Z = cone.duals(dual[: dual.size - len(lines)].reshape(count, -1))
+    if not len(lines):
+        yield from (Proof(found, np.zeros(count)) for found in _polished(lifted, Z))
+        return
     # A row that must not be negative is a matrix of one entry.
     rows = np.zeros((len(lines), *lifted.shape[1:]))
     rows[:, :n, 0, 0] = lines

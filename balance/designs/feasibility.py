@@ -173,7 +173,7 @@ def _proof(
     if not space.encloses:
         return _undecided(TOO_NARROW)
     # The least that is to be asked for the proof to hold.
-    less = (Restriction(), asked._replace(keep=(), bounds={}), asked.anywhere)
+    less = (Restriction(), asked._replace(keep=(), bounds={}), asked.anywhere) if asked else ()
     enough = (one for one in less if judged(space, question.whole, proof, one).accepted)
     text = clashing(space, proof.matrices, next(enough, asked))
     return Feasibility(

@@ -235,8 +235,8 @@ def _assembled(question: Program, free: Array, values: Array) -> Proof:
     whole, bounding = question.whole, len(question.limits)
     Z = np.zeros((len(whole.blocks), whole.size, whole.size))
     Z[list(question.free)] = free
-    for value, (b, sign) in zip(values[:bounding], question.limits, strict=True):
-        Z[b, -1, -1] += sign * value
+    for value, (b, factor) in zip(values[:bounding], question.limits, strict=True):
+        Z[b, -1, -1] += factor * value
     spare, inside = np.zeros(len(Z)), np.zeros_like(Z)
     for value, (b, G) in zip(values[bounding:], question.balls, strict=True):
         spare[b], inside[b] = value, value * G

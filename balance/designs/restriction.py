@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 
 # Singular values of the conditions that kept bodies impose, relative to the largest.
 SAME = 1e-10
+# The smallest unit, in mean masses, in which a bound on a mass is counted.
+SMALLEST = 1e-6
 
 
 class Restriction(NamedTuple):
@@ -68,7 +70,7 @@ class Program(NamedTuple):
         sized: whether it is.
         lines: rows that must not be negative (lines, n): that of τ, which is to be at least
             1, if there is one; then those of ``limits``; then those of ``balls``.
-        limits: body and sign of the mass in it, for each row that is a bound.
+        limits: body and factor of the mass in it, for each row that is a bound.
         balls: bodies whose mass is in a ball, and the forms G of these.
         traces: of all bodies together (n,).
         unit: kilograms per unit of the matrices.
@@ -172,14 +174,18 @@ def program(space: DesignSpace, asked: Restriction) -> Program:
 def _bounding(
     cone: Cone, free: tuple[int, ...], asked: Restriction, tau: Array
 ) -> tuple[list[Array], tuple[tuple[int, float], ...]]:
-    """Rows (1, n) of the bounds that are not equations, and what they limit; tau is per kg."""
+    """Rows (1, n) of the bounds that are not equations, and what they limit; tau is per kg.
+
+    They are in units of the bound, which the solver would miss if it is far from the others.
+    """
     rows, limits = [], []
     for b, (low, high) in asked.bounds.items():
         mass = cone.blocks[free.index(b), :, -1, -1]
         for sign, value in ((1.0, low), (-1.0, high)):
             if low < high and 0.0 < value < inf:
-                rows.append(sign * (mass - value * tau)[None])
-                limits.append((b, sign))
+                factor = sign / max(value * tau[-1], SMALLEST)
+                rows.append(factor * (mass - value * tau)[None])
+                limits.append((b, factor))
     return rows, tuple(limits)
 
 

@@ -36,6 +36,14 @@ def test_random_designs(seeds, uneven):
     assert {"feasible", "infeasible"} <= ends
 
 
+@pytest.mark.parametrize("seed", [7149, 90135, 90170])
+def test_bounds_far_from_other_masses_are_heeded(seed, tmp_path):
+    """They were missed by 1e-7 of them, where other masses are a million times as large."""
+    one = question(seed, tmp_path, True)._replace(within=None)
+    found = asked(one)
+    assert found.verdict == "feasible" and check(one, found) == "feasible"
+
+
 def test_the_check_of_designs_can_fail():
     """Designs and certificates that are changed, and what others decide, are noticed."""
     good = Question("four_bar_kite_balanced", "dynamic", (), {"crank": (0.5, 2.0)})

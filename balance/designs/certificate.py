@@ -215,11 +215,14 @@ def certificates(question: Program, dual: Array) -> Iterator[Proof]:
     if not len(lines):
         yield from (Proof(found, np.zeros(count)) for found in _polished(lifted, Z))
         return
-    # A row that must not be negative is a matrix of one entry.
+    # A row that must not be negative is a matrix of one entry; bounds are in one unit again.
+    units = np.ones(len(lines))
+    for k, (_, factor) in enumerate(question.limits, int(question.sized)):
+        units[k] = abs(factor)
     rows = np.zeros((len(lines), *lifted.shape[1:]))
-    rows[:, :n, 0, 0] = lines
+    rows[:, :n, 0, 0] = lines / units[:, None]
     more = np.zeros((len(lines), cone.size, cone.size))
-    more[:, 0, 0] = np.maximum(dual[dual.size - len(lines) :], 0.0)
+    more[:, 0, 0] = units * np.maximum(dual[dual.size - len(lines) :], 0.0)
     for found in _polished(np.concatenate([lifted, rows]), np.concatenate([Z, more])):
         yield _assembled(question, found[:count], found[count + question.sized :, 0, 0])
 
@@ -236,7 +239,7 @@ def _assembled(question: Program, free: Array, values: Array) -> Proof:
     Z = np.zeros((len(whole.blocks), whole.size, whole.size))
     Z[list(question.free)] = free
     for value, (b, factor) in zip(values[:bounding], question.limits, strict=True):
-        Z[b, -1, -1] += factor * value
+        Z[b, -1, -1] += np.sign(factor) * value
     spare, inside = np.zeros(len(Z)), np.zeros_like(Z)
     for value, (b, G) in zip(values[bounding:], question.balls, strict=True):
         spare[b], inside[b] = value, value * G

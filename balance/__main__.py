@@ -6,7 +6,7 @@ import sys
 
 from balance.cli import USAGE, main
 from kinematics.compilation import begin_command
-from kinematics.errors import SettingError
+from kinematics.errors import UsageError
 
 __all__ = ["command"]
 
@@ -19,7 +19,7 @@ def command() -> int:
     """
     try:
         begin_command()
-    except SettingError as error:
+    except UsageError as error:
         print(f"balance: {error}", file=sys.stderr)
         return USAGE
     return main()

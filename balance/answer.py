@@ -131,11 +131,16 @@ class Answer:
 
         Returns:
             Mass, centre of mass and inertia about it, in the inertial frame at the
-            reference pose, in the link frame of the file, and as the file's element.
+            reference pose, in the link frame of the file, and as the file's element, which
+            is told apart where no body can have it; see `BodyInertia`.
+
+        Raises:
+            ValueError: y is not so many real, finite numbers, or they are too large or small.
         """
         return body_inertias(
-            self.bodies, self.basis, y, self.frames, self.axes, self.labels, self.length
-        )
+            self.bodies, self.basis, y, self.frames, self.axes, self.labels, self.length,
+            self.source,
+        )  # fmt: skip
 
     def basis_in_link_frames(self) -> Array:
         """The basis (parameters, nullity), each body about the origin of its link frame.

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.inertia import LABELS, displaced, inertia_tensor
+from balance.inertia import LABELS, displaced, inertia_tensor, parameters, violations
 from kinematics.chain import plane_axes
+from kinematics.errors import BodyError
 from kinematics.linkage import frozen
 from kinematics.wording import vector
 
@@ -19,6 +20,10 @@ Array = NDArray[np.float64]
 
 # A mass or first moment below this part of the whole distribution is round-off.
 NO_MASS = 1e-12
+# The same for what subtraction leaves of moments.
+NO_MOMENT = 1e-9
+# Coordinates are not squared without overflow above this size, or underflow below its inverse.
+LARGEST = 1e120
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +47,11 @@ class BodyInertia:
         moment: the same for planar parameters: moment of inertia about the normal.
         link_com: centre of mass (3,) in the link frame of the file.
         link_inertia: ``inertia`` in the axes of that frame.
-        urdf: the element ``<inertial>`` of the link, for a planar body that of a thin disc
-            in the plane; None where ``inertia`` and ``moment`` are.
+        element: the element ``<inertial>`` of the link, for a planar body that of a thin
+            disc in the plane, whether or not a body can have it; None where ``inertia`` and
+            ``moment`` are.
+        violated: the inequalities that a body satisfies, and this one does not.
+        source: file of the linkage.
     """
 
     name: str
@@ -54,7 +62,22 @@ class BodyInertia:
     moment: float | None = None
     link_com: Array | None = None
     link_inertia: Array | None = None
-    urdf: str | None = None
+    element: str | None = None
+    violated: tuple[str, ...] = ()
+    source: str = ""
+
+    @property
+    def urdf(self) -> str | None:
+        """The element ``<inertial>`` of a body that can exist; see ``element``.
+
+        Raises:
+            BodyError: no mass distribution has these parameters.
+        """
+        if self.violated:
+            text = f"no body has these masses: {', '.join(self.violated)}"
+            remedy = "take other coordinates, or 'element' for the text without this check"
+            raise BodyError(self.source, self.name, f"{text}; {remedy}")
+        return self.element
 
     def __repr__(self) -> str:
         """One line: mass, centre of mass and inertia in the link frame."""
@@ -66,7 +89,7 @@ class BodyInertia:
 
 def body_inertias(
     names: Sequence[str], basis: Array, y: ArrayLike, frames: Array, axes: Array,
-    labels: Sequence[str], length: float,
+    labels: Sequence[str], length: float, source: str,
 ) -> tuple[BodyInertia, ...]:  # fmt: skip
     """Mass, centre of mass and inertia of every body of the distribution ``basis @ y``.
 
@@ -78,19 +101,43 @@ def body_inertias(
         axes: rows are the axes of planar parameters (3, 3).
         labels: names of the parameters of one body.
         length: the length in units of which the columns are of size 1, metres.
+        source: file of the linkage.
 
     Raises:
-        ValueError: y has another shape or is not finite.
+        ValueError: y has another shape, is not real and finite, or is too large or too small
+            to be computed with.
     """
-    y = np.asarray(y, dtype=np.float64)
-    if y.shape != basis.shape[1:] or not np.isfinite(y).all():
-        wanted = f"give {basis.shape[1]} finite numbers, one per dimension of the design space"
-        raise ValueError(f"coordinates y of shape {y.shape}: {wanted}")
+    y = _coordinates(y, basis.shape[1])
     parts, size = frozen(basis @ y).reshape(len(names), len(labels)), float(np.linalg.norm(y))
     return tuple(
-        _body(name, part, frame, axes, labels, size, length)
+        replace(_body(name, part, frame, axes, labels, size, length), source=source)
         for name, part, frame in zip(names, parts, frames, strict=True)
     )
+
+
+def _coordinates(y: ArrayLike, count: int) -> Array:
+    """Coordinates (count,) as real numbers.
+
+    Raises:
+        ValueError: they are not; see `body_inertias`.
+    """
+    given = np.asarray(y)
+    wanted = f"give {count} finite numbers, one per dimension of the design space"
+    if given.dtype.kind not in "biufO":
+        raise ValueError(f"coordinates y of type {given.dtype}: {wanted}")
+    try:
+        numbers = given.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"coordinates y of type {given.dtype}: {wanted}") from None
+    if numbers.shape != (count,) or not np.isfinite(numbers).all():
+        raise ValueError(f"coordinates y of shape {numbers.shape}: {wanted}")
+    largest = float(np.abs(numbers).max(initial=0.0))
+    if largest and not 1.0 / LARGEST < largest < LARGEST:
+        limits = f"{1.0 / LARGEST:.0e} to {LARGEST:.0e}"
+        raise ValueError(
+            f"coordinates y of size {largest:.1e}: give numbers whose largest is from {limits}"
+        )
+    return numbers
 
 
 def in_link_frames(basis: Array, frames: Array, axes: Array, labels: Sequence[str]) -> Array:
@@ -120,19 +167,26 @@ def _body(
     elif np.abs(moments).max() > NO_MASS * size * length:
         return BodyInertia(name, z, mass)
     at = np.zeros(3) if link_com is None else link_com
-    if planar and "Ezz" in labels:
+    if "Ezz" not in labels:
+        return BodyInertia(name, z, mass, com, link_com=link_com)
+    moment = inertia = local = None
+    if planar:
         moment, m = float(z[3] - mass * (c @ c)), R.T @ n
-        urdf = _urdf(mass, at, 0.5 * moment * (np.eye(3) + np.outer(m, m)))
-        return BodyInertia(name, z, mass, com, None, moment, link_com, None, urdf)
-    if "Ezz" in labels:
-        inertia = inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c))
-        local = frozen(R.T @ inertia @ R)
-        urdf = _urdf(mass, at, local)
-        return BodyInertia(name, z, mass, com, frozen(inertia), None, link_com, local, urdf)
-    return BodyInertia(name, z, mass, com, link_com=link_com)
+        whole = 0.5 * moment * (np.eye(3) + np.outer(m, m))
+    else:
+        inertia = frozen(inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
+        whole = local = frozen(R.T @ inertia @ R)
+    element = _element(mass, at, whole)
+    about = NO_MOMENT * float(np.abs(z[3:] if planar else z[4:]).max())
+    unreal = violations(
+        parameters(mass, np.zeros(3), whole), floor=max(about, NO_MASS * size * length**2)
+    )
+    return BodyInertia(
+        name, z, mass, com, inertia, moment, link_com, local, element, tuple(unreal)
+    )
 
 
-def _urdf(mass: float, com: Array, inertia: Array) -> str:
+def _element(mass: float, com: Array, inertia: Array) -> str:
     """Element ``<inertial>``: tensor about the centre of mass, in the axes of the link."""
     xyz = " ".join(repr(float(value)) for value in com)
     i, j = np.triu_indices(3)

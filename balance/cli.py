@@ -23,10 +23,11 @@ from balance.commands.words import (
     LONGEST,
     Parser,
     add_model_options,
+    check_files,
     take_streams,
     unexpected,
 )
-from kinematics.errors import ExactError, LinkageError
+from kinematics.errors import ExactError, LinkageError, UsageError
 
 if TYPE_CHECKING:
     from balance.commands.verifying import Verified
@@ -84,6 +85,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     words = sys.argv[1:] if argv is None else argv
     try:
         arguments = _parser().parse_args(words)
+        check_files(arguments)
         take_streams(arguments)
         return int(arguments.run(arguments))
     except SystemExit as stop:
@@ -93,7 +95,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
 
         text = "; ".join([str(error), *getattr(error, "__notes__", ())])
         print(f"balance: {shown(text, LONGEST)}", file=sys.stderr)
-        return REFUSED
+        return USAGE if isinstance(error, UsageError) else REFUSED
     except BrokenPipeError:
         sys.stderr.close()
         return DONE

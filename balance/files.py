@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from typing import BinaryIO
 
-from kinematics.errors import FileError
+from kinematics.errors import FileError, UsageError
 
-__all__ = ["check_different", "replacing", "replacing_all"]
+__all__ = ["check_outputs", "is_stream", "replacing", "replacing_all"]
 
 
 @contextmanager
@@ -24,7 +24,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         FileError: it cannot be written; what stood there before is left as it was.
     """
     target = os.path.realpath(path)
-    if _is_stream(target):
+    if is_stream(target):
         try:
             with open(path, "wb") as file:
                 yield file
@@ -64,17 +64,37 @@ def replacing_all(contents: Iterable[tuple[str, bytes]]) -> None:
             all_or_none.enter_context(replacing(path)).write(content)
 
 
-def check_different(linkage: str | None, page: str | None) -> None:
-    """Refuse one path for both the linkage and the page that a command writes.
+def check_outputs(
+    outputs: Mapping[str, str], inputs: Iterable[str | os.PathLike[str]], force: bool
+) -> None:
+    """Refuse files to write that are one file, or would replace a file that is read.
+
+    Files are compared, not paths: symbolic and hard links to one file are that file.
+
+    Args:
+        outputs: paths by the option that gives them.
+        inputs: paths of the files that are read; those that are not there do not count.
+        force: whether files that are read may be replaced.
 
     Raises:
-        FileError: both are given, and are one file.
+        UsageError: two outputs are one file; or one is an input, without ``force``.
     """
-    if linkage is None or page is None:
-        return
-    if os.path.realpath(linkage) == os.path.realpath(page):
-        problem, remedy = "is to hold both the linkage and the page", "give each its own file"
-        raise FileError(linkage, "", problem, remedy)
+    from kinematics.reader.markup import shown
+
+    places: dict[str, str] = {}
+    for option, path in outputs.items():
+        place = os.path.realpath(path)
+        if place in places:
+            text = f"{shown(path, 1000)}: both {places[place]} and {option} are to write it"
+            raise UsageError(f"{text}; give each its own file")
+        places[place] = option
+    read = [] if force else [path for path in inputs if os.path.isfile(path)]
+    for option, path in outputs.items():
+        if os.path.isfile(path) and any(os.path.samefile(path, one) for one in read):
+            raise UsageError(
+                f"{shown(path, 1000)}: {option} would replace a file that is read; give "
+                "another path, or --force"
+            )
 
 
 def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
@@ -87,7 +107,7 @@ def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
     )  # fmt: skip
 
 
-def _is_stream(target: str) -> bool:
+def is_stream(target: str) -> bool:
     """Whether a path is a pipe or a device, or what this process prints to."""
     try:
         found = os.stat(target)

@@ -65,7 +65,7 @@ def mass_properties(z: ArrayLike) -> MassProperties:
     return MassProperties(float(z[0]), c, inertia)
 
 
-def violations(z: ArrayLike, tolerance: float = 1e-9) -> list[str]:
+def violations(z: ArrayLike, tolerance: float = 1e-9, floor: float = 0.0) -> list[str]:
     """The inequalities that a physical body satisfies and these parameters do not.
 
     A body can exist if and only if its pseudo-inertia is positive semidefinite, which is
@@ -76,6 +76,7 @@ def violations(z: ArrayLike, tolerance: float = 1e-9) -> list[str]:
     Args:
         z: parameters (10,).
         tolerance: part of the largest moment by which rounding may violate them.
+        floor: moment by which it may violate them in any case, kg m².
 
     Returns:
         One readable inequality each; empty for a physical body.
@@ -87,7 +88,8 @@ def violations(z: ArrayLike, tolerance: float = 1e-9) -> list[str]:
         return ["mass is zero, but its centre is not at the origin"]
     inertia = mass_properties(z).inertia if z[0] > 0.0 else inertia_tensor(z)
     moments = np.linalg.eigvalsh(inertia)
-    slack = tolerance * max(float(np.abs(moments).max()), float(np.abs(z[4:7]).max()))
+    largest = max(float(np.abs(moments).max()), float(np.abs(z[4:7]).max()))
+    slack = max(tolerance * largest, floor)
     found = [f"principal moment {value:.6g} is negative" for value in moments if value < -slack]
     if not found and moments[0] + moments[1] < moments[2] - slack:
         a, b, c = moments

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum import momentum_regressor
+from kinematics.errors import PackageError
 from kinematics.linkage import GROUND, Linkage
 from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
@@ -216,12 +217,14 @@ def screw_figure(
         motion: restriction of the inputs.
 
     Raises:
-        ImportError: Matplotlib is not installed.
+        PackageError: Matplotlib is not installed.
         IndexError: the motion has no such coordinate.
     """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise PackageError("a picture", "Matplotlib", "pip install matplotlib") from None
     linkage = as_linkage(linkage)
-    from matplotlib.figure import Figure
-
     lines = momentum_lines(linkage, q, motion)[column]
     axes_of = linkage.chain.frame.R[:2] if linkage.planar else np.eye(3)
     figure = Figure(figsize=(7.0, 6.0), layout="constrained")

@@ -20,7 +20,7 @@ from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
-from kinematics.errors import SettingError
+from kinematics.errors import UsageError
 from kinematics.kernel_cache import ALL, cache_folder, note, ready
 
 __all__ = [
@@ -74,7 +74,7 @@ def begin_command() -> None:
     """Say that this process is one command, before any kernel is imported.
 
     Raises:
-        SettingError: the environment asks for something unknown.
+        UsageError: the environment asks for something unknown.
     """
     _Choice.default = "background"
     mode()
@@ -84,13 +84,13 @@ def mode() -> str:
     """When this process compiles: ``"now"``, ``"background"`` or ``"never"``.
 
     Raises:
-        SettingError: the environment asks for something else.
+        UsageError: the environment asks for something else.
     """
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return "never"
     chosen = os.environ.get(VARIABLE) or _Choice.default
     if chosen not in MODES:
-        raise SettingError(f"{VARIABLE}={chosen!r}: choose from {', '.join(MODES)}")
+        raise UsageError(f"{VARIABLE}={chosen!r}: choose from {', '.join(MODES)}")
     return chosen
 
 

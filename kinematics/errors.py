@@ -19,18 +19,36 @@ __all__ = [
     "MobilityError",
     "MotionError",
     "OpenLoopError",
+    "PackageError",
     "PoseError",
-    "SettingError",
     "UnreachedError",
+    "UsageError",
 ]
-
-
-class SettingError(ValueError):
-    """An environment variable has a value that it cannot have."""
 
 
 class LinkageError(ValueError):
     """Base class: the linkage, or what was asked of it, cannot be used."""
+
+
+class UsageError(LinkageError):
+    """What was asked cannot be done as it was asked, whatever the linkage is."""
+
+
+class PackageError(UsageError):
+    """A package is missing that is needed for just what was asked.
+
+    Attributes:
+        package: its name.
+        command: what installs it.
+    """
+
+    def __init__(self, purpose: str, package: str, command: str, more: str = "") -> None:
+        """Compose the message; ``more`` says how else it may be installed."""
+        self.package, self.command = package, command
+        super().__init__(
+            f"{purpose} needs {package}, which is not installed; install it with "
+            f"'{command}'{more}"
+        )
 
 
 class BodyError(LinkageError):

@@ -27,7 +27,8 @@ def solved(problem, **settings):
 class Model:
     """A linkage's pseudo-inertias as variables, balanced at random poses."""
 
-    def __init__(self, space, reach=0.25):
+    def __init__(self, space, reach=0.25, balls=()):
+        """Balls, one for each body if there are any: a centre (3,) and a radius in metres."""
         self.space, self.k = space, 3 if space.planar else 4
         R, origin, length = units(space)
         self.H = np.zeros((4, self.k))
@@ -45,6 +46,11 @@ class Model:
         self.P = [cp.Variable((self.k, self.k), symmetric=True) for _ in range(self.count)]
         stacked = cp.hstack([cp.vec(P, order="C") for P in self.P])
         self.balanced = [self.rows @ stacked == 0]
+        for P, (c, r) in zip(self.P, balls, strict=False):
+            G = np.diag([-1.0, -1.0, -1.0, r * r - c @ c])
+            G[:3, 3] = G[3, :3] = c
+            G = self.H.T @ G @ self.H
+            self.balanced.append(cp.sum(cp.multiply(G / np.linalg.norm(G), P)) >= 0)
         self.trace = sum(cp.trace(P) for P in self.P)
 
     def seen(self, P):

@@ -2,8 +2,8 @@
 
 ``python tests/random_designs.py --cases 1500 --seed 0`` asks as many as it is told; a seed
 stands for the cases that follow it. Momentum is that of `reference` at finite poses closed by
-its own Newton method, cones and bounds are written out here once more, and what the product
-leaves undecided is put to solvers of its own.
+its own Newton method, cones, bounds and balls are written out here once more, and what the
+product leaves undecided is put to solvers of its own.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import random
 import sys
 import tempfile
 import time
-import warnings
 from collections import Counter
 from dataclasses import replace
 from functools import cache
@@ -27,8 +26,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [path for path in (str(ROOT), str(ROOT / "tests")) if path not in sys.path]
 
+import balls  # noqa: E402
 import numpy as np  # noqa: E402
 import reference  # noqa: E402
+from second_solvers import second_opinion  # noqa: E402
 from shapes import functional, matrix, outside  # noqa: E402
 from small_linkages import small_linkage  # noqa: E402
 
@@ -49,17 +50,18 @@ CLOSE, STILL = 1e-7, 1e-9
 ZERO = 1e-11
 # Notices of a reference pose that is not that of the file.
 MOVED = {"left_singular_pose", "assembled"}
-# The margin with which another solver settles what was left undecided.
-SETTLED = 1e-9
 
 
 class Question(NamedTuple):
-    """What is asked: a linkage, a kind of balance, links that are kept, bounds on masses."""
+    """What is asked: a linkage, a kind of balance, links that are kept, bounds on masses, and
+    the radius of the balls in which the others are to be, in lengths of the links.
+    """
 
     model: str
     balance: str
     keep: tuple[str, ...]
     bounds: dict[str, tuple[float, float]]
+    within: float | None = None
 
 
 def question(seed: int, folder: Path, uneven: bool = False) -> Question:
@@ -76,7 +78,9 @@ def question(seed: int, folder: Path, uneven: bool = False) -> Question:
     bounded = rng.sample(free, rng.choice((0, 1, 1, 2, 3)) % (len(free) + 1))
     masses = {name: mass * (10.0 ** rng.uniform(-4, 4) if uneven else 1.0)
               for name, mass in _bodies(model)}  # fmt: skip
-    return Question(model, balance, tuple(keep), {b: _range(rng, masses[b]) for b in bounded})
+    bounds = {b: _range(rng, masses[b]) for b in bounded}
+    within = rng.choice((None, 0.6, 1.0, 1.5, 1.5, 3.0))
+    return Question(model, balance, tuple(keep), bounds, within)
 
 
 def _bodies(model: str) -> list[tuple[str, float]]:
@@ -106,7 +110,7 @@ def asked(one: Question) -> Design | None:
         space = _space(one.model, one.balance)
         if MOVED & {notice.code for notice in space.notices}:
             return None
-        return design(space, keep=one.keep, bounds=one.bounds)
+        return design(space, keep=one.keep, bounds=one.bounds, within=one.within)
     except LinkageError:
         return None
 
@@ -158,17 +162,42 @@ def check(one: Question, found: Design) -> str:
     """
     mechanism = mechanism_of(one.model, found.space.inputs, found.space.bodies)
     rows = rows_of(one.model, one.balance, found.space.inputs, found.space.bodies)
+    forms = forms_of(one, found.space, mechanism)
     if found.verdict == "feasible":
-        _check_design(one, found.z, rows, mechanism)
+        _check_design(one, found.z, rows, mechanism, forms)
     elif found.verdict == "infeasible":
-        _check_certificate(one, found, rows, mechanism)
+        _check_certificate(one, found, rows, mechanism, forms)
     else:
-        settled = second_opinion(one, rows, mechanism)
+        settled = second_opinion(one, rows, mechanism, forms)
         assert settled == "undecided", f"undecided, but {settled}: {found.words}"
-    return found.verdict
+    return found.verdict + _check_anywhere(one, found)
 
 
-def _check_design(one: Question, z, rows, mechanism) -> None:
+def _check_anywhere(one: Question, found: Design) -> str:
+    """The second verdict: there is one exactly if there may be a design beyond the balls."""
+    beyond = found.anywhere
+    if beyond is None:
+        assert found.verdict != "infeasible" or not found.multipliers.any()
+        return ""
+    assert one.within is not None and found.verdict != "feasible"
+    assert beyond.verdict in ("feasible", "undecided")
+    check(one._replace(within=None), beyond)
+    return f" within, {beyond.verdict} anywhere"
+
+
+def forms_of(one: Question, space, mechanism) -> dict[str, np.ndarray]:
+    """``∫ (r² - |x - c|²) dm`` of each body that is not kept, per parameter (10,)."""
+    if one.within is None:
+        return {}
+    flat, found = balls.still(space), {}
+    for name in set(mechanism.bodies) - set(one.keep):
+        places = balls.places(mechanism, name) @ flat
+        centre, radius = balls.ball(places, one.within, space.length)
+        found[name] = balls.inside(centre, radius, flat)
+    return found
+
+
+def _check_design(one: Question, z, rows, mechanism, forms) -> None:
     """Momentum vanishes, bodies are definite, what is asked is heeded."""
     left = np.abs(rows @ z.reshape(-1)).max()
     assert left <= STILL * np.abs(rows).max() * np.abs(z).sum(), f"momentum {left:.1e}"
@@ -177,14 +206,24 @@ def _check_design(one: Question, z, rows, mechanism) -> None:
             assert np.allclose(z[b], mechanism.inertias[b], rtol=1e-12, atol=1e-14)
         else:
             assert np.linalg.eigvalsh(matrix(z[b]))[0] > 0.0
+        if name in forms:
+            terms = forms[name] * z[b]
+            assert terms.sum() >= -1e-7 * np.abs(terms).sum(), f"{name} beyond its ball"
         low, high = one.bounds.get(name, (0.0, inf))
         assert low * (1.0 - 1e-7) <= z[b, 0] <= high * (1.0 + 1e-7), name
 
 
-def _check_certificate(one: Question, found: Design, rows, mechanism) -> None:
-    """It vanishes on balanced masses, and is positive on what is asked for."""
-    Z = np.array(found.certificate)
+def _check_certificate(one: Question, found: Design, rows, mechanism, forms) -> None:
+    """It vanishes on balanced masses, and is positive on what is asked for.
+
+    In balls, their forms with multipliers that are not negative belong to it.
+    """
+    Z, area = np.array(found.certificate), found.space.length**2
     value = functional(found.space, Z)
+    for b, name in enumerate(mechanism.bodies):
+        assert found.multipliers[b] >= 0.0 and (name in forms or not found.multipliers[b])
+        if name in forms:
+            value[10 * b : 10 * b + 10] += found.multipliers[b] * forms[name] / area
     if one.balance == "force" or found.space.planar:
         # What no condition sees must not count.
         seen = np.abs(rows).max(axis=0) > 0.0
@@ -228,58 +267,6 @@ def _per_mass(Z, scale: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if definite(middle) else (low, middle)
     return low * scale
-
-
-def second_opinion(one: Question, rows, mechanism) -> str:
-    """The verdict of two other solvers on the same question, put in other coordinates."""
-    import cvxpy as cp
-
-    count = len(mechanism.bodies)
-    _, sizes, V = np.linalg.svd(rows)
-    null = V[int((sizes > 1e-11 * sizes[0]).sum()) :].T
-    y, t, tau = cp.Variable(null.shape[1]), cp.Variable(), cp.Variable()
-    z, limits, total = null @ y, [tau >= t], 0.0
-    free = [b for b, name in enumerate(mechanism.bodies) if name not in one.keep]
-
-    def margin() -> float:
-        """Of the solver's masses themselves; their traces add up to 1."""
-        P = [matrix(part) for part in (null @ y.value).reshape(count, 10)]
-        return min(np.linalg.eigvalsh(P[b])[0] for b in free) / sum(map(np.trace, P))
-
-    units = np.array([matrix(unit) for unit in np.eye(10)])
-    for b, name in enumerate(mechanism.bodies):
-        own = z[10 * b : 10 * b + 10]
-        if name in one.keep:
-            limits.append(own == tau * mechanism.inertias[b])
-            total += tau * float(np.trace(matrix(mechanism.inertias[b])))
-            continue
-        P = cp.Variable((4, 4), symmetric=True)
-        limits += [P == sum(own[k] * units[k] for k in range(10)), P >> t * np.eye(4)]
-        low, high = one.bounds.get(name, (0.0, inf))
-        limits += [own[0] >= low * tau] + [own[0] <= high * tau] * (high < inf)
-        total += cp.trace(P)
-    problems = (
-        cp.Problem(cp.Maximize(t), [*limits, total <= 1.0]),
-        cp.Problem(cp.Minimize(total), [*limits, t == 1.0]),
-    )
-    said = [_settled(problem, margin, solver) for problem in problems
-            for solver in ("CLARABEL", "SCS")]  # fmt: skip
-    return min(said)
-
-
-def _settled(problem, margin, solver: str) -> str:
-    """What one solver says of one problem: that there is a margin, or can be none."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            problem.solve(solver=solver, **({"eps": 1e-9} if solver == "SCS" else {}))
-    except Exception as error:
-        if type(error).__name__ != "SolverError":
-            raise
-        return "undecided"
-    if problem.status == "infeasible":
-        return "infeasible"
-    return "feasible" if problem.status == "optimal" and margin() > SETTLED else "undecided"
 
 
 def run(seeds: range, uneven: bool = False):

@@ -39,7 +39,7 @@ def test_a_saved_space_comes_back(figure, tmp_path):
     assert saved.sha256 == sha256(file.read_bytes()).hexdigest()
     y = coordinates(found)
     for mine, its in zip(found.bodies_of(y), saved.bodies_of(y), strict=True):
-        assert (mine.name, mine.mass, mine.urdf) == (its.name, its.mass, its.urdf)
+        assert (mine.name, mine.mass, mine.element) == (its.name, its.mass, its.element)
     assert np.array_equal(saved.basis_in_link_frames(), found.basis_in_link_frames())
     arrays = (saved.basis, saved.axes, saved.frames, saved.singular_values)
     assert not any(array.flags.writeable for array in arrays)

@@ -75,4 +75,4 @@ def test_page_is_whole_and_offline(opened):
     assert one(browser, "#caption").text.startswith("The linkage at its reference pose.")
     assert len(browser.find_elements("css selector", "#legend li")) == 4
     json = "return document.querySelector('#json pre').textContent"
-    assert '"schema": "balance.design/1"' in browser.execute_script(json)
+    assert '"schema": "balance.design/2"' in browser.execute_script(json)

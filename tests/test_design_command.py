@@ -89,6 +89,11 @@ def test_the_best_design_is_written_too(objective, tmp_path, capsys):
     assert main(["verify", str(out), "--trajectories", "1"]) == 0
 
 
+def test_objectives_are_asked_for_in_either_spelling(capsys):
+    plain, other = (run(capsys, YES, word, "mass") for word in ("--minimise", "--minimize"))
+    assert plain == other and plain[1]["minimise"] == "mass" and plain[0] == 0
+
+
 def test_objectives_are_those_of_the_library():
     assert get_args(Objective) == OBJECTIVES
 
@@ -118,6 +123,23 @@ def test_the_schema_is_strict(capsys):
             Draft202012Validator(SCHEMA).validate(found | wrong)
 
 
+def test_the_answer_without_limits_is_of_the_same_schema(capsys, tmp_path, caplog):
+    """Where there is none within them: exit code 1, and nothing is written."""
+    out = tmp_path / "out.urdf"
+    words = [NO, "--balance", "force", "--keep", "coupler", "--bounds", "crank=:0.1"]
+    code, found = run(capsys, *words, "--out", str(out))
+    assert code == 1 and found["verdict"] == "infeasible" and not out.exists()
+    assert len(found["multipliers"]) == 3 and found["anywhere"]["verdict"] == "feasible"
+    assert caplog.messages == [f"not written, for there is no design: {out}"]
+    for wrong in ({"anywhere": {}}, {"within": 0.0}, {"balls": {"crank": {}}},
+                  {"multipliers": [-1.0]}):  # fmt: skip
+        with pytest.raises(ValidationError):
+            Draft202012Validator(SCHEMA).validate(found | wrong)
+    code, free = run(capsys, *words, "--anywhere", "--out", str(out))
+    assert code == 0 and free["residuals"]["reach"] == 0.0
+    assert main(["verify", str(out), "--balance", "force", "--trajectories", "1"]) == 0
+
+
 def test_masses_are_bounded_and_kept(capsys, tmp_path):
     """Twice over one link: both bounds count. What is kept stays the same bytes."""
     bounds = ["--bounds", "crank=0.9:", "--bounds", "crank=:0.95", "--bounds", "rocker=1:1.5"]
@@ -137,12 +159,21 @@ def test_masses_are_bounded_and_kept(capsys, tmp_path):
     assert main(["verify", str(out), "--trajectories", "1"]) == 0
 
 
-def test_the_file_itself_may_be_replaced(tmp_path, capsys, caplog):
+def test_the_file_itself_is_replaced_by_force_alone(tmp_path, capsys, caplog):
     path = tmp_path / "robot.urdf"
     path.write_bytes(gallery()[YES].read_bytes())
     assert main(["verify", str(path), "--trajectories", "1"]) == 1
     capsys.readouterr()
-    assert run(capsys, str(path), "--out", str(path))[0] == 0
+    before = path.read_bytes()
+    assert main(["design", str(path), "--out", str(path)]) == 2
+    streams = capsys.readouterr()
+    assert streams.out == "" and streams.err.count("\n") == 1
+    assert streams.err == (
+        f"balance: {path}: --out would replace a file that is read; give another path, or "
+        "--force\n"
+    )
+    assert path.read_bytes() == before
+    assert run(capsys, str(path), "--out", str(path), "--force")[0] == 0
     assert told(caplog) == ["verify", str(path)]
     assert main(["verify", str(path), "--trajectories", "1"]) == 0
     assert [item.name for item in tmp_path.iterdir()] == ["robot.urdf"]
@@ -157,9 +188,11 @@ def test_nothing_is_written_without_a_design(tmp_path, capsys, caplog):
 
 def test_nothing_is_said_before_all_is_written(tmp_path, capsys):
     out = tmp_path / "a.urdf"
-    for place in (tmp_path / "no" / "a.html", tmp_path):
+    folder = tmp_path / "folder.html"
+    folder.mkdir()
+    for place in (tmp_path / "no" / "a.html", folder):
         line = refused(capsys, YES, "--out", str(out), "--html", str(place))
-        assert "cannot be written" in line and not list(tmp_path.iterdir())
+        assert "cannot be written" in line and list(tmp_path.iterdir()) == [folder]
     page = tmp_path / "a.html"
     assert main(["design", YES, "--html", str(page), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["verdict"] == "feasible"
@@ -167,9 +200,12 @@ def test_nothing_is_said_before_all_is_written(tmp_path, capsys):
 
 
 def test_two_files_need_two_names(tmp_path, capsys):
-    one = str(tmp_path / "a")
-    line = refused(capsys, YES, "--out", one, "--html", f"{tmp_path}/../{tmp_path.name}/a")
-    assert "both the linkage and the page" in line and not list(tmp_path.iterdir())
+    one, other = tmp_path / "a.html", f"{tmp_path}/../{tmp_path.name}/a.html"
+    assert main(["design", YES, "--out", str(one), "--html", other, "--force"]) == 2
+    streams = capsys.readouterr()
+    assert streams.out == "" and not list(tmp_path.iterdir())
+    (line,) = streams.err.splitlines()
+    assert line.endswith(": both --out and --html are to write it; give each its own file")
 
 
 def test_the_unit_of_an_input_that_slides_is_told(capsys):
@@ -251,6 +287,7 @@ def test_bad_input(words, said, tmp_path, capsys):
         ["--bounds", "crank=0:nan"],
         ["--bounds", "crank=inf:"],
         ["--minimise", "price"],
+        ["--minimize", "price"],
         ["--keep"],
         [],
     ],

@@ -71,6 +71,8 @@ def test_page_holds_the_outcome_and_little_else(model, motion):
     assert elements.data("report") == json.loads(json.dumps(found.to_dict()))
     ours = text.replace(get_plotlyjs(), "")
     assert len(ours) < 400_000 and "{{" not in ours
+    limits = "within 1.5 lengths of the link from the middle of its joints"
+    assert limits in " ".join(elements.text.split())
     urls = [v for _, name, v in elements.attributes if name in ("src", "href")]
     assert urls == ["data:,"]
     for body, z in zip(found.bodies, found.z, strict=True):

@@ -329,5 +329,5 @@ def test_a_missing_library_costs_a_line(monkeypatch, tmp_path, capsys):
     ):
         with monkeypatch.context() as patch:
             patch.setitem(sys.modules, name, None)
-            assert f"pip install {package}'" in refused(capsys, 3, "bennett", *option)
+            assert f"pip install {package}'" in refused(capsys, 2, "bennett", *option)
     assert list(tmp_path.iterdir()) == []

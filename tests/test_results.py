@@ -54,7 +54,7 @@ def test_spatial_bodies_have_the_parameters_they_came_from(figure, tmp_path):
         assert np.array_equal(body.z, expected) and body.moment is None
         assert (body.com is None) == (body.mass == 0.0) == (body.link_com is None)
         if body.inertia is None:
-            assert body.mass == 0.0 and body.urdf is None and body.link_inertia is None
+            assert body.mass == 0.0 and body.element is None and body.link_inertia is None
             continue
         com, link_com = (np.zeros(3) if c is None else c for c in (body.com, body.link_com))
         again = balance.parameters(body.mass, com, body.inertia)
@@ -100,7 +100,7 @@ def test_a_file_with_the_new_inertials_is_balanced(figure, tmp_path):
         for body in bodies:
             link = next(k for k in robot.findall("link") if k.get("name") == body.name)
             link.remove(link.find("inertial"))
-            link.append(ElementTree.fromstring(body.urdf))
+            link.append(ElementTree.fromstring(body.element))
 
     assert not found.as_given.balanced or figure.model == "three_rsr"
     again = space(figure, altered(figure.model, tmp_path, turned, reweighed))
@@ -149,7 +149,8 @@ def test_a_body_of_rods_alone_has_inertia_without_mass():
     first = found.bodies_of(weighable(found))[0]
     assert (first.mass, first.com, first.link_com) == (0.0, None, None)
     assert relative(first.inertia, inertia_tensor(first.z)) < 1e-15
-    assert '<mass value="0.0"/>' in first.urdf and 'xyz="0.0 0.0 0.0"' in first.urdf
+    assert '<mass value="0.0"/>' in first.element
+    assert 'xyz="0.0 0.0 0.0"' in first.element
 
 
 def test_results_cannot_be_changed():

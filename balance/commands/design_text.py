@@ -43,6 +43,7 @@ def facts(design: Design) -> list[tuple[str, str]]:
     if design.bounds:
         limits = (f"{name} {_range(*pair)} kg" for name, pair in design.bounds.items())
         pairs.append(("bounds", ", ".join(limits)))
+    pairs.append(("limits", _limits(design)))
     if design.residuals:
         named = [item for item in design.residuals._asdict().items() if item[0] != "accepted"]
         pairs.append(("residuals", ", ".join(f"{name} {x:.1e}" for name, x in named)))
@@ -65,6 +66,17 @@ def text(design: Design) -> str:
                  for row in table)  # fmt: skip
         lines += ["", *(line.rstrip() for line in cells)]
     return "\n".join(lines)
+
+
+def _limits(design: Design) -> str:
+    """Where masses were to be."""
+    if design.within is None:
+        return "none: masses may be anywhere"
+    flat = ", seen in the plane" if design.space.planar else ""
+    return (
+        f"the mass of each link within {design.within:g} lengths of the link from the middle "
+        f"of its joints{flat} (--anywhere lifts this)"
+    )
 
 
 def _unit(design: Design) -> str:

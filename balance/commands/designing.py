@@ -6,7 +6,8 @@ import argparse
 import math
 from typing import TYPE_CHECKING
 
-from balance.files import check_different, replacing_all
+from balance.commands.words import page_path
+from balance.files import replacing_all
 
 if TYPE_CHECKING:
     from balance.designs.optimum import Design
@@ -20,7 +21,7 @@ OBJECTIVES = ("mass", "inertia", "rotor", "change")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Options of ``design`` beside those of every command on a model."""
     parser.add_argument(
-        "--minimise", choices=OBJECTIVES,
+        "--minimise", "--minimize", choices=OBJECTIVES,
         help="the best design in this respect: total mass, largest inertia, inertia that the "
         "inputs feel at the reference pose, or change of the masses in the file",
     )  # fmt: skip
@@ -33,11 +34,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="least and largest mass of a link in kg, either may be left out; repeatable",
     )  # fmt: skip
     parser.add_argument(
+        "--anywhere", action="store_true",
+        help="let masses be anywhere, not just within 1.5 lengths of each link from the middle "
+        "of its joints",
+    )  # fmt: skip
+    parser.add_argument(
         "--out", metavar="FILE.urdf",
         help="write the file of the linkage with the masses of the design",
     )  # fmt: skip
     parser.add_argument(
-        "--html", metavar="FILE",
+        "--html", type=page_path, metavar="FILE.html",
         help="write a page with the linkage and its masses, before and after; it needs no "
         "network",
     )  # fmt: skip
@@ -49,13 +55,17 @@ def designed(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     Raises:
         LinkageError: links that are kept or bounded are unknown, or leave nothing to design.
     """
+    from balance.designs.limits import WITHIN
     from balance.designs.optimum import design
 
     limits: dict[str, tuple[float, float]] = {}
     for name, low, high in arguments.bounds:
         least, most = limits.get(name, (low, high))
         limits[name] = max(least, low), min(most, high)
-    return design(space, arguments.minimise, keep=arguments.keep, bounds=limits)
+    within = None if arguments.anywhere else WITHIN
+    return design(
+        space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within
+    )
 
 
 def write_files(arguments: argparse.Namespace, found: Design) -> str:
@@ -70,13 +80,12 @@ def write_files(arguments: argparse.Namespace, found: Design) -> str:
     asked = [path for path in (arguments.out, arguments.html) if path is not None]
     if found.z is None:
         return f"not written, for there is no design: {', '.join(asked)}" if asked else ""
-    check_different(arguments.out, arguments.html)
     contents = []
     if arguments.out is not None:
         from balance.designs.export import with_inertials
 
         elements = {body.name: body.urdf for body in found.bodies
-                    if body.urdf and body.name not in found.keep}  # fmt: skip
+                    if body.name not in found.keep and body.urdf}  # fmt: skip
         contents.append(with_inertials(found.space.linkage, elements))
     if arguments.html is not None:
         from balance.web.design import page

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.commands.readings import with_both
-from balance.commands.words import picture_path, whole_number
+from balance.commands.words import page_path, picture_path, whole_number
 from balance.files import replacing_all
 from kinematics.errors import CoordinateError, MotionError, PoseError
 
@@ -82,8 +82,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="write a picture of the error of every order against distance",
     )  # fmt: skip
     parser.add_argument(
-        "--html", metavar="FILE", help="write a page with these curves; it needs no network"
-    )
+        "--html", type=page_path, metavar="FILE.html",
+        help="write a page with these curves; it needs no network",
+    )  # fmt: skip
     parser.set_defaults(bodies="all")  # a file need not have masses
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from balance.commands.words import whole_number
-from balance.files import check_different, replacing_all
+from balance.commands.words import page_path, whole_number
+from balance.files import replacing_all
 from kinematics.turns import measured, within_turn
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="say what may be moved across each joint, and what the loops add",
     )  # fmt: skip
     parser.add_argument(
-        "--html", metavar="FILE",
+        "--html", type=page_path, metavar="FILE.html",
         help="write a page with the moving linkage and all of this; it needs no network",
     )  # fmt: skip
     parser.add_argument(
@@ -68,7 +68,6 @@ def write_files(
 
     page, closed = arguments.html, arguments.write_closed
     contents, notices = [], []
-    check_different(closed, page)
     if closed is not None:
         from kinematics.reader.posing import at_reference_pose
 

@@ -11,7 +11,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from balance.commands.readings import with_both
-from balance.commands.words import picture_path, whole_number
+from balance.commands.words import page_path, picture_path, whole_number
 from balance.files import replacing_all
 
 if TYPE_CHECKING:
@@ -93,15 +93,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--plot", type=picture_path, metavar="FILE.png|.svg", help="write a picture"
     )
     parser.add_argument(
-        "--html", metavar="FILE", help="write a page with the curves; it needs no network"
-    )
+        "--html", type=page_path, metavar="FILE.html",
+        help="write a page with the curves; it needs no network",
+    )  # fmt: skip
     parser.add_argument(
         "--table", metavar="FILE.csv",
         help="write the plotted motion: time, inputs, and the shaking force and moment of the "
         "linkage on its base",
     )  # fmt: skip
-    # Words that exclude each other are usage.
-    parser.set_defaults(refuse=parser.error)
 
 
 def verified(

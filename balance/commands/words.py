@@ -5,12 +5,23 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import NoReturn
 
+from balance.files import check_outputs, is_stream
+from kinematics.errors import LinkageError
+
 __all__ = [
-    "LONGEST", "Parser", "add_model_options", "picture_path", "take_streams", "unexpected",
-    "whole_number",
+    "LONGEST", "Parser", "add_model_options", "check_files", "page_path", "picture_path",
+    "take_streams", "unexpected", "whole_number",
 ]  # fmt: skip
+
+# Options that name files to write and to read, of any command.
+WRITTEN = {
+    "out": "--out", "html": "--html", "plot": "--plot", "write_closed": "--write-closed",
+    "table": "--table",
+}  # fmt: skip
+MODELS, READ = ("model", "against"), ("loops", "csv", "path")
 
 LONGEST = 20_000
 """Most characters of an error message."""
@@ -89,6 +100,10 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "--spatial", action="store_true", help="ten parameters per body, even if it is planar"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--force", action="store_true",
+        help="let a file that is written replace one that is read, such as the model",
+    )  # fmt: skip
     # Words that exclude each other are usage.
     parser.set_defaults(refuse=parser.error)
 
@@ -114,6 +129,28 @@ def take_streams(arguments: argparse.Namespace) -> None:
         arguments.refuse("--against: both models come from the same stream: give two files")
     for role, model in models.items():
         setattr(arguments, role, streamed(model) or model)
+
+
+def check_files(arguments: argparse.Namespace) -> None:
+    """Refuse to write where a command reads, or one file twice; see `check_outputs`.
+
+    Raises:
+        UsageError: the options ask for that.
+    """
+    given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
+    outputs = {WRITTEN[name]: path for name, path in given.items() if name in WRITTEN}
+    if not outputs:
+        return
+    from kinematics.models import find
+    from kinematics.reader.sidecar import beside
+
+    inputs = [given[name] for name in READ if name in given]
+    for name in MODELS:
+        # A model that cannot be read is told of by whoever reads it.
+        with suppress(LinkageError, OSError, ValueError):
+            path = str(find(given[name])) if name in given else ""
+            inputs += [path, *filter(None, [beside(path)])] if path else []
+    check_outputs(outputs, inputs, arguments.force)
 
 
 def _names(text: str) -> list[str]:
@@ -162,6 +199,17 @@ def picture_path(text: str) -> str:
     """
     if not text.lower().endswith((".png", ".svg")):
         raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
+    return text
+
+
+def page_path(text: str) -> str:
+    """A word that names a page.
+
+    Raises:
+        ArgumentTypeError: by its end it is none, nor is it a pipe or a device.
+    """
+    if not (text.lower().endswith((".html", ".htm")) or is_stream(text)):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .html nor in .htm")
     return text
 
 

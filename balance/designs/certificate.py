@@ -8,8 +8,13 @@ symmetric matrix per body,
 
 because the sum would be positive for bodies that can be built. A Z_b that is not zero weighs
 its body: ``<L Lᵀ, P> = ∫ |Lᵀ [x; 1]|² dm``. What is only semidefinite, such as point masses and
-rods without width, is not excluded. (S. Boyd, L. Vandenberghe, Convex Optimization, 2004,
-section 5.8, has such theorems of alternatives.)
+rods without width, is not excluded. Where the mass of a body is to be within a ball, which is
+``<G_b, P_b> ≥ 0``, a multiplier λ_b ≥ 0 goes with it, and
+
+    Σ_b <Z_b + λ_b G_b, P_b> = 0  for every balanced distribution.
+
+(S. Boyd, L. Vandenberghe, Convex Optimization, 2004, section 5.8, has such theorems of
+alternatives.)
 """
 
 from __future__ import annotations
@@ -25,7 +30,14 @@ from balance.designs.restriction import SAME, Program, Restriction
 from balance.spaces.space import DesignSpace
 from kinematics.wording import checked
 
-__all__ = ["CertificateCheck", "certificates", "check_certificate", "clash", "judged"]
+__all__ = [
+    "CertificateCheck",
+    "Proof",
+    "certificates",
+    "check_certificate",
+    "clash",
+    "judged",
+]
 
 Array = NDArray[np.float64]
 
@@ -43,6 +55,18 @@ RIDGE = 1e-15
 SLACK = 1e-13
 
 
+class Proof(NamedTuple):
+    """What rules out every design.
+
+    Attributes:
+        matrices: Z, one symmetric matrix per body (bodies, k, k).
+        multipliers: λ, one number per body (bodies,), 0 where no ball limits its mass.
+    """
+
+    matrices: Array
+    multipliers: Array
+
+
 class CertificateCheck(NamedTuple):
     """What the check of a certificate found.
 
@@ -50,8 +74,8 @@ class CertificateCheck(NamedTuple):
         accepted: whether it excludes every design with a margin above 1e-12.
         eigenvalue: smallest one of the matrices, less what bounds on masses account for, over
             the sum of their Frobenius norms; of kept bodies none counts.
-        orthogonality: size of ``Σ_b <Z_b, P_b>`` as a function on the orthonormal basis of
-            the design space, over the same.
+        orthogonality: size of ``Σ_b <Z_b + λ_b G_b, P_b>`` as a function on the orthonormal
+            basis of the design space, over the same.
         separation: designs with a margin above this one are excluded, the margin being the
             smallest eigenvalue of all P_b over the sum T of their traces; with kept bodies
             or least masses, whose traces add up to T0, also T0 over T.
@@ -68,15 +92,16 @@ class CertificateCheck(NamedTuple):
 
 
 def check_certificate(
-    space: DesignSpace, certificate: Sequence[Array], asked: Restriction | None = None
-) -> CertificateCheck:
+    space: DesignSpace, certificate: Sequence[Array], asked: Restriction | None = None,
+    multipliers: ArrayLike | None = None,
+) -> CertificateCheck:  # fmt: skip
     """Check a certificate in plain NumPy, without the solver.
 
     With the residual r of orthogonality, and no eigenvalue below -δ, the margin of any design
     is at most ``(3 |r| + δ) / Σ tr Z_b``: this must not exceed 1e-12. For if all P_b ⪰ t T,
     T being the sum of their traces, then
 
-        t T Σ tr Z_b - δ T  ≤  Σ_b <Z_b, P_b>  ≤  3 |r| T.
+        t T Σ tr Z_b - δ T  ≤  Σ_b <Z_b, P_b>  ≤  Σ_b <Z_b + λ_b G_b, P_b>  ≤  3 |r| T.
 
     A body whose mass is bounded may have a Z_b that is positive semidefinite only once λ
     times the mass is taken from ``<Z_b, P_b>``, which is then at least λ times the least mass,
@@ -89,33 +114,47 @@ def check_certificate(
         certificate: one symmetric matrix per body, in the coordinates of ``space.chain``:
             (4, 4), or (3, 3) in a plane.
         asked: what else is asked of the bodies.
+        multipliers: λ, one number per body; none by default. One that is not zero is for a
+            body whose mass is asked to be within a ball.
 
     Raises:
-        ValueError: the matrices are not as many, or not of that shape.
+        ValueError: the matrices or the multipliers are not as many, or not of that shape.
     """
-    return judged(space, cone_of(space), certificate, asked or Restriction())
+    Z = np.array(certificate, dtype=np.float64)
+    spare = np.zeros(len(Z)) if multipliers is None else np.array(multipliers, np.float64)
+    return judged(space, cone_of(space), Proof(Z, spare), asked or Restriction())
 
 
 def judged(
-    space: DesignSpace, cone: Cone, certificate: ArrayLike, asked: Restriction
+    space: DesignSpace, cone: Cone, proof: Proof, asked: Restriction
 ) -> CertificateCheck:
     """See `check_certificate`; the cone is that of the space."""
-    Z = np.array(certificate, dtype=np.float64)
+    Z, spare = proof
     if Z.shape != (len(cone.blocks), cone.size, cone.size):
         raise ValueError(f"certificate of shape {Z.shape}: give one matrix for each body")
-    if not (np.isfinite(Z).all() and (Z == Z.transpose(0, 2, 1)).all() and Z.any()):
+    if spare.shape != Z.shape[:1]:
+        raise ValueError(f"multipliers of shape {spare.shape}: give one for each body")
+    matrices = np.isfinite(Z).all() and (Z == Z.transpose(0, 2, 1)).all() and Z.any()
+    numbers = np.isfinite(spare).all() and (spare >= 0.0).all()
+    if not (matrices and numbers and set(np.flatnonzero(spare)) <= set(asked.balls)):
         return CertificateCheck(False, -np.inf, np.inf, np.inf)
-    checks = [_check(space, cone, Z, asked._replace(bounds={}))]
+    checks = [_check(space, cone, proof, asked._replace(bounds={}))]
     if asked.bounds:
-        checks.append(_check(space, cone, Z, asked))
+        checks.append(_check(space, cone, proof, asked))
     # Either is a proof: bounds that are not needed do no harm.
     return min(checks, key=lambda check: check.separation)
 
 
-def _check(space: DesignSpace, cone: Cone, Z: Array, asked: Restriction) -> CertificateCheck:
+def _check(
+    space: DesignSpace, cone: Cone, proof: Proof, asked: Restriction
+) -> CertificateCheck:
     """Check a certificate with all bounds of a restriction."""
-    own, known = _known(space, Z, asked) if asked else (Z, 0.0)
-    residual = cone.sums(Z)
+    Z, spare = proof
+    own, known = _known(space, Z, asked) if asked.sized else (Z, 0.0)
+    whole = Z.copy()
+    for b, ball in asked.balls.items():
+        whole[b] += spare[b] * ball.form
+    residual = cone.sums(whole)
     size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
     traces = float(np.einsum("bii->", own)) / size
     eigenvalue = float(np.linalg.eigvalsh(own)[:, 0].min()) / size
@@ -168,8 +207,8 @@ def _surplus(Z: Array) -> float:
     return surplus if abs(surplus) > slack else 0.0
 
 
-def certificates(question: Program, dual: Array) -> Iterator[Array]:
-    """Certificates (bodies, k, k) made of the solver's multipliers.
+def certificates(question: Program, dual: Array) -> Iterator[Proof]:
+    """Certificates made of the solver's multipliers.
 
     Args:
         question: what was asked.
@@ -179,36 +218,49 @@ def certificates(question: Program, dual: Array) -> Iterator[Array]:
     lifted, (count, n) = cone.lifted().blocks, cone.blocks.shape[:2]
     Z = cone.duals(dual[: dual.size - len(lines)].reshape(count, -1))
     if not len(lines):
-        yield from _polished(lifted, Z)
+        yield from (Proof(found, np.zeros(count)) for found in _polished(lifted, Z))
         return
-    # A row that must not be negative is a matrix of one entry.
+    # A row that must not be negative is a matrix of one entry; bounds are in one unit again.
+    units = np.ones(len(lines))
+    for k, (_, factor) in enumerate(question.limits, int(question.sized)):
+        units[k] = abs(factor)
     rows = np.zeros((len(lines), *lifted.shape[1:]))
-    rows[:, :n, 0, 0] = lines
+    rows[:, :n, 0, 0] = lines / units[:, None]
     more = np.zeros((len(lines), cone.size, cone.size))
-    more[:, 0, 0] = np.maximum(dual[dual.size - len(lines) :], 0.0)
+    more[:, 0, 0] = units * np.maximum(dual[dual.size - len(lines) :], 0.0)
     for found in _polished(np.concatenate([lifted, rows]), np.concatenate([Z, more])):
-        yield _assembled(question, found[:count], found[count + 1 :, 0, 0])
+        yield _assembled(question, found[:count], found[count + question.sized :, 0, 0])
 
 
-def _assembled(question: Program, free: Array, limits: Array) -> Array:
-    """Matrices of all bodies; those of kept ones are what makes the sum vanish."""
-    whole = question.whole
+def _assembled(question: Program, free: Array, values: Array) -> Proof:
+    """Matrices of all bodies; those of kept ones are what makes the sum vanish.
+
+    Args:
+        question: what was asked.
+        free: matrices of the free bodies.
+        values: multipliers of the bounds, and then those of the balls.
+    """
+    whole, bounding = question.whole, len(question.limits)
     Z = np.zeros((len(whole.blocks), whole.size, whole.size))
     Z[list(question.free)] = free
-    for value, (b, sign) in zip(limits, question.limits, strict=True):
-        Z[b, -1, -1] += sign * value
-    return _refined(question, Z)
+    for value, (b, factor) in zip(values[:bounding], question.limits, strict=True):
+        Z[b, -1, -1] += np.sign(factor) * value
+    spare, inside = np.zeros(len(Z)), np.zeros_like(Z)
+    for value, (b, G) in zip(values[bounding:], question.balls, strict=True):
+        spare[b], inside[b] = value, value * G
+    return Proof(_refined(question, Z, inside), spare)
 
 
-def _refined(question: Program, Z: Array) -> Array:
+def _refined(question: Program, Z: Array, inside: Array | float = 0.0) -> Array:
     """Matrices whose parts for rows that have a value make the sum vanish.
 
     The second time, what rounding left the first time is solved for. Rows that depend on one
     another to round-off are one row, as in the question itself: their difference, taken for a
-    condition of its own, would make multipliers without limit.
+    condition of its own, would make multipliers without limit. Added to the matrices in the
+    sum, but not changed, is ``inside``.
     """
     for _ in range(2 if len(question.fixed) else 0):
-        rest = np.einsum("bnij,bij->n", question.whole.blocks, Z)
+        rest = np.einsum("bnij,bij->n", question.whole.blocks, Z + inside)
         Z = Z + _fixing(question, np.linalg.lstsq(question.fixed.T, -rest, rcond=SAME)[0])
     return Z
 
@@ -224,9 +276,10 @@ def _fixing(question: Program, multipliers: Array) -> Array:
     return Z
 
 
-def clash(question: Program) -> Array:
+def clash(question: Program) -> Proof:
     """The certificate that kept bodies and masses cannot be balanced by anything."""
-    return _refined(question, _fixing(question, question.left / np.linalg.norm(question.left)))
+    Z = _fixing(question, question.left / np.linalg.norm(question.left))
+    return Proof(_refined(question, Z), np.zeros(len(Z)))
 
 
 def _polished(blocks: Array, Z: Array) -> Iterator[Array]:

@@ -15,10 +15,18 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.designs.certificate import CertificateCheck, certificates, clash, judged
-from balance.designs.cone import counted, from_si, given, to_si
+from balance.designs.certificate import (
+    CertificateCheck,
+    Proof,
+    certificates,
+    clash,
+    judged,
+)
+from balance.designs.cone import counted, from_si, given, matrices_of, to_si
 from balance.designs.conic import Part, minimise
+from balance.designs.limits import reach
 from balance.designs.restriction import Program, Restriction, program
+from balance.designs.verdicts import TOO_NARROW, UNSETTLED, clashing
 from balance.spaces.space import DesignSpace
 from kinematics.inertial import from_pseudo_inertia
 from kinematics.linkage import frozen
@@ -46,16 +54,7 @@ BALANCED = 1e-12
 ROUND_OFF = 1e-15
 # Masses in files are rounded: kept bodies may miss conditions by this part of their size.
 ROUNDED = 1e-9
-# More conditions rule out more designs: a proof that there is none stays one.
-UNSETTLED = (
-    "not all conditions are known, and a design may break the others; leave out max_order, if "
-    "it was given"
-)
-TOO_NARROW = (
-    "a certificate excludes the designs of the space that was found, but conditions near "
-    "round-off may be false ones, and there may be more designs"
-)
-# The solver heeds bounds to this part of them.
+# The solver heeds bounds and the radii of balls to this part of them.
 WITHIN = 1e-8
 
 
@@ -69,11 +68,14 @@ class DesignCheck(NamedTuple):
             characteristic lengths; in a plane also how far the bodies are from having one
             plane of symmetry parallel to the motion.
         eigenvalue: smallest one of the pseudo-inertias over the sum of their traces.
+        reach: largest root mean square distance of a body's mass from the centre of the ball
+            in which it is to be, over the radius; 0 if there are no balls.
     """
 
     accepted: bool
     conditions: float
     eigenvalue: float
+    reach: float = 0.0
 
     def __repr__(self) -> str:
         """One line: whether it is accepted, and its residuals to three digits."""
@@ -90,6 +92,7 @@ class Feasibility:
             adding up to those of the file; None if there is none.
         z: parameters (bodies, 10) of that design about the inertial origin, SI units.
         certificate: one symmetric matrix per body; see `check_certificate`.
+        multipliers: one number per body that goes with the certificate.
         margin: the largest t for which ``P_b ⪰ t`` is possible for all bodies when their
             traces add up to 1, in units of the chain; 0 if infeasible.
         residuals: what the check of the design or of the certificate found.
@@ -100,6 +103,7 @@ class Feasibility:
     y: Array | None
     z: Array | None
     certificate: tuple[Array, ...] | None
+    multipliers: Array | None
     margin: float
     residuals: DesignCheck | CertificateCheck | None
     words: str
@@ -134,7 +138,9 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
         trusted: whether every distribution in the space is known to be balanced.
     """
     # A certificate for a weaker restriction is one for the restriction itself.
-    weaker = [Restriction(asked.keep)] * bool(asked.bounds) + [Restriction()] * bool(asked.keep)
+    less = asked.anywhere, Restriction(asked.keep), Restriction()
+    dropped = asked.balls, asked.bounds, asked.keep
+    weaker = [one for one, without in zip(less, dropped, strict=True) if without]
     for wanted in (asked, *weaker):
         question = program(space, wanted)
         for x, proofs in _candidates(question):
@@ -142,8 +148,8 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
                 if found := _design(space, asked, question, x):
                     sure = trusted or space.sure
                     return found if sure else _decide_by_transfers(space, asked)
-            for Z in proofs:
-                if found := _proof(space, asked, question, Z):
+            for proof in proofs:
+                if found := _proof(space, asked, question, proof):
                     return found
     return _undecided(
         "neither a design nor a certificate stands up to its check; ask less of the masses, or "
@@ -167,21 +173,26 @@ def _decide_by_transfers(space: DesignSpace, asked: Restriction) -> Feasibility:
 
 
 def _proof(
-    space: DesignSpace, asked: Restriction, question: Program, Z: Array
+    space: DesignSpace, asked: Restriction, question: Program, proof: Proof
 ) -> Feasibility | None:
-    """The verdict by matrices Z (bodies, k, k); None if they are no certificate."""
-    check = judged(space, question.whole, Z, asked)
+    """The verdict by a proof; None if it proves nothing."""
+    check = judged(space, question.whole, proof, asked)
     if not check.accepted:
         return None
     if not space.encloses:
         return _undecided(TOO_NARROW)
-    alone = not asked or judged(space, question.whole, Z, Restriction()).accepted
-    text = in_words(space, Z, Restriction() if alone else asked)
-    return Feasibility("infeasible", None, None, tuple(frozen(Z)), 0.0, check, text)
+    # The least that is to be asked for the proof to hold.
+    less = (Restriction(), asked._replace(keep=(), bounds={}), asked.anywhere) if asked else ()
+    enough = (one for one in less if judged(space, question.whole, proof, one).accepted)
+    text = clashing(space, proof.matrices, next(enough, asked))
+    return Feasibility(
+        "infeasible", None, None, tuple(frozen(proof.matrices)), frozen(proof.multipliers),
+        0.0, check, text,
+    )  # fmt: skip
 
 
 def _undecided(why: str) -> Feasibility:
-    return Feasibility("undecided", None, None, None, 0.0, None, f"undecided: {why}")
+    return Feasibility("undecided", None, None, None, None, 0.0, None, f"undecided: {why}")
 
 
 def check_design(
@@ -194,7 +205,7 @@ def check_design(
         z: parameters (bodies, 10) about the inertial origin, SI units.
         asked: what else is asked of the bodies. Kept ones must be as in the file, where
             masses are rounded: the conditions need then hold to 1e-9 only, and these bodies
-            need not be definite. Bounds must hold to 1e-8 of them.
+            need not be definite. Bounds and the radii of balls must hold to 1e-8 of them.
     """
     asked = asked or Restriction()
     z = np.reshape(z, (len(space.bodies), 10))
@@ -213,8 +224,12 @@ def check_design(
     origin = space.chain.frame.origin / space.chain.frame.length
     doubt = max(BALANCED, ROUND_OFF * float(origin @ origin))
     balanced = conditions <= max(doubt, ROUNDED if asked.keep else 0.0)
-    accepted = balanced and eigenvalue > doubt and _heeds(space, z, asked)
-    return DesignCheck(accepted, conditions, eigenvalue)
+    flat = matrices_of(space, z)
+    furthest = max((reach(ball, flat[b]) for b, ball in asked.balls.items()), default=0.0)
+    accepted = (
+        balanced and eigenvalue > doubt and furthest <= 1.0 + WITHIN and _heeds(space, z, asked)
+    )
+    return DesignCheck(accepted, conditions, eigenvalue, furthest)
 
 
 def _heeds(space: DesignSpace, z: Array, asked: Restriction) -> bool:
@@ -245,13 +260,14 @@ def height(P: Array) -> float:
     return float(P[:, 2, 3].sum() / (P[:, 3, 3].sum() or 1.0))
 
 
-def _candidates(question: Program) -> Iterator[tuple[Array | None, Iterable[Array]]]:
+def _candidates(question: Program) -> Iterator[tuple[Array | None, Iterable[Proof]]]:
     """Coordinates of a design, or certificates: of one problem, and then of another."""
     if question.left @ question.left > ROUNDED**2:
         yield None, [clash(question)]
     if question.traces.size == 0:
         cone = question.cone
-        yield None, [np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))]
+        every = np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))
+        yield None, [Proof(every, np.zeros(len(every)))]
         return
     q, rows, offset, parts = least_traces(question)
     found = minimise(q, rows, offset, parts, careful=len(question.lines) > 0)
@@ -273,7 +289,7 @@ def least_traces(question: Program) -> tuple[Array, Array, Array, list[Part]]:
     unit, parts = np.tile(cone.rows(np.eye(cone.size)), count), [cone.part] * count
     if len(lines):
         rows = np.concatenate([rows, lines])
-        unit = np.append(unit, np.arange(len(lines)) == 0)
+        unit = np.append(unit, question.sized * (np.arange(len(lines)) == 0))
         parts.append(Part("line", len(lines)))
     return question.traces, rows, -unit, parts
 
@@ -285,19 +301,20 @@ def _design(
     if not np.isfinite(x).all():
         return None
     least = question.cone.least(question.cone.sums_at(x)).min()
-    if not (least > 0.0 and (not asked or x[-1] > 0.0)):
+    if not (least > 0.0 and (not question.sized or x[-1] > 0.0)):
         return None
     P = question.whole.at(question.embed @ x)
     margin = float(least / (question.traces @ x))
     # Per unit of mass; or so that bodies have the mean mass of the file.
-    scale = float(question.unit / (x[-1] if asked else P[:, -1, -1].mean()))
+    scale = float(question.unit / (x[-1] if question.sized else P[:, -1, -1].mean()))
     y = scale * (question.embed @ x)
     z = assembled(space, asked, scale * P)
     check = check_design(space, z, asked)
     if not check.accepted:
         return None
     text = f"feasible: balanced by bodies that can be built, with a margin of {margin:.1e}"
-    return Feasibility("feasible", frozen(y[: space.nullity]), z, None, margin, check, text)
+    y = frozen(y[: space.nullity])
+    return Feasibility("feasible", y, z, None, None, margin, check, text)
 
 
 def assembled(
@@ -320,31 +337,3 @@ def assembled(
     z = to_si(P, frame, height(from_si(file[moving], frame)), along)
     z[keep] = file[keep]
     return frozen(z)
-
-
-def in_words(space: DesignSpace, Z: Array, asked: Restriction) -> str:
-    """What a certificate says: which bodies' positivity clash."""
-    sizes = np.abs(Z).max(axis=(1, 2))
-    felt = (sizes > BALANCED * sizes.max()).tolist()
-    clash = [name for name, weighs in zip(space.bodies, felt, strict=True) if weighs]
-    listed = " and ".join(filter(None, [", ".join(clash[:-1]), clash[-1]]))
-    if set(clash) <= {space.bodies[b] for b in asked.keep}:
-        return (
-            f"infeasible: {listed}, as kept, cannot be balanced by any masses of the others; "
-            "keep fewer links"
-        )
-    extent = np.abs(Z[:, :-1]).max() > BALANCED * sizes.max()
-    what = "some second moments" if extent else "the masses"
-    sums = f"{what} of {listed} {'are zero' if len(clash) == 1 else 'add up to zero'}"
-    if asked:
-        return (
-            f"infeasible: with what is kept and bounded, {sums} or less, which are positive "
-            "for bodies that can be built; keep fewer links, or widen the bounds"
-        )
-    remedy = "change the geometry or restrict the motion"
-    if space.balance == "dynamic":
-        remedy = "change the geometry, restrict the motion, or balance the forces alone"
-    return (
-        f"infeasible: in every balanced distribution {sums}, which are positive for bodies "
-        f"that can be built; {remedy}"
-    )

@@ -109,7 +109,7 @@ def optimum(
     trace = float(np.trace(matrices_of(space, z), axis1=1, axis2=2).sum()) / question.unit
     largest = float(np.linalg.eigvalsh(floor).max())
     epsilon, room = FLOOR, ROOM * FLOOR * largest / margin
-    if len(question.lines):
+    if question.sized:
         epsilon, room = min(FLOOR, 0.5 * margin * trace / largest), ROOM * trace
     v = _solve(question, cone, goal, epsilon * floor, room)
     if v is None:
@@ -124,8 +124,9 @@ def _solve(
 ) -> Array | None:
     """Coordinates of the least value with ``P_b ⪰ floor_b`` and traces up to ``room``."""
     (count, n), own = cone.blocks.shape[:2], question.traces.size
-    lines = np.zeros((max(len(question.lines), 1), n))
-    lines[0, :own], lines[1:, :own] = -question.traces, question.lines[1:]
+    others = question.lines[int(question.sized) :]
+    lines = np.zeros((1 + len(others), n))
+    lines[0, :own], lines[1:, :own] = -question.traces, others
     linear = np.concatenate([cone.stacked(cone.blocks), lines])
     rows = np.concatenate([np.column_stack([linear, np.zeros(len(linear))]), goal.rows])
     offset = np.zeros(len(rows))
@@ -134,7 +135,7 @@ def _solve(
     parts = [cone.part] * count + [Part("line", len(lines)), *goal.parts]
     # The unit of mass is 1 here, and a bound that bounds nothing is 0.
     known, free = np.zeros(n + 1), np.ones(n + 1, dtype=bool)
-    if len(question.lines):
+    if question.sized:
         known[own - 1], free[own - 1] = 1.0, False
     free[n] = len(goal.parts) > 0
     H, q = None, goal.q[free]

@@ -22,8 +22,10 @@ from balance.designs.feasibility import (
     check_design,
     off_plane,
 )
+from balance.designs.limits import WITHIN, Ball
 from balance.designs.objective import Objective, optimum
 from balance.designs.restriction import Restriction, program, restriction
+from balance.designs.verdicts import furthest, limits_of
 from balance.inertia import LABELS
 from balance.spaces.certification import certify
 from balance.spaces.designspace import design_space
@@ -34,7 +36,7 @@ __all__ = ["SCHEMA", "Design", "Objective", "design"]
 
 Array = NDArray[np.float64]
 
-SCHEMA = "balance.design/1"
+SCHEMA = "balance.design/2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +50,18 @@ class Design:
         value: its value in SI units (see `design`), None without an objective or a design.
         keep: names of the bodies held as the file gives them.
         bounds: least and largest mass of a body, kg.
+        within: radius of the ball about the joints of each link that is not kept, in which
+            its mass is to be, in lengths of the link; None if it may be anywhere.
         z: parameters (bodies, 10) about the inertial origin, SI units; None if there is
             no design.
         certificate: one symmetric matrix per body; see `check_certificate`.
+        multipliers: one number per body that goes with the certificate.
         margin: smallest eigenvalue of the pseudo-inertias over the sum of their traces, in
             units of the chain.
         residuals: what the check of the design or of the certificate found.
         words: the verdict in one line.
+        anywhere: the answer if masses may be anywhere, where none is within the balls, but
+            that does not settle the other.
     """
 
     space: DesignSpace
@@ -63,11 +70,34 @@ class Design:
     value: float | None
     keep: tuple[str, ...]
     bounds: Mapping[str, tuple[float, float]]
+    within: float | None
     z: Array | None
     certificate: tuple[Array, ...] | None
+    multipliers: Array | None
     margin: float
     residuals: DesignCheck | CertificateCheck | None
     words: str
+    anywhere: Design | None = None
+
+    @property
+    def asked(self) -> Restriction:
+        """What was asked, as `check_design` and `check_certificate` take it."""
+        return restriction(self.space, self.keep, self.bounds, self.within)
+
+    @property
+    def balls(self) -> dict[str, Ball]:
+        """Where the mass of each body was to be, metres, inertial frame; see `Ball`.
+
+        The disc of a planar linkage is drawn at the height of the middle of the mechanism.
+        """
+        frame, names = self.space.chain.frame, self.space.bodies
+        return {
+            names[b]: Ball(
+                frame.length * ball.centre @ frame.R[: ball.centre.size] + frame.origin,
+                frame.length * ball.radius,
+            )
+            for b, ball in self.asked.balls.items()
+        }
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the mass of each body."""
@@ -82,7 +112,7 @@ class Design:
         space, size = self.space, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
         return body_inertias(
             space.bodies, self.z.reshape(-1, 1) / size, [size], space.frames, space.axes,
-            LABELS, space.length,
+            LABELS, space.length, space.source,
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, object]:
@@ -101,11 +131,18 @@ class Design:
                 name: [low, high if high < inf else None]
                 for name, (low, high) in self.bounds.items()
             },
+            "within": self.within,
+            "balls": {
+                name: {"centre": ball.centre.tolist(), "radius": ball.radius}
+                for name, ball in self.balls.items()
+            },
             "margin": self.margin,
             "residuals": self.residuals._asdict() if self.residuals else None,
             "words": self.words,
             "certificate": [Z.tolist() for Z in self.certificate] if self.certificate else None,
+            "multipliers": None if self.multipliers is None else self.multipliers.tolist(),
             "bodies": [_as_data(body) for body in self.bodies],
+            "anywhere": self.anywhere.to_dict() if self.anywhere else None,
         }
 
 
@@ -128,12 +165,17 @@ def design(
     *,
     keep: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
+    within: float | None = WITHIN,
 ) -> Design:
     """The best design of a space, or a certificate that there is none.
 
     In a plane all centres of mass are put at one height, and the plane is a plane of symmetry
     of every body, so that all six components of the momentum vanish: bodies are discs. If
     bodies that are kept do not allow for that, all ten parameters are conditioned.
+
+    The mass of each body that is not kept is within a ball about the joints of its link, in a
+    plane a disc; see `balance.designs.limits.ball_of`. Where that leaves no design, the answer
+    without balls is given too; what has none anywhere has none in them.
 
     Args:
         space: a design space.
@@ -147,26 +189,47 @@ def design(
             maximised.
         keep: bodies that stay as the file gives them.
         bounds: least and largest mass of bodies, kg.
+        within: radius of the balls, in lengths of the links; None for masses anywhere.
 
     Raises:
         BodyError: a body is unknown, its bounds contradict each other, it is kept and
             bounded, or the change is measured from one that is singular.
         LinkageError: all bodies are kept.
-        ValueError: there is no such objective.
+        ValueError: there is no such objective, or the radius is not above 0.
     """
     if minimise is not None and minimise not in get_args(Objective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(Objective))}")
     bounds = dict(bounds or {})
-    asked = restriction(space, keep, bounds)
+    asked = restriction(space, keep, bounds, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, asked):
         wider = design_space(space.linkage, space.motion, spatial=True)
         space = certify(wider) if space.certified else wider
+        asked = restriction(space, keep, bounds, within)
     found = answer(space, asked)
     design = Design(
-        space, found.verdict, minimise, None, tuple(keep), bounds, found.z,
-        found.certificate, found.margin, found.residuals, found.words,
+        space, found.verdict, minimise, None, tuple(keep), bounds, within, found.z,
+        found.certificate, found.multipliers, found.margin, found.residuals, found.words,
     )  # fmt: skip
-    return _best(design, asked) if minimise and found.z is not None else design
+    if minimise and found.z is not None:
+        design = _best(design, asked)
+    return design if within is None or design.z is not None else _beside(design, asked)
+
+
+def _beside(known: Design, asked: Restriction) -> Design:
+    """The answer where there is no design within balls, beside the one without them."""
+    beyond = design(
+        known.space, known.minimise, keep=known.keep, bounds=known.bounds, within=None
+    )
+    if beyond.verdict == "infeasible":
+        return replace(beyond, within=known.within)
+    if known.verdict == beyond.verdict:
+        return known
+    says = f"{beyond.verdict} anywhere"
+    if beyond.z is not None:
+        P = matrices_of(known.space, beyond.z)
+        says = f"{says}: {furthest(known.space, P, asked)}"
+    own = known.words.replace("undecided:", f"undecided{limits_of(asked)}:", 1)
+    return replace(known, words=f"{own}; {says}", anywhere=beyond)
 
 
 def _leaves_plane(space: DesignSpace, asked: Restriction) -> bool:

@@ -24,7 +24,7 @@ from balance.verification.loads import inertia_loads, masses, to_si
 from balance.verification.revolution import revolution
 from balance.verification.trajectory import FIRM, Trajectory, driven, random_motions
 from balance.verification.verdict import Run, Verification
-from kinematics.errors import LinkageError, PoseError
+from kinematics.errors import LinkageError, PackageError, PoseError
 from kinematics.inertial import displaced, inertia_tensor
 from kinematics.linkage import Chain, Joint, Linkage, frozen
 from kinematics.models import LinkageLike, as_linkage
@@ -287,15 +287,15 @@ def _pinocchio() -> Any:
     """The library, if it is there.
 
     Raises:
-        LinkageError: it is not, or something else goes by its name.
+        PackageError: it is not, or something else goes by its name.
     """
     try:
         import pinocchio
     except ImportError:
         pinocchio = None
     if not hasattr(pinocchio, "rnea"):
-        raise LinkageError(
-            "verify needs Pinocchio, which is not installed; install it with "
-            "'pip install pin', or on Windows with 'conda install -c conda-forge pinocchio'"
-        )
+        raise PackageError(
+            "verify", "Pinocchio", "pip install pin",
+            ", or on Windows with 'conda install -c conda-forge pinocchio'",
+        )  # fmt: skip
     return pinocchio

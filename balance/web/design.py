@@ -66,7 +66,7 @@ def page(design: Design) -> str:
         design: a design; there must be one.
 
     Raises:
-        LinkageError: Plotly is missing.
+        PackageError: Plotly is missing.
     """
     assert design.z is not None
     given = [body.inertia for body in design.space.linkage.bodies]

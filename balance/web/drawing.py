@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.errors import LinkageError
+from kinematics.errors import PackageError
 
 __all__ = ["GRID", "LAYOUT", "image", "short", "tidy"]
 
@@ -32,16 +32,13 @@ def image(size: tuple[float, float], kind: str, draw: Callable[[Any], None]) -> 
         draw: fills the figure.
 
     Raises:
-        LinkageError: Matplotlib is missing.
+        PackageError: Matplotlib is missing.
     """
     try:
         from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError:
-        raise LinkageError(
-            "a picture needs Matplotlib, which is not installed; "
-            "install it with 'pip install matplotlib'"
-        ) from None
+        raise PackageError("a picture", "Matplotlib", "pip install matplotlib") from None
     with rc_context({"svg.hashsalt": "balance", "font.size": 9.0}):
         figure = Figure(figsize=size, layout="constrained")
         draw(figure)

@@ -12,7 +12,7 @@ from html import escape
 from importlib.resources import files
 
 from balance.json_text import json_text
-from kinematics.errors import LinkageError
+from kinematics.errors import PackageError
 
 __all__ = ["bullets", "facts", "render", "table"]
 
@@ -39,7 +39,7 @@ def render(
         parts: HTML for the places ``{{name}}`` of the template.
 
     Raises:
-        LinkageError: Plotly is missing.
+        PackageError: Plotly is missing.
     """
     elements = {"report": _json(report, indent=2)}
     elements |= {name: _json(value) for name, value in data.items()}
@@ -113,12 +113,10 @@ def _plotly() -> str:
     """The library that draws.
 
     Raises:
-        LinkageError: it is missing.
+        PackageError: it is missing.
     """
     try:
         from plotly.offline import get_plotlyjs
     except ImportError:
-        raise LinkageError(
-            "a page needs Plotly, which is not installed; install it with 'pip install plotly'"
-        ) from None
+        raise PackageError("a page", "Plotly", "pip install plotly") from None
     return str(get_plotlyjs())

@@ -56,7 +56,7 @@ def picture(found: Predictions, panels: Sequence[Curves], kind: str = "png") -> 
         kind: ``"png"`` or ``"svg"``.
 
     Raises:
-        LinkageError: Matplotlib is missing.
+        PackageError: Matplotlib is missing.
     """
     columns = min(2, len(panels))
     lines = -(-len(panels) // columns)
@@ -117,7 +117,7 @@ def webpage(found: Predictions, panels: Sequence[Curves]) -> str:
     """The facts, the poses and the panels as the text of one HTML file.
 
     Raises:
-        LinkageError: Plotly is missing.
+        PackageError: Plotly is missing.
     """
     limits, unit = _limits(panels), measure(found)
     figures = [_figure(panel, f"{panel.axis} ({unit})", limits) for panel in panels]

@@ -43,7 +43,7 @@ def page(space: DesignSpace, explanation: Explanation | None = None) -> str:
         explanation: what ``space.explain()`` gave, if it is at hand.
 
     Raises:
-        LinkageError: Plotly is missing.
+        PackageError: Plotly is missing.
     """
     explanation = explanation or space.explain()
     drawing = scene(space) | {

@@ -129,7 +129,7 @@ def picture(found: Sequence[Verification], kind: str = "png") -> bytes:
         kind: ``"png"`` or ``"svg"``.
 
     Raises:
-        LinkageError: Matplotlib is missing.
+        PackageError: Matplotlib is missing.
     """
     columns, heads = [panels(one) for one in found], _headings(found)
 

@@ -50,7 +50,7 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
 
     Returns:
         Root of the sum of squares of the changes, in characteristic lengths and radians;
-        infinite if there is none near, or the linkage is too large to try them.
+        infinite if there is none near, or the conditions are too many to decompose.
     """
     columns = chain.links.size * parameters_per_body(chain.planar, force)
     rows = chain.width * rows_per_column(chain.planar, force)

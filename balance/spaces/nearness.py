@@ -30,7 +30,7 @@ LARGE = 0.3
 # Part of a change by which loops may open: beyond it, the change is not one of the linkage.
 OPEN = 1e-3
 # Rows times squared columns of the conditions: more take more than a few seconds.
-COSTLY = 3e10
+COSTLY = 3e9
 # Joints closer than this part of the size are at one point, axes as close are one.
 SAME = 1e-9
 

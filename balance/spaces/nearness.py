@@ -30,7 +30,7 @@ LARGE = 0.3
 # Part of a change by which loops may open: beyond it, the change is not one of the linkage.
 OPEN = 1e-3
 # Rows times squared columns of the conditions: more take more than a few seconds.
-COSTLY = 3e10
+COSTLY = 3e9
 # Joints closer than this part of the size are at one point, axes as close are one.
 SAME = 1e-9
 
@@ -50,7 +50,7 @@ def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: 
 
     Returns:
         Root of the sum of squares of the changes, in characteristic lengths and radians;
-        infinite if there is none near, or the linkage is too large to try them.
+        infinite if there is none near, or the conditions are too many to decompose.
     """
     columns = chain.links.size * parameters_per_body(chain.planar, force)
     rows = chain.width * rows_per_column(chain.planar, force)

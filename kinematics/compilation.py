@@ -12,9 +12,7 @@ from __future__ import annotations
 
 import logging
 import os
-import subprocess
 import sys
-import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from time import monotonic
@@ -160,6 +158,8 @@ account = _Account()
 
 def _start_beside() -> None:
     """Start the process that compiles, unless there is one or no place for what it makes."""
+    import subprocess
+
     from filelock import FileLock, Timeout
 
     folder = cache_folder()
@@ -203,6 +203,8 @@ def compile_beside() -> int:
     except Timeout:
         return 0
     except Exception:
+        import traceback
+
         (folder / "kernels.log").write_text(traceback.format_exc(), encoding="utf-8")
         return 1
     return 0

@@ -7,8 +7,6 @@ import os
 import sys
 from collections.abc import Callable, Iterable
 from functools import cache
-from hashlib import sha256
-from importlib.metadata import version
 from pathlib import Path
 
 __all__ = ["ALL", "cache_folder", "fingerprint", "name_of", "note", "ready"]
@@ -27,16 +25,14 @@ def name_of(function: Callable[..., object]) -> str:
     return f"{function.__module__}.{function.__qualname__}({made_for})"
 
 
+@cache
 def fingerprint(package: Path) -> str:
     """Hash of all files with kernels in a package and in that of this file.
 
     Contents are hashed: files that a package manager installs may all bear one date.
     """
-    return _fingerprint(package)
+    from hashlib import sha256
 
-
-@cache
-def _fingerprint(package: Path) -> str:
     digest = sha256()
     here = Path(__file__)
     files = {*package.rglob("*.py"), *here.parent.rglob("*.py")}
@@ -72,6 +68,9 @@ def cache_folder() -> Path | None:
 @cache
 def _key(package: Path) -> str:
     """What compiled kernels depend on: sources, versions, the processor."""
+    from hashlib import sha256
+    from importlib.metadata import version
+
     from llvmlite import binding
 
     parts = (

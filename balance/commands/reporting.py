@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from balance.commands.words import page_path, whole_number
 from balance.files import replacing_all
-from kinematics.turns import measured, within_turn
 
 if TYPE_CHECKING:
     from balance.meaning.explain import Explanation
@@ -87,6 +86,8 @@ def write_files(
 
 def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
     """The pose at which a linkage is written, by how far its joints have moved."""
+    from kinematics.turns import measured, within_turn
+
     if not positions:
         return "as it was, for its loops close at its own pose"
     moved = [joint for joint in linkage.joints if joint.name in positions]

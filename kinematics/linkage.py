@@ -8,12 +8,15 @@ the ground, so one integer names both a joint and the link after it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from kinematics.profile import profile
 
 if TYPE_CHECKING:
     from kinematics.reader.markup import Element
@@ -231,6 +234,30 @@ class Chain:
     def width(self) -> int:
         """Number of columns: degrees of freedom of the motion."""
         return self.columns.shape[1]
+
+    @cached_property
+    def lines(self) -> IntArray:
+        """The profile of the loop matrix of the dependent joints; see `kinematics.profile`."""
+        dim = self.screws.shape[1]
+        return frozen(
+            profile(self.parent, self.ends, self.mimics, self.dependent, dim), np.int64
+        )
+
+    @cached_property
+    def _spare(self) -> dict[tuple[int, ...], list[Any]]:
+        """Room that nobody uses, by what it is for."""
+        return {}
+
+    def borrow(self, purpose: tuple[int, ...], make: Callable[[], Any]) -> Any:
+        """Room for kernels that belongs to the caller alone: made, or given back before."""
+        try:
+            return self._spare[purpose].pop()
+        except (KeyError, IndexError):
+            return make()
+
+    def give_back(self, purpose: tuple[int, ...], room: Any) -> None:
+        """Keep room for the next who borrows some for the same purpose."""
+        self._spare.setdefault(purpose, []).append(room)
 
 
 @dataclass(frozen=True, eq=False)

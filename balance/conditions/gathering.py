@@ -51,7 +51,7 @@ class Gathered(NamedTuple):
 
 def floor_of(chain: Chain) -> float:
     """Relative size of what counts as round-off in the frame of a chain."""
-    return float(round_off(chain.frame.origin, chain.frame.length))
+    return round_off(chain.frame.origin, chain.frame.length)
 
 
 def gather_conditions(

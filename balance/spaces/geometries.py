@@ -19,14 +19,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.answer import Balance
+from balance.conditions.elimination import FLOOR, round_off
 from balance.conditions.orders import generic
 from balance.inertia import displaced, from_chain, to_chain
 from balance.momentum import parameters_per_body, rows_per_column
 from balance.spaces.designspace import design_space
 from balance.spaces.space import DesignSpace
-from balance.spaces.sweep import misfit, place, points_on, sweep
+from balance.spaces.sweep import (
+    misfit,
+    place,
+    planar_sweep,
+    points_on,
+    spatial_sweep,
+    sweep_room,
+)
 from balance.transfers.opening import transfers
 from kinematics.assembly import assemble
+from kinematics.closure import walked
 from kinematics.errors import LinkageError
 from kinematics.linkage import Frame, Linkage, frozen
 
@@ -190,12 +199,19 @@ class _Work:
             screws, mimics, self.origins[part], self.lengths[part],
         )  # fmt: skip
         screws.flags.writeable = mimics.flags.writeable = False
+        floors = [
+            round_off(origin, length) if length > 0.0 else FLOOR
+            for origin, length in zip(self.origins[part], self.lengths[part], strict=True)
+        ]
+        shape = len(self.rays), len(self.rigid), self.per, self.size
+        sweep = planar_sweep if chain.planar else spatial_sweep
+        rooms = chain.borrow(shape, lambda: sweep_room(chain, *shape))
         sweep(
-            chain.parent, screws, chain.ends, mimics, chain.dependent, chain.columns,
-            chain.moves, chain.links, self.rigid, self.rays, self.fewest, self.per, self.size,
-            self.origins[part], self.lengths[part], self.answers[part], self.kept[part],
-            self.bases[part],
+            walked(chain), screws, mimics, chain.links, self.rigid, self.rays, self.fewest,
+            self.per, self.size, np.array(floors), self.lengths[part], self.answers[part],
+            self.kept[part], self.bases[part], rooms,
         )  # fmt: skip
+        chain.give_back(shape, rooms)
 
     def look_twice(self, number: int) -> tuple[str, ...]:
         """Compute one geometry by `design_space`.

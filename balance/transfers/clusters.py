@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from kinematics.kernels import kernel
 
 __all__ = ["cluster", "parts"]
 
 
-@kernel
-def parts(parent, ends, links):
-    """Rigid parts, and who carries what passes a joint.
+@kernel(borrows=True)
+def parts(parent, ends, links, node, group, body, owner):
+    """Find rigid parts, and who carries what passes a joint.
 
-    Returns:
-        Node of each link, the ground last (n + 1,); the first body on each, or -1 (n + 1,);
-        a number for every joint, the same for joints between which there is no body (n,).
+    Args:
+        parent: as in `kinematics.linkage.Chain`, as are the next two.
+        ends: loops.
+        links: links of the bodies.
+        node: takes the node of each link, the ground last (n + 1,).
+        group: room for as many numbers.
+        body: takes the first body on each, or -1 (n + 1,).
+        owner: takes a number for every joint, the same for joints between which there is no
+            body (n,).
     """
     n = parent.size
-    node, group = np.arange(n + 1), np.arange(n + 1)
+    for j in range(n + 1):
+        node[j] = group[j] = j
+        body[j] = -1
     for loop in range(ends.shape[0]):
         keep, drop = node[ends[loop, 1]], node[ends[loop, 0]]
         if drop == n:
@@ -26,7 +32,6 @@ def parts(parent, ends, links):
         for j in range(n + 1):
             if node[j] == drop:
                 node[j] = keep
-    body, owner = np.full(n + 1, -1), np.empty(n, np.int64)
     for b in range(links.size - 1, -1, -1):
         body[node[links[b]]] = b
     body[n] = -1
@@ -44,7 +49,6 @@ def parts(parent, ends, links):
             owner[j] = group[a]
         elif b != n and body[b] < 0:
             owner[j] = group[b]
-    return node, body, owner
 
 
 @kernel(borrows=True)

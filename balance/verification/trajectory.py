@@ -174,7 +174,7 @@ def _fastest(chain: Chain) -> float:
 
 def _firmness(chain: Chain, screws: Array) -> float:
     """Least distance of a column of the loop matrix from those before it; 0 if singular."""
-    found = pivots(chain.parent, screws, chain.ends, chain.mimics, chain.dependent)
+    found = pivots(screws, chain.mimics, chain.lines, chain.dependent.size)
     return float(np.abs(found).min()) if found.size else 1.0
 
 

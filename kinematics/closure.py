@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.kernels import kernel
-from kinematics.linkage import Chain, frozen
+from kinematics.linkage import Chain, frozen, shown
 from kinematics.profile import COUNT, HEIGHT, JOINT, ROW, ROWS, factor, fill, solve
 
 __all__ = [
@@ -246,7 +246,7 @@ def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
     """As `expand`, at a pose to which the joint screws (n, 6 or 3) have been carried."""
     space = room(chain, len(rays), order)
     series = planar_series if chain.planar else spatial_series
-    series(0, order, walked(chain), screws, rays, space)
+    series(0, order, walked(chain), screws, shown(rays), space)
     _, _, _, V, C, T, residual = space
     return Series(C, V, T, residual)
 

@@ -35,6 +35,7 @@ __all__ = [
     "Place",
     "frozen",
     "names",
+    "shown",
 ]
 
 GROUND = -1
@@ -47,6 +48,13 @@ def frozen(array: object, dtype: type = np.float64) -> NDArray:
     copy: NDArray = np.array(array, dtype=dtype, order="C")
     copy.flags.writeable = False
     return copy
+
+
+def shown(array: NDArray) -> NDArray:
+    """The same numbers, read-only: kernels are compiled again for what may be written to."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 class Notice(NamedTuple):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kinematics.closure import Series, expand_from, walked
 from kinematics.displacement import invert, multiply, place
 from kinematics.kernels import kernel
-from kinematics.linkage import Chain
+from kinematics.linkage import Chain, shown
 from kinematics.profile import COUNT, HEIGHT, JOINT, ROW, ROWS, factor, fill, solve
 
 __all__ = [
@@ -236,7 +236,7 @@ def follow(
     H, screws = _room(chain)
     q, C = np.empty(start.size), series.C[-1]
     step = follow_series(
-        walked(chain), start, C, ray, reach, q, H, screws, step_room(chain, len(C))
+        walked(chain), start, C, shown(ray), reach, q, H, screws, step_room(chain, len(C))
     )
     screws.flags.writeable = False
     return Pose(q, H, screws, 0.0), step

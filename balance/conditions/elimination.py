@@ -15,21 +15,9 @@ from kinematics.kernels import kernel
 from kinematics.lanes import LANES, load, spread, store
 
 __all__ = [
-    "FLOOR",
-    "MARGIN",
-    "absorb",
-    "absorbed",
-    "anew",
-    "follows",
-    "gather",
-    "implied",
-    "put_factor",
-    "room_for",
-    "round_off",
-    "smallest_pivot",
-    "take",
-    "take_factor",
-]
+    "FLOOR", "MARGIN", "absorb", "absorbed", "anew", "follows", "gather", "implied",
+    "put_factor", "room_for", "round_off", "smallest_pivot", "take", "take_factor",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]

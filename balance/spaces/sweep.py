@@ -179,9 +179,10 @@ def _sweep_kernel(dim):
         to_stage, to_walk, numbers, flat, diagonal, serial, out = rooms
         unknowns, found, nd = links.size * size, to_walk[0], diagonal.size
         own, order, left = numbers[0], numbers[1], numbers[2]
-        node, group, body, owner, ranks = (
-            numbers[3], numbers[4], numbers[5], numbers[6], numbers[7]
-        )  # fmt: skip
+        # The last entry of these is that of the ground, whose number is -1.
+        ground = parent.size
+        node, group = numbers[3, : ground + 1], numbers[4, : ground + 1]
+        body, owner, ranks = numbers[5, : ground + 1], numbers[6], numbers[7]
         parts(parent, ends, links, node, group, body, owner)
         F = to_stage[1][0]
         for g in range(screws.shape[0]):

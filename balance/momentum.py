@@ -88,9 +88,6 @@ def spatial_regressor(first, last, start, links, moves, V, T, H, N, X):
                             x[p + i, b, 1 + c] = n[k, c, i]
                     if force:
                         continue
-                    for i in range(3):
-                        for c in range(10):
-                            x[i, b, c] = 0.0
                     if not moved:
                         _add_moments_at_rest(n[k], x, b)
                     for a in range(0 if moved else 1, k + 1):
@@ -223,7 +220,6 @@ def planar_regressor(first, last, start, links, moves, V, T, H, N, X):
                     x[p + 1, b, 0], x[p + 1, b, 1], x[p + 1, b, 2] = ey, ny, nx
                     if force:
                         continue
-                    x[0, b, 0] = x[0, b, 1] = x[0, b, 2] = 0.0
                     x[0, b, 3] = T[ray, k, j, w, 0]
                     for a in range(k + 1):
                         gx, gy, dx, dy = h[a, 0], h[a, 1], h[a, 2], h[a, 3]
@@ -237,9 +233,9 @@ def regressor(
     first: int, last: int, start: Array, links: IntArray, moves: NDArray[np.bool_], V: Array,
     T: Array, room: tuple[Array, Array], X: Array,
 ) -> None:  # fmt: skip
-    """Put the rows of orders first … last into X (orders, rays, width, rows, parameters).
+    """Add the rows of orders first … last to X (orders, rays, width, rows, parameters).
 
-    X is zero for bodies that do not move. ``room`` keeps what the next orders need.
+    ``room`` keeps what the next orders need; see `room`.
     """
     bodies = links.size
     x = X.reshape((*X.shape[:4], bodies, X.shape[4] // max(bodies, 1)))

@@ -20,7 +20,7 @@ Planar linkages use the same text with three components ``[ω; v_x; v_y]``.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +39,6 @@ __all__ = [
     "planar_series",
     "room",
     "spatial_series",
-    "walked",
 ]
 
 Array = NDArray[np.float64]
@@ -97,7 +96,7 @@ def _series_kernel(dim):
         Args:
             first: the first order.
             last: the last order.
-            chain: arrays of the chain, as from `walked`.
+            chain: arrays of the chain, as `Chain.walked`.
             screws: the joint screws.
             rays: directions (count, width).
             room: as from `room`, for as many rays and orders or more.
@@ -138,8 +137,12 @@ def _series_kernel(dim):
                         if not moves[j, w]:
                             continue
                         now, p = t[k, j, w], parent[j]
-                        for i in range(dim):
-                            now[i] = t[k, p, w, i] if p >= 0 else 0.0
+                        if p >= 0:
+                            for i in range(dim):
+                                now[i] = t[k, p, w, i]
+                        else:
+                            for i in range(dim):
+                                now[i] = 0.0
                         if k == 0:
                             c[0, j, w] = columns[j, w]
                         for a in range(min(k, 1), k + 1):
@@ -155,8 +158,9 @@ def _series_kernel(dim):
                     for loop in range(loops):
                         for side in range(2):
                             j, sign = ends[loop, side], 2.0 * side - 1.0
-                            for i in range(dim if j >= 0 else 0):
-                                b[row[loop] + i] += sign * t[k, j, w, i]
+                            if j >= 0:
+                                for i in range(dim):
+                                    b[row[loop] + i] += sign * t[k, j, w, i]
                     for relation in range(mimics.shape[0] if k == 0 else 0):
                         for j in range(n):
                             b[row[loops + relation]] -= mimics[relation, j] * columns[j, w]
@@ -170,30 +174,22 @@ def _series_kernel(dim):
                         rate = c[k, j, w] - (columns[j, w] if k == 0 else 0.0)
                         p = parent[j]
                         for i in range(dim):
-                            added = screws[j, i] * rate
+                            extra[j * dim + i] = screws[j, i] * rate
                             if p >= 0 and moves[p, w]:
-                                added += extra[p * dim + i]
-                            extra[j * dim + i] = added
-                            t[k, j, w, i] += added
+                                extra[j * dim + i] += extra[p * dim + i]
+                            t[k, j, w, i] += extra[j * dim + i]
                 for j in range(n):
                     for i in range(dim):
-                        total = 0.0
-                        for w in range(width):
-                            total += t[k, j, w, i] * rays[ray, w]
-                        v[k, j, i] = total
+                        v[k, j, i] = 0.0
+                    for w in range(width):
+                        if moves[j, w]:
+                            for i in range(dim):
+                                v[k, j, i] += t[k, j, w, i] * rays[ray, w]
 
     return series
 
 
 spatial_series, planar_series = _series_kernel(6), _series_kernel(3)
-
-
-def walked(chain: Chain) -> tuple[NDArray[Any], ...]:
-    """The arrays of a chain that kernels of its motion walk, in their order."""
-    return (
-        chain.parent, chain.screws, chain.ends, chain.mimics, chain.columns, chain.moves,
-        chain.lines,
-    )  # fmt: skip
 
 
 def room(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
@@ -246,7 +242,7 @@ def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
     """As `expand`, at a pose to which the joint screws (n, 6 or 3) have been carried."""
     space = room(chain, len(rays), order)
     series = planar_series if chain.planar else spatial_series
-    series(0, order, walked(chain), screws, shown(rays), space)
+    series(0, order, chain.walked, screws, shown(rays), space)
     _, _, _, V, C, T, residual = space
     return Series(C, V, T, residual)
 

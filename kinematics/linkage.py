@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,7 @@ __all__ = [
 GROUND = -1
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Made = TypeVar("Made")
 
 
 def frozen(array: object, dtype: type = np.float64) -> NDArray:
@@ -250,6 +251,27 @@ class Chain:
         return frozen(
             profile(self.parent, self.ends, self.mimics, self.dependent, dim), np.int64
         )
+
+    @cached_property
+    def walked(self) -> tuple[NDArray[Any], ...]:
+        """The arrays that kernels of the motion walk, in their order."""
+        return (
+            self.parent, self.screws, self.ends, self.mimics, self.columns, self.moves,
+            self.lines,
+        )  # fmt: skip
+
+    @cached_property
+    def _made(self) -> dict[Callable[[Chain], Any], Any]:
+        """What functions made of the chain."""
+        return {}
+
+    def once(self, make: Callable[[Chain], Made]) -> Made:
+        """What a function makes of the chain, made once."""
+        try:
+            found: Made = self._made[make]
+        except KeyError:
+            found = self._made[make] = make(self)
+        return found
 
     @cached_property
     def _spare(self) -> dict[tuple[int, ...], list[Any]]:

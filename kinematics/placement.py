@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure import Series, expand_from, walked
+from kinematics.closure import Series, expand_from
 from kinematics.displacement import invert, multiply, place
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain, shown
@@ -72,7 +72,7 @@ def close(chain, q, H, s, steps, room):
     Puts displacements of the links and screws at the last pose looked at into H and s.
 
     Args:
-        chain: arrays of the chain, as from `kinematics.closure.walked`.
+        chain: arrays of the chain, as `Chain.walked`.
         q: joint positions.
         H: takes the displacements.
         s: takes the screws.
@@ -139,7 +139,7 @@ def follow_series(chain, start, C, ray, reach, q, H, s, room):
     """A closed pose along the ray; see `follow`.
 
     Args:
-        chain: arrays of the chain, as from `kinematics.closure.walked`.
+        chain: arrays of the chain, as `Chain.walked`.
         start: joint positions from which to start.
         C: the series there, of one ray (orders, n, width).
         ray: its direction.
@@ -236,7 +236,7 @@ def follow(
     H, screws = _room(chain)
     q, C = np.empty(start.size), series.C[-1]
     step = follow_series(
-        walked(chain), start, C, shown(ray), reach, q, H, screws, step_room(chain, len(C))
+        chain.walked, start, C, shown(ray), reach, q, H, screws, step_room(chain, len(C))
     )
     screws.flags.writeable = False
     return Pose(q, H, screws, 0.0), step
@@ -254,7 +254,7 @@ def newton(chain: Chain, start: Array, steps: int = STEPS) -> tuple[Array, float
         Joint positions (n,), and how far the loops were open when last looked at.
     """
     q = np.array(start, dtype=np.float64)
-    error = close(walked(chain), q, *_room(chain), steps, step_room(chain))
+    error = close(chain.walked, q, *_room(chain), steps, step_room(chain))
     return q, float(error)
 
 

@@ -36,8 +36,10 @@ def round_off(origin: Array, length: float) -> float:
 
     Coordinates of a linkage far from the origin of its file are rounded accordingly.
     """
-    square = sum((x / length) ** 2 for x in origin.tolist())
-    return max(FLOOR, 2.0**-44 * sqrt(square))
+    x, y, z = origin.tolist()
+    return max(
+        FLOOR, 2.0**-44 * sqrt((x / length) ** 2 + (y / length) ** 2 + (z / length) ** 2)
+    )
 
 
 def room_for(p: int, m: int) -> Array:

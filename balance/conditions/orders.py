@@ -28,7 +28,7 @@ from balance.momentum import (
     rows_per_column,
     spatial_regressor,
 )
-from kinematics.closure import planar_series, room, spatial_series, walked
+from kinematics.closure import planar_series, room, spatial_series
 from kinematics.displacement import place
 from kinematics.kernels import kernel
 from kinematics.lanes import LANES
@@ -79,7 +79,7 @@ def _stage_kernel(dim):
         one coordinate the series at the reference pose predicts the first step.
 
         Args:
-            chain: arrays of the chain, as from `kinematics.closure.walked`.
+            chain: arrays of the chain, as `Chain.walked`.
             links: link of each body.
             rays: directions (count, width).
             goal: the highest order.
@@ -124,6 +124,10 @@ def _stage_kernel(dim):
                 break
             top = upto if stop else max(upto, FIRST)
             here, turned = V[:count], T[:count]
+            for k in range(begin, upto + 1):
+                for i in range(m):
+                    for j in range(rows.shape[2]):
+                        rows[k, i, j] = 0.0
             if dim == 3:
                 planar_series(begin, top, chain, screws, rays, room)
                 planar_regressor(begin, upto, none, links, moves, here, turned, H, N, X[begin:])
@@ -133,8 +137,9 @@ def _stage_kernel(dim):
                     begin, upto, none, links, moves, here, turned, H, N, X[begin:]
                 )
             begin = upto + 1
+            mismatch = 0.0
             for k in range(top + 1):
-                mismatch = residual[k] if k == 0 else max(mismatch, residual[k])
+                mismatch = max(mismatch, residual[k])
             rates = step_room[2]
             reach = radius_along(C[0, : top + 1], rays[0], rates)
             least, largest = np.inf, 0.0
@@ -178,13 +183,16 @@ def _stage_kernel(dim):
                         start[j] = q[j]
                 if not placed:
                     continue
+                fresh = rows1[0]
+                for i in range(fresh.shape[0]):
+                    for j in range(fresh.shape[1]):
+                        fresh[i, j] = 0.0
                 if dim == 3:
                     planar_series(0, 0, chain, s, ray, near)
                     planar_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
                 else:
                     spatial_series(0, 0, chain, s, ray, near)
                     spatial_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
-                fresh = rows1[0]
                 settled = implied(F, order, rank, fresh, unknowns, 1.0, floor, scale)
         put_factor(F, order, rank, out)
         settled = settled and enough and placed
@@ -267,7 +275,7 @@ def along_rays(
     rooms = chain.borrow(shape, lambda: stage_room(chain, *shape))
     stage = planar_stage if chain.planar else spatial_stage
     rank, scale, dropped, done, settled, reach, _, _, enough, placed = stage(
-        walked(chain), chain.links, rays, goal, stop, 1 if goal == FIRST else FAR,
+        chain.walked, chain.links, rays, goal, stop, 1 if goal == FIRST else FAR,
         conditions.factor, conditions.permutation, conditions.scale, conditions.dropped,
         conditions.columns, conditions.floor, done, found, order, out, rooms,
     )  # fmt: skip

@@ -33,9 +33,9 @@ from balance.spaces.sweep import (
     spatial_sweep,
     sweep_room,
 )
+from balance.transfers.clusters import parts
 from balance.transfers.opening import transfers
 from kinematics.assembly import assemble
-from kinematics.closure import walked
 from kinematics.errors import LinkageError
 from kinematics.linkage import Frame, Linkage, frozen
 
@@ -207,9 +207,9 @@ class _Work:
         sweep = planar_sweep if chain.planar else spatial_sweep
         rooms = chain.borrow(shape, lambda: sweep_room(chain, *shape))
         sweep(
-            walked(chain), screws, mimics, chain.links, self.rigid, self.rays, self.fewest,
-            self.per, self.size, np.array(floors), self.lengths[part], self.answers[part],
-            self.kept[part], self.bases[part], rooms,
+            chain.walked, chain.once(parts), screws, mimics, chain.links, self.rigid,
+            self.rays, self.fewest, self.per, self.size, np.array(floors), self.lengths[part],
+            self.answers[part], self.kept[part], self.bases[part], rooms,
         )  # fmt: skip
         chain.give_back(shape, rooms)
 

@@ -10,7 +10,6 @@ import numpy as np
 from balance.conditions.elimination import MARGIN, anew, room_for, smallest_pivot
 from balance.conditions.orders import FIRST, NEAR, planar_stage, spatial_stage, stage_room
 from balance.conditions.solutions import put_solutions
-from balance.transfers.clusters import parts
 from balance.transfers.opening import CLEAR, SURE, search_room, walk
 from kinematics.kernels import kernel
 from kinematics.linkage import Chain
@@ -171,19 +170,16 @@ def _sweep_kernel(dim):
 
     @kernel(borrows=True)
     def sweep(
-        chain, screws, mimics, links, rigid, rays, fewest, per, size, floors, lengths, answers,
-        kept, bases, rooms,
+        chain, rigid_parts, screws, mimics, links, rigid, rays, fewest, per, size, floors,
+        lengths, answers, kept, bases, rooms,
     ):  # fmt: skip
         """Rank, nullity, serial nullity and kmax of each geometry; rank -1 if not settled."""
         parent, _, ends, _, columns, moves, lines = chain
         to_stage, to_walk, numbers, flat, diagonal, serial, out = rooms
         unknowns, found, nd = links.size * size, to_walk[0], diagonal.size
+        node, body, owner = rigid_parts
         own, order, left = numbers[0], numbers[1], numbers[2]
-        # The last entry of these is that of the ground, whose number is -1.
-        ground = parent.size
-        node, group = numbers[3, : ground + 1], numbers[4, : ground + 1]
-        body, owner, ranks = numbers[5, : ground + 1], numbers[6], numbers[7]
-        parts(parent, ends, links, node, group, body, owner)
+        ranks, permutations = numbers[3], numbers[4]
         F = to_stage[1][0]
         for g in range(screws.shape[0]):
             answers[g, 0] = -1
@@ -208,7 +204,7 @@ def _sweep_kernel(dim):
             count = fewest
             rank, scale, cut, done, settled = 0, 0.0, 0.0, 0, False
             reach = open = slowest = 1.0
-            permutation = numbers[8][:p]
+            permutation = permutations[:p]
             while count <= rays.shape[0]:
                 if dim == 3:
                     rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
@@ -265,7 +261,7 @@ def sweep_room(chain: Chain, rays: int, rigid: int, per: int, size: int) -> tupl
     return (
         stage_room(chain, rays, FIRST, per, size, unknowns),
         search_room(n, dim, unknowns, size, per, transfers),
-        np.empty((9, max(n + 1, unknowns, FIRST + 1)), np.int64),
+        np.empty((5, max(unknowns, FIRST + 1)), np.int64),
         room_for(unknowns, rigid + 2 * transfers), np.empty(chain.dependent.size),
         np.empty((unknowns, unknowns)), np.empty((unknowns, unknowns)),
     )  # fmt: skip

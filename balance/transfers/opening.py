@@ -258,8 +258,7 @@ def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transf
     """
     size = parameters_per_body(chain.planar, force)
     n, dim = chain.screws.shape
-    node, group, body, joints = np.empty((4, n + 1), np.int64)
-    parts(chain.parent, chain.ends, chain.links, node, group, body, joints)
+    node, body, joints = chain.once(parts)
     rows, unknowns = rows_per_column(chain.planar, force), chain.links.size * size
     enough = 2 * n + size
     room = chain.borrow((size,), lambda: search_room(n, dim, unknowns, size, rows, enough))
@@ -270,7 +269,7 @@ def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transf
         room = search_room(n, dim, unknowns, size, rows, 2 * len(room[3]))
     kept, dropped = room[2].tolist()
     found = Transfers(
-        room[0][:count].copy(), room[1][:count].copy(), joints[:n], node, kept, dropped
+        room[0][:count].copy(), room[1][:count].copy(), joints, node, kept, dropped
     )
     chain.give_back((size,), room)
     return _with_rigid_parts(found, chain.links, size)

@@ -70,7 +70,8 @@ class Conditions(NamedTuple):
             np.empty((0, count)), known, np.arange(count), floor, 1.0
         )
         s = len(factor)
-        columns = np.sort(permutation[s:])
+        columns = permutation[s:].copy()
+        columns.sort()
         empty = np.empty((0, columns.size))
         return cls(empty, np.arange(columns.size), columns, factor, permutation[:s], floor)
 

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from balance.answer import Answer, Balance, Order
 from balance.files import replacing
+from kinematics.arrays import frozen
 from kinematics.errors import FileError
-from kinematics.linkage import Notice, frozen
+from kinematics.linkage import Notice
 from kinematics.motion import Motion
 from kinematics.reader.markup import shown
 from kinematics.wording import listed, paragraph

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.inertia import LABELS, displaced, inertia_tensor, parameters, violations
+from kinematics.arrays import frozen
 from kinematics.chain import plane_axes
 from kinematics.errors import BodyError
-from kinematics.linkage import frozen
 from kinematics.wording import vector
 
 __all__ = ["BodyInertia", "body_inertias", "in_link_frames"]

@@ -296,6 +296,8 @@ def _sure(space: DesignSpace, arguments: argparse.Namespace) -> bool:
     complete = space.settled or arguments.max_order is not None
     enough = LEVELS.index(certainty.level) >= LEVELS.index(arguments.require or LEVELS[0])
     if not enough:
+        from kinematics.linkage import Notice
+
         text = f"the answer is {certainty.level}, not {arguments.require}: {certainty.reason}"
         _warn([Notice("required", text)])
     return complete and not certainty.doubts and enough

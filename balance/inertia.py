@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.arrays import Frame
 from kinematics.inertial import displaced, inertia_tensor, parameters, pseudo_inertia
-from kinematics.linkage import Frame
 from kinematics.wording import vector
 
 __all__ = [

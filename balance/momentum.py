@@ -27,35 +27,39 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.arrays import Chain
 from kinematics.closure import Series
 from kinematics.kernels import kernel
-from kinematics.linkage import Chain
 from kinematics.models import LinkageLike, as_linkage
 from kinematics.placement import Pose, expand_at, forward
 from kinematics.pose import joint_positions, si_chain
 
 __all__ = [
     "RegressorSeries",
+    "moments_room",
     "momentum_regressor",
     "parameters_per_body",
+    "planar_regressor",
     "regressor",
     "room",
     "rows_at",
     "rows_per_column",
+    "spatial_regressor",
 ]
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 @kernel(borrows=True)
-def _spatial(first, last, start, links, moves, V, T, H, N, X):
+def spatial_regressor(first, last, start, links, moves, V, T, H, N, X):
     """Regressor rows of orders first … last; lower orders of H and N must be in place.
 
     H holds the columns of ``[R, d]``, and N those of its rate, ``[ω̂ R, e]``, and y. The
     displacements of the links at the pose are in ``start``; it is empty at the reference
     pose, where ``R = 1, d = 0`` makes for simpler terms.
     """
-    rays, bodies = H.shape[:2]
+    rays, bodies = V.shape[0], H.shape[1]
     moved = start.shape[0] > 0
     width = moves.shape[1]
     force = X.shape[3] == 3
@@ -171,9 +175,9 @@ def _add_moments(H, N, x, b):
 
 
 @kernel(borrows=True)
-def _planar(first, last, start, links, moves, V, T, H, N, X):
-    """As `_spatial` in the plane: H is ``(cos, sin, d_x, d_y)``, and N is its rate."""
-    rays, bodies = H.shape[:2]
+def planar_regressor(first, last, start, links, moves, V, T, H, N, X):
+    """As `spatial_regressor` in the plane: H is ``(cos, sin, d_x, d_y)``, and N is its rate."""
+    rays, bodies = V.shape[0], H.shape[1]
     width = moves.shape[1]
     force = X.shape[3] == 2
     p = 0 if force else 1
@@ -226,30 +230,38 @@ def _planar(first, last, start, links, moves, V, T, H, N, X):
                         x[0, b, 2] += dx * nx + dy * ny - gx * ex - gy * ey
 
 
-@kernel(borrows=True)
-def regressor(first, last, start, links, moves, V, T, room, X):
+def regressor(
+    first: int, last: int, start: Array, links: IntArray, moves: NDArray[np.bool_], V: Array,
+    T: Array, room: tuple[Array, Array], X: Array,
+) -> None:  # fmt: skip
     """Add the rows of orders first … last to X (orders, rays, width, rows, parameters).
 
     ``room`` keeps what the next orders need; see `room`.
     """
-    rays, orders = V.shape[:2]
-    bodies, width = links.size, moves.shape[1]
-    count = rays * orders * bodies
+    bodies = links.size
     x = X.reshape((*X.shape[:4], bodies, X.shape[4] // max(bodies, 1)))
-    if V.shape[3] == 3:
-        H = room[: 4 * count].reshape((rays, bodies, orders, 4))
-        N = room[12 * count :][: 4 * count * width].reshape((rays, bodies, width, orders, 4))
-        _planar(first, last, start, links, moves, V, T, H, N, x)
-    else:
-        H3 = room[: 12 * count].reshape((rays, bodies, orders, 4, 3))
-        N3 = room[12 * count :].reshape((rays, bodies, width, orders, 5, 3))
-        _spatial(first, last, start, links, moves, V, T, H3, N3, x)
+    add = planar_regressor if V.shape[3] == 3 else spatial_regressor
+    add(first, last, start, links, moves, V, T, *room, x)
 
 
-@kernel
-def room(V, links, moves):
+def room(V: Array, links: IntArray, moves: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Room for the displacements of the bodies, and their rates, of all orders of V."""
-    return np.empty(V.shape[0] * V.shape[1] * links.size * (12 + 15 * moves.shape[1]))
+    rays, orders = V.shape[:2]
+    displacement, rate = ((4,), (4,)) if V.shape[3] == 3 else ((4, 3), (5, 3))
+    return (
+        np.empty((rays, links.size, orders, *displacement)),
+        np.empty((rays, links.size, moves.shape[1], orders, *rate)),
+    )
+
+
+def moments_room(
+    V: Array, links: IntArray, moves: NDArray[np.bool_], per: int, size: int
+) -> tuple[Array, Array, Array, Array]:
+    """As `room`, then the regressor, by bodies and as rows of each order; both zero."""
+    rays, orders = V.shape[:2]
+    width, bodies = moves.shape[1], links.size
+    X = np.zeros((orders, rays, width, per, bodies, size))
+    return *room(V, links, moves), X, X.reshape(orders, rays * width * per, bodies * size)
 
 
 def parameters_per_body(planar: bool, force: bool) -> int:

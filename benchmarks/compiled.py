@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.processes import python
-from kinematics.linkage import Chain
+from kinematics.arrays import Chain
 
 __all__ = ["both_kernels", "momentum", "operations_here", "operations_in_c"]
 
@@ -23,7 +23,7 @@ COUNTING = ("-x", "c++", "-DCOUNT", "-O1")
 COUNT_HERE = """
 import sys
 import numpy as np
-from balance.momentum import regressor
+from balance.momentum import regressor, room
 from kinematics.closure import expand
 from kinematics.models import load
 
@@ -57,10 +57,10 @@ chain, order, rays = load(sys.argv[1]).chain, int(sys.argv[2]), int(sys.argv[3])
 series = expand(chain, np.ones((rays, chain.width)), order)
 size, rows = (4, 3) if chain.planar else (10, 6)
 X = counting(np.zeros((order + 1, rays, chain.width, rows, chain.links.size * size)))
-room = np.zeros(rays * (order + 1) * chain.links.size * (12 + 15 * chain.width), object)
+both = [a.astype(object) for a in room(series.V, chain.links, chain.moves)]
 start = np.empty((0, 4, 4))
 V, T = counting(series.V), counting(series.T)
-regressor(0, order, start, chain.links, chain.moves, V, T, room, X)
+regressor(0, order, start, chain.links, chain.moves, V, T, both, X)
 print(*counts)
 """
 

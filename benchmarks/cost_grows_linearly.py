@@ -19,8 +19,8 @@ from balance.momentum import RegressorSeries
 from benchmarks import reference
 from benchmarks.processes import python
 from benchmarks.rows import coupled_four_bars, serial
+from kinematics.arrays import Chain
 from kinematics.closure import expand, loop_matrix
-from kinematics.linkage import Chain
 
 BODIES = (10, 50, 100, 200, 400, 800, 1000)
 ORDERS = (1, 2, 3, 4, 6, 8, 10, 12)

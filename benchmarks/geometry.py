@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from kinematics.arrays import frozen
 from kinematics.assembly import assemble
-from kinematics.linkage import Linkage, frozen
+from kinematics.linkage import Linkage
 from kinematics.models import load
 
 __all__ = ["four_bar_chain", "placed", "resized", "variants"]

@@ -15,7 +15,8 @@ from balance.spaces import designspace
 from balance.spaces.space import DesignSpace
 from balance.transfers.opening import Transfers, transfers
 from benchmarks.geometry import resized
-from kinematics.linkage import Chain, Linkage
+from kinematics.arrays import Chain
+from kinematics.linkage import Linkage
 from kinematics.models import gallery, load
 
 

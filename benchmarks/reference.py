@@ -14,8 +14,8 @@ import numpy as np
 import scipy.linalg
 
 from benchmarks.peers import library
+from kinematics.arrays import Chain
 from kinematics.closure import loop_matrix
-from kinematics.linkage import Chain
 
 __all__ = ["gap", "momentum", "off", "positions"]
 

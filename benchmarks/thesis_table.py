@@ -20,7 +20,8 @@ from benchmarks.peers.ours import LINE, linkage
 from benchmarks.reference import off, positions
 from benchmarks.show import seconds
 from kinematics import load, taylor_motion
-from kinematics.linkage import Linkage, frozen
+from kinematics.arrays import frozen
+from kinematics.linkage import Linkage
 from kinematics.taylor import TaylorMotion
 from kinematics.taylor.expansion import polynomials
 from kinematics.taylor.layout import layout

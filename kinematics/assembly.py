@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics import closing
+from kinematics.arrays import Chain, frozen
 from kinematics.chain import arrange, move, plane_normal, reduce
 from kinematics.components import Component, components, freedoms
 from kinematics.coordinates import coordinates
 from kinematics.errors import CoordinateError, MobilityError, MotionError
-from kinematics.linkage import Chain, Draft, Linkage, Notice, frozen
+from kinematics.linkage import Draft, Linkage, Notice
 from kinematics.motion import Motion
 from kinematics.placement import Pose
 from kinematics.rounding import has_near_zero_singular_values, repair_axes, repair_part

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.linkage import Chain, Draft, Frame, frozen
+from kinematics.arrays import Chain, Frame, frozen
+from kinematics.linkage import Draft
 
 __all__ = [
     "arrange",

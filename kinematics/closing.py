@@ -15,12 +15,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain, frozen
 from kinematics.chain import arrange, extent, paths
 from kinematics.closure import loop_matrix
 from kinematics.components import Component, components
 from kinematics.errors import OpenLoopError
 from kinematics.inertial import displaced
-from kinematics.linkage import Chain, Draft, Notice, Place, frozen
+from kinematics.linkage import Draft, Notice, Place
 from kinematics.placement import Pose, forward, mismatch
 from kinematics.screws import Ad, hat
 from kinematics.turns import measured, within_turn

@@ -25,9 +25,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain, frozen, shown
 from kinematics.kernels import kernel
-from kinematics.linkage import Chain, frozen
-from kinematics.profile import JOINT, ROW, factor, fill, profile, solve
+from kinematics.profile import COUNT, HEIGHT, JOINT, ROW, ROWS, factor, fill, solve
 
 __all__ = [
     "Series",
@@ -36,7 +36,9 @@ __all__ = [
     "expand_from",
     "fill_loop_matrix",
     "loop_matrix",
-    "series",
+    "planar_series",
+    "room",
+    "spatial_series",
 ]
 
 Array = NDArray[np.float64]
@@ -88,82 +90,97 @@ def _series_kernel(dim):
     """The series for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
     @kernel(borrows=True)
-    def series(
-        parent, screws, ends, mimics, columns, moves, rays, lines, F, work, SV, C, T, residual,
-    ):  # fmt: skip
-        """Fill SV, C, T and the residual, with the loop matrix in F and its profile."""
+    def series(first, last, chain, screws, rays, room):
+        """Orders first … last of the series into room, where those before must be.
+
+        Args:
+            first: the first order.
+            last: the last order.
+            chain: arrays of the chain, as `Chain.walked`.
+            screws: the joint screws.
+            rays: directions (count, width).
+            room: as from `room`, for as many rays and orders or more.
+        """
+        parent, _, ends, mimics, columns, moves, lines = chain
+        F, work, S, V, C, T, residual = room
         n, nd, width = parent.size, F.shape[0], rays.shape[1]
         loops, row, joints = ends.shape[0], lines[ROW], lines[JOINT]
-        rows = loops * dim + mimics.shape[0]
+        rows = lines[COUNT, ROWS]
         diagonal, b, extra = work[:nd], work[nd : nd + rows], work[nd + rows :]
-        S, V = SV[0], SV[1]
-        factor(F, lines, diagonal)
+        if first == 0:
+            fill(screws, mimics, lines, F)
+            factor(F, lines, diagonal)
+        for k in range(first, last + 1):
+            residual[k] = 0.0
         for ray in range(rays.shape[0]):
             s, v, c, t = S[ray], V[ray], C[ray], T[ray]
-            for k in range(residual.size):
+            for k in range(first, last + 1):
                 for j in range(n):
-                    if k == 0:
-                        for i in range(dim):
-                            s[0, j, i] = screws[j, i]
-                    elif parent[j] >= 0:
-                        for a in range(k):
-                            above, before = v[a, parent[j]], s[k - 1 - a, j]
-                            if dim == 3:
-                                _planar_bracket(above, before, 1.0 / k, s[k, j])
-                            else:
-                                _spatial_bracket(above, before, 1.0 / k, s[k, j])
-                if k == 0 and ray > 0:
-                    for j in range(n):
-                        for w in range(width):
+                    now = s[k, j]
+                    for i in range(dim):
+                        now[i] = screws[j, i] if k == 0 else 0.0
+                    for a in range(k if parent[j] >= 0 else 0):
+                        above, before = v[a, parent[j]], s[k - 1 - a, j]
+                        if dim == 3:
+                            _planar_bracket(above, before, 1.0 / k, now)
+                        else:
+                            _spatial_bracket(above, before, 1.0 / k, now)
+                for w in range(width):
+                    if k == 0 and ray > 0:
+                        for j in range(n):
                             c[0, j, w] = C[0, 0, j, w]
                             for i in range(dim):
                                 t[0, j, w, i] = T[0, 0, j, w, i]
-                else:
-                    for w in range(width):
-                        # Link twists of order k, as far as they are known without C_k.
-                        for j in range(n):
-                            if not moves[j, w]:
-                                continue
-                            if parent[j] >= 0:
-                                for i in range(dim):
-                                    t[k, j, w, i] = t[k, parent[j], w, i]
-                            if k == 0:
-                                c[0, j, w] = columns[j, w]
-                            for a in range(min(k, 1), k + 1):
-                                rate = c[k - a, j, w]
-                                if rate != 0.0:
-                                    for i in range(dim):
-                                        t[k, j, w, i] += s[a, j, i] * rate
-                        if nd == 0:
+                        continue
+                    # Link twists of order k, as far as they are known without C_k.
+                    for j in range(n):
+                        if not moves[j, w]:
                             continue
-                        # Their mismatch at the welds gives C_k.
-                        for i in range(rows):
-                            b[i] = 0.0
-                        for loop in range(loops):
+                        now, p = t[k, j, w], parent[j]
+                        if p >= 0:
                             for i in range(dim):
-                                if ends[loop, 0] >= 0:
-                                    b[row[loop] + i] -= t[k, ends[loop, 0], w, i]
-                                if ends[loop, 1] >= 0:
-                                    b[row[loop] + i] += t[k, ends[loop, 1], w, i]
-                        for relation in range(mimics.shape[0] if k == 0 else 0):
-                            for j in range(n):
-                                i = row[loops + relation]
-                                b[i] -= mimics[relation, j] * columns[j, w]
-                        residual[k] = max(residual[k], solve(F, lines, diagonal, b))
-                        for d in range(nd):
-                            c[k, joints[d], w] = b[d]
-                        # s_0 C_k of the dependent joints completes the twists.
+                                now[i] = t[k, p, w, i]
+                        else:
+                            for i in range(dim):
+                                now[i] = 0.0
+                        if k == 0:
+                            c[0, j, w] = columns[j, w]
+                        for a in range(min(k, 1), k + 1):
+                            rate = c[k - a, j, w]
+                            if rate != 0.0:
+                                for i in range(dim):
+                                    now[i] += s[a, j, i] * rate
+                    if nd == 0:
+                        continue
+                    # Their mismatch at the welds gives C_k.
+                    for i in range(rows):
+                        b[i] = 0.0
+                    for loop in range(loops):
+                        for side in range(2):
+                            j, sign = ends[loop, side], 2.0 * side - 1.0
+                            if j >= 0:
+                                for i in range(dim):
+                                    b[row[loop] + i] += sign * t[k, j, w, i]
+                    for relation in range(mimics.shape[0] if k == 0 else 0):
                         for j in range(n):
-                            if not moves[j, w]:
-                                continue
-                            rate = c[k, j, w] - (columns[j, w] if k == 0 else 0.0)
-                            p = parent[j]
-                            for i in range(dim):
-                                extra[j * dim + i] = screws[j, i] * rate
-                                if p >= 0 and moves[p, w]:
-                                    extra[j * dim + i] += extra[p * dim + i]
-                                t[k, j, w, i] += extra[j * dim + i]
+                            b[row[loops + relation]] -= mimics[relation, j] * columns[j, w]
+                    residual[k] = max(residual[k], solve(F, lines, diagonal, b))
+                    for d in range(nd):
+                        c[k, joints[d], w] = b[d]
+                    # s_0 C_k of the dependent joints completes the twists.
+                    for j in range(n):
+                        if not moves[j, w]:
+                            continue
+                        rate = c[k, j, w] - (columns[j, w] if k == 0 else 0.0)
+                        p = parent[j]
+                        for i in range(dim):
+                            extra[j * dim + i] = screws[j, i] * rate
+                            if p >= 0 and moves[p, w]:
+                                extra[j * dim + i] += extra[p * dim + i]
+                            t[k, j, w, i] += extra[j * dim + i]
                 for j in range(n):
+                    for i in range(dim):
+                        v[k, j, i] = 0.0
                     for w in range(width):
                         if moves[j, w]:
                             for i in range(dim):
@@ -172,32 +189,20 @@ def _series_kernel(dim):
     return series
 
 
-_spatial_series, _planar_series = _series_kernel(6), _series_kernel(3)
+spatial_series, planar_series = _series_kernel(6), _series_kernel(3)
 
 
-@kernel
-def series(parent, screws, ends, mimics, dependent, columns, moves, rays, order):
-    """C, V, T and the residual of a linkage in space or in its plane; see `Series`."""
-    n, dim = screws.shape
-    count, width = rays.shape
-    lines, F, rows = profile(parent, ends, mimics, dependent, dim)
-    fill(parent, screws, ends, mimics, lines, F)
-    work = np.empty(dependent.size + rows + n * dim)
-    SV = np.zeros((2, count, order + 1, n, dim))
-    C = np.zeros((count, order + 1, n, width))
-    T = np.zeros((count, order + 1, n, width, dim))
-    residual = np.zeros(order + 1)
-    if dim == 3:
-        _planar_series(
-            parent, screws, ends, mimics, columns, moves, rays, lines, F, work, SV, C, T,
-            residual,
-        )  # fmt: skip
-    else:
-        _spatial_series(
-            parent, screws, ends, mimics, columns, moves, rays, lines, F, work, SV, C, T,
-            residual,
-        )  # fmt: skip
-    return C, SV[1], T, residual
+def room(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
+    """Room for a series: the loop matrix and numbers by rows, then S, V, C, T, residual."""
+    n, dim = chain.screws.shape
+    height, rows = chain.lines[COUNT, HEIGHT : ROWS + 1].tolist()
+    nd = chain.dependent.size
+    S, V = np.zeros((2, rays, order + 1, n, dim))
+    return (
+        np.empty((nd, height)), np.empty(nd + rows + n * dim), S, V,
+        np.zeros((rays, order + 1, n, chain.width)),
+        np.zeros((rays, order + 1, n, chain.width, dim)), np.zeros(order + 1),
+    )  # fmt: skip
 
 
 class Series(NamedTuple):
@@ -235,12 +240,11 @@ def expand(chain: Chain, rays: Array, order: int) -> Series:
 
 def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
     """As `expand`, at a pose to which the joint screws (n, 6 or 3) have been carried."""
-    return Series(
-        *series(
-            chain.parent, screws, chain.ends, chain.mimics, chain.dependent,
-            chain.columns, chain.moves, rays, order,
-        )
-    )  # fmt: skip
+    space = room(chain, len(rays), order)
+    series = planar_series if chain.planar else spatial_series
+    series(0, order, chain.walked, screws, shown(rays), space)
+    _, _, _, V, C, T, residual = space
+    return Series(C, V, T, residual)
 
 
 def loop_matrix(chain: Chain, screws: Array | None = None) -> Array:

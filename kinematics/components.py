@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain, Frame
 from kinematics.chain import arrange, clusters, extent, move
 from kinematics.closure import loop_matrix
 from kinematics.errors import MobilityError
 from kinematics.freedom import first_order
-from kinematics.linkage import GROUND, Chain, Draft, Frame, Mimic
+from kinematics.linkage import GROUND, Draft, Mimic
 
 __all__ = ["Component", "component", "components", "freedoms"]
 

@@ -20,10 +20,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain, frozen
 from kinematics.chain import arrange, extent, paths
 from kinematics.closure import loop_matrix
 from kinematics.freedom import DEPENDENT, spectrum
-from kinematics.linkage import Chain, Draft, Joint, frozen
+from kinematics.linkage import Draft, Joint
 from kinematics.placement import forward, mismatch
 from kinematics.screws import Ad, exp, skew
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain
 from kinematics.closure import loop_matrix
-from kinematics.linkage import Chain
 from kinematics.placement import forward, mismatch
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The linkage as data: bodies, joints, loops, and the arrays that the kernels walk.
+"""The linkage as data: bodies, joints and loops.
 
 Everything is written in the inertial frame at the reference pose, where all joint
 positions are 0. Every joint has one degree of freedom; a joint of the file that has more
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain, IntArray, frozen
 from kinematics.wording import counted, listed, paragraph, vector
 
 if TYPE_CHECKING:
@@ -24,29 +25,18 @@ if TYPE_CHECKING:
 __all__ = [
     "GROUND",
     "Body",
-    "Chain",
     "Draft",
-    "Frame",
     "Joint",
     "Linkage",
     "Loop",
     "Mimic",
     "Notice",
     "Place",
-    "frozen",
     "names",
 ]
 
 GROUND = -1
 Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
-
-def frozen(array: object, dtype: type = np.float64) -> NDArray:
-    """A read-only, contiguous copy of ``array``."""
-    copy: NDArray = np.array(array, dtype=dtype, order="C")
-    copy.flags.writeable = False
-    return copy
 
 
 class Notice(NamedTuple):
@@ -209,73 +199,6 @@ class Draft:
         )  # fmt: skip
         head = f"{type(self).__name__} {self.name}: {', '.join(parts)}"
         return paragraph(head, f"from {self.source}")
-
-
-@dataclass(frozen=True, eq=False)
-class Frame:
-    """Where the chain's coordinates stand: ``x_chain = R (x - origin) / length``.
-
-    Attributes:
-        R: rotation from inertial to chain axes (3, 3); its last row is the normal of a
-            planar linkage.
-        origin: middle of the mechanism (3,), metres.
-        length: characteristic length, metres.
-    """
-
-    R: Array = field(default_factory=lambda: frozen(np.eye(3)))
-    origin: Array = field(default_factory=lambda: frozen(np.zeros(3)))
-    length: float = 1.0
-
-    def __repr__(self) -> str:
-        """One line: origin and length."""
-        return f"Frame: origin {vector(self.origin)} m, length {self.length:.4g} m"
-
-
-@dataclass(frozen=True, eq=False)
-class Chain:
-    """A linkage as arrays; n moving joints, L loops, w independent columns.
-
-    Attributes:
-        frame: the coordinates in use.
-        joints: index in the linkage of each joint (n,).
-        units: SI units per unit of each joint position: 1 (radians) or the length (n,).
-        parent: link before each joint, -1 for the ground (n,).
-        screws: unit screws at the reference pose (n, 6), or ``[ω; v_x; v_y]`` (n, 3).
-        ends: the two links welded by each loop (L, 2).
-        mimics: rows of linear relations between joint positions (g, n).
-        dependent: joints whose positions follow from the loops (d,).
-        columns: joint rates of the independent joints for each column (n, w).
-        moves: whether a column can move a link (n, w).
-        links: link of each body with inertial parameters, -1 if it cannot move.
-    """
-
-    frame: Frame
-    joints: IntArray
-    units: Array
-    parent: IntArray
-    screws: Array
-    ends: IntArray
-    mimics: Array
-    dependent: IntArray
-    columns: Array
-    moves: NDArray[np.bool_]
-    links: IntArray
-
-    def __repr__(self) -> str:
-        """One line: how many joints, loops and columns."""
-        joints, loops = counted(self.parent.size, "joint"), counted(len(self.ends), "loop")
-        algebra = "planar" if self.planar else "spatial"
-        return f"Chain: {algebra}, {joints}, {loops}, {counted(self.width, 'column')}"
-
-    @property
-    def planar(self) -> bool:
-        """Whether the chain is reduced to its plane."""
-        return self.screws.shape[1] == 3
-
-    @property
-    def width(self) -> int:
-        """Number of columns: degrees of freedom of the motion."""
-        return self.columns.shape[1]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,10 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain
 from kinematics.chain import move
 from kinematics.closure import expand, loop_matrix
 from kinematics.freedom import DEPENDENT, first_order, nullity
-from kinematics.linkage import Chain
 from kinematics.placement import forward, mismatch
 
 __all__ = ["ORDERS", "Local", "examine"]

@@ -10,8 +10,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import frozen
 from kinematics.errors import MotionError
-from kinematics.linkage import Linkage, frozen
+from kinematics.linkage import Linkage
 from kinematics.rational import LONGEST, decimal, null_space
 from kinematics.wording import listed
 

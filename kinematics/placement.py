@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain, shown
 from kinematics.closure import Series, expand_from
 from kinematics.displacement import invert, multiply, place
 from kinematics.kernels import kernel
-from kinematics.linkage import Chain
-from kinematics.profile import JOINT, ROW, factor, fill, profile, solve
+from kinematics.profile import COUNT, HEIGHT, JOINT, ROW, ROWS, factor, fill, solve
 
 __all__ = [
     "Pose",
@@ -22,8 +22,8 @@ __all__ = [
     "mismatch",
     "newton",
     "radius",
-    "rates_along",
-    "series_radius",
+    "radius_along",
+    "step_room",
 ]
 
 Array = NDArray[np.float64]
@@ -66,99 +66,104 @@ def _mismatch(H, ends, gaps, b, dim, spare):
 
 
 @kernel(borrows=True)
-def _close(parent, screws, ends, mimics, q, H, s, steps, lines, F, work, spare):
-    """Newton's method on the dependent joints of q, in place; returns the last mismatch."""
+def close(chain, q, H, s, steps, room):
+    """Newton's method on the dependent joints of q, in place.
+
+    Puts displacements of the links and screws at the last pose looked at into H and s.
+
+    Args:
+        chain: arrays of the chain, as `Chain.walked`.
+        q: joint positions.
+        H: takes the displacements.
+        s: takes the screws.
+        steps: how many at most.
+        room: as from `step_room`.
+
+    Returns:
+        The mismatch there; unless the steps were used up, that pose is q.
+    """
+    parent, screws, ends, mimics, _, _, lines = chain
+    F, work, _, spare = room
     dim, loops, nd = screws.shape[1], ends.shape[0], F.shape[0]
-    rows = loops * dim + mimics.shape[0]
+    rows = lines[COUNT, ROWS]
     diagonal, b, sorted_b = work[:nd], work[nd : nd + rows], work[nd + rows :]
-    row, joints = lines[ROW], lines[JOINT]
     best = error = np.inf
     for _ in range(steps):
         place(parent, screws, q, H, s, spare[0])
         _mismatch(H, ends, H[:0], b, dim, spare)
         for relation in range(mimics.shape[0]):
-            b[loops * dim + relation] = 0.0
+            total = 0.0
             for j in range(q.size):
-                b[loops * dim + relation] += mimics[relation, j] * q[j]
-        error = _size(b)
+                total += mimics[relation, j] * q[j]
+            b[loops * dim + relation] = total
+        square = 0.0
+        for i in range(rows):
+            square += b[i] * b[i]
+        error = np.sqrt(square)
         stalled = error < 1e-12 and error >= 0.5 * best
         if not error < 1e6 or stalled or error < ROUNDED:
             return error
         best = min(best, error)
-        fill(parent, s, ends, mimics, lines, F)
+        fill(s, mimics, lines, F)
         factor(F, lines, diagonal)
-        for block in range(loops + mimics.shape[0]):
-            at = block * dim if block < loops else loops * (dim - 1) + block
-            for i in range(dim if block < loops else 1):
-                sorted_b[row[block] + i] = -b[at + i]
+        for i in range(rows):
+            block = i // dim if i < loops * dim else i - loops * (dim - 1)
+            first = block * dim if block < loops else i
+            sorted_b[lines[ROW, block] + i - first] = -b[i]
         solve(F, lines, diagonal, sorted_b)
         for d in range(nd):
-            q[joints[d]] += sorted_b[d]
+            q[lines[JOINT, d]] += sorted_b[d]
     return error
 
 
-@kernel
-def close(parent, screws, ends, mimics, dependent, q, H, s, steps):
-    """Newton's method on the dependent joints of q, in place.
-
-    Puts displacements of the links and screws at the last pose looked at into H and s.
-
-    Returns:
-        The mismatch there; unless the steps were used up, that pose is q.
-    """
-    m = H.shape[1]
-    lines, F, rows = profile(parent, ends, mimics, dependent, screws.shape[1])
-    work, spare = np.empty(dependent.size + 2 * rows), np.empty((4, m, m))
-    return _close(parent, screws, ends, mimics, q, H, s, steps, lines, F, work, spare)
-
-
 @kernel(borrows=True)
-def _size(x):
-    """Euclidean norm."""
-    total = 0.0
-    for i in range(x.size):
-        total += x[i] * x[i]
-    return np.sqrt(total)
-
-
-@kernel(borrows=True)
-def rates_along(C, ray, rates):
-    """Joint rates along a ray (order + 1, n), from those for unit rates C (…, …, width)."""
+def radius_along(C, ray, rates):
+    """Joint rates along a ray (order + 1, n) from C (…, …, width); their `radius`."""
+    limit, first = 1.0, 0.0
     for k in range(C.shape[0]):
+        square = 0.0
         for j in range(C.shape[1]):
-            rates[k, j] = 0.0
+            rate = 0.0
             for w in range(ray.size):
-                rates[k, j] += C[k, j, w] * ray[w]
-
-
-@kernel(borrows=True)
-def series_radius(rates):
-    """Radius of convergence of the joint rates (order + 1, n); see `radius`."""
-    limit = 1.0
-    first = _size(rates[0])
-    for k in range(rates.shape[0]):
-        size = _size(rates[k])
+                rate += C[k, j, w] * ray[w]
+            rates[k, j] = rate
+            square += rate * rate
+        size = np.sqrt(square)
+        first = size if k == 0 else first
         limit = max(limit, size if k == 0 else (size / first) ** (1.0 / k))
     return 1.0 / limit
 
 
 @kernel(borrows=True)
-def _follow(
-    parent, screws, ends, mimics, start, C, ray, reach, q, H, s, way, lines, F, work, spare
-):
-    """A closed pose along the ray; see `follow_series`."""
+def follow_series(chain, start, C, ray, reach, q, H, s, room):
+    """A closed pose along the ray; see `follow`.
+
+    Args:
+        chain: arrays of the chain, as `Chain.walked`.
+        start: joint positions from which to start.
+        C: the series there, of one ray (orders, n, width).
+        ray: its direction.
+        reach: longest step.
+        q: takes the joint positions.
+        H: takes the displacements.
+        s: takes the screws.
+        room: as from `step_room`.
+
+    Returns:
+        The length of the step, 0 if there is none.
+    """
     orders, n = C.shape[:2]
-    rates, guess = way, way[orders]
-    rates_along(C, ray, rates)
-    step = min(reach, 0.4 * series_radius(rates[:orders]))
+    way = room[2]
+    guess = way[orders]
+    step = min(reach, 0.4 * radius_along(C, ray, way))
     for _ in range(7):
         for j in range(n):
             moved = 0.0
             for k in range(orders - 1, -1, -1):
-                moved = (moved + rates[k, j] / (k + 1)) * step
+                moved = (moved + way[k, j] / (k + 1)) * step
             guess[j] = moved
             q[j] = start[j] + moved
-        error = _close(parent, screws, ends, mimics, q, H, s, STEPS, lines, F, work, spare)
+        error = close(chain, q, H, s, STEPS, room)
         off = size = 0.0
         for j in range(n):
             off += (q[j] - start[j] - guess[j]) ** 2
@@ -169,17 +174,13 @@ def _follow(
     return 0.0
 
 
-@kernel
-def follow_series(parent, screws, ends, mimics, dependent, start, C, ray, reach, H, s):
-    """A closed pose along the ray, and the length of the step, 0 if none; see `follow`."""
-    m = H.shape[1]
-    lines, F, rows = profile(parent, ends, mimics, dependent, screws.shape[1])
-    work, spare = np.empty(dependent.size + 2 * rows), np.empty((4, m, m))
-    q, way = np.empty(start.size), np.empty((C.shape[0] + 1, start.size))
-    step = _follow(
-        parent, screws, ends, mimics, start, C, ray, reach, q, H, s, way, lines, F, work, spare
-    )
-    return q, step
+def step_room(chain: Chain, orders: int = 0) -> tuple[Array, ...]:
+    """Room for Newton's method, and for a guess from the series of so many orders."""
+    height, rows = chain.lines[COUNT, HEIGHT : ROWS + 1].tolist()
+    nd, n = chain.dependent.size, chain.parent.size
+    m = 3 if chain.planar else 4
+    work = np.empty(nd + 2 * rows)
+    return np.empty((nd, height)), work, np.empty((orders + 1, n)), np.empty((4, m, m))
 
 
 class Pose(NamedTuple):
@@ -208,7 +209,9 @@ def radius(rates: Array) -> float:
 
     At most 1, and such that no joint moves by more than 1 to first order.
     """
-    return float(series_radius(rates))
+    sizes = np.sqrt(np.einsum("kj,kj->k", rates, rates))
+    growth = (sizes[1:] / sizes[0]) ** (1.0 / np.arange(1, sizes.size))
+    return float(1.0 / max(1.0, sizes[0], *growth))
 
 
 def follow(
@@ -231,10 +234,10 @@ def follow(
         The pose and the length of the step, 0 if none was found.
     """
     H, screws = _room(chain)
-    q, step = follow_series(
-        chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent,
-        start, series.C[-1], ray, reach, H, screws,
-    )  # fmt: skip
+    q, C = np.empty(start.size), series.C[-1]
+    step = follow_series(
+        chain.walked, start, C, shown(ray), reach, q, H, screws, step_room(chain, len(C))
+    )
     screws.flags.writeable = False
     return Pose(q, H, screws, 0.0), step
 
@@ -251,10 +254,7 @@ def newton(chain: Chain, start: Array, steps: int = STEPS) -> tuple[Array, float
         Joint positions (n,), and how far the loops were open when last looked at.
     """
     q = np.array(start, dtype=np.float64)
-    error = close(
-        chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent,
-        q, *_room(chain), steps,
-    )  # fmt: skip
+    error = close(chain.walked, q, *_room(chain), steps, step_room(chain))
     return q, float(error)
 
 

@@ -8,10 +8,11 @@ from math import hypot
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.arrays import Chain, Frame
 from kinematics.chain import arrange, flatten, lock, move
 from kinematics.closure import expand_from
 from kinematics.errors import PoseError, UnreachedError
-from kinematics.linkage import Chain, Frame, Linkage, names
+from kinematics.linkage import Linkage, names
 from kinematics.placement import follow, forward
 
 __all__ = ["followed", "input_chain", "joint_positions", "si_chain"]

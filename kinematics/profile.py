@@ -8,211 +8,168 @@ W.-H. Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981.)
 
 A profile is one array of whole numbers, whose lines are named by the constants below: the
 first row of each block of rows, the joint of each column, the rows between which it has
-entries, and the column at which its reflection ends. The last lines are room.
+entries, and the column at which its reflection ends. Four lines list the entries: the joint,
+the column, the row within it, and the sign with which the joint's screw is put there; those of
+mimic relations come last, with the relation in the place of the sign. The last line counts
+entries of loops, all entries, the height and the rows. It depends on who is joined to whom
+alone, so that it is made once for a chain, without a kernel.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinematics.kernels import kernel
 
-__all__ = ["JOINT", "ROW", "factor", "fill", "pivots", "profile", "solve"]
+__all__ = [
+    "COUNT", "HEIGHT", "JOINT", "ROW", "ROWS", "factor", "fill", "pivots", "profile", "solve",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 # Up to as many blocks of rows a matrix is taken as full.
 FEW = 8
-ROW, JOINT, TOP, BELOW, RIGHT, PLACE, SEEN, MET = range(8)
+ROW, JOINT, TOP, BELOW, RIGHT, MEMBER, COLUMN, PLACE, SIGN, COUNT = range(10)
+# Entries of the last line.
+IN_LOOPS, ENTRIES, HEIGHT, ROWS = range(4)
 
 
-@kernel(borrows=True)
-def _ways(parent, end, successor, seen, mark, joints):
-    """Joints of a loop, without those below both its ends, with the other sign first.
+def profile(
+    parent: IntArray, ends: IntArray, mimics: Array, dependent: IntArray, dim: int
+) -> IntArray:
+    """The profile of the loop matrix of the dependent joints.
 
-    Returns:
-        How many they are, and how many of them have the other sign.
+    Args:
+        parent: as in `kinematics.arrays.Chain`, as are the next three.
+        ends: loops.
+        mimics: relations.
+        dependent: joints that have columns.
+        dim: components of a twist, 6 or 3.
     """
-    count = 0
-    j = end
-    while j >= 0:
-        seen[j] = mark
-        j = parent[j]
-    j = successor
-    while j >= 0 and seen[j] != mark:
-        joints[count] = j
-        count += 1
-        j = parent[j]
-    meeting, turned = j, count
-    j = end
-    while j != meeting:
-        joints[count] = j
-        count += 1
-        j = parent[j]
-    return count, turned
+    loops, count = len(ends), dependent.size
+    position = {j: c for c, j in enumerate(dependent.tolist())}
+    above = parent.tolist()
+    blocks = [_members(above, *pair) for pair in ends.tolist()]
+    blocks += [[(j, r) for j in np.flatnonzero(row).tolist()] for r, row in enumerate(mimics)]
+    blocks = [[member for member in block if member[0] in position] for block in blocks]
+    sizes = [dim] * loops + [1] * len(mimics)
+    used = [[position[j] for j, _ in block] for block in blocks]
+    order = _neighbours_first(used, count) if len(blocks) > FEW else list(range(len(blocks)))
+    row = np.cumsum([0] + [sizes[block] for block in order]).tolist()
+    rows = row.pop()
+    first = dict(zip(order, row, strict=True))
+    if len(blocks) > FEW:
+        columns, top, below, right = _narrow(used, sizes, order, count, rows)
+    else:
+        columns, top, below, right = (
+            list(range(count)),
+            [0] * count,
+            [rows] * count,
+            [count] * count,
+        )
+    place = {c: k for k, c in enumerate(columns)}
+    entries = [
+        (j, place[position[j]], first[b] - top[place[position[j]]], sign)
+        for b, block in enumerate(blocks) for j, sign in block
+    ]  # fmt: skip
+    in_loops = sum(map(len, blocks[:loops]))
+    height = max((end - begin for begin, end in zip(top, below, strict=True)), default=0)
+    lines = np.zeros((10, max(4, rows, count, len(entries))), np.int64)
+    lines[ROW, : len(blocks)] = [first[b] for b in range(len(blocks))]
+    lines[JOINT, :count] = dependent[columns]
+    lines[TOP, :count], lines[BELOW, :count], lines[RIGHT, :count] = top, below, right
+    lines[MEMBER : SIGN + 1, : len(entries)] = np.reshape(entries, (-1, 4)).T
+    lines[COUNT, :4] = in_loops, len(entries), height, rows
+    return lines
 
 
-@kernel
-def _entries(parent, ends, mimics, dependent):
-    """Columns that occur in each block, as one list and the place where each begins."""
-    n, loops = parent.size, ends.shape[0]
-    blocks = loops + mimics.shape[0]
-    position = np.full(n, -1)
-    for c in range(dependent.size):
-        position[dependent[c]] = c
-    seen = np.full(n, -1)
-    joints = np.empty(n, np.int64)
-    first = np.zeros(blocks + 1, np.int64)
-    columns = np.empty(4 * n, np.int64)
-    total = 0
-    for block in range(blocks):
-        count = n
-        if block < loops:
-            count = _ways(parent, ends[block, 0], ends[block, 1], seen, block, joints)[0]
-        if total + count > columns.size:
-            columns = np.concatenate((columns, np.empty(columns.size + count, np.int64)))
-        for i in range(count):
-            j = joints[i] if block < loops else i
-            if position[j] >= 0 and (block < loops or mimics[block - loops, j] != 0.0):
-                columns[total] = position[j]
-                total += 1
-        first[block + 1] = total
-    return first, columns
+def _members(parent: list[int], end: int, successor: int) -> list[tuple[int, int]]:
+    """Joints of a loop, without those below both its ends, and their signs."""
+    ways: list[dict[int, int]] = []
+    for j, sign in (successor, -1), (end, 1):
+        way = {}
+        while j >= 0:
+            way[j] = sign
+            j = parent[j]
+        ways.append(way)
+    other, way = ways
+    return [m for m in other.items() if m[0] not in way] + [
+        m for m in way.items() if m[0] not in other
+    ]
 
 
-@kernel
-def _neighbours_first(first, columns, count):
+def _neighbours_first(used: list[list[int]], count: int) -> list[int]:
     """Blocks in an order in which those that share columns are close to each other."""
-    blocks = first.size - 1
-    begin = np.zeros(count + 1, np.int64)
-    for e in range(first[blocks]):
-        begin[columns[e] + 1] += 1
-    for c in range(count):
-        begin[c + 1] += begin[c]
-    users, filled = np.empty(first[blocks], np.int64), begin.copy()
-    for block in range(blocks):
-        for e in range(first[block], first[block + 1]):
-            users[filled[columns[e]]] = block
-            filled[columns[e]] += 1
-    order = np.empty(blocks, np.int64)
+    users: list[list[int]] = [[] for _ in range(count)]
+    for block, columns in enumerate(used):
+        for c in columns:
+            users[c].append(block)
+    order = list(range(len(used)))
     # The second time each group begins with the block that came last, at its far end.
-    for turn in range(2):
-        starts = order[::-1].copy() if turn else np.arange(blocks)
-        taken, placed, done = np.zeros(blocks, np.bool_), 0, 0
-        for start in starts:
-            if not taken[start]:
-                taken[start] = True
-                order[placed] = start
-                placed += 1
-            while done < placed:
-                block = order[done]
-                done += 1
-                for e in range(first[block], first[block + 1]):
-                    for u in range(begin[columns[e]], begin[columns[e] + 1]):
-                        if not taken[users[u]]:
-                            taken[users[u]] = True
-                            order[placed] = users[u]
-                            placed += 1
+    for starts in order, None:
+        taken: dict[int, None] = {}
+        met = [False] * count
+        for start in order[::-1] if starts is None else starts:
+            queue = [] if start in taken else [start]
+            taken[start] = None
+            for block in queue:
+                for c in used[block]:
+                    for user in () if met[c] else users[c]:
+                        if user not in taken:
+                            taken[user] = None
+                            queue.append(user)
+                    met[c] = True
+        order = list(taken)
     return order
 
 
-@kernel
-def profile(parent, ends, mimics, dependent, dim):
-    """The profile of the loop matrix of the dependent joints.
-
-    Returns:
-        The profile, room for the entries by columns (dependent joints, height), and the
-        number of rows.
-    """
-    loops, count = ends.shape[0], dependent.size
-    blocks = loops + mimics.shape[0]
-    height = rows = loops * dim + mimics.shape[0]
-    lines = np.empty((8, max(parent.size, rows)), np.int64)
-    for block in range(blocks):
-        lines[ROW, block] = block * dim if block < loops else loops * dim + block - loops
-    for c in range(count):
-        lines[JOINT, c], lines[TOP, c] = dependent[c], 0
-        lines[BELOW, c], lines[RIGHT, c] = rows, count
-    if blocks > FEW:
-        height = _ordered(parent, ends, mimics, dependent, dim, lines)
-    return lines, np.empty((count, height)), rows
-
-
-@kernel
-def _ordered(parent, ends, mimics, dependent, dim, lines):
-    """Order rows and columns so that the profile is narrow; returns its height."""
-    loops, count = ends.shape[0], dependent.size
-    rows = loops * dim + mimics.shape[0]
-    row, joints = lines[ROW], lines[JOINT]
-    top, below, right = lines[TOP], lines[BELOW], lines[RIGHT]
-    first, columns = _entries(parent, ends, mimics, dependent)
-    order = _neighbours_first(first, columns, count)
-    place = np.full(count, -1)
-    last, reach = np.zeros(count, np.int64), np.empty(rows, np.int64)
-    placed = at = furthest = 0
+def _narrow(
+    used: list[list[int]], sizes: list[int], order: list[int], count: int, rows: int
+) -> tuple[list[int], list[int], list[int], list[int]]:
+    """Columns in the order in which they occur, and the profile of each, which is narrow."""
+    place: dict[int, int] = {}
+    last, reach, at = [0] * count, [0] * rows, 0
     for block in order:
-        row[block] = at
-        size = dim if block < loops else 1
-        for e in range(first[block], first[block + 1]):
-            c = columns[e]
-            if place[c] < 0:
-                place[c] = placed
-                joints[placed] = dependent[c]
-                placed += 1
-            furthest = max(furthest, place[c] + 1)
-            last[place[c]] = at + size
-        for i in range(at, at + size):
-            reach[i] = furthest
-        at += size
-    for c in range(count):
-        if place[c] < 0:
-            joints[placed] = dependent[c]
-            placed += 1
-    touched, height = 0, 1
+        for c in used[block]:
+            last[place.setdefault(c, len(place))] = at + sizes[block]
+        furthest = len(place)
+        reach[at : at + sizes[block]] = [furthest] * sizes[block]
+        at += sizes[block]
+    top, below, right = [0] * count, [0] * count, [0] * count
+    touched = 0
     for k in range(count):
-        end = max(last[k], min(k + 1, rows))
-        below[k] = max(end, below[k - 1]) if k > 0 else end
+        below[k] = max(last[k], min(k + 1, rows), below[k - 1] if k else 0)
         right[k] = max(reach[below[k] - 1], k + 1)
         # The first reflection that reaches a column gives it its first entry.
         while touched < right[k]:
             top[touched] = k
             touched += 1
-    for k in range(count):
-        height = max(height, below[k] - top[k])
-    return height
+    unused = [c for c in range(count) if c not in place]
+    return [*place, *unused], top, below, right
 
 
 @kernel(borrows=True)
-def fill(parent, screws, ends, mimics, lines, F):
+def fill(screws, mimics, lines, F):
     """Loop matrix S_0 and mimic relations in the order of a profile, by columns.
 
     Args:
-        parent: as in `kinematics.linkage.Chain`, as are the next three.
         screws: joint screws.
-        ends: loops.
-        mimics: relations.
+        mimics: relations, as in `kinematics.arrays.Chain`.
         lines: the profile.
         F: takes the entries of each column from its top on (dependent joints, height).
     """
-    n, dim = screws.shape
-    row, joints, top = lines[ROW], lines[JOINT], lines[TOP]
-    place, seen, met = lines[PLACE], lines[SEEN], lines[MET]
-    for j in range(n):
-        place[j] = seen[j] = -1
     for c in range(F.shape[0]):
-        place[joints[c]] = c
         for i in range(F.shape[1]):
             F[c, i] = 0.0
-    for loop in range(ends.shape[0]):
-        count, turned = _ways(parent, ends[loop, 0], ends[loop, 1], seen, loop, met)
-        for m in range(count):
-            c, sign = place[met[m]], -1.0 if m < turned else 1.0
-            if c >= 0:
-                for i in range(dim):
-                    F[c, row[loop] - top[c] + i] = sign * screws[met[m], i]
-    for relation in range(mimics.shape[0]):
-        i = row[ends.shape[0] + relation]
-        for c in range(F.shape[0]):
-            if mimics[relation, joints[c]] != 0.0:
-                F[c, i - top[c]] = mimics[relation, joints[c]]
+    for e in range(lines[COUNT, ENTRIES]):
+        c, at, j, sign = lines[COLUMN, e], lines[PLACE, e], lines[MEMBER, e], lines[SIGN, e]
+        if e >= lines[COUNT, IN_LOOPS]:
+            F[c, at] = mimics[sign, j]
+            continue
+        for i in range(screws.shape[1]):
+            F[c, at + i] = sign * screws[j, i]
 
 
 @kernel(borrows=True)
@@ -243,12 +200,17 @@ def factor(F, lines, diagonal):
                 y[i] += dot * x[i]
 
 
-@kernel
-def pivots(parent, screws, ends, mimics, dependent):
-    """Distances of the columns of the loop matrix from those before them, with signs."""
-    lines, F, _ = profile(parent, ends, mimics, dependent, screws.shape[1])
-    diagonal = np.empty(dependent.size)
-    fill(parent, screws, ends, mimics, lines, F)
+def pivots(screws: Array, mimics: Array, lines: IntArray, count: int) -> Array:
+    """Distances of the columns of the loop matrix from those before them, with signs.
+
+    Args:
+        screws: joint screws.
+        mimics: relations.
+        lines: the profile.
+        count: how many columns there are.
+    """
+    F, diagonal = np.empty((count, lines[COUNT, HEIGHT])), np.empty(count)
+    fill(screws, mimics, lines, F)
     factor(F, lines, diagonal)
     return diagonal
 

@@ -12,11 +12,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import frozen
 from kinematics.chain import arrange, plane_normal
 from kinematics.components import component, components
 from kinematics.fitting import CLOSED, LARGEST, fit_axes
 from kinematics.freedom import DEPENDENT
-from kinematics.linkage import Draft, Joint, Notice, frozen
+from kinematics.linkage import Draft, Joint, Notice
 
 __all__ = ["has_near_zero_singular_values", "repair_axes", "repair_part"]
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics import closing
+from kinematics.arrays import Chain
 from kinematics.chain import arrange, move
 from kinematics.closure import Series, expand, loop_matrix
 from kinematics.components import Component, components
@@ -26,7 +27,7 @@ from kinematics.freedom import (
     nullity,
     onward,
 )
-from kinematics.linkage import Chain, Draft, Notice
+from kinematics.linkage import Draft, Notice
 from kinematics.mobility import ORDERS, Local, examine
 from kinematics.placement import Pose, follow
 from kinematics.turns import within_turn

@@ -12,11 +12,12 @@ from dataclasses import fields, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.arrays import frozen
 from kinematics.assembly import assemble
 from kinematics.chain import arrange, move
 from kinematics.closure import expand
 from kinematics.errors import BodyError, CoordinateError
-from kinematics.linkage import GROUND, Draft, Joint, Linkage, Loop, Place, frozen, names
+from kinematics.linkage import GROUND, Draft, Joint, Linkage, Loop, Place, names
 from kinematics.screws import prismatic, revolute
 
 __all__ = ["DIRECTIONS", "coordinates_of", "tool"]

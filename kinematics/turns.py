@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.linkage import IntArray, Joint
+from kinematics.arrays import IntArray
+from kinematics.linkage import Joint
 
 __all__ = ["measured", "unit", "within_turn"]
 

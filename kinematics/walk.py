@@ -8,9 +8,9 @@ from itertools import cycle
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain
 from kinematics.chain import move
 from kinematics.closure import Series, expand, expand_from
-from kinematics.linkage import Chain
 from kinematics.placement import Pose, follow
 
 __all__ = ["walk", "wander"]

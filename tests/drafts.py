@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from laws import point_masses, sums, unit_vector
 
-from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, frozen
+from kinematics.arrays import frozen
+from kinematics.linkage import GROUND, Body, Draft, Joint, Loop
 
 __all__ = ["Edge", "axis_edge", "linked", "planar_edge", "spatial_edge"]
 

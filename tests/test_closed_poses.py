@@ -16,8 +16,8 @@ import kinematics
 from balance import certify, design_space
 from balance.cli import main
 from balance.exact.ranks import exact_ranks
+from kinematics.arrays import frozen
 from kinematics.errors import ExactError, FileError
-from kinematics.linkage import frozen
 from kinematics.rational import dot
 from kinematics.rational_pose import rotation
 from kinematics.reader.geometry import exact_geometry

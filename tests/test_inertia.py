@@ -17,7 +17,7 @@ from balance.inertia import (
     parameter_labels,
     to_chain,
 )
-from kinematics.linkage import Frame
+from kinematics.arrays import Frame
 
 RNG_RUNS = range(20)
 

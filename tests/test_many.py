@@ -13,9 +13,10 @@ import balance
 from balance.bodies import in_link_frames
 from balance.spaces.geometries import CHUNK
 from kinematics import load
+from kinematics.arrays import frozen
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
-from kinematics.linkage import Mimic, frozen
+from kinematics.linkage import Mimic
 
 
 def four_bars(count, seed):

@@ -10,8 +10,8 @@ import kinematics
 from balance import design_space
 from balance.momentum import RegressorSeries
 from balance.spaces import nearness
+from kinematics.arrays import frozen
 from kinematics.closure import expand
-from kinematics.linkage import frozen
 from kinematics.placement import radius
 
 STEP = 2e-7

@@ -174,7 +174,7 @@ def borrowed(module: ast.Module) -> Iterator[tuple[str, str]]:
         node
         for node in ast.walk(module)
         if isinstance(node, ast.FunctionDef)
-        and any(ast.unparse(mark) == "kernel" for mark in node.decorator_list)
+        and any(re.match(r"kernel\b", ast.unparse(mark)) for mark in node.decorator_list)
     ]
     while pending:
         node = pending.pop()

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.linalg import qr
 
+from kinematics.arrays import Chain, Frame, frozen
 from kinematics.closure import expand, loop_matrix
-from kinematics.linkage import Chain, Frame, frozen
-from kinematics.profile import JOINT, ROW, profile
+from kinematics.profile import COUNT, HEIGHT, JOINT, ROW, ROWS, profile
 
 
 def row(loops, seed, mimics=0):
@@ -63,10 +63,10 @@ def test_the_profile_is_as_wide_for_many_loops_as_for_few():
     for loops in (20, 160):
         chain = row(loops, seed=1)
         dependent = np.setdiff1d(np.arange(chain.parent.size), np.arange(0, 4 * loops + 1, 4))
-        lines, room, rows = profile(chain.parent, chain.ends, chain.mimics, dependent, 3)
+        lines = profile(chain.parent, chain.ends, chain.mimics, dependent, 3)
         first, joints = lines[ROW, :loops], lines[JOINT, : dependent.size]
-        assert rows == 3 * loops
+        assert lines[COUNT, ROWS] == 3 * loops
         assert sorted(first.tolist()) == list(range(0, 3 * loops, 3))
         assert sorted(joints.tolist()) == dependent.tolist()
-        widths.append(room.shape[1])
+        widths.append(lines[COUNT, HEIGHT])
     assert widths[1] <= widths[0] < 40

@@ -13,9 +13,9 @@ from urdf_text import about, along, joint, link, loop, saved
 
 import kinematics
 from balance import design_space
+from kinematics.arrays import frozen
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError, MobilityError, OpenLoopError
-from kinematics.linkage import frozen
 from kinematics.reader import urdf
 from kinematics.screws import Ad
 

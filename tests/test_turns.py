@@ -10,7 +10,8 @@ from laws import altered, posed
 
 import kinematics
 from balance.cli import main
-from kinematics.linkage import Joint, frozen
+from kinematics.arrays import frozen
+from kinematics.linkage import Joint
 from kinematics.turns import measured, unit, within_turn
 
 JOINTS = [

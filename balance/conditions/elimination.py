@@ -6,27 +6,21 @@ the spirit of T. F. Chan, 1987). What counts as round-off is for the caller to s
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
+from numpy.typing import NDArray
 
 from kinematics.kernels import kernel
 from kinematics.lanes import LANES, load, spread, store
 
 __all__ = [
-    "FLOOR",
-    "MARGIN",
-    "absorb",
-    "absorbed",
-    "factor_of",
-    "follows",
-    "gather",
-    "implied",
-    "others",
-    "room_for",
-    "round_off",
-    "smallest_pivot",
-    "take",
-    "take_factor",
-]
+    "FLOOR", "MARGIN", "absorb", "absorbed", "anew", "follows", "gather", "implied",
+    "put_factor", "room_for", "round_off", "smallest_pivot", "take", "take_factor",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 # Round-off of a regressor, relative to its largest singular value: measured values lie
 # below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
@@ -37,20 +31,18 @@ MARGIN = 1e3
 ROUNDING = 2.0**-46
 
 
-@kernel(borrows=True)
-def round_off(origin, length):
+def round_off(origin: Array, length: float) -> float:
     """Relative size of what counts as round-off in a frame with this origin and length.
 
     Coordinates of a linkage far from the origin of its file are rounded accordingly.
     """
-    square = 0.0
-    for i in range(3):
-        square += (origin[i] / length) ** 2
-    return max(FLOOR, 2.0**-44 * np.sqrt(square))
+    x, y, z = origin.tolist()
+    return max(
+        FLOOR, 2.0**-44 * sqrt((x / length) ** 2 + (y / length) ** 2 + (z / length) ** 2)
+    )
 
 
-@kernel
-def room_for(p, m):
+def room_for(p: int, m: int) -> Array:
     """Room for a factor of p unknowns, m rows to be absorbed, and a row of work."""
     return np.empty((p + m + 1, -(-p // LANES) * LANES))
 
@@ -65,14 +57,12 @@ def take_factor(R, permutation, F):
             F[i, j] = 0.0
 
 
-@kernel
-def factor_of(F, permutation, rank):
-    """The factor (rank, columns) with its columns in their own order."""
-    R = np.empty((rank, permutation.size))
+@kernel(borrows=True)
+def put_factor(F, permutation, rank, R):
+    """Put the factor, with its columns in their own order, into the head of R."""
     for i in range(rank):
         for j in range(permutation.size):
             R[i, permutation[j]] = F[i, j]
-    return R
 
 
 @kernel(borrows=True)
@@ -224,8 +214,8 @@ def implied(F, permutation, rank, rows, columns, weight, floor, scale):
 
 @kernel(borrows=True)
 def gather(
-    F, permutation, rank, scale, dropped, rows, columns, per_ray, width, first, radius, fresh,
-    stop, floor, ranks,
+    F, permutation, rank, scale, dropped, rows, count, columns, per_ray, width, first, radius,
+    fresh, stop, floor, ranks,
 ):  # fmt: skip
     """Absorb the rows of consecutive orders, along as many rays as it takes.
 
@@ -240,7 +230,8 @@ def gather(
         rank: its rows.
         scale: its largest pivot.
         dropped: the largest remainder that was cut off.
-        rows: shape (orders, rays * per_ray, parameters).
+        rows: shape (orders, ≥ rays * per_ray, parameters).
+        count: rows of all rays.
         columns: the parameters that the columns of the factor stand for.
         per_ray: rows of each ray.
         width: number of coordinates.
@@ -256,8 +247,7 @@ def gather(
         The rank, largest pivot and largest remainder; how many orders were gathered; whether
         it is settled that they are all there are, and whether there were enough rays.
     """
-    orders, count, _ = rows.shape
-    p = columns.size
+    orders, p = rows.shape[0], columns.size
     settled = False
     done = 0
     for k in range(orders):
@@ -292,22 +282,36 @@ def gather(
     return rank, scale, dropped, done, settled, True
 
 
-@kernel
-def others(permutation, known):
-    """Entries of a permutation after the first ``known`` ones, ascending."""
-    place = np.empty(permutation.size, np.int64)
-    for k in range(permutation.size):
-        place[permutation[k]] = k
-    left, count = np.empty(permutation.size - known, np.int64), 0
-    for j in range(permutation.size):
-        if place[j] >= known:
-            left[count] = j
-            count += 1
-    return left
+@kernel(borrows=True)
+def anew(R, rows, columns, floor, scale, F, order, out):
+    """Factor a factor R and rows, all pivots chosen anew; see `absorbed`.
+
+    Args:
+        R: the factor.
+        rows: the rows.
+        columns: the parameters that the columns of the factor stand for.
+        floor: relative size of round-off.
+        scale: largest pivot so far.
+        F: room as from `room_for`.
+        order: takes the order in which columns are eliminated.
+        out: takes the factor, with its columns in their own order.
+
+    Returns:
+        The rank, the largest pivot, and the norm of what was cut off.
+    """
+    old, end = R.shape[0], R.shape[0] + rows.shape[0]
+    for j in range(order.size):
+        order[j] = j
+    take_factor(R, order, F)
+    take(F, order, old, rows, columns, 1.0)
+    rank, scale, remainder = absorb(F, order, 0, end, floor, scale)
+    put_factor(F, order, rank, out)
+    return rank, scale, remainder
 
 
-@kernel
-def absorbed(R, rows, columns, floor, scale):
+def absorbed(
+    R: Array, rows: Array, columns: IntArray, floor: float, scale: float
+) -> tuple[Array, IntArray, float, float]:
     """The factor of a factor R and of rows, all pivots chosen anew.
 
     A factor that is only ever updated reveals the rank less and less well.
@@ -316,20 +320,20 @@ def absorbed(R, rows, columns, floor, scale):
         The factor with its columns in their own order, the order in which they were
         eliminated, the largest pivot, and the norm of what was cut off.
     """
-    old, order = R.shape[0], np.arange(columns.size)
-    F = room_for(columns.size, old + rows.shape[0])
-    take_factor(R, order, F)
-    take(F, order, old, rows, columns, 1.0)
-    rank, scale, remainder = absorb(F, order, 0, old + rows.shape[0], floor, scale)
-    return factor_of(F, order, rank), order, scale, remainder
+    p = columns.size
+    F, order, out = room_for(p, len(R) + len(rows)), np.empty(p, np.int64), np.empty((p, p))
+    rank, scale, remainder = anew(R, rows, columns, floor, scale, F, order, out)
+    return out[:rank], order, scale, remainder
 
 
-@kernel
-def follows(R, permutation, rows, columns, floor, scale):
+def follows(
+    R: Array, permutation: IntArray, rows: Array, columns: IntArray, floor: float, scale: float
+) -> bool:
     """Whether rows follow from a factor with its columns in their own order."""
     F = room_for(columns.size, 0)
     take_factor(R, permutation, F)
-    return implied(F, permutation, R.shape[0], rows, columns, 1.0, floor, scale)
+    found: bool = implied(F, permutation, len(R), rows, columns, 1.0, floor, scale)
+    return found
 
 
 @kernel(borrows=True)

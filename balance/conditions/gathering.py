@@ -19,8 +19,8 @@ from balance.conditions.elimination import round_off
 from balance.conditions.orders import FAR, FIRST, NEAR, along_rays, generic
 from balance.conditions.rank import Conditions
 from balance.momentum import rows_at, rows_per_column
+from kinematics.arrays import Chain
 from kinematics.errors import MobilityError
-from kinematics.linkage import Chain
 from kinematics.walk import wander
 
 __all__ = ["Gathered", "add_poses", "floor_of", "gather_conditions"]
@@ -51,7 +51,7 @@ class Gathered(NamedTuple):
 
 def floor_of(chain: Chain) -> float:
     """Relative size of what counts as round-off in the frame of a chain."""
-    return float(round_off(chain.frame.origin, chain.frame.length))
+    return round_off(chain.frame.origin, chain.frame.length)
 
 
 def gather_conditions(

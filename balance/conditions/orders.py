@@ -6,20 +6,39 @@ leaving the compiled code, for one linkage or for many of one topology.
 
 from __future__ import annotations
 
+from functools import cache
+from math import cos, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.elimination import factor_of, gather, implied, room_for, take_factor
+from balance.conditions.elimination import (
+    gather,
+    implied,
+    put_factor,
+    room_for,
+    take_factor,
+)
 from balance.conditions.rank import Conditions
-from balance.momentum import parameters_per_body, regressor, room, rows_per_column
-from kinematics.closure import series
+from balance.momentum import (
+    moments_room,
+    parameters_per_body,
+    planar_regressor,
+    rows_per_column,
+    spatial_regressor,
+)
+from kinematics.arrays import Chain, frozen
+from kinematics.closure import planar_series, room, spatial_series
+from kinematics.displacement import place
 from kinematics.kernels import kernel
-from kinematics.linkage import Chain
-from kinematics.placement import follow_series, rates_along, series_radius
+from kinematics.lanes import LANES
+from kinematics.placement import follow_series, radius_along, step_room
 
-__all__ = ["FAR", "FIRST", "NEAR", "Stage", "along_rays", "generic", "stage"]
+__all__ = [
+    "FAR", "FIRST", "NEAR", "Stage", "along_rays", "generic", "planar_stage", "spatial_stage",
+    "stage_room",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -32,126 +51,184 @@ NEAR = 1e-2
 FAR = 4
 
 
-@kernel
-def generic(begin, end, width):
+@cache
+def generic(begin: int, end: int, width: int) -> Array:
     """Unit directions of a fixed sequence without special relations; (count, width)."""
-    directions = np.ones((end - begin, width))
-    if width > 1:
-        for i in range(begin, end):
-            size = 0.0
-            for w in range(width):
-                directions[i - begin, w] = np.cos((i * width + w + 1.0) ** 2)
-                size += directions[i - begin, w] ** 2
-            for w in range(width):
-                directions[i - begin, w] /= np.sqrt(size)
-    return directions
+    if width == 1:
+        return frozen(np.ones((end - begin, 1)))
+    directions = []
+    for i in range(begin, end):
+        ray = [cos((i * width + w + 1.0) ** 2) for w in range(width)]
+        size = sqrt(sum(x * x for x in ray))
+        directions.append([x / size for x in ray])
+    return frozen(np.reshape(directions, (end - begin, width)))
 
 
-@kernel
-def _fresh_rows(
-    parent, screws, ends, mimics, dependent, columns, moves, links, C, per, size, steps,
-):  # fmt: skip
-    """Rows at a finite pose, in a direction of its own; none if no pose is found.
+def _stage_kernel(dim):
+    """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
-    A step is within the radius of convergence, where a condition of high order that is
-    still missing may be too small to see: then several are needed. With one coordinate the
-    series C at the reference pose predicts the first step.
-    """
-    n, dim = screws.shape
-    width = columns.shape[1]
-    m = 4 if dim == 6 else 3
-    ray = generic(100, 101, width)
-    q, s, H = np.zeros(n), screws, np.empty((0, m, m))
-    order = min(FIRST, C.shape[1] - 1)
-    for step in range(steps):
-        if step > 0 or width > 1:
-            C = series(parent, s, ends, mimics, dependent, columns, moves, ray, order)[0]
-        ahead, carried = np.empty((n, m, m)), np.empty((n, dim))
-        q, length = follow_series(
-            parent, screws, ends, mimics, dependent, q, C[-1], ray[0], np.inf, ahead, carried
-        )
-        if length == 0.0:
-            break
-        s, H = carried, ahead
-    if H.shape[0] == 0:
-        return np.empty((0, links.size * size))
-    X = np.zeros((1, 1, width, per, links.size * size))
-    still = np.zeros((1, width))
-    _, V, T, _ = series(parent, s, ends, mimics, dependent, columns, moves, still, 0)
-    regressor(0, 0, H, links, moves, V, T, room(V, links, moves), X)
-    return X.reshape((width * per, links.size * size))
+    @kernel(borrows=True)
+    def stage(
+        chain, links, rays, goal, stop, steps, R, permutation, scale, dropped, unknowns, floor,
+        done, found, order, out, rooms,
+    ):  # fmt: skip
+        """The orders up to ``goal``, of which as many as done are known.
 
+        A step to a fresh pose is within the radius of convergence, where a condition of high
+        order that is still missing may be too small to see: then several are needed. With
+        one coordinate the series at the reference pose predicts the first step.
 
-@kernel
-def _rates(C, ray):
-    """Radius of convergence along a ray, and the rate of the slowest joint over the fastest."""
-    rates = np.empty(C.shape[:2])
-    rates_along(C, ray, rates)
-    least, largest = np.inf, 0.0
-    for j in range(rates.shape[1]):
-        least, largest = min(least, abs(rates[0, j])), max(largest, abs(rates[0, j]))
-    return series_radius(rates), least / largest
+        Args:
+            chain: arrays of the chain, as `Chain.walked`.
+            links: link of each body.
+            rays: directions (count, width).
+            goal: the highest order.
+            stop: whether to stop at the order that needs no other.
+            steps: how many to the fresh pose.
+            R: the factor of the conditions of lower orders; then, see `absorb`,
+            permutation: its permutation,
+            scale: its largest pivot,
+            dropped: and the largest remainder that was cut off.
+            unknowns: the parameters that its columns stand for.
+            floor: relative size of round-off.
+            done: orders that are known.
+            found: the rank after each order; those done are known.
+            order: takes the permutation.
+            out: takes the factor.
+            rooms: as from `stage_room`.
 
-
-@kernel
-def stage(
-    parent, screws, ends, mimics, dependent, columns, moves, links, rays, per, size,
-    goal, stop, steps, R, permutation, scale, dropped, unknowns, floor, ranks,
-):  # fmt: skip
-    """The orders up to ``goal``, of which those of ``ranks`` are known.
-
-    Returns:
-        The factor, its permutation, its largest pivot and largest remainder; the rank after
-        each order; whether they are settled; the radius of convergence; the mismatch of the
-        loops; the rate of the slowest joint, relative to the fastest; whether there were
-        enough rays, and whether a finite pose was found.
-    """
-    width, parameters = columns.shape[1], links.size * size
-    H = np.empty((0, 4, 4)) if screws.shape[1] == 6 else np.empty((0, 3, 3))
-    fresh = np.empty((0, parameters))
-    found = np.zeros(goal + 1, np.int64)
-    done = ranks.size
-    for k in range(done):
-        found[k] = ranks[k]
-    rank, order = R.shape[0], permutation.copy()
-    F = room_for(unknowns.size, rays.shape[0] * width * per)
-    take_factor(R, order, F)
-    settled, enough, placed = False, True, True
-    reach = slowest = mismatch = 1.0
-    # With several coordinates the last order costs most, and is needed least.
-    for upto in range(goal - 1 if stop and width > 1 else goal, goal + 1):
-        if settled or not (enough and placed):
-            break
-        C, V, T, open = series(
-            parent, screws, ends, mimics, dependent, columns, moves, rays,
-            upto if stop else max(upto, FIRST),
-        )  # fmt: skip
-        mismatch = 0.0
-        for k in range(open.size):
-            mismatch = max(mismatch, open[k])
-        reach, slowest = _rates(C[0], rays[0])
-        X = np.zeros((upto + 1, rays.shape[0], width, per, parameters))
-        regressor(0, upto, H, links, moves, V, T, room(V, links, moves), X)
-        rows = X.reshape((upto + 1, rays.shape[0] * width * per, parameters))
-        while enough and placed and not settled and done <= upto:
-            rank, scale, dropped, more, settled, enough = gather(
-                F, order, rank, scale, dropped, rows[done:], unknowns, width * per, width, done,
-                reach, fresh, stop, floor, found[done:],
-            )  # fmt: skip
-            done += more
-            stalled = done > 1 and found[done - 1] == found[done - 2]
-            if enough and not settled and fresh.shape[0] == 0 and (stalled or upto == goal):
-                fresh = _fresh_rows(
-                    parent, screws, ends, mimics, dependent, columns, moves, links, C, per,
-                    size, steps,
-                )  # fmt: skip
-                placed = fresh.shape[0] > 0
-                settled = placed and implied(
-                    F, order, rank, fresh, unknowns, 1.0, floor, scale
+        Returns:
+            The rank, the largest pivot and largest remainder; how many orders are done;
+            whether they are settled; the radius of convergence; the mismatch of the loops;
+            the rate of the slowest joint, relative to the fastest; whether there were enough
+            rays, and whether a finite pose was found.
+        """
+        flat, room, (H, N, X, rows), near, (H1, N1, X1, rows1), step_room, poses = rooms
+        parent, screws, _, _, columns, moves, _ = chain
+        start, q, pose, carried, none, ray = poses
+        _, _, _, V, C, T, residual = room
+        count, width, per = rays.shape[0], columns.shape[1], X.shape[3]
+        m, rank = count * width * per, R.shape[0]
+        for k in range(permutation.size):
+            order[k] = permutation[k]
+        p = unknowns.size
+        lanes = -(-p // LANES) * LANES
+        F = flat[: (p + m + 1) * lanes].reshape((p + m + 1, lanes))
+        take_factor(R, order, F)
+        settled, enough, placed, fresh = False, True, True, rows[0, :0]
+        reach = slowest = mismatch = 1.0
+        begin = 0
+        # With several coordinates the last order costs most, and is needed least.
+        for upto in range(goal - 1 if stop and width > 1 else goal, goal + 1):
+            if settled or not (enough and placed):
+                break
+            top = upto if stop else max(upto, FIRST)
+            here, turned = V[:count], T[:count]
+            for k in range(begin, upto + 1):
+                for i in range(m):
+                    for j in range(rows.shape[2]):
+                        rows[k, i, j] = 0.0
+            if dim == 3:
+                planar_series(begin, top, chain, screws, rays, room)
+                planar_regressor(begin, upto, none, links, moves, here, turned, H, N, X[begin:])
+            else:
+                spatial_series(begin, top, chain, screws, rays, room)
+                spatial_regressor(
+                    begin, upto, none, links, moves, here, turned, H, N, X[begin:]
                 )
-    settled = settled and enough and placed
-    return (factor_of(F, order, rank), order, scale, dropped, found[:done].copy(), settled,
-            reach, mismatch, slowest, enough, placed)  # fmt: skip
+            begin = upto + 1
+            mismatch = 0.0
+            for k in range(top + 1):
+                mismatch = max(mismatch, residual[k])
+            rates = step_room[2]
+            reach = radius_along(C[0, : top + 1], rays[0], rates)
+            least, largest = np.inf, 0.0
+            for j in range(parent.size):
+                rate = abs(rates[0, j])
+                least, largest = min(least, rate), max(largest, rate)
+            slowest = least / largest
+            while enough and placed and not settled and done <= upto:
+                rank, scale, dropped, more, settled, enough = gather(
+                    F, order, rank, scale, dropped, rows[done : upto + 1], m, unknowns,
+                    width * per, width, done, reach, fresh, stop, floor, found[done:],
+                )  # fmt: skip
+                done += more
+                stalled = done > 1 and found[done - 1] == found[done - 2]
+                if not enough or settled or fresh.shape[0] > 0:
+                    continue
+                if not stalled and upto < goal:
+                    continue
+                placed, s = False, screws
+                for j in range(parent.size):
+                    start[j] = 0.0
+                for step in range(steps):
+                    if step == 0 and width == 1:
+                        ahead = C[count - 1, : top + 1]
+                    else:
+                        last = min(FIRST, top)
+                        if dim == 3:
+                            planar_series(0, last, chain, s, ray, near)
+                        else:
+                            spatial_series(0, last, chain, s, ray, near)
+                        ahead = near[4][0, : last + 1]
+                    length = follow_series(
+                        chain, start, ahead, ray[0], np.inf, q, pose, carried, step_room
+                    )
+                    if length == 0.0:
+                        if placed:
+                            place(parent, screws, start, pose, carried, step_room[3][0])
+                        break
+                    placed, s = True, carried
+                    for j in range(parent.size):
+                        start[j] = q[j]
+                if not placed:
+                    continue
+                fresh = rows1[0]
+                for i in range(fresh.shape[0]):
+                    for j in range(fresh.shape[1]):
+                        fresh[i, j] = 0.0
+                if dim == 3:
+                    planar_series(0, 0, chain, s, ray, near)
+                    planar_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
+                else:
+                    spatial_series(0, 0, chain, s, ray, near)
+                    spatial_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
+                settled = implied(F, order, rank, fresh, unknowns, 1.0, floor, scale)
+        put_factor(F, order, rank, out)
+        settled = settled and enough and placed
+        return (
+            rank, scale, dropped, done, settled, reach, mismatch, slowest, enough, placed
+        )  # fmt: skip
+
+    return stage
+
+
+spatial_stage, planar_stage = _stage_kernel(6), _stage_kernel(3)
+
+
+def stage_room(
+    chain: Chain, rays: int, goal: int, per: int, size: int, unknowns: int
+) -> tuple[object, ...]:
+    """Room for a stage.
+
+    Args:
+        chain: the linkage.
+        rays: how many at most.
+        goal: the highest order.
+        per: momentum components of each column.
+        size: parameters of each body.
+        unknowns: columns of the factor.
+    """
+    n, m = chain.parent.size, 3 if chain.planar else 4
+    series, near = room(chain, rays, max(goal, FIRST)), room(chain, 1, FIRST)
+    moments = moments_room(series[3][:, : goal + 1], chain.links, chain.moves, per, size)
+    fresh = moments_room(near[3][:, :1], chain.links, chain.moves, per, size)
+    ahead = (
+        np.empty(n), np.empty(n), np.empty((n, m, m)), np.empty(chain.screws.shape),
+        np.empty((0, m, m)), generic(100, 101, chain.width),
+    )  # fmt: skip
+    flat = room_for(unknowns, rays * chain.width * per).ravel()
+    return flat, series, moments, near, fresh, step_room(chain, max(goal, FIRST) + 1), ahead
 
 
 class Stage(NamedTuple):
@@ -189,12 +266,21 @@ def along_rays(
         goal: the highest order.
         stop: whether to stop at the order that needs no other.
     """
-    R, permutation, scale, dropped, found, settled, reach, _, _, enough, placed = stage(
-        chain.parent, chain.screws, chain.ends, chain.mimics, chain.dependent, chain.columns,
-        chain.moves, chain.links, rays, rows_per_column(chain.planar, force),
-        parameters_per_body(chain.planar, force), goal, stop, 1 if goal == FIRST else FAR,
+    per, size = rows_per_column(chain.planar, force), parameters_per_body(chain.planar, force)
+    unknowns, done = conditions.columns.size, ranks.size
+    found, order = np.zeros(goal + 1, np.int64), np.empty(unknowns, np.int64)
+    found[:done] = ranks
+    out = np.empty((unknowns, unknowns))
+    shape = len(rays), goal, per, size, unknowns
+    rooms = chain.borrow(shape, lambda: stage_room(chain, *shape))
+    stage = planar_stage if chain.planar else spatial_stage
+    rank, scale, dropped, done, settled, reach, _, _, enough, placed = stage(
+        chain.walked, chain.links, rays, goal, stop, 1 if goal == FIRST else FAR,
         conditions.factor, conditions.permutation, conditions.scale, conditions.dropped,
-        conditions.columns, conditions.floor, ranks,
+        conditions.columns, conditions.floor, done, found, order, out, rooms,
     )  # fmt: skip
-    more = conditions._replace(factor=R, permutation=permutation, scale=scale, dropped=dropped)
-    return Stage(more, found, settled, reach, enough, placed)
+    chain.give_back(shape, rooms)
+    more = conditions._replace(
+        factor=out[:rank], permutation=order, scale=scale, dropped=dropped
+    )
+    return Stage(more, found[:done], settled, reach, enough, placed)

@@ -20,11 +20,10 @@ from balance.conditions.elimination import (
     MARGIN,
     absorbed,
     follows,
-    others,
     smallest_pivot,
 )
 from balance.conditions.solutions import extend, solutions
-from kinematics.linkage import frozen
+from kinematics.arrays import frozen
 
 __all__ = ["Conditions", "Decision", "decompose"]
 
@@ -71,7 +70,8 @@ class Conditions(NamedTuple):
             np.empty((0, count)), known, np.arange(count), floor, 1.0
         )
         s = len(factor)
-        columns = others(permutation, s)
+        columns = permutation[s:].copy()
+        columns.sort()
         empty = np.empty((0, columns.size))
         return cls(empty, np.arange(columns.size), columns, factor, permutation[:s], floor)
 
@@ -94,7 +94,7 @@ class Conditions(NamedTuple):
     @property
     def rows(self) -> Array:
         """The conditions on all unknowns (rank, unknowns); known solutions fulfil them."""
-        return np.asarray(extend(self.known, self.without, self.factor, self.columns))
+        return extend(self.known, self.without, self.factor, self.columns)
 
     def and_also(self, rows: Array) -> Conditions:
         """These conditions and those in ``rows`` (any leading shape, unknowns last)."""

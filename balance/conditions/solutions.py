@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinematics.kernels import kernel
 
-__all__ = ["extend", "null_space", "solutions"]
+__all__ = ["extend", "null_space", "put_solutions", "solutions"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 # Entries of orthonormal vectors that are smaller are round-off.
 NOTHING = 2.0**-48
@@ -104,34 +108,26 @@ def orthonormal(rows, count, n):
             x[j] /= np.sqrt(size)
 
 
-@kernel
-def extend(known, without, factor, columns):
+def extend(known: Array, without: IntArray, factor: Array, columns: IntArray) -> Array:
     """Rows of a factor, written for all unknowns so that every row of ``known`` solves them.
 
     The head of ``known``, its columns ``without``, is upper triangular.
     """
-    s, count = known.shape
-    rows = np.zeros((factor.shape[0], count))
-    for r in range(factor.shape[0]):
-        for j in range(columns.size):
-            rows[r, columns[j]] = factor[r, j]
-        for k in range(s - 1, -1, -1):
-            total = 0.0
-            for j in range(count):
-                total += known[k, j] * rows[r, j]
-            rows[r, without[k]] = -total / known[k, without[k]]
+    rows = np.zeros((len(factor), known.shape[1]))
+    rows[:, columns] = factor
+    for k in range(len(known) - 1, -1, -1):
+        rows[:, without[k]] = -(rows @ known[k]) / known[k, without[k]]
     return rows
 
 
-@kernel
-def solutions(known, factor, permutation, columns):
-    """Orthonormal solutions as rows: those known, and then the others that a factor leaves."""
+@kernel(borrows=True)
+def put_solutions(known, factor, permutation, columns, out):
+    """Put orthonormal solutions into the rows of ``out``; see `solutions`."""
     s, count = known.shape
-    rank, p = factor.shape
-    out = np.zeros((s + p - rank, count))
-    for i in range(s):
+    rank, p = factor.shape[0], permutation.size
+    for i in range(out.shape[0]):
         for j in range(count):
-            out[i, j] = known[i, j]
+            out[i, j] = known[i, j] if i < s else 0.0
     for free in range(rank, p):
         x = out[s + free - rank]
         x[columns[permutation[free]]] = 1.0
@@ -145,4 +141,11 @@ def solutions(known, factor, permutation, columns):
         for j in range(count):
             if abs(out[i, j]) < NOTHING:
                 out[i, j] = 0.0
+
+
+def solutions(known: Array, factor: Array, permutation: IntArray, columns: IntArray) -> Array:
+    """Orthonormal solutions as rows: those known, and then the others that a factor leaves."""
+    rank, p = factor.shape
+    out = np.empty((len(known) + p - rank, known.shape[1]))
+    put_solutions(known, factor, permutation, columns, out)
     return out

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from balance.designs.conic import TRIANGLES, Part
 from balance.inertia import pseudo_inertia
 from balance.spaces.space import DesignSpace
+from kinematics.arrays import Frame
 from kinematics.inertial import from_pseudo_inertia
-from kinematics.linkage import Frame
 
 __all__ = ["Cone", "cone_of", "counted", "from_si", "given", "matrices_of", "to_si"]
 

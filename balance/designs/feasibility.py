@@ -28,8 +28,8 @@ from balance.designs.limits import reach
 from balance.designs.restriction import Program, Restriction, program
 from balance.designs.verdicts import TOO_NARROW, UNSETTLED, clashing
 from balance.spaces.space import DesignSpace
+from kinematics.arrays import frozen
 from kinematics.inertial import from_pseudo_inertia
-from kinematics.linkage import frozen
 from kinematics.wording import checked, paragraph
 
 __all__ = [

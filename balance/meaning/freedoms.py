@@ -20,7 +20,7 @@ from balance.meaning.sites import Described
 from balance.meaning.sparse import Search
 from balance.meaning.vocabulary import Term, in_words, simple, vectors, vocabulary
 from balance.transfers.partition import Transfer
-from kinematics.linkage import frozen
+from kinematics.arrays import frozen
 from kinematics.wording import paragraph
 
 __all__ = ["Freedom", "parallel_freedoms", "summary", "transfer_freedoms"]

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.arrays import frozen
 from kinematics.inertial import pseudo_inertia
-from kinematics.linkage import frozen
 from kinematics.wording import vector
 
 __all__ = [

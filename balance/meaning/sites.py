@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.transfers.opening import Transfers
-from kinematics.linkage import Chain, Joint, Linkage
+from kinematics.arrays import Chain
+from kinematics.linkage import Joint, Linkage
 
 __all__ = ["Described", "Direction", "Site", "directions", "distinct", "sites"]
 

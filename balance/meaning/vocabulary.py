@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from balance.inertia import to_chain
 from balance.meaning.multipole import UNITS, Primitive
 from balance.meaning.sites import Described, Direction, Site, directions, distinct, sites
-from kinematics.linkage import Frame
+from kinematics.arrays import Frame
 
 __all__ = ["Term", "in_words", "simple", "vectors", "vocabulary"]
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum import RegressorSeries
+from kinematics.arrays import IntArray, frozen
 from kinematics.closure import expand
-from kinematics.linkage import IntArray, frozen
 from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.pose import si_chain

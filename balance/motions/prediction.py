@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.arrays import IntArray, frozen
 from kinematics.errors import PoseError, UnreachedError
-from kinematics.linkage import IntArray, Notice, frozen
+from kinematics.linkage import Notice
 from kinematics.turns import unit, within_turn
 from kinematics.wording import counted, paragraph, vector
 

@@ -23,8 +23,8 @@ from balance.exact.serial import ExactTransfer
 from balance.inertia import basis_from_chain, to_chain
 from balance.spaces.space import DesignSpace
 from balance.transfers.opening import Transfers, transfers
+from kinematics.arrays import Chain, Frame, frozen
 from kinematics.assembly import moving_chain
-from kinematics.linkage import Chain, Frame, frozen
 from kinematics.rational import combination, dot
 
 __all__ = ["Evidence", "correct", "exact_orders", "with_idle_joints", "with_more_poses"]

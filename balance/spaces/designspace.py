@@ -16,9 +16,10 @@ from balance.conditions.rank import Decision
 from balance.inertia import basis_from_chain
 from balance.spaces.space import DesignSpace
 from balance.transfers.opening import Transfers, transfers
+from kinematics.arrays import Chain, frozen
 from kinematics.assembly import moving_chain
 from kinematics.errors import MobilityError
-from kinematics.linkage import Chain, Linkage, Notice, frozen, names
+from kinematics.linkage import Linkage, Notice, names
 from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 

@@ -19,16 +19,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.answer import Balance
+from balance.conditions.elimination import FLOOR, round_off
 from balance.conditions.orders import generic
 from balance.inertia import displaced, from_chain, to_chain
 from balance.momentum import parameters_per_body, rows_per_column
 from balance.spaces.designspace import design_space
 from balance.spaces.space import DesignSpace
-from balance.spaces.sweep import misfit, place, points_on, sweep
+from balance.spaces.sweep import (
+    misfit,
+    place,
+    planar_sweep,
+    points_on,
+    spatial_sweep,
+    sweep_room,
+)
+from balance.transfers.clusters import parts
 from balance.transfers.opening import transfers
+from kinematics.arrays import Frame, frozen
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
-from kinematics.linkage import Frame, Linkage, frozen
+from kinematics.linkage import Linkage
 from kinematics.models import LinkageLike, as_linkage
 from kinematics.wording import counted, listed, paragraph
 
@@ -205,12 +215,19 @@ class _Work:
             screws, mimics, self.origins[part], self.lengths[part],
         )  # fmt: skip
         screws.flags.writeable = mimics.flags.writeable = False
+        floors = [
+            round_off(origin, length) if length > 0.0 else FLOOR
+            for origin, length in zip(self.origins[part], self.lengths[part], strict=True)
+        ]
+        shape = len(self.rays), len(self.rigid), self.per, self.size
+        sweep = planar_sweep if chain.planar else spatial_sweep
+        rooms = chain.borrow(shape, lambda: sweep_room(chain, *shape))
         sweep(
-            chain.parent, screws, chain.ends, mimics, chain.dependent, chain.columns,
-            chain.moves, chain.links, self.rigid, self.rays, self.fewest, self.per, self.size,
-            self.origins[part], self.lengths[part], self.answers[part], self.kept[part],
-            self.bases[part],
+            chain.walked, chain.once(parts), screws, mimics, chain.links, self.rigid,
+            self.rays, self.fewest, self.per, self.size, np.array(floors), self.lengths[part],
+            self.answers[part], self.kept[part], self.bases[part], rooms,
         )  # fmt: skip
+        chain.give_back(shape, rooms)
 
     def look_twice(self, number: int) -> tuple[str, ...]:
         """Compute one geometry by `design_space`.

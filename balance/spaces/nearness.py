@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from balance.conditions.rank import decompose
 from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
 from balance.spaces.slopes import Slopes
+from kinematics.arrays import Chain
 from kinematics.closure import expand
-from kinematics.linkage import Chain, Linkage
+from kinematics.linkage import Linkage
 from kinematics.placement import radius
 
 __all__ = ["nearest_drop", "rates_of_changes", "spanning_rays"]

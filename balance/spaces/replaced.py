@@ -16,9 +16,9 @@ import numpy as np
 from balance.spaces.designspace import design_space
 from balance.spaces.space import DesignSpace
 from balance.spaces.sweep import points_on
+from kinematics.arrays import frozen
 from kinematics.assembly import assemble
 from kinematics.errors import LinkageError
-from kinematics.linkage import frozen
 from kinematics.reader.geometry import changed_screws
 
 __all__ = ["with_changed_numbers"]

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from balance.conditions.rank import decompose
 from balance.tensors import tensors
+from kinematics.arrays import Chain
 from kinematics.closure import Series, loop_matrix
-from kinematics.linkage import Chain
 
 __all__ = ["Slopes"]
 

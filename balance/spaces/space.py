@@ -20,7 +20,8 @@ from balance.spaces.certainty import Certainty
 from balance.spaces.nearness import nearest_drop
 from balance.transfers.opening import CLEAR, SURE, Transfers
 from balance.transfers.partition import Transfer, by_joint
-from kinematics.linkage import Chain, Linkage, Notice
+from kinematics.arrays import Chain
+from kinematics.linkage import Linkage, Notice
 from kinematics.wording import listed, paragraph
 
 if TYPE_CHECKING:

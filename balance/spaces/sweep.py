@@ -1,18 +1,21 @@
-"""The compiled loop of `balance.spaces.geometries`: one geometry after the other."""
+"""The compiled loop of `balance.spaces.geometries`: one geometry after the other.
+
+Every array is room that belongs to one thread; see `sweep_room`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from balance.conditions.elimination import MARGIN, absorbed, others, round_off, smallest_pivot
-from balance.conditions.orders import FIRST, NEAR, stage
-from balance.conditions.solutions import solutions
-from balance.transfers.clusters import parts
-from balance.transfers.opening import CLEAR, SURE, search
+from balance.conditions.elimination import MARGIN, anew, room_for, smallest_pivot
+from balance.conditions.orders import FIRST, NEAR, planar_stage, spatial_stage, stage_room
+from balance.conditions.solutions import put_solutions
+from balance.transfers.opening import CLEAR, SURE, search_room, walk
+from kinematics.arrays import Chain
 from kinematics.kernels import kernel
-from kinematics.profile import factor, fill, profile
+from kinematics.profile import COUNT, ROWS, factor, fill
 
-__all__ = ["misfit", "place", "points_on", "sweep"]
+__all__ = ["misfit", "place", "planar_sweep", "points_on", "spatial_sweep", "sweep_room"]
 
 # Loops that stay closed to this are those of a linkage that moves.
 CLOSED = 1e-11
@@ -140,9 +143,9 @@ def place(given, near, centres, R, pivots, relations, screws, mimics, origins, l
 
 
 @kernel(borrows=True)
-def _regular(parent, screws, ends, mimics, lines, F, diagonal):
+def _regular(screws, mimics, lines, F, diagonal):
     """Whether the loop matrix determines the dependent joints well."""
-    fill(parent, screws, ends, mimics, lines, F)
+    fill(screws, mimics, lines, F)
     factor(F, lines, diagonal)
     least, largest = np.inf, 0.0
     for d in range(diagonal.size):
@@ -150,57 +153,115 @@ def _regular(parent, screws, ends, mimics, lines, F, diagonal):
     return least > REGULAR * largest
 
 
-@kernel
-def sweep(
-    parent, screws, ends, mimics, dependent, columns, moves, links, rigid, rays, fewest, per,
-    size, origins, lengths, answers, kept, bases,
-):  # fmt: skip
-    """Rank, nullity, serial nullity and kmax of each geometry; rank -1 if not settled."""
-    unknowns = links.size * size
-    node, body, owner = parts(parent, ends, links)
-    lines, S, rows = profile(parent, ends, mimics[0], dependent, screws.shape[2])
-    diagonal, own = np.empty(dependent.size), np.arange(unknowns)
-    none = np.empty(0, np.int64)
-    for g in range(screws.shape[0]):
-        answers[g, 0] = -1
-        s, m = screws[g], mimics[g]
-        if (
-            lengths[g] <= 0.0 or rows < dependent.size
-            or not _regular(parent, s, ends, m, lines, S, diagonal)
-        ):  # fmt: skip
-            continue
-        floor = round_off(origins[g], lengths[g])
-        found, _, count, gap = search(parent, s, node, body, owner, unknowns, size, per, floor)
-        if gap[0] < CLEAR or gap[1] > SURE * floor:
-            continue
-        known, order, _, _ = absorbed(rigid, found[:count], own, floor, 1.0)
-        left = others(order, known.shape[0])
-        p = left.size
-        count = fewest
-        while count <= rays.shape[0]:
-            R, permutation, scale, cut, ranks, settled, reach, open, slowest, enough, _ = stage(
-                parent, s, ends, m, dependent, columns, moves, links, rays[:count], per, size,
-                FIRST, True, 1, np.empty((0, p)), own[:p], 0.0, 0.0, left, floor, none,
-            )  # fmt: skip
-            if enough:
-                break
-            count *= 2
-        # Written so that a NaN is looked at twice.
-        if count > rays.shape[0] or not (settled and open <= CLOSED and slowest >= REGULAR):
-            continue
-        least = smallest_pivot(R, permutation)
-        firm = least >= max(FIRM, MARGIN * floor) * scale and cut <= SURE * floor * scale
-        if reach < NEAR or not firm:
-            continue
-        kmax = ranks.size - 1
-        while kmax > 0 and ranks[kmax] == ranks[kmax - 1]:
-            kmax -= 1
-        rank = R.shape[0]
-        answers[g, 0], answers[g, 1] = rank, unknowns - rank
-        answers[g, 2], answers[g, 3] = known.shape[0], kmax
-        kept[g] = least / scale if rank > 0 else 1.0
-        if bases.shape[0] > 0:
-            basis = solutions(known, R, permutation, left)
-            for i in range(unknowns - rank):
-                for j in range(unknowns):
-                    bases[g, i, j] = basis[i, j]
+@kernel(borrows=True)
+def _rest(permutation, known, place, left):
+    """Put entries of a permutation after the first ``known`` ones into left, ascending."""
+    for k in range(permutation.size):
+        place[permutation[k]] = k
+    count = 0
+    for j in range(permutation.size):
+        if place[j] >= known:
+            left[count] = j
+            count += 1
+
+
+def _sweep_kernel(dim):
+    """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
+
+    @kernel(borrows=True)
+    def sweep(
+        chain, rigid_parts, screws, mimics, links, rigid, rays, fewest, per, size, floors,
+        lengths, answers, kept, bases, rooms,
+    ):  # fmt: skip
+        """Rank, nullity, serial nullity and kmax of each geometry; rank -1 if not settled."""
+        parent, _, ends, _, columns, moves, lines = chain
+        to_stage, to_walk, numbers, flat, diagonal, serial, out = rooms
+        unknowns, found, nd = links.size * size, to_walk[0], diagonal.size
+        node, body, owner = rigid_parts
+        own, order, left = numbers[0], numbers[1], numbers[2]
+        ranks, permutations = numbers[3], numbers[4]
+        F = to_stage[1][0]
+        for g in range(screws.shape[0]):
+            answers[g, 0] = -1
+            s, m, floor = screws[g], mimics[g], floors[g]
+            if (
+                lengths[g] <= 0.0 or lines[COUNT, ROWS] < nd
+                or not _regular(s, m, lines, F, diagonal)
+            ):  # fmt: skip
+                continue
+            count = walk(parent, s, node, body, owner, size, per, floor, to_walk)
+            gap = to_walk[2]
+            if count < 0 or gap[0] < CLEAR or gap[1] > SURE * floor:
+                continue
+            for j in range(unknowns):
+                own[j] = j
+            height, _, _ = anew(
+                rigid, found[:count], own[:unknowns], floor, 1.0, flat, order[:unknowns], serial
+            )
+            _rest(order[:unknowns], height, ranks, left)
+            p, known = unknowns - height, serial[:height]
+            here = (parent, s, ends, m, columns, moves, lines)
+            count = fewest
+            rank, scale, cut, done, settled = 0, 0.0, 0.0, 0, False
+            reach = open = slowest = 1.0
+            permutation = permutations[:p]
+            while count <= rays.shape[0]:
+                if dim == 3:
+                    rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
+                        planar_stage(
+                            here, links, rays[:count], FIRST, True, 1, out[:0], own[:p], 0.0,
+                            0.0, left[:p], floor, 0, ranks, permutation, out, to_stage,
+                        )
+                    )  # fmt: skip
+                else:
+                    rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
+                        spatial_stage(
+                            here, links, rays[:count], FIRST, True, 1, out[:0], own[:p], 0.0,
+                            0.0, left[:p], floor, 0, ranks, permutation, out, to_stage,
+                        )
+                    )  # fmt: skip
+                if enough:
+                    break
+                count *= 2
+            # Written so that a NaN is looked at twice.
+            if count > rays.shape[0] or not (settled and open <= CLOSED and slowest >= REGULAR):
+                continue
+            R = out[:rank]
+            least = smallest_pivot(R, permutation)
+            firm = least >= max(FIRM, MARGIN * floor) * scale and cut <= SURE * floor * scale
+            if reach < NEAR or not firm:
+                continue
+            kmax = done - 1
+            while kmax > 0 and ranks[kmax] == ranks[kmax - 1]:
+                kmax -= 1
+            answers[g, 0], answers[g, 1] = rank, unknowns - rank
+            answers[g, 2], answers[g, 3] = height, kmax
+            kept[g] = least / scale if rank > 0 else 1.0
+            if bases.shape[0] > 0:
+                put_solutions(known, R, permutation, left, bases[g, : unknowns - rank])
+
+    return sweep
+
+
+spatial_sweep, planar_sweep = _sweep_kernel(6), _sweep_kernel(3)
+
+
+def sweep_room(chain: Chain, rays: int, rigid: int, per: int, size: int) -> tuple[object, ...]:
+    """Room for a sweep.
+
+    Args:
+        chain: one of the linkages.
+        rays: how many there are.
+        rigid: transfers between bodies of rigid parts.
+        per: momentum components of each column.
+        size: parameters of each body.
+    """
+    n, dim = chain.screws.shape
+    unknowns, transfers = chain.links.size * size, 4 * (2 * n + size)
+    return (
+        stage_room(chain, rays, FIRST, per, size, unknowns),
+        search_room(n, dim, unknowns, size, per, transfers),
+        np.empty((5, max(unknowns, FIRST + 1)), np.int64),
+        room_for(unknowns, rigid + 2 * transfers), np.empty(chain.dependent.size),
+        np.empty((unknowns, unknowns)), np.empty((unknowns, unknowns)),
+    )  # fmt: skip

@@ -4,47 +4,48 @@ from __future__ import annotations
 
 import numpy as np
 
+from kinematics.arrays import Chain, IntArray, frozen
 from kinematics.kernels import kernel
 
 __all__ = ["cluster", "parts"]
 
 
-@kernel
-def parts(parent, ends, links):
+def parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
     """Rigid parts, and who carries what passes a joint.
 
     Returns:
         Node of each link, the ground last (n + 1,); the first body on each, or -1 (n + 1,);
         a number for every joint, the same for joints between which there is no body (n,).
     """
-    n = parent.size
-    node, group = np.arange(n + 1), np.arange(n + 1)
-    for loop in range(ends.shape[0]):
-        keep, drop = node[ends[loop, 1]], node[ends[loop, 0]]
-        if drop == n:
-            keep, drop = drop, keep
-        for j in range(n + 1):
-            if node[j] == drop:
-                node[j] = keep
-    body, owner = np.full(n + 1, -1), np.empty(n, np.int64)
-    for b in range(links.size - 1, -1, -1):
-        body[node[links[b]]] = b
+    parent, n = chain.parent.tolist(), chain.parent.size
+    node, whole = list(range(n + 1)), [[j] for j in range(n + 1)]
+    for end, successor in chain.ends.tolist():
+        keep, drop = node[successor], node[end]
+        _unite(node, whole, *((drop, keep) if drop == n else (keep, drop)))
+    body = [-1] * (n + 1)
+    for b in range(chain.links.size - 1, -1, -1):
+        body[node[chain.links[b]]] = b
     body[n] = -1
-    for j in range(n):
-        a, b = node[parent[j]], node[j]
+    sides = [(node[parent[j]], node[j]) for j in range(n)]
+    group, members = list(range(n + 1)), [[j] for j in range(n + 1)]
+    for a, b in sides:
         if a != n and b != n and body[a] < 0 and body[b] < 0:
-            keep, drop = group[a], group[b]
-            for i in range(n + 1):
-                if group[i] == drop:
-                    group[i] = keep
-    for j in range(n):
-        a, b = node[parent[j]], node[j]
-        owner[j] = n + 1 + j
-        if a != n and body[a] < 0:
-            owner[j] = group[a]
-        elif b != n and body[b] < 0:
-            owner[j] = group[b]
-    return node, body, owner
+            _unite(group, members, group[a], group[b])
+    owner = [
+        group[a] if a != n and body[a] < 0 else group[b] if b != n and body[b] < 0
+        else n + 1 + j
+        for j, (a, b) in enumerate(sides)
+    ]  # fmt: skip
+    return frozen(node, np.int64), frozen(body, np.int64), frozen(owner, np.int64)
+
+
+def _unite(name: list[int], members: list[list[int]], keep: int, drop: int) -> None:
+    """Give those of one name another one."""
+    if keep != drop:
+        for j in members[drop]:
+            name[j] = keep
+        members[keep] += members[drop]
+        members[drop] = []
 
 
 @kernel(borrows=True)

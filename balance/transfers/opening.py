@@ -21,10 +21,10 @@ from balance.conditions.solutions import null_space
 from balance.momentum import parameters_per_body, rows_per_column
 from balance.transfers.clusters import cluster, parts
 from balance.transfers.joint import SAME, beyond, contains, transferable
+from kinematics.arrays import Chain
 from kinematics.kernels import kernel
-from kinematics.linkage import Chain
 
-__all__ = ["CLEAR", "SURE", "Transfers", "search", "transfers"]
+__all__ = ["CLEAR", "SURE", "Transfers", "search_room", "transfers", "walk"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -32,38 +32,6 @@ IntArray = NDArray[np.int64]
 # What is dropped as round-off is beyond doubt below this part of the limit for it; what is
 # kept, above this part of the whole. In regular linkages the sizes are 1e-15 and 1e-2.
 SURE, CLEAR = 0.01, 1e-6
-
-
-@kernel(borrows=True)
-def _cross(
-    joints, V, screws, joint, before, target, size, rows, floor, work, order, passes, passed,
-    twists, tall, gap,
-):  # fmt: skip
-    """What passes the joints of a cluster with twists V before it, and the twists beyond."""
-    for k in range(joints):
-        s = screws[joint[k]]
-        passed[k] = tall[k] = 0
-        if target[k] < 0:
-            continue
-        j = before[k]
-        if j < 0:
-            passed[k] = transferable(s, V, size, rows, floor, work, order, passes[k], gap)
-            tall[k] = beyond(s, V, floor, twists[k], gap)
-        else:
-            U = twists[j, : tall[j]]
-            passed[k] = transferable(s, U, size, rows, floor, work, order, passes[k], gap)
-            tall[k] = beyond(s, U, floor, twists[k], gap)
-
-
-@kernel(borrows=True)
-def _known(reached, spans, count, target, U, x, gap):
-    """Whether a body was reached before with no more than the twists U."""
-    for other in range(count):
-        if reached[other, 0] == target and contains(
-            U, spans[other, : reached[other, 2]], x, gap
-        ):
-            return True
-    return False
 
 
 @kernel(borrows=True)
@@ -110,26 +78,31 @@ def _keep(found, of, count, owner, shares, combinations, start, target, body, jo
     return count
 
 
-@kernel
+@kernel(borrows=True)
 def _share(
-    found, of, known, owner, passes, passed, start, target, body, count, before, floor, gap
+    found, of, known, owner, passes, passed, start, target, body, count, before, floor, gap,
+    numbers, room,
 ):  # fmt: skip
     """Keep combinations of what passes the joints that leave the inner links empty.
 
     Returns:
-        How many transfers there are now.
+        How many transfers there are now, or -1 if there is too little room.
     """
     size = passes.shape[2]
-    first = np.zeros(count + 1, np.int64)
-    row = np.empty(count, np.int64)
-    inner = 0
+    first, row, order = numbers[0], numbers[1], numbers[2]
+    n = inner = 0
     for k in range(count):
-        first[k + 1] = first[k] + passed[k]
-        row[k] = inner * size
+        first[k], row[k] = n, inner * size
+        n += passed[k]
         if target[k] >= 0 and body[target[k]] < 0:
             inner += 1
-    n, m = first[count], inner * size
-    A, mixed = np.zeros((m, n)), np.empty((n, n))
+    m = inner * size
+    if n > order.size or n * (m + n) + count * n * size > room.size:
+        return -1
+    A, mixed = room[: m * n].reshape((m, n)), room[m * n : (m + n) * n].reshape((n, n))
+    for i in range(m):
+        for j in range(n):
+            A[i, j] = 0.0
     for k in range(count):
         for c in range(passed[k]):
             for p in range(size):
@@ -137,29 +110,45 @@ def _share(
                     A[row[k] + p, first[k] + c] = passes[k, c, p]
                 if before[k] >= 0:
                     A[row[before[k]] + p, first[k] + c] = -passes[k, c, p]
-    combinations = null_space(A, m, n, floor, np.empty(n, np.int64), mixed, gap)
-    out = np.zeros((count, combinations, size))
+    combinations = null_space(A, m, n, floor, order, mixed, gap)
+    out = room[(m + n) * n :][: count * combinations * size]
+    out = out.reshape((count, combinations, size))
     for i in range(combinations):
         for k in range(count):
-            for c in range(passed[k]):
-                for p in range(size):
-                    out[k, i, p] += mixed[i, first[k] + c] * passes[k, c, p]
+            for p in range(size):
+                total = 0.0
+                for c in range(passed[k]):
+                    total += mixed[i, first[k] + c] * passes[k, c, p]
+                out[k, i, p] = total
     return _keep(found, of, known, owner, out, combinations, start, target, body, count, gap)
 
 
 @kernel(borrows=True)
-def _walk(
-    parent, screws, node, body, owner, size, rows, floor, found, of, reached, spans, passes,
-    twists, numbers, work, gap,
-):  # fmt: skip
-    """Walk through the linkage from the ground; see `search`.
+def walk(parent, screws, node, body, owner, size, rows, floor, room):
+    """Walk through the linkage from the ground, and find its transfers.
+
+    Args:
+        parent: link before each joint.
+        screws: joint screws.
+        node: rigid part of each link; see `parts`, as for the next two.
+        body: the first body on each.
+        owner: a number for every joint.
+        size: parameters of each body.
+        rows: momentum components that count.
+        floor: relative size of round-off.
+        room: as from `search_room`. Takes the transfers, orthonormal for each owner; the owner
+            of each; and the smallest size that a decision kept, and the largest that one
+            dropped.
 
     Returns:
         How many transfers were found, or -1 if there is too little room.
     """
+    found, of, gap, reached, spans, passes, twists, numbers, work, mixing = room
     n, dim = screws.shape
     joint, before, target = numbers[0], numbers[1], numbers[2]
     passed, tall, crossed, order = numbers[3], numbers[4], numbers[5], numbers[6]
+    x, s = twists[-1, 0], twists[-1, 1]
+    gap[0], gap[1] = 1.0, 0.0
     for k in range(crossed.size):
         crossed[k] = 0
     # Bodies reached, by which owner, and how many twists they can attain, which are in spans.
@@ -168,75 +157,74 @@ def _walk(
     while i < states:
         start, height = reached[i, 0], reached[i, 2]
         for entry in range(n):
-            a, b = node[parent[entry]], node[entry]
-            if a == b or (a != start and b != start) or owner[entry] == reached[i, 1]:
+            a, b, carrier = node[parent[entry]], node[entry], owner[entry]
+            if a == b or (a != start and b != start) or carrier == reached[i, 1]:
                 continue
             # Where every twist can be attained, least can be exchanged: nothing new.
-            if crossed[owner[entry]] and height == dim:
+            if crossed[carrier] and height == dim:
                 continue
-            crossed[owner[entry]] = 1
+            crossed[carrier] = 1
             joints = cluster(entry, start, parent, node, body, joint, before, target)
-            _cross(
-                joints, spans[i, :height], screws, joint, before, target, size, rows, floor,
-                work, order, passes, passed, twists, tall, gap,
-            )  # fmt: skip
+            # What passes the joints, and the twists beyond them.
             passing = 0
             for k in range(joints):
+                passed[k] = tall[k] = 0
+                j = before[k]
+                if target[k] >= 0:
+                    for c in range(dim):
+                        s[c] = screws[joint[k], c]
+                    V = twists[j, : tall[j]] if j >= 0 else spans[i, :height]
+                    passed[k] = transferable(
+                        s, V, size, rows, floor, work, order, passes[k], gap
+                    )
+                    tall[k] = beyond(s, V, floor, twists[k], gap)
                 passing += passed[k]
             if states + joints > spans.shape[0] or count + passing >= found.shape[0]:
                 return -1
             for k in range(joints):
-                t = target[k]
-                if t < 0 or body[t] < 0:
-                    continue
-                U = twists[k, : tall[k]]
-                if not _known(reached, spans, states, t, U, twists[-1, 0], gap):
-                    reached[states, 0], reached[states, 1] = t, owner[entry]
-                    reached[states, 2] = tall[k]
-                    for v in range(tall[k]):
+                t, height_there = target[k], tall[k]
+                known = t < 0 or body[t] < 0
+                for other in range(0 if known else states):
+                    if known or reached[other, 0] != t:
+                        continue
+                    known = contains(
+                        twists[k, :height_there], spans[other, : reached[other, 2]], x, gap
+                    )
+                if not known:
+                    reached[states, 0], reached[states, 1] = t, carrier
+                    reached[states, 2] = height_there
+                    for v in range(height_there):
                         for c in range(dim):
                             spans[states, v, c] = twists[k, v, c]
                     states += 1
             if joints > 1 or (target[0] >= 0 and body[target[0]] < 0):
                 count = _share(
-                    found, of, count, owner[entry], passes, passed, start, target, body,
-                    joints, before, floor, gap,
+                    found, of, count, carrier, passes, passed, start, target, body, joints,
+                    before, floor, gap, numbers[7:], mixing,
                 )  # fmt: skip
+                if count < 0:
+                    return -1
             else:
                 count = _keep(
-                    found, of, count, owner[entry], passes, passed[0], start, target, body,
-                    joints, gap,
+                    found, of, count, carrier, passes, passed[0], start, target, body, joints,
+                    gap,
                 )  # fmt: skip
         i += 1
     return count
 
 
-@kernel
-def search(parent, screws, node, body, owner, unknowns, size, rows, floor):
-    """All transfers, orthonormal for each owner; see `transfers` and `parts`.
-
-    Returns:
-        Transfers (count, parameters), the owner of each, and how many they are; rows after
-        those are room. Then the smallest size that was kept, and the largest that was dropped
-        as round-off, in all decisions.
-    """
-    n, dim = screws.shape
-    # The joints of a cluster, what passes them, and the twists beyond them.
-    numbers = np.empty((7, max(2 * n + 1, size)), np.int64)
-    passes, twists = np.empty((2 * n, size, size)), np.empty((2 * n + 1, dim, dim))
-    work = np.empty((rows * (dim + 1) + 2 * size, size))
-    room = 2 * n + size
-    gap = np.array([1.0, 0.0])
-    while True:
-        found, of = np.empty((2 * room, unknowns)), np.empty(2 * room, np.int64)
-        reached, spans = np.empty((room, 3), np.int64), np.empty((room, dim, dim))
-        count = _walk(
-            parent, screws, node, body, owner, size, rows, floor, found, of, reached, spans,
-            passes, twists, numbers, work, gap,
-        )  # fmt: skip
-        if count >= 0:
-            return found, of, count, gap
-        room *= 2
+def search_room(
+    n: int, dim: int, unknowns: int, size: int, rows: int, room: int
+) -> tuple[Array | IntArray, ...]:
+    """Room for so many transfers, their owners and what a walk needs; see `walk`."""
+    wide = 2 * room + 4 * size
+    return (
+        np.empty((2 * room, unknowns)), np.empty(2 * room, np.int64), np.empty(2),
+        np.empty((room, 3), np.int64), np.empty((room, dim, dim)),
+        np.empty((2 * n, size, size)), np.empty((2 * n + 1, dim, dim)),
+        np.empty((10, wide), np.int64), np.empty((rows * (dim + 1) + 2 * size, size)),
+        np.empty(2 * wide * wide),
+    )  # fmt: skip
 
 
 class Transfers(NamedTuple):
@@ -269,13 +257,21 @@ def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transf
         floor: relative size of round-off.
     """
     size = parameters_per_body(chain.planar, force)
-    node, body, joints = parts(chain.parent, chain.ends, chain.links)
-    rows, owner, count, gap = search(
-        chain.parent, chain.screws, node, body, joints, chain.links.size * size, size,
-        rows_per_column(chain.planar, force), floor,
-    )  # fmt: skip
-    kept, dropped = gap.tolist()
-    found = Transfers(rows[:count], owner[:count], joints, node, kept, dropped)
+    n, dim = chain.screws.shape
+    node, body, joints = chain.once(parts)
+    rows, unknowns = rows_per_column(chain.planar, force), chain.links.size * size
+    enough = 2 * n + size
+    room = chain.borrow((size,), lambda: search_room(n, dim, unknowns, size, rows, enough))
+    while True:
+        count = walk(chain.parent, chain.screws, node, body, joints, size, rows, floor, room)
+        if count >= 0:
+            break
+        room = search_room(n, dim, unknowns, size, rows, 2 * len(room[3]))
+    kept, dropped = room[2].tolist()
+    found = Transfers(
+        room[0][:count].copy(), room[1][:count].copy(), joints, node, kept, dropped
+    )
+    chain.give_back((size,), room)
     return _with_rigid_parts(found, chain.links, size)
 
 

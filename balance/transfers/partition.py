@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from balance.inertia import from_chain
 from balance.transfers.opening import Transfers
-from kinematics.linkage import Chain, Linkage, frozen, names
+from kinematics.arrays import Chain, frozen
+from kinematics.linkage import Linkage, names
 from kinematics.wording import listed
 
 __all__ = ["Transfer", "by_joint"]

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.verification.loads import Loads
+from kinematics.arrays import Chain
 from kinematics.chain import paths
-from kinematics.linkage import Chain
 
 __all__ = ["Bearings", "bearings"]
 

@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.inertia import to_chain
 from balance.momentum import RegressorSeries
+from kinematics.arrays import Chain, Frame
 from kinematics.closure import expand_from
 from kinematics.errors import LinkageError, PoseError
-from kinematics.linkage import Chain, Frame, Linkage
+from kinematics.linkage import Linkage
 from kinematics.models import LinkageLike, as_linkage
 from kinematics.placement import forward
 from kinematics.pose import input_chain, joint_positions

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.verification.trajectory import Trajectory, driven, ordered
+from kinematics.arrays import frozen
 from kinematics.errors import CoordinateError, MotionError, PoseError
-from kinematics.linkage import Linkage, frozen
+from kinematics.linkage import Linkage
 from kinematics.motion import Motion
 from kinematics.placement import Pose
 from kinematics.pose import input_chain

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.verification.table import columns, unfit
+from kinematics.arrays import Chain, frozen
 from kinematics.closure import expand_from
 from kinematics.errors import MotionError, PoseError
-from kinematics.linkage import Chain, Linkage, frozen
+from kinematics.linkage import Linkage
 from kinematics.motion import Motion
 from kinematics.placement import follow, forward
 from kinematics.pose import input_chain, joint_positions
@@ -196,7 +197,7 @@ def _fastest(chain: Chain) -> float:
 
 def _firmness(chain: Chain, screws: Array) -> float:
     """Least distance of a column of the loop matrix from those before it; 0 if singular."""
-    found = pivots(chain.parent, screws, chain.ends, chain.mimics, chain.dependent)
+    found = pivots(screws, chain.mimics, chain.lines, chain.dependent.size)
     return float(np.abs(found).min()) if found.size else 1.0
 
 

@@ -24,9 +24,10 @@ from balance.verification.loads import inertia_loads, masses, to_si
 from balance.verification.revolution import revolution
 from balance.verification.trajectory import FIRM, Trajectory, driven, random_motions
 from balance.verification.verdict import Run, Verification
+from kinematics.arrays import Chain, frozen
 from kinematics.errors import LinkageError, PackageError, PoseError
 from kinematics.inertial import displaced, inertia_tensor
-from kinematics.linkage import Chain, Joint, Linkage, frozen
+from kinematics.linkage import Joint, Linkage
 from kinematics.models import LinkageLike, as_linkage
 from kinematics.motion import Motion, restriction
 from kinematics.pose import input_chain

@@ -20,7 +20,7 @@ from balance.designs.optimum import Design
 from balance.inertia import mass_properties
 from balance.web import html
 from balance.web.scene import scene
-from kinematics.linkage import frozen
+from kinematics.arrays import frozen
 
 __all__ = ["ellipsoid", "page"]
 

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.spaces.space import DesignSpace
+from kinematics.arrays import Chain
 from kinematics.closure import expand_from
 from kinematics.errors import PoseError
 from kinematics.inertial import pseudo_inertia
-from kinematics.linkage import Chain, Linkage
+from kinematics.linkage import Linkage
 from kinematics.motion import Motion
 from kinematics.placement import forward
 from kinematics.pose import joint_positions, si_chain

@@ -12,8 +12,9 @@ from itertools import cycle
 import numpy as np
 
 from benchmarks.peers import jobs
+from kinematics.arrays import frozen
 from kinematics.assembly import assemble, moving_chain
-from kinematics.linkage import Body, Draft, Joint, Linkage, Loop, frozen
+from kinematics.linkage import Body, Draft, Joint, Linkage, Loop
 from kinematics.motion import Motion, restriction
 from kinematics.screws import revolute
 from kinematics.taylor.expansion import polynomials

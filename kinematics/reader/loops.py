@@ -15,8 +15,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.arrays import frozen
 from kinematics.chain import loop_joints
-from kinematics.linkage import GROUND, Joint, Loop, Place, frozen
+from kinematics.linkage import GROUND, Joint, Loop, Place
 from kinematics.reader.fields import coordinates
 from kinematics.reader.frames import pose_of
 from kinematics.reader.markup import Element

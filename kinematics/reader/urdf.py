@@ -18,9 +18,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import frozen
 from kinematics.errors import FileError
 from kinematics.inertial import parameters
-from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, Place, frozen
+from kinematics.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, Place
 from kinematics.reader.fields import coordinates
 from kinematics.reader.files import Options, Path, accepted
 from kinematics.reader.frames import Follows, Inertial, Robot, TreeJoint, described

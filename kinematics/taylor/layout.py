@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import Chain, IntArray, frozen
 from kinematics.chain import path
 from kinematics.lanes import padded
-from kinematics.linkage import Chain, IntArray, frozen
 from kinematics.taylor.polynomials import Monomials
 
 __all__ = ["Layout", "layout"]

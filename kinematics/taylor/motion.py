@@ -14,11 +14,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.arrays import Chain, IntArray, frozen
 from kinematics.assembly import moving_chain
 from kinematics.chain import move
 from kinematics.closure import expand
 from kinematics.errors import MobilityError, PoseError
-from kinematics.linkage import Chain, IntArray, Linkage, frozen, names
+from kinematics.linkage import Linkage, names
 from kinematics.motion import Motion, restriction
 from kinematics.placement import newton
 from kinematics.pose import followed

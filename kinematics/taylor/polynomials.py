@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.arrays import IntArray, frozen
 from kinematics.errors import LinkageError
 from kinematics.kernels import kernel
 from kinematics.lanes import LANES, load, store
-from kinematics.linkage import IntArray, frozen
 
 __all__ = ["Monomials", "monomials", "multiply", "powers"]
 

@@ -101,10 +101,10 @@ def _machine() -> str:
 
 
 def classes(name: str) -> list[type]:
-    """The benchmarks of a module."""
+    """The benchmarks of a module: its classes, but for those that others build upon."""
     module = import_module(f"benchmarks.{name}")
-    found = [value for value in vars(module).values() if isinstance(value, type)]
-    return [cls for cls in found if cls.__module__ == module.__name__]
+    found = [value for key, value in vars(module).items() if not key.startswith("_")]
+    return [cls for cls in found if isinstance(cls, type) and cls.__module__ == module.__name__]
 
 
 class Run:

@@ -45,7 +45,7 @@ BESIDE = (
 )
 NO_FOLDER = (
     "no folder to cache compiled kernels in: they are not compiled; set NUMBA_CACHE_DIR to a "
-    "folder that can be written to"
+    f"folder that can be written to, or {VARIABLE}=now to compile them in every process"
 )
 
 

@@ -43,6 +43,8 @@ def test_every_method_runs_for_its_first_parameters(name):
     left_out = []
     for cls in runner.classes(name):
         bench = cls()
+        if hasattr(bench, "runs"):
+            bench.runs = 2
         try:
             bench.setup(*cls.params[0])
         except NotImplementedError as error:
@@ -177,7 +179,7 @@ def test_a_profile_names_the_functions_that_take_most(capsys, monkeypatch):
     assert head == "answer_costs_six_qr: four_bar_general 4: time_design_space"
     shares = [float(line.split()[0]) for line in listed[: profiles.MOST]]
     assert shares == sorted(shares, reverse=True) and 0.0 < sum(shares) <= 100.5
-    assert any("designspace.py" in line for line in listed)
+    assert any("balance/" in line for line in listed)
 
 
 def test_tables_in_markdown():

@@ -228,15 +228,17 @@ def test_a_file_that_is_closed_is_written_as_it_was(tmp_path, capsys, caplog):
     assert "its loops close at its own pose" in caplog.text
 
 
-@pytest.mark.parametrize("extra", [[], ["--html"]])
-def test_paths_that_cannot_be_written(extra, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("name", "extra", "code"), [("none/x.html", [], 3), ("x.html", ["--html"], 2)]
+)
+def test_paths_that_cannot_be_written(name, extra, code, tmp_path, capsys):
     """A folder that is not there; and the page in the same place as the file."""
-    out = str(tmp_path / ("x.urdf" if extra else "none/x.urdf"))
+    out = str(tmp_path / name)
     options = [*extra, out] if extra else []
-    assert main(["report", "four_bar_general", "--write-closed", out, *options]) == 3
+    assert main(["report", "four_bar_general", "--write-closed", out, *options]) == code
     error = capsys.readouterr().err
     assert out in error and len(error.splitlines()) == 1
-    assert not (tmp_path / "x.urdf").exists()
+    assert not (tmp_path / "x.html").exists()
 
 
 def test_loops_beside_the_file_are_told(tmp_path, capsys, caplog):

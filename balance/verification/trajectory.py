@@ -27,14 +27,8 @@ from kinematics.pose import input_chain, joint_positions
 from kinematics.profile import pivots
 
 __all__ = [
-    "FIRM",
-    "Trajectory",
-    "driven",
-    "from_csv",
-    "ordered",
-    "random_motions",
-    "rest_to_rest",
-]
+    "FIRM", "Trajectory", "driven", "from_csv", "ordered", "random_motions", "rest_to_rest",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from kinematics.profile import profile
 from kinematics.wording import counted, vector
 
-__all__ = ["Chain", "Frame", "IntArray", "frozen", "shown"]
+__all__ = ["Chain", "Frame", "IntArray", "Structure", "frozen", "shown"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -54,6 +55,24 @@ class Frame:
         return f"Frame: origin {vector(self.origin)} m, length {self.length:.4g} m"
 
 
+class Structure:
+    """What follows from the topology of a chain alone, and room for kernels.
+
+    Chains of one topology share it: a change of the geometry leaves it as it is.
+
+    Attributes:
+        of: the arrays that it follows from, and the number of components of a screw.
+        made: what functions made of them.
+        spare: room that nobody uses, by what it is for.
+    """
+
+    def __init__(self, of: tuple[Any, ...]) -> None:
+        """Nothing made yet."""
+        self.of = of
+        self.made: dict[Callable[[Chain], Any], Any] = {}
+        self.spare: dict[tuple[int, ...], list[Any]] = {}
+
+
 @dataclass(frozen=True, eq=False)
 class Chain:
     """A linkage as arrays; n moving joints, L loops, w independent columns.
@@ -70,6 +89,7 @@ class Chain:
         columns: joint rates of the independent joints for each column (n, w).
         moves: whether a column can move a link (n, w).
         links: link of each body with inertial parameters, -1 if it cannot move.
+        structure: what follows from all arrays but the screws; found if it is not given.
     """
 
     frame: Frame
@@ -83,6 +103,16 @@ class Chain:
     columns: Array
     moves: NDArray[np.bool_]
     links: IntArray
+    structure: Structure = field(default=None, repr=False)  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        """Keep the structure of a chain that differs in its screws alone."""
+        of = (
+            self.screws.shape[1], self.parent, self.ends, self.mimics, self.dependent,
+            self.columns, self.moves, self.links,
+        )  # fmt: skip
+        if self.structure is None or any(map(operator.is_not, of, self.structure.of)):
+            object.__setattr__(self, "structure", Structure(of))
 
     def __repr__(self) -> str:
         """One line: how many joints, loops and columns."""
@@ -100,13 +130,10 @@ class Chain:
         """Number of columns: degrees of freedom of the motion."""
         return self.columns.shape[1]
 
-    @cached_property
+    @property
     def lines(self) -> IntArray:
         """The profile of the loop matrix of the dependent joints; see `kinematics.profile`."""
-        dim = self.screws.shape[1]
-        return frozen(
-            profile(self.parent, self.ends, self.mimics, self.dependent, dim), np.int64
-        )
+        return self.once(_lines)
 
     @cached_property
     def walked(self) -> tuple[NDArray[Any], ...]:
@@ -116,31 +143,27 @@ class Chain:
             self.lines,
         )  # fmt: skip
 
-    @cached_property
-    def _made(self) -> dict[Callable[[Chain], Any], Any]:
-        """What functions made of the chain."""
-        return {}
-
     def once(self, make: Callable[[Chain], Made]) -> Made:
-        """What a function makes of the chain, made once."""
+        """What a function makes of the structure, made once."""
         try:
-            found: Made = self._made[make]
+            found: Made = self.structure.made[make]
         except KeyError:
-            found = self._made[make] = make(self)
+            found = self.structure.made[make] = make(self)
         return found
-
-    @cached_property
-    def _spare(self) -> dict[tuple[int, ...], list[Any]]:
-        """Room that nobody uses, by what it is for."""
-        return {}
 
     def borrow(self, purpose: tuple[int, ...], make: Callable[[], Any]) -> Any:
         """Room for kernels that belongs to the caller alone: made, or given back before."""
         try:
-            return self._spare[purpose].pop()
+            return self.structure.spare[purpose].pop()
         except (KeyError, IndexError):
             return make()
 
     def give_back(self, purpose: tuple[int, ...], room: Any) -> None:
         """Keep room for the next who borrows some for the same purpose."""
-        self._spare.setdefault(purpose, []).append(room)
+        self.structure.spare.setdefault(purpose, []).append(room)
+
+
+def _lines(chain: Chain) -> IntArray:
+    dim = chain.screws.shape[1]
+    lines = profile(chain.parent, chain.ends, chain.mimics, chain.dependent, dim)
+    return frozen(lines, np.int64)

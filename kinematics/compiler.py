@@ -211,7 +211,7 @@ def _bar() -> Progress | None:
         return None
     columns = "{task.description}", BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     bar = Progress(*columns, console=console, transient=True)
-    bar.add_task(FIRST)
+    bar.add_task("compiling kernels")
     return bar
 
 

@@ -6,6 +6,7 @@ for the real one, which is tried at the end.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -163,6 +164,40 @@ def test_a_session_compiles_at_once_or_ahead(small):
     ask = "from kinematics.above import outer; print(outer(1.0), len(outer.signatures))"
     assert run(folder, ask, **environment) == (["20.0", "1"], [])
     assert not run(folder, code, **environment, BALANCE_COMPILE="never")[1]
+
+
+def on_terminal(folder, *words, **environment):
+    """What a process writes to a terminal that is its standard error."""
+    pty = pytest.importorskip("pty", reason="there are no pseudo-terminals here")
+    ours, theirs = pty.openpty()
+    try:
+        done = subprocess.Popen(
+            [sys.executable, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=theirs,
+            env=clean() | {"TERM": "xterm", "COLUMNS": "120"} | environment,
+        )  # fmt: skip
+        os.close(theirs)
+        text = b""
+        with contextlib.suppress(OSError):  # the end of it
+            while piece := os.read(ours, 65536):
+                text += piece
+        assert done.wait() == 0, text
+    finally:
+        os.close(ours)
+    return text.decode(errors="replace")
+
+
+def test_a_terminal_counts_kernels(small):
+    folder, environment = small
+    code = "import kinematics.warmup; from kinematics.compilation import compile; compile()"
+    text = on_terminal(folder, "-c", code, **environment)
+    assert "compiling kernels" in text and "2/2" in text
+
+
+def test_a_terminal_shows_that_a_command_works():
+    words = ["-m", "balance", "report", "stewart_6ups"]
+    text = on_terminal(ROOT, *words, BALANCE_COMPILE="never")
+    assert "finding the mass distributions" in text and "0:00:01" in text
+    assert "massless: no mass" in text
 
 
 def test_no_folder_means_no_compiler(small, tmp_path):

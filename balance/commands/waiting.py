@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
 
+from kinematics.compilation import mode
+
 __all__ = ["waiting"]
 
 # Seconds after which it is shown: most answers are there before.
@@ -18,9 +20,10 @@ STANDARD_ERROR = 2
 def waiting(text: str) -> Iterator[None]:
     """Show what a command is doing, and for how long, until it is done.
 
-    Nothing must be printed meanwhile but through `logging`.
+    Nothing must be printed meanwhile but through `logging`. Where kernels are compiled at
+    once, a bar of their own moves.
     """
-    if not os.isatty(STANDARD_ERROR):
+    if mode() == "now" or not os.isatty(STANDARD_ERROR):
         yield
         return
     done = Event()

@@ -226,4 +226,4 @@ def _stages() -> Iterator[None]:
     yield from stages()
 
 
-register("balance.warmup", _stages)
+register("balance", _stages)

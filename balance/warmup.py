@@ -17,7 +17,6 @@ from balance.spaces.designspace import design_space
 from balance.spaces.geometries import design_space_many
 from balance.verification.loads import shaking
 from balance.verification.trajectory import random_motions
-from kinematics.compilation import compile_beside
 from kinematics.errors import LinkageError
 from kinematics.linkage import Linkage
 from kinematics.taylor import taylor_motion
@@ -62,7 +61,3 @@ def _find_other_spaces(linkage: Linkage) -> None:
     for balance, spatial in options:
         certify(design_space(linkage, None, balance, max_order=2, spatial=spatial))
         design_space_many(linkage, screws, balance, spatial=spatial, bases=True)
-
-
-if __name__ == "__main__":
-    raise SystemExit(compile_beside())

@@ -79,4 +79,4 @@ def _stages() -> Iterator[None]:
     yield from stages()
 
 
-register("kinematics.warmup", _stages)
+register("kinematics", _stages)

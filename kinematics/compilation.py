@@ -39,6 +39,11 @@ MODES = ("now", "background", "never")
 WORTH = 0.5
 # Seconds between two looks at whether another process has compiled the kernels.
 PAUSE = 0.2
+# The process beside a command takes the lock before it imports anything heavy.
+CHILD = (
+    "import {}; from kinematics.compilation import compile_beside; "
+    "raise SystemExit(compile_beside())"
+)
 BESIDE = (
     "kernels are compiled in the background for later runs; this one does not wait "
     f"({VARIABLE}={'|'.join(MODES)})"
@@ -50,7 +55,7 @@ NO_FOLDER = (
 
 
 class _WarmUp(NamedTuple):
-    """What runs every kernel: a module, as `python -m` takes it, and its stages."""
+    """What runs every kernel: the module that registers it when it is imported, its stages."""
 
     module: str
     stages: Callable[[], Iterator[None]]
@@ -96,7 +101,7 @@ def register(module: str, stages: Callable[[], Iterator[None]]) -> None:
     """Name what runs all kernels of a package and of those below it, stage by stage.
 
     Args:
-        module: what `python -m` runs to call `compile_beside`.
+        module: whose import, which is to cost little, calls this function.
         stages: yields after each stage, when its kernels have been compiled.
     """
     _Choice.warm_up = _WarmUp(module, stages)
@@ -175,9 +180,12 @@ def _start_beside() -> None:
     path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
     own = {"PYTHONPATH": path, VARIABLE: "now", "OPENBLAS_NUM_THREADS": "1"}
     subprocess.Popen(
-        [sys.executable, "-P", "-m", _Choice.warm_up.module], cwd=folder,
+        [sys.executable, "-P", "-c", CHILD.format(_Choice.warm_up.module)], cwd=folder,
         env=os.environ | own, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL, start_new_session=True,
+        stderr=subprocess.DEVNULL,
+        # Interrupts of the command are not for it. In a session of its own, Linux might give
+        # it as much of the processor as the command.
+        process_group=0 if os.name == "posix" else None,
         creationflags=getattr(subprocess, "IDLE_PRIORITY_CLASS", 0),
     ).returncode = 0  # nobody waits for it  # fmt: skip
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
-from kinematics.compilation import compile_beside
 from kinematics.errors import LinkageError
 from kinematics.linkage import Linkage
 from kinematics.models import gallery, load
@@ -46,7 +45,3 @@ def examples() -> list[Linkage]:
 
 def _size(linkage: Linkage) -> int:
     return len(linkage.joints)
-
-
-if __name__ == "__main__":
-    raise SystemExit(compile_beside())

@@ -22,7 +22,7 @@ from small_package import ROOT, clean, run
 
 WARM_UP = """
 import os, pathlib, time
-from kinematics.compilation import compile_beside, register
+from kinematics.compilation import register
 
 def stages():
     with pathlib.Path(os.environ["NUMBA_CACHE_DIR"], "compilers").open("a") as file:
@@ -35,8 +35,6 @@ def stages():
         raise RuntimeError("a compiler that fails")
 
 register("kinematics.warmup", stages)
-if __name__ == "__main__":
-    raise SystemExit(compile_beside())
 """
 # What a command does: kernels run, and seem to take a second.
 COMMAND = """

@@ -175,19 +175,22 @@ def _start_beside() -> None:
     try:
         with FileLock(folder / "kernels.lock", timeout=0):
             pass
-    except (Timeout, OSError):
+    except (Timeout, OSError, NotImplementedError):  # or a file system without locks
         return
-    path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
-    own = {"PYTHONPATH": path, VARIABLE: "now", "OPENBLAS_NUM_THREADS": "1"}
-    subprocess.Popen(
-        [sys.executable, "-P", "-c", CHILD.format(_Choice.warm_up.module)], cwd=folder,
-        env=os.environ | own, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        # Interrupts of the command are not for it. In a session of its own, Linux might give
-        # it as much of the processor as the command.
-        process_group=0 if os.name == "posix" else None,
-        creationflags=getattr(subprocess, "IDLE_PRIORITY_CLASS", 0),
-    ).returncode = 0  # nobody waits for it  # fmt: skip
+    above = [str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH")]
+    own = {"PYTHONPATH": os.pathsep.join(filter(None, above)), VARIABLE: "now"}
+    try:
+        subprocess.Popen(
+            [sys.executable, "-P", "-c", CHILD.format(_Choice.warm_up.module)], cwd=folder,
+            env=os.environ | own | {"OPENBLAS_NUM_THREADS": "1"}, stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            # Interrupts of the command are not for it. In a session of its own, Linux might
+            # give it as much of the processor as the command.
+            process_group=0 if os.name == "posix" else None,
+            creationflags=getattr(subprocess, "IDLE_PRIORITY_CLASS", 0),
+        ).returncode = 0  # nobody waits for it  # fmt: skip
+    except OSError as error:
+        logger.debug("no process to compile kernels: %s", error)
 
 
 def compile_beside() -> int:

@@ -72,7 +72,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from kinematics.compilation import register
+from kinematics.compilation import register_warm_up
 
 if TYPE_CHECKING:
     from balance.archive import SpaceRecord, load_space
@@ -219,11 +219,11 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__, "__version__"})
 
 
-def _stages() -> Iterator[None]:
+def _warm_up() -> Iterator[None]:
     """Run all kernels of this package and of `kinematics`, stage by stage."""
-    from balance.warmup import stages
+    from balance.warmup import warm_up
 
-    yield from stages()
+    yield from warm_up()
 
 
-register("balance", _stages)
+register_warm_up("balance", _warm_up)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-
-from balance.cli import USAGE, main
+from balance.cli import main
 from kinematics.compilation import begin_command
-from kinematics.errors import UsageError
 
 __all__ = ["command"]
 
@@ -17,11 +14,7 @@ def command() -> int:
     Returns:
         The exit code.
     """
-    try:
-        begin_command()
-    except UsageError as error:
-        print(f"balance: {error}", file=sys.stderr)
-        return USAGE
+    begin_command()
     return main()
 
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from balance.commands import designing, moving, reporting, verifying
 from balance.commands.readings import with_both
-from balance.commands.waiting import waiting
+from balance.commands.spinner import spinner
 from balance.commands.words import (
     LONGEST,
     Parser,
@@ -27,6 +27,7 @@ from balance.commands.words import (
     take_streams,
     unexpected,
 )
+from kinematics.compilation import mode
 from kinematics.errors import ExactError, LinkageError, UsageError
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from balance.spaces.space import DesignSpace
     from kinematics.linkage import Linkage, Notice
 
-__all__ = ["USAGE", "main"]
+__all__ = ["main"]
 
 EXIT_CODES = (
     "Exit codes: 0 done, 1 a negative verdict, 2 usage, 3 bad input or a refused mechanism, "
@@ -73,7 +74,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class _StandardError(logging.Handler):
-    """Prints on what is standard error by then, below a line that moves."""
+    """Prints records on standard error, as it stands when they come."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print one line."""
@@ -84,6 +85,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     """Run one command; returns its exit code, and prints one line where it fails."""
     words = sys.argv[1:] if argv is None else argv
     try:
+        mode()  # refuses an unknown BALANCE_COMPILE before any work
         arguments = _parser().parse_args(words)
         check_files(arguments)
         take_streams(arguments)
@@ -111,7 +113,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
 
 
 class _Version(argparse.Action):
-    """Prints the version, which is looked up only then."""
+    """Prints the version, which is imported only then."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """End the command with code 0."""
@@ -201,7 +203,7 @@ def _space(arguments: argparse.Namespace, angles: str) -> DesignSpace:
 
 
 def _report(arguments: argparse.Namespace) -> int:
-    with waiting(FINDING):
+    with spinner(FINDING):
         space = with_both(partial(_space, arguments), arguments.angles)
         space, exact = _exactly(space) if arguments.exact else (space, None)
         explanation = space.explain() if arguments.explain else None
@@ -220,7 +222,7 @@ def _report(arguments: argparse.Namespace) -> int:
 
 
 def _design(arguments: argparse.Namespace) -> int:
-    with waiting(FINDING):
+    with spinner(FINDING):
         space = with_both(partial(_space, arguments), arguments.angles)
         found = designing.designed(arguments, space)
     told = designing.write_files(arguments, found)
@@ -246,7 +248,7 @@ def _verify(arguments: argparse.Namespace) -> int:
 
 
 def _motion(arguments: argparse.Namespace) -> int:
-    with waiting("expanding the motion"):
+    with spinner("expanding the motion"):
         found = moving.foretold(arguments, partial(_load, arguments))
     from balance.commands.motion_text import text
 

@@ -21,21 +21,21 @@ from kinematics.errors import LinkageError
 from kinematics.linkage import Linkage
 from kinematics.taylor import taylor_motion
 
-__all__ = ["stages"]
+__all__ = ["warm_up"]
 
 FAR = 0.01
 
 
-def stages() -> Iterator[None]:
+def warm_up() -> Iterator[None]:
     """Do with the smallest linkage of each kind what the commands do; the first ones first."""
-    linkages = kinematics.warmup.examples()
+    linkages = kinematics.warmup.smallest_linkages()
     yield
     for work in (_find_space, _move, _predict, _find_other_spaces):
         for linkage in linkages:
             with suppress(LinkageError):
                 work(linkage)
             yield
-    yield from kinematics.warmup.stages()
+    yield from kinematics.warmup.warm_up()
 
 
 def _find_space(linkage: Linkage) -> None:

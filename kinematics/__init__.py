@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from kinematics.compilation import compile, register
+from kinematics.compilation import compile, register_warm_up
 
 if TYPE_CHECKING:
     from kinematics.linkage import Body, Joint, Linkage, Loop, Notice
@@ -72,11 +72,11 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *_HOMES})
 
 
-def _stages() -> Iterator[None]:
+def _warm_up() -> Iterator[None]:
     """Run all kernels of this package, stage by stage."""
-    from kinematics.warmup import stages
+    from kinematics.warmup import warm_up
 
-    yield from stages()
+    yield from warm_up()
 
 
-register("kinematics", _stages)
+register_warm_up("kinematics", _warm_up)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from kinematics.profile import profile
 from kinematics.wording import counted, vector
 
-__all__ = ["Chain", "Frame", "IntArray", "Structure", "frozen", "shown"]
+__all__ = ["Chain", "Frame", "IntArray", "Structure", "frozen", "read_only"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -28,7 +28,7 @@ def frozen(array: object, dtype: type = np.float64) -> NDArray:
     return copy
 
 
-def shown(array: NDArray) -> NDArray:
+def read_only(array: NDArray) -> NDArray:
     """The same numbers, read-only: kernels are compiled again for what may be written to."""
     view = array.view()
     view.flags.writeable = False

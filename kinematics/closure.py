@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.arrays import Chain, frozen, shown
+from kinematics.arrays import Chain, frozen, read_only
 from kinematics.kernels import kernel
 from kinematics.profile import COUNT, HEIGHT, JOINT, ROW, ROWS, factor, fill, solve
 
@@ -242,7 +242,7 @@ def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
     """As `expand`, at a pose to which the joint screws (n, 6 or 3) have been carried."""
     space = room(chain, len(rays), order)
     series = planar_series if chain.planar else spatial_series
-    series(0, order, chain.walked, screws, shown(rays), space)
+    series(0, order, chain.walked, screws, read_only(rays), space)
     _, _, _, V, C, T, residual = space
     return Series(C, V, T, residual)
 

@@ -22,12 +22,12 @@ from kinematics.errors import UsageError
 from kinematics.kernel_cache import ALL, cache_folder, note, ready
 
 __all__ = [
-    "account",
     "begin_command",
     "compile",
-    "compile_beside",
+    "compile_in_background",
+    "kernel_time",
     "mode",
-    "register",
+    "register_warm_up",
 ]
 
 logger = logging.getLogger(__name__)
@@ -41,10 +41,10 @@ WORTH = 0.5
 PAUSE = 0.2
 # The process beside a command takes the lock before it imports anything heavy.
 CHILD = (
-    "import {}; from kinematics.compilation import compile_beside; "
-    "raise SystemExit(compile_beside())"
+    "import {}; from kinematics.compilation import compile_in_background; "
+    "raise SystemExit(compile_in_background())"
 )
-BESIDE = (
+STARTED = (
     "kernels are compiled in the background for later runs; this one does not wait "
     f"({VARIABLE}={'|'.join(MODES)})"
 )
@@ -74,13 +74,11 @@ class _Choice:
 
 
 def begin_command() -> None:
-    """Say that this process is one command, before any kernel is imported.
+    """Let kernels be compiled in the background, if the environment does not say otherwise.
 
-    Raises:
-        UsageError: the environment asks for something unknown.
+    Call it before any kernel is imported, in a process that runs one command.
     """
     _Choice.default = "background"
-    mode()
 
 
 def mode() -> str:
@@ -97,7 +95,7 @@ def mode() -> str:
     return chosen
 
 
-def register(module: str, stages: Callable[[], Iterator[None]]) -> None:
+def register_warm_up(module: str, stages: Callable[[], Iterator[None]]) -> None:
     """Name what runs all kernels of a package and of those below it, stage by stage.
 
     Args:
@@ -118,7 +116,7 @@ def compile() -> None:
         return
     from kinematics.compiler import compiled_kernels
 
-    account.compile_all()
+    kernel_time.compile_all()
     folder, package = cache_folder(), _Choice.warm_up.package
     for _ in _Choice.warm_up.stages():
         if folder is not None and not folder.exists():
@@ -127,7 +125,7 @@ def compile() -> None:
     note(package, [*compiled_kernels(), ALL])
 
 
-class _Account:
+class _KernelTime:
     """How long kernels have run uncompiled in this process, and which ones still do."""
 
     def __init__(self) -> None:
@@ -154,14 +152,14 @@ class _Account:
         self._compiled = ready(_Choice.warm_up.package)
         if ALL not in self._compiled and not self._asked:
             self._asked = True
-            _start_beside()
+            _start_background()
         self._next = monotonic() + PAUSE
 
 
-account = _Account()
+kernel_time = _KernelTime()
 
 
-def _start_beside() -> None:
+def _start_background() -> None:
     """Start the process that compiles, unless there is one or no place for what it makes."""
     import subprocess
 
@@ -171,7 +169,7 @@ def _start_beside() -> None:
     if folder is None or _Choice.warm_up is None:
         logger.warning(NO_FOLDER)
         return
-    logger.warning(BESIDE)
+    logger.warning(STARTED)
     try:
         with FileLock(folder / "kernels.lock", timeout=0):
             pass
@@ -193,7 +191,7 @@ def _start_beside() -> None:
         logger.debug("no process to compile kernels: %s", error)
 
 
-def compile_beside() -> int:
+def compile_in_background() -> int:
     """Compile all kernels in a process of its own, if no other does; returns its exit code.
 
     The lock goes with the process, however it ends. A failure is told in ``kernels.log``,

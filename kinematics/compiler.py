@@ -44,11 +44,7 @@ def compile_kernel(function: Callable[..., Any], inline: bool, borrows: bool) ->
         inline: whether its callers contain its code.
         borrows: whether it makes no arrays and returns none.
     """
-    options = {
-        "error_model": "numpy",
-        "fastmath": {"reassoc", "contract", "nsz"},
-        "no_cfunc_wrapper": True,
-    }
+    options = {"error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
     compiled = numba.njit(nogil=True, forceinline=inline, _nrt=not borrows, **options)(function)
     _for_any_number(compiled)
     try:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.compilation import account, mode
+from kinematics.compilation import kernel_time, mode
 from kinematics.kernel_cache import name_of
 
 __all__ = ["kernel"]
@@ -63,7 +63,7 @@ class _Kernel:
         """The results of the function."""
         if _within.kernel:
             return self.py_func(*args)
-        if account.runs_compiled(self._name):
+        if kernel_time.runs_compiled(self._name):
             return self.compiled(*args)
         _within.kernel, start = True, perf_counter()
         try:
@@ -72,7 +72,7 @@ class _Kernel:
                 return _unboxed(self.py_func(*numbers))
         finally:
             _within.kernel = False
-            account.add(perf_counter() - start)
+            kernel_time.add(perf_counter() - start)
 
     @cached_property
     def compiled(self) -> Any:

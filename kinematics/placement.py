@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.arrays import Chain, shown
+from kinematics.arrays import Chain, read_only
 from kinematics.closure import Series, expand_from
 from kinematics.displacement import invert, multiply, place
 from kinematics.kernels import kernel
@@ -236,7 +236,7 @@ def follow(
     H, screws = _room(chain)
     q, C = np.empty(start.size), series.C[-1]
     step = follow_series(
-        chain.walked, start, C, shown(ray), reach, q, H, screws, step_room(chain, len(C))
+        chain.walked, start, C, read_only(ray), reach, q, H, screws, step_room(chain, len(C))
     )
     screws.flags.writeable = False
     return Pose(q, H, screws, 0.0), step

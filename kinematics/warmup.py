@@ -15,14 +15,14 @@ from kinematics.models import gallery, load
 from kinematics.taylor import taylor_motion
 from kinematics.tools import tool
 
-__all__ = ["examples", "stages"]
+__all__ = ["smallest_linkages", "warm_up"]
 
 ORDER = 2
 
 
-def stages() -> Iterator[None]:
-    """Expand the motion of the smallest linkage of each kind, and guide one of its links."""
-    for linkage in examples():
+def warm_up() -> Iterator[None]:
+    """Run all kernels once: expand motions, and guide a link, of the smallest linkages."""
+    for linkage in smallest_linkages():
         taylor_motion(linkage, ORDER)
         yield
         for body, direction in product(linkage.bodies, "xyz"):
@@ -34,7 +34,7 @@ def stages() -> Iterator[None]:
         yield
 
 
-def examples() -> list[Linkage]:
+def smallest_linkages() -> list[Linkage]:
     """The smallest linkage of each kind in the gallery."""
     found: dict[tuple[bool, ...], Linkage] = {}
     for linkage in sorted(map(load, gallery().values()), key=_size):

@@ -22,7 +22,7 @@ from small_package import ROOT, clean, run
 
 WARM_UP = """
 import os, pathlib, time
-from kinematics.compilation import register
+from kinematics.compilation import register_warm_up
 
 def stages():
     with pathlib.Path(os.environ["NUMBA_CACHE_DIR"], "compilers").open("a") as file:
@@ -34,19 +34,19 @@ def stages():
     if os.environ.get("BROKEN"):
         raise RuntimeError("a compiler that fails")
 
-register("kinematics.warmup", stages)
+register_warm_up("kinematics.warmup", stages)
 """
 # What a command does: kernels run, and seem to take a second.
 COMMAND = """
 import sys, kinematics.warmup
-from kinematics.compilation import account, begin_command
+from kinematics.compilation import kernel_time, begin_command
 begin_command()
 from kinematics.above import outer
 print(outer(1.0))
-account.add(1.0)
+kernel_time.add(1.0)
 print(outer(1.0), "numba" in sys.modules)
 """
-QUICK = COMMAND.replace("account.add(1.0)", "account.add(0.1)")
+QUICK = COMMAND.replace("kernel_time.add(1.0)", "kernel_time.add(0.1)")
 
 
 @pytest.fixture
@@ -102,9 +102,9 @@ def test_a_command_changes_to_compiled_kernels_that_come_meanwhile(small):
     folder, environment = small
     code = COMMAND.replace("print(outer(1.0), ", """
 import time
-while not account.runs_compiled("kinematics.above.outer()"):
+while not kernel_time.runs_compiled("kinematics.above.outer()"):
     time.sleep(0.05)
-    account.add(0.0)
+    kernel_time.add(0.0)
 print(outer(1.0), """)
     assert run(folder, code, **environment)[0] == ["20.0", "20.0", "True"]
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from kinematics.linkage import Linkage
     from kinematics.taylor import TaylorMotion
 
-__all__ = ["Predictions", "Prediction", "assigned", "coordinates", "offset", "predict"]
+__all__ = ["Prediction", "Predictions", "assigned", "coordinates", "offset", "predict"]
 
 Array = NDArray[np.float64]
 

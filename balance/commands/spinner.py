@@ -1,4 +1,4 @@
-"""A sign of life on the terminal while a command computes."""
+"""A spinner on the terminal while a command computes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from threading import Event, Thread
 
 from kinematics.compilation import mode
 
-__all__ = ["waiting"]
+__all__ = ["spinner"]
 
 # Seconds after which it is shown: most answers are there before.
 PATIENCE = 0.6
@@ -17,7 +17,7 @@ STANDARD_ERROR = 2
 
 
 @contextmanager
-def waiting(text: str) -> Iterator[None]:
+def spinner(text: str) -> Iterator[None]:
     """Show what a command is doing, and for how long, until it is done.
 
     Nothing must be printed meanwhile but through `logging`. Where kernels are compiled at
@@ -37,7 +37,7 @@ def waiting(text: str) -> Iterator[None]:
 
 
 def _show(text: str, done: Event) -> None:
-    """A line that moves, from `PATIENCE` on."""
+    """Show the spinner from `PATIENCE` on, until it is done."""
     if done.wait(PATIENCE):
         return
     from rich.console import Console

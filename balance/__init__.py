@@ -9,8 +9,11 @@ The space of balanced mass distributions:
 - ``design_space_many``: spaces of one topology in many geometries, on all cores
 - ``certify``: confirm or correct the integers of a space, and state how sure they are
 - ``exact_ranks``: ranks of the conditions by order, as whole numbers without a tolerance
+- ``distance_to_rank_drop``: smallest change of geometry that lowers the rank
+- ``save_space``: write a space to a file
 - ``load_space``: read a space that was saved
 - ``DesignSpace``: mass distributions with vanishing momentum in every motion of a linkage
+- ``CertifiedSpace``: a space with what is known about its integers
 - ``ManySpaces``: what ``design_space_many`` finds, geometry by geometry
 - ``SpaceRecord``: a space as data, without the linkage it came from
 - ``BodyInertia``: inertial parameters of a body, and what follows from them
@@ -18,8 +21,9 @@ The space of balanced mass distributions:
 - ``Exact``: ranks by exact arithmetic
 - ``Proof``: lower bounds on rank and nullity that add up to the number of parameters
 
-Its meaning, from ``DesignSpace.explain()``:
+Its meaning:
 
+- ``explain``: explain a space joint by joint, and what the loops add
 - ``Explanation``: a space in terms of point masses, displacements and pure-inertia rods
 - ``Freedom``: one way to change the masses that leaves the linkage balanced
 - ``Primitive``: one element of a mass distribution
@@ -75,15 +79,15 @@ from typing import TYPE_CHECKING
 from kinematics.compilation import register_warm_up
 
 if TYPE_CHECKING:
-    from balance.archive import SpaceRecord, load_space
+    from balance.archive import SpaceRecord, load_space, save_space
     from balance.bodies import BodyInertia
     from balance.designs.certificate import CertificateCheck, check_certificate
     from balance.designs.feasibility import DesignCheck, Feasibility, check_design, feasible
     from balance.designs.optimum import Design, design
     from balance.exact.proof import Proof
-    from balance.exact.ranks import Exact, exact_ranks
+    from balance.exact.ranks import Exact
     from balance.inertia import mass_properties, parameters, pseudo_inertia, violations
-    from balance.meaning.explain import Explanation
+    from balance.meaning.explain import Explanation, explain
     from balance.meaning.freedoms import Freedom
     from balance.meaning.multipole import Primitive
     from balance.momentum import momentum_regressor
@@ -99,8 +103,11 @@ if TYPE_CHECKING:
     )
     from balance.spaces.certainty import Certainty
     from balance.spaces.certification import certify
+    from balance.spaces.certified import CertifiedSpace
     from balance.spaces.designspace import design_space
+    from balance.spaces.exact_integers import exact_ranks
     from balance.spaces.geometries import ManySpaces, design_space_many
+    from balance.spaces.nearness import distance_to_rank_drop
     from balance.spaces.space import DesignSpace
     from balance.transfers.partition import Transfer
     from balance.verification.loads import shaking
@@ -112,6 +119,7 @@ __all__ = [
     "BodyInertia",
     "Certainty",
     "CertificateCheck",
+    "CertifiedSpace",
     "Design",
     "DesignCheck",
     "DesignSpace",
@@ -136,7 +144,9 @@ __all__ = [
     "design",
     "design_space",
     "design_space_many",
+    "distance_to_rank_drop",
     "exact_ranks",
+    "explain",
     "feasible",
     "load_space",
     "mass_properties",
@@ -147,6 +157,7 @@ __all__ = [
     "momentum_wrenches",
     "parameters",
     "pseudo_inertia",
+    "save_space",
     "screw_figure",
     "shaking",
     "verify",
@@ -157,6 +168,7 @@ _HOMES = {
     "BodyInertia": "bodies",
     "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
+    "CertifiedSpace": "spaces.certified",
     "Design": "designs.optimum",
     "DesignCheck": "designs.feasibility",
     "DesignSpace": "spaces.space",
@@ -181,7 +193,9 @@ _HOMES = {
     "design": "designs.optimum",
     "design_space": "spaces.designspace",
     "design_space_many": "spaces.geometries",
-    "exact_ranks": "exact.ranks",
+    "distance_to_rank_drop": "spaces.nearness",
+    "exact_ranks": "spaces.exact_integers",
+    "explain": "meaning.explain",
     "feasible": "designs.feasibility",
     "load_space": "archive",
     "mass_properties": "inertia",
@@ -192,6 +206,7 @@ _HOMES = {
     "momentum_wrenches": "screw_lines",
     "parameters": "inertia",
     "pseudo_inertia": "inertia",
+    "save_space": "archive",
     "screw_figure": "screw_lines",
     "shaking": "verification.loads",
     "verify": "verification.twin",

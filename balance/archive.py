@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, get_args
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from balance.answer import Answer, Balance, Order
 from balance.files import replacing
+from balance.spaces.space import DesignSpace
 from kinematics.arrays import frozen
 from kinematics.errors import FileError
 from kinematics.linkage import Notice
@@ -26,7 +27,7 @@ from kinematics.motion import Motion
 from kinematics.reader.markup import shown
 from kinematics.wording import listed, paragraph
 
-__all__ = ["SpaceRecord", "digest", "load_space"]
+__all__ = ["SpaceRecord", "load_space", "record_of", "save_space"]
 
 Array = NDArray[np.float64]
 
@@ -58,26 +59,58 @@ class SpaceRecord(Answer):
         bodies, source = f"bodies {listed(self.bodies)}", f"from {self.source}"
         return paragraph(f"SpaceRecord: {self.parts}", bodies, source)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the record to one ``.npz`` file, which `load_space` reads.
 
-        The file appears whole or not at all. Its entry ``header`` is a JSON text with the
-        version, the SHA-256 of the linkage's file and all options.
+def record_of(space: DesignSpace) -> SpaceRecord:
+    """A design space without its linkage, and where it comes from."""
+    from kinematics.version import __version__
 
-        Raises:
-            FileError: it cannot be written.
-        """
-        arrays = {name: getattr(self, name) for name in _shapes(self)}
-        if self.motion:
-            arrays["motion"] = self.motion.basis
-        with replacing(path) as file:
-            np.savez(
-                file, allow_pickle=False, header=np.array(json.dumps(_header(self))), **arrays
-            )
+    known = {item.name: getattr(space, item.name) for item in fields(Answer)}
+    if space.linkage.at:
+        pose = Notice("reference_pose", f"the reference pose is {space.linkage.pose}")
+        known["notices"] = (*space.notices, pose)
+    return SpaceRecord(
+        **known, singular_values=space.singular_values, kept=space.kept, dropped=space.dropped,
+        sha256=_digest(space.source), version=__version__,
+    )  # fmt: skip
+
+
+def save_space(space: DesignSpace | SpaceRecord, path: str | os.PathLike[str]) -> None:
+    """Write a design space to one ``.npz`` file, which `load_space` reads.
+
+    The file appears whole or not at all. Its entry ``header`` is a JSON text with the version,
+    the SHA-256 of the linkage's file and all options.
+
+    Args:
+        space: a design space, or the record of one.
+        path: the file to write.
+
+    Raises:
+        FileError: it cannot be written.
+
+    Example:
+        >>> import balance, kinematics
+        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> balance.save_space(space, "space.npz")
+        >>> balance.load_space("space.npz").nullity == space.nullity
+        True
+    """
+    record = record_of(space) if isinstance(space, DesignSpace) else space
+    arrays = {name: getattr(record, name) for name in _shapes(record)}
+    if record.motion:
+        arrays["motion"] = record.motion.basis
+    header = np.array(json.dumps(_header(record)))
+    with replacing(path) as file:
+        np.savez(file, allow_pickle=False, header=header, **arrays)
 
 
 def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
-    """Read a design space that `DesignSpace.save` or `SpaceRecord.save` wrote.
+    """Read a design space that `save_space` wrote.
+
+    Args:
+        path: the file.
+
+    Returns:
+        The space as data; see `SpaceRecord`.
 
     Raises:
         FileError: it is not such a file, is damaged, or has another format.
@@ -94,11 +127,11 @@ def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
             return record
         problem = f"its format is {str(header['format'])[:40]!r}, not {FORMAT!r}"
     raise FileError(
-        shown(os.fsdecode(path), 1000), "", problem, "give a file that DesignSpace.save wrote"
+        shown(os.fsdecode(path), 1000), "", problem, "give a file that save_space wrote"
     ) from None
 
 
-def digest(source: str) -> str | None:
+def _digest(source: str) -> str | None:
     """SHA-256 of a file, None if there is no such file."""
     with suppress(OSError, ValueError):
         return sha256(Path(source).read_bytes()).hexdigest()

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from balance.exact.ranks import Exact
     from balance.meaning.explain import Explanation
     from balance.motions.prediction import Predictions
+    from balance.spaces.certified import CertifiedSpace
     from balance.spaces.space import DesignSpace
     from kinematics.linkage import Linkage, Notice
 
@@ -188,7 +189,7 @@ def _load(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkag
     )  # fmt: skip
 
 
-def _space(arguments: argparse.Namespace, angles: str) -> DesignSpace:
+def _space(arguments: argparse.Namespace, angles: str) -> CertifiedSpace:
     """The design space that the options describe, with rounded angles read as told."""
     linkage = _load(arguments, angles)
     # The file has been accepted; only now is it worth loading the kernels.
@@ -206,17 +207,19 @@ def _report(arguments: argparse.Namespace) -> int:
     with spinner(FINDING):
         space = with_both(partial(_space, arguments), arguments.angles)
         space, exact = _exactly(space) if arguments.exact else (space, None)
-        explanation = space.explain() if arguments.explain else None
-        told = reporting.write_files(arguments, space, explanation)
+        explanation, change = _describe(space, arguments)
+        told = reporting.write_files(arguments, space, explanation, change)
+    from balance.commands.report_data import report_data
     from balance.commands.report_text import text
 
     _warn((*space.warnings, *(exact.notices if exact else ()), *told))
+    explanation = explanation if arguments.explain else None
     if arguments.json:
-        print(_json(space.to_dict(explanation, exact)))
+        print(_json(report_data(space, explanation, exact, change)))
     elif sys.stdout.isatty():
-        _show(space, explanation, exact)
+        _show(space, explanation, exact, change)
     else:
-        print(text(space, explanation, exact))
+        print(text(space, explanation, exact, change))
     refused = arguments.exact and exact is None
     return DONE if _sure(space, arguments) and not refused else UNDECIDED
 
@@ -277,10 +280,23 @@ def _warn(notices: Iterable[Notice]) -> None:
         logging.warning("%s: %s", notice.code, notice.message)
 
 
-def _exactly(space: DesignSpace) -> tuple[DesignSpace, Exact | None]:
+def _describe(
+    space: DesignSpace, arguments: argparse.Namespace
+) -> tuple[Explanation | None, float]:
+    """The explanation, if the text or the page needs it, and the distance to a rank drop."""
+    from balance.meaning.explain import explain
+    from balance.spaces.nearness import distance_to_rank_drop
+
+    wanted = arguments.explain or arguments.html is not None
+    return explain(space) if wanted else None, distance_to_rank_drop(space)
+
+
+def _exactly(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | None]:
     """The exact ranks; where there can be none, the space has one more notice, of why."""
+    from balance.spaces.exact_integers import exact_ranks
+
     try:
-        return space, space.exact()
+        return space, exact_ranks(space)
     except ExactError as error:
         from dataclasses import replace
 
@@ -290,7 +306,7 @@ def _exactly(space: DesignSpace) -> tuple[DesignSpace, Exact | None]:
         return replace(space, notices=(*space.notices, notice)), None
 
 
-def _sure(space: DesignSpace, arguments: argparse.Namespace) -> bool:
+def _sure(space: CertifiedSpace, arguments: argparse.Namespace) -> bool:
     """Whether the answer is sure, and as certain as the user wants it; says so if it is not."""
     from balance.spaces.certainty import LEVELS
 
@@ -305,7 +321,9 @@ def _sure(space: DesignSpace, arguments: argparse.Namespace) -> bool:
     return complete and not certainty.doubts and enough
 
 
-def _show(space: DesignSpace, explanation: Explanation | None, exact: Exact | None) -> None:
+def _show(
+    space: DesignSpace, explanation: Explanation | None, exact: Exact | None, change: float
+) -> None:
     """The report on a terminal."""
     from rich.console import Console
     from rich.markup import escape
@@ -314,7 +332,7 @@ def _show(space: DesignSpace, explanation: Explanation | None, exact: Exact | No
     from balance.commands.report_text import facts, meaning, table
 
     summary = Table.grid(padding=(0, 2))
-    for label, value in facts(space):
+    for label, value in facts(space, change):
         summary.add_row(f"[bold]{label}", escape(value))
     head, *rows = table(space, exact)
     orders = Table(*head)

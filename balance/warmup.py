@@ -9,12 +9,14 @@ import numpy as np
 
 import kinematics.warmup
 from balance.answer import Balance
+from balance.meaning.explain import explain
 from balance.momentum import momentum_regressor
 from balance.motions.momentum import momentum_taylor
 from balance.motions.prediction import predict
 from balance.spaces.certification import certify
 from balance.spaces.designspace import design_space
 from balance.spaces.geometries import design_space_many
+from balance.spaces.nearness import distance_to_rank_drop
 from balance.verification.loads import shaking
 from balance.verification.trajectory import random_motions
 from kinematics.errors import LinkageError
@@ -40,7 +42,8 @@ def warm_up() -> Iterator[None]:
 
 def _find_space(linkage: Linkage) -> None:
     space = certify(design_space(linkage))
-    space.to_dict(space.explain())
+    explain(space)
+    distance_to_rank_drop(space)
 
 
 def _move(linkage: Linkage) -> None:

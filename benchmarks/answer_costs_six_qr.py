@@ -9,7 +9,7 @@ from __future__ import annotations
 from itertools import cycle
 
 from balance import design_space
-from balance.exact.ranks import exact_ranks
+from balance.spaces.exact_integers import exact_ranks
 from benchmarks.geometry import variants
 from benchmarks.kernel_costs_half_a_qr import KernelCostsHalfAQr
 from kinematics.models import load

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from balance import design_space, momentum_regressor
-from balance.exact.ranks import exact_ranks
+from balance.spaces.exact_integers import exact_ranks
 from kinematics.models import gallery, load
 
 

@@ -16,7 +16,7 @@ from time import perf_counter
 import numpy as np
 
 from balance import design_space
-from balance.exact.ranks import exact_ranks
+from balance.spaces.exact_integers import exact_ranks
 from benchmarks.geometry import resized
 from benchmarks.sampling import Sampling
 from kinematics.models import load

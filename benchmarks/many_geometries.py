@@ -12,7 +12,7 @@ import os
 import numpy as np
 
 from balance import design_space_many, momentum_regressor
-from balance.exact.ranks import exact_ranks
+from balance.spaces.exact_integers import exact_ranks
 from benchmarks import compiled
 from benchmarks.geometry import resized, variants
 from kinematics.models import load

@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from balance import design_space
-from balance.exact.ranks import exact_ranks
+from balance.spaces.exact_integers import exact_ranks
 from benchmarks.geometry import four_bar_chain
 from kinematics.linkage import Linkage
 from kinematics.models import load

@@ -10,8 +10,8 @@ from itertools import cycle
 import numpy as np
 
 from balance import design_space
-from balance.exact.ranks import exact_ranks
 from balance.spaces import designspace
+from balance.spaces.exact_integers import exact_ranks
 from balance.spaces.space import DesignSpace
 from balance.transfers.opening import Transfers, transfers
 from benchmarks.geometry import resized

@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from balance import design_space
-from balance.exact.ranks import Exact, exact_ranks
+from balance.exact.ranks import Exact
 from balance.momentum import RegressorSeries
+from balance.spaces.exact_integers import exact_ranks
 from benchmarks.geometry import placed
 from kinematics.closure import expand
 from kinematics.errors import LinkageError

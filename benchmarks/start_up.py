@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from balance.exact.ranks import exact_ranks
+from balance.spaces.exact_integers import exact_ranks
 from benchmarks import reference
 from benchmarks.processes import ROOT, python
 from kinematics.models import load

@@ -167,7 +167,8 @@ def test_the_command_reports_the_pose_and_writes_its_file(tmp_path, capsys):
 
 
 def test_a_saved_space_says_at_which_pose_it_is(tmp_path):
-    design_space(kinematics.load("four_bar_general", at={"u1": 0.3})).save(tmp_path / "s.npz")
+    there = design_space(kinematics.load("four_bar_general", at={"u1": 0.3}))
+    balance.save_space(there, tmp_path / "s.npz")
     notice = balance.load_space(tmp_path / "s.npz").notices[-1]
     assert notice.code == "reference_pose" and "u1 = 0.3 rad from the pose" in notice.message
 

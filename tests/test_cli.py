@@ -16,7 +16,19 @@ from spent import spent
 import balance
 import kinematics
 from balance.cli import main
+from balance.commands.report_data import report_data
+from balance.spaces import designspace
+from balance.spaces import replaced as changed_numbers
+from balance.spaces.nearness import distance_to_rank_drop
 from kinematics import gallery
+
+# Lists of files that are opened, while a test looks.
+OPENED: list[list[str]] = []
+sys.addaudithook(
+    lambda event, arguments: (
+        OPENED[-1].append(str(arguments[0])) if event == "open" and OPENED else None
+    )
+)
 
 KEYS = (
     "schema model at algebra balance bodies parameters joints loops mobility inputs idle "
@@ -32,6 +44,11 @@ def words(figure: Figure) -> list[str]:
     return ["report", figure.model, "--balance", figure.balance, *motion, *spatial, "--json"]
 
 
+def data_of(space):
+    """What the command prints of a space without further options."""
+    return report_data(space, change=distance_to_rank_drop(space))
+
+
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     """One command in a process of its own."""
     return subprocess.run(
@@ -42,11 +59,33 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.parametrize("model", kinematics.gallery())
+def test_a_report_reads_its_file_once_and_computes_its_space_once(model, monkeypatch, capsys):
+    """Opened files are counted by the system, spaces by the geometry they belong to."""
+    path = str(kinematics.gallery()[model])
+    opened, computed = [], []
+    original = designspace.design_space
+
+    def counting(linkage, *arguments, **options):
+        computed.append(b"".join(joint.screw.tobytes() for joint in linkage.joints))
+        return original(linkage, *arguments, **options)
+
+    monkeypatch.setattr(designspace, "design_space", counting)
+    monkeypatch.setattr(changed_numbers, "design_space", counting)
+    OPENED.append(opened)
+    try:
+        assert main(["report", model, "--json"]) == 0
+    finally:
+        OPENED.pop()
+    assert json.loads(capsys.readouterr().out)["model"]
+    assert opened.count(path) == 1 and len(computed) == len(set(computed)) >= 1
+
+
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_every_figure_comes_out_of_the_command(figure, capsys):
     assert main(words(figure)) == 0
     report = json.loads(capsys.readouterr().out)
-    assert list(report) == KEYS and report == known(figure).to_dict()
+    assert list(report) == KEYS and report == data_of(known(figure))
     assert report["schema"] == "balance.report/1"
     assert report["model"] == figure.model
     assert report["parameters"] == figure.parameters

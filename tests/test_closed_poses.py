@@ -15,7 +15,7 @@ from yourdfpy import URDF
 import kinematics
 from balance import certify, design_space
 from balance.cli import main
-from balance.exact.ranks import exact_ranks
+from balance.spaces.exact_integers import exact_ranks
 from kinematics.arrays import frozen
 from kinematics.errors import ExactError, FileError
 from kinematics.rational import dot

@@ -16,7 +16,8 @@ import kinematics
 from balance import design_space
 from balance.exact import modular, ranks
 from balance.exact.chain import exact_chain
-from balance.exact.ranks import PLATEAU, exact_ranks
+from balance.exact.ranks import PLATEAU
+from balance.spaces.exact_integers import exact_ranks
 from kinematics import Motion
 from kinematics.errors import ExactError
 from kinematics.reader.geometry import exact_geometry

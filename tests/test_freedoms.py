@@ -24,6 +24,7 @@ from urdf_text import UNIT_INERTIA, about, joint, link, pose_of, saved
 
 import kinematics
 from balance import design_space, momentum_regressor
+from balance.meaning.explain import explain
 from balance.meaning.freedoms import parallel_freedoms, summary, transfer_freedoms
 from balance.meaning.multipole import rod
 from balance.meaning.sparse import Search
@@ -328,8 +329,8 @@ def test_words_and_transfers_hold_at_any_size_and_place(tmp_path, factor, away):
     H = np.eye(4)
     H[:3, 3] = away * factor * np.array([0.6, 0.8, 0.0])
     found = design_space(kinematics.load(altered(model, tmp_path, resized(factor), placed(H))))
-    usual = design_space(kinematics.load(model)).explain()
-    meaning = found.explain()
+    usual = explain(design_space(kinematics.load(model)))
+    meaning = explain(found)
     assert [t.words for t in meaning.transfers] == [t.words for t in usual.transfers]
     assert [f.words for f in meaning.freedoms] == [f.words for f in usual.freedoms]
     if away * factor > 1e6:  # the pose itself is not known to more digits out there

@@ -59,7 +59,7 @@ def test_a_slope_is_that_of_the_singular_value(model, monkeypatch):
     monkeypatch.setattr(nearness, "LARGE", np.inf)
     space = design_space(kinematics.load(model), **CASES[model])
     expected, _ = by_differences(space)
-    assert (space.nearest_drop or np.inf) == pytest.approx(expected, rel=1e-5)
+    assert nearness.distance_to_rank_drop(space) == pytest.approx(expected, rel=1e-5)
 
 
 def test_overconstrained_loops_open_under_some_changes_only():
@@ -83,5 +83,5 @@ def test_an_antiparallelogram_made_general_is_as_near_as_it_was_moved(off, tmp_p
         origin.set("xyz", " ".join([f"{-0.488 - off}", *origin.get("xyz").split()[1:]]))
 
     linkage = kinematics.load(altered("four_bar_antiparallelogram", tmp_path, lengthened))
-    found = design_space(linkage).nearest_drop * linkage.chain.frame.length
+    found = nearness.distance_to_rank_drop(design_space(linkage)) * linkage.chain.frame.length
     assert 0.1 * off < found < off / 2**0.5

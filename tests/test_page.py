@@ -18,6 +18,9 @@ import balance.web.scene
 import kinematics
 from balance import design_space
 from balance.cli import main
+from balance.commands.report_data import report_data
+from balance.meaning.explain import explain
+from balance.spaces.nearness import distance_to_rank_drop
 from balance.web.page import page
 from balance.web.scene import scene
 
@@ -69,7 +72,7 @@ class Elements(HTMLParser):
 def case(model, motion=None):
     """Design space of a model of the gallery, and the elements of its page."""
     space = design_space(kinematics.load(model), motion)
-    return space, Elements(page(space))
+    return space, Elements(page(space, explain(space), distance_to_rank_drop(space)))
 
 
 @cache
@@ -90,7 +93,8 @@ def displacements(rows):
 
 def plain(space):
     """The report as a reader of JSON sees it."""
-    return json.loads(json.dumps(space.to_dict(space.explain())))
+    change = distance_to_rank_drop(space)
+    return json.loads(json.dumps(report_data(space, explain(space), change=change)))
 
 
 @pytest.mark.parametrize("model, motion", CASES)
@@ -236,7 +240,8 @@ def test_names_of_files_are_text(tmp_path):
     """No name opens an element, ends a script or is taken for a place in the template."""
     space = hostile(tmp_path)
     assert "coupler" + HOSTILE in space.bodies
-    found, usual = Elements(page(space)), case(*CASES[0])[1]
+    change = distance_to_rank_drop(space)
+    found, usual = Elements(page(space, explain(space), change)), case(*CASES[0])[1]
     assert all(found.tags[tag] == usual.tags[tag] for tag in ("script", "b", "img"))
     assert "four_bar" + HOSTILE in found.text and "coupler" + HOSTILE in found.text
     assert found.data("report") == plain(space)

@@ -13,6 +13,8 @@ from test_page import HOSTILE, hostile
 
 import kinematics
 from balance import design_space
+from balance.commands.report_data import report_data
+from balance.meaning.explain import explain
 from balance.screw_lines import meeting, momentum_lines
 from balance.web.page import page
 from kinematics.pose import joint_positions
@@ -63,7 +65,7 @@ def pages(tmp_path_factory):
     for model, motion in ((FOUR_BAR, None), (PARALLEL, "u2=u3")):
         space = design_space(kinematics.load(model), motion)
         path = tmp_path_factory.mktemp("pages") / f"{model}.html"
-        path.write_text(page(space), encoding="utf-8")
+        path.write_text(page(space, explain(space)), encoding="utf-8")
         found[model] = space, path.as_uri()
     return found
 
@@ -169,7 +171,7 @@ def test_primitives_ride_on_their_bodies(browser, pages):
     settle(browser)
     q = joint_positions(linkage, {linkage.inputs[0]: np.pi / 3.0})
     H = {body.name: links(linkage, q)[body.link] for body in linkage.bodies}
-    (freedom,) = space.explain().freedoms
+    (freedom,) = explain(space).freedoms
     for name, points, positive in zip(names, before, (True, False), strict=True):
         bodies = [p.body for p in freedom.primitives if (p.value > 0) == positive]
         moved = [points @ H[body][:3, :3].T + H[body][:3, 3] for body in bodies]
@@ -184,7 +186,7 @@ def test_primitives_ride_on_their_bodies(browser, pages):
 def test_freedoms_can_be_chosen(browser, pages, model):
     space, address = pages[model]
     opened(browser, address)
-    explanation = space.explain()
+    explanation = explain(space)
     freedoms = [*explanation.freedoms, *(f for t in explanation.transfers for f in t.freedoms)]
     options = "return Array.from(document.querySelectorAll('#choice option'), (o) => o.text)"
     texts = browser.execute_script(options)
@@ -224,7 +226,7 @@ def test_the_numbers_of_the_report_can_be_read(browser, pages, model):
     one(browser, "summary").click()
     text = browser.execute_script("return document.body.innerText")
     shown = {float(word) for word in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)}
-    wanted = numbers(json.loads(json.dumps(space.to_dict(space.explain()))))
+    wanted = numbers(json.loads(json.dumps(report_data(space, explain(space)))))
     assert len(wanted) > 30 and not [n for n in wanted if float(n) not in shown]
     assert len(browser.find_elements("css selector", "#spectrum svg path")) > space.rank
 
@@ -262,7 +264,7 @@ def test_lines_of_momentum_move_with_the_linkage(browser, tmp_path_factory):
     """Those drawn are the axes that Python finds at the pose; where they meet is said."""
     linkage = kinematics.load("four_bar_kite_balanced")
     path = tmp_path_factory.mktemp("balanced") / "kite.html"
-    path.write_text(page(design_space(linkage)), encoding="utf-8")
+    path.write_text(page(free := design_space(linkage), explain(free)), encoding="utf-8")
     opened(browser, path.as_uri())
     told = set()
     for key, u in ((None, 0.0), (Keys.HOME, -np.pi / 3.0)):
@@ -342,7 +344,7 @@ def test_the_page_fits_a_phone(browser, pages):
 
 def test_names_of_files_do_not_run(browser, tmp_path):
     path = tmp_path / "hostile.html"
-    path.write_text(page(hostile(tmp_path)), encoding="utf-8")
+    path.write_text(page(wrong := hostile(tmp_path), explain(wrong)), encoding="utf-8")
     opened(browser, path.as_uri())
     assert one(browser, "h1").text == "four_bar" + HOSTILE
     assert one(browser, ".slider label").text == "j1" + HOSTILE

@@ -10,6 +10,7 @@ from laws import coordinates
 
 import balance
 import kinematics
+from balance.archive import record_of
 from balance.motions.prediction import Predictions, predict
 from kinematics.screws import twist_axis
 from kinematics.tools import tool
@@ -21,7 +22,7 @@ def results():
     open_space = balance.design_space(linkage)
     space = balance.certify(open_space)
     none = balance.certify(balance.design_space("four_bar_general"))
-    explained = space.explain()
+    explained = balance.explain(space)
     way = balance.verify(linkage, trajectories=1, samples=20)
     lines = balance.momentum_lines(linkage, [0.2])[0]
     motion = kinematics.taylor_motion(linkage, 3)
@@ -38,11 +39,12 @@ def results():
         (kinematics.Notice("code", "text"), "code"),
         (motion, "order 3"), (twist_axis(linkage.joints[1].screw), "pitch 0 m"),
         (space, "rank 7 of 12 planar parameters"), (space, "verified: balanced at"),
-        (space, "ranks by order 3, 6, 7"), (space.record(), "nullity 5 = 4 serial + 1 par"),
+        (space, "ranks by order 3, 6, 7"), (record_of(space), "nullity 5 = 4 serial + 1 par"),
         (open_space, "estimated: by floating-point arithmetic alone"),
         (space.certainty, "verified"), (none.certainty.proof, "rank=8"),
         (none.certainty.proof.chain, "4 joints"), (none.certainty.proof.witness, "8 pivots"),
-        (space.exact(), "rank 7 of 12 parameters, settled"), (explained, "4 transfers, 1"),
+        (balance.exact_ranks(space), "rank 7 of 12 parameters, settled"),
+        (explained, "4 transfers, 1"),
         (explained.transfers[0], "a point mass"), (explained.freedoms[0], "rod +1 on the cr"),
         (explained.freedoms[0].primitives[0], "+1 kg m² rod on crank"),
         (space.transfers[0], "across u1 (ground, crank): 1 independent"),
@@ -91,7 +93,7 @@ def test_no_public_class_is_left_out(instances):
 def test_large_linkages_are_as_short(model):
     linkage = kinematics.load(model)
     space = balance.design_space(linkage, max_order=0)
-    for item in (linkage, linkage.chain, linkage.spatial_chain, space, space.explain()):
+    for item in (linkage, linkage.chain, linkage.spatial_chain, space, balance.explain(space)):
         text = repr(item)
         assert len(text.splitlines()) <= 6 and len(text) < 500, text
     if model == "hprs":

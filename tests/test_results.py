@@ -15,7 +15,7 @@ from laws import altered, coordinates, displacement, known, outside, placed, rel
 
 import balance
 import kinematics
-from balance.commands.report_text import schema
+from balance.commands.report_data import schema
 from balance.inertia import inertia_tensor
 from kinematics.chain import plane_axes
 

@@ -8,7 +8,7 @@ from small_loops import NAMES, freedom, small_loop
 import kinematics
 from balance import certify, design_space
 from balance.exact.chain import exact_chain
-from balance.exact.ranks import exact_ranks
+from balance.spaces.exact_integers import exact_ranks
 from kinematics.errors import LinkageError, MobilityError
 from kinematics.reader.geometry import exact_geometry
 

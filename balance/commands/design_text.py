@@ -32,7 +32,7 @@ def facts(design: Design) -> list[tuple[str, str]]:
     if space.motion:
         pairs.append(("motion", ", ".join(space.motion.relations)))
     count = space.rank + space.nullity
-    size = f"{space.nullity} of {count} dimensions, {space.certainty.level}"
+    size = f"{space.nullity} of {count} dimensions, {space.level}"
     pairs += [("design space", size), ("verdict", design.words)]
     if design.minimise:
         value = "" if design.value is None else f": {design.value:.{DIGITS}g}"

@@ -9,12 +9,12 @@ from kinematics.errors import LinkageError
 
 if TYPE_CHECKING:
     from balance.motions.prediction import Predictions
-    from balance.spaces.space import DesignSpace
+    from balance.spaces.certified import CertifiedSpace
     from balance.verification.verdict import Verification
 
 __all__ = ["with_both"]
 
-Answer = TypeVar("Answer", "DesignSpace", "Predictions", "Verification")
+Answer = TypeVar("Answer", "CertifiedSpace", "Predictions", "Verification")
 
 # Loops of more joints may take minutes to be found not to close.
 LARGE = 60

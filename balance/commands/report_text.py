@@ -1,12 +1,11 @@
 """What a design space says, as text; nothing here prints.
 
-The same as data is `DesignSpace.to_dict`, the contract of ``balance report --json``.
+The same as data is `balance.commands.report_data`.
 """
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
+from math import inf
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -14,17 +13,16 @@ if TYPE_CHECKING:
     from balance.meaning.explain import Explanation
     from balance.spaces.space import DesignSpace
 
-__all__ = ["facts", "meaning", "schema", "table", "text"]
+__all__ = ["facts", "meaning", "table", "text"]
 
 
-def schema() -> dict[str, object]:
-    """The JSON schema (draft 2020-12) of `DesignSpace.to_dict`."""
-    path = files("balance").joinpath("schemas", "report.schema.json")
-    return dict(json.loads(path.read_text(encoding="utf-8")))
+def facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str]]:
+    """The report without its table, as pairs of a label and a value.
 
-
-def facts(space: DesignSpace) -> list[tuple[str, str]]:
-    """The report without its table, as pairs of a label and a value."""
+    Args:
+        space: the design space.
+        change: result of `balance.distance_to_rank_drop`.
+    """
     linkage = space.linkage
     algebra = "planar" if space.planar else "spatial"
     count = space.rank + space.nullity
@@ -48,18 +46,16 @@ def facts(space: DesignSpace) -> list[tuple[str, str]]:
         ("conditions", f"{space.rank}, {_state(space)}"),
         ("design space", f"{space.nullity} of {count} dimensions: {_parts(space)}"),
         ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
-        *([("near-special", near)] if (near := _nearness(space)) else []),
-        ("certainty", f"{space.certainty.level}: {space.certainty.reason}"),
-        *(("in doubt", doubt) for doubt in space.certainty.doubts),
+        *([("near-special", _nearness(change))] if change < inf else []),
+        ("certainty", space.assurance),
+        *(("in doubt", doubt) for doubt in space.doubts),
         ("as given", f"{verdict} (residual {given.residual:.1e})"),
     ]
 
 
-def _nearness(space: DesignSpace) -> str:
-    """How far the next linkage of lower rank is; empty if that is not known."""
-    if space.nearest_drop is None:
-        return ""
-    return f"to first order, a change by {space.nearest_drop:.1e} of the size lowers the rank"
+def _nearness(change: float) -> str:
+    """How far the next linkage of lower rank is."""
+    return f"to first order, a change by {change:.1e} of the size lowers the rank"
 
 
 def _parts(space: DesignSpace) -> str:
@@ -91,10 +87,13 @@ def table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[str, ...
 
 
 def text(
-    space: DesignSpace, explanation: Explanation | None = None, exact: Exact | None = None
+    space: DesignSpace,
+    explanation: Explanation | None = None,
+    exact: Exact | None = None,
+    change: float = inf,
 ) -> str:
-    """The report as plain text, with what it means and exact ranks if these are given."""
-    lines = [f"{label:<13} {value}" for label, value in facts(space)]
+    """The report as plain text; see `balance.commands.report_data` for the arguments."""
+    lines = [f"{label:<13} {value}" for label, value in facts(space, change)]
     rows = ["".join(f"{cell:>8}" for cell in row) for row in table(space, exact)]
     found = ["\n".join([*lines, "", *rows])]
     for title, pairs in meaning(explanation) if explanation else []:

@@ -48,14 +48,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def write_files(
-    arguments: argparse.Namespace, space: DesignSpace, explanation: Explanation | None
+    arguments: argparse.Namespace,
+    space: DesignSpace,
+    explanation: Explanation | None,
+    change: float,
 ) -> tuple[Notice, ...]:
     """Write the files that ``--html`` and ``--write-closed`` name: all of them, or none.
 
     Args:
         arguments: the options of the command.
         space: the design space.
-        explanation: it in words, if asked for.
+        explanation: result of `balance.explain`; None if neither it nor a page is wanted.
+        change: result of `balance.distance_to_rank_drop`.
 
     Returns:
         Notices about the files for the user.
@@ -76,10 +80,10 @@ def write_files(
         if posed.beside:
             text += "; its loops are in another file: give that with --loops"
         notices.append(Notice("closed_pose", f"{closed}: written {text}"))
-    if page is not None:
+    if page is not None and explanation is not None:
         from balance.web.page import page as page_of
 
-        contents.append((page, page_of(space, explanation).encode()))
+        contents.append((page, page_of(space, explanation, change).encode()))
     replacing_all(contents)
     return tuple(notices)
 

@@ -23,7 +23,7 @@ from kinematics.arrays import Chain
 from kinematics.errors import MobilityError
 from kinematics.walk import wander
 
-__all__ = ["Gathered", "add_poses", "floor_of", "gather_conditions"]
+__all__ = ["Gathered", "add_poses", "conditions_by_order", "floor_of", "gather_conditions"]
 
 Array = NDArray[np.float64]
 
@@ -71,8 +71,7 @@ def gather_conditions(
     """
     none = Conditions.beside(known, floor)
     last = EXPANSIONS[-1] if max_order is None else max_order
-    rows = chain.width * rows_per_column(chain.planar, force)
-    rays = min(comb(chain.width + 1, 2), 1 - (-known.shape[1] // rows))
+    rays = _ray_count(chain, known, force)
     while True:
         directions = generic(0, rays, chain.width)
         found = _along(directions, chain, force, none, last, max_order is None)
@@ -112,6 +111,42 @@ def _along(
     while settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
         listed.pop()
     return conditions, listed, settled, reach
+
+
+def conditions_by_order(
+    chain: Chain, known: Array, force: bool, floor: float, last: int
+) -> list[Conditions]:
+    """Conditions up to order 0, 1, … ``last`` at the reference pose; see `gather_conditions`.
+
+    Each order is added to the conditions before it, so that all cost as much as the last.
+
+    Args:
+        chain: the linkage without idle joints.
+        known: rows of parameters that fulfil all conditions.
+        force: whether only linear momentum counts.
+        floor: relative size of round-off.
+        last: highest order of derivative.
+    """
+    rays = _ray_count(chain, known, force)
+    while True:
+        directions = generic(0, rays, chain.width)
+        conditions, ranks = Conditions.beside(known, floor), np.empty(0, np.int64)
+        found = []
+        for order in range(last + 1):
+            step = along_rays(chain, directions, force, conditions, ranks, order, False)
+            if not step.enough:
+                break
+            conditions, ranks = step[:2]
+            found.append(conditions)
+        if len(found) > last:
+            return found
+        rays *= 2
+
+
+def _ray_count(chain: Chain, known: Array, force: bool) -> int:
+    """Number of rays to begin with: enough for orders 0 and 1, or for all unknowns."""
+    rows = chain.width * rows_per_column(chain.planar, force)
+    return min(comb(chain.width + 1, 2), 1 - (-known.shape[1] // rows))
 
 
 def add_poses(

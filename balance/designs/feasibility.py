@@ -27,6 +27,7 @@ from balance.designs.conic import Part, minimise
 from balance.designs.limits import reach
 from balance.designs.restriction import Program, Restriction, program
 from balance.designs.verdicts import TOO_NARROW, UNSETTLED, clashing
+from balance.spaces.certified import CertifiedSpace
 from balance.spaces.space import DesignSpace
 from kinematics.arrays import frozen
 from kinematics.inertial import from_pseudo_inertia
@@ -164,8 +165,7 @@ def _decide_by_transfers(space: DesignSpace, asked: Restriction) -> Feasibility:
     alone stands; otherwise the verdict is undecided.
     """
     serial = space.serial_nullity
-    proved = space.certainty.nullity == serial
-    if not proved:
+    if not (isinstance(space, CertifiedSpace) and space.certainty.nullity == serial):
         return _undecided(UNSETTLED)
     decision = replace(space.decision, basis=space.decision.basis[:, :serial])
     found = answer(replace(space, basis=space.serial, decision=decision), asked, True)

@@ -28,6 +28,7 @@ from balance.designs.restriction import Restriction, program, restriction
 from balance.designs.verdicts import furthest, limits_of
 from balance.inertia import LABELS
 from balance.spaces.certification import certify
+from balance.spaces.certified import CertifiedSpace
 from balance.spaces.designspace import design_space
 from balance.spaces.space import DesignSpace
 from kinematics.wording import paragraph
@@ -203,7 +204,7 @@ def design(
     asked = restriction(space, keep, bounds, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, asked):
         wider = design_space(space.linkage, space.motion, spatial=True)
-        space = certify(wider) if space.certified else wider
+        space = certify(wider) if isinstance(space, CertifiedSpace) else wider
         asked = restriction(space, keep, bounds, within)
     found = answer(space, asked)
     design = Design(

@@ -24,8 +24,7 @@ from balance.exact.conditions import Gathering
 from balance.exact.modular import PRIMES
 from balance.exact.series import first_order_mobility, modulo
 from kinematics.errors import ExactError, InexactClosureError
-from kinematics.linkage import Notice
-from kinematics.models import LinkageLike, as_linkage
+from kinematics.linkage import Linkage, Notice
 from kinematics.motion import Motion, restriction
 from kinematics.reader.geometry import exact_geometry
 from kinematics.wording import counted, paragraph
@@ -35,8 +34,8 @@ __all__ = [
     "Exact",
     "Pivot",
     "Witness",
-    "exact_ranks",
     "ranks_of",
+    "ranks_of_linkage",
 ]
 
 # Fewest orders that must add nothing before the rank counts as final.
@@ -151,8 +150,8 @@ class Exact(NamedTuple):
         }
 
 
-def exact_ranks(
-    linkage: LinkageLike,
+def ranks_of_linkage(
+    linkage: Linkage,
     motion: Motion | str | Sequence[str] | None = None,
     balance: Balance = "dynamic",
     max_order: int | None = None,
@@ -163,8 +162,7 @@ def exact_ranks(
     """Ranks of the balance conditions by order, as whole numbers without a tolerance.
 
     Args:
-        linkage: read from a file whose loops are closed, or what `kinematics.load`
-            accepts.
+        linkage: read from a file whose loops are closed.
         motion: restriction of the inputs; see `design_space`.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
@@ -178,7 +176,6 @@ def exact_ranks(
         MotionError: a relation is wrong, or the motion is that of other inputs.
         MobilityError: the linkage cannot follow the motion.
     """
-    linkage = as_linkage(linkage)
     geometry = exact_geometry(linkage)
     chain = exact_chain(
         linkage, geometry, restriction(linkage, motion), balance == "force", spatial
@@ -194,7 +191,7 @@ def ranks_of(
     expected: int = 0,
     upper_bound: int | None = None,
 ) -> Exact:
-    """Ranks of the conditions on a chain by order; see `exact_ranks`.
+    """Ranks of the conditions on a chain by order; see `ranks_of_linkage`.
 
     Args:
         source: file of the linkage, for messages.

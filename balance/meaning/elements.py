@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.meaning.multipole import NOUNS, Primitive
-from balance.meaning.sites import Described
 from balance.meaning.vocabulary import Term
+from balance.spaces.space import DesignSpace
 from balance.transfers.partition import Transfer
 from kinematics.chain import plane_axes
 from kinematics.linkage import Joint
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 SAME = 1e-9
 
 
-def elements(space: Described, transfer: Transfer) -> Iterator[list[Term]]:
+def elements(space: DesignSpace, transfer: Transfer) -> Iterator[list[Term]]:
     """Ways to take the parameters of one body apart, each as many terms as parameters.
 
     The body is the first of the transfer. There is a way for each direction that its joints
@@ -52,7 +52,7 @@ def elements(space: Described, transfer: Transfer) -> Iterator[list[Term]]:
                 yield [*masses, *_rods_by_axis(body, *axes)]
 
 
-def _directions(space: Described, transfer: Transfer, joints: list[Joint]) -> list[Array]:
+def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> list[Array]:
     """Unit vectors along the joints and along the displacements possible, without repetition.
 
     In a plane only those in it; its own axes if there is none.
@@ -82,7 +82,7 @@ def _null(row: Array) -> Array:
     return np.linalg.svd(row[None])[2][1:].T
 
 
-def _axes(space: Described, n: Array, point: Array) -> Array:
+def _axes(space: DesignSpace, n: Array, point: Array) -> Array:
     """Axes as rows, the first along n, the second towards another joint of the linkage."""
     if space.planar:
         return np.array([n, np.cross(space.axes[2], n)])

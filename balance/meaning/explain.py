@@ -6,7 +6,7 @@ from collections import Counter
 from typing import NamedTuple
 
 from balance.meaning.freedoms import Freedom, parallel_freedoms, summary, transfer_freedoms
-from balance.meaning.sites import Described
+from balance.spaces.space import DesignSpace
 from balance.transfers.partition import Transfer
 from kinematics.wording import counted, paragraph
 
@@ -81,18 +81,32 @@ class Explanation(NamedTuple):
         }
 
 
-def explain(space: Described, transfers: tuple[Transfer, ...]) -> Explanation:
-    """The transfers and the parallel part of a design space in readable form."""
+def explain(space: DesignSpace) -> Explanation:
+    """Explain a design space: what each joint lets through, and what the loops add.
+
+    Args:
+        space: a design space.
+
+    Returns:
+        The transfers of each joint and the parallel part, as point masses, displacements of
+        mass and pure-inertia rods at joints and along links.
+
+    Example:
+        >>> import balance, kinematics
+        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> for transfer in balance.explain(space).transfers:
+        ...     print(transfer.title, "|", transfer.words)
+    """
     explained = (
         ExplainedTransfer(
             _title(space, item), item.joints, item.bodies, transfer_freedoms(space, item)
         )
-        for item in transfers
+        for item in space.transfers
     )
     return Explanation(tuple(explained), parallel_freedoms(space))
 
 
-def _title(space: Described, transfer: Transfer) -> str:
+def _title(space: DesignSpace, transfer: Transfer) -> str:
     """The joints and bodies of a transfer in one phrase."""
     if not transfer.joints:
         how = "at rest" if transfer.ground else "rigidly joined"
@@ -101,7 +115,7 @@ def _title(space: Described, transfer: Transfer) -> str:
     return f"{', '.join(_joints(space, transfer))} ({around})"
 
 
-def _joints(space: Described, transfer: Transfer) -> list[str]:
+def _joints(space: DesignSpace, transfer: Transfer) -> list[str]:
     """Names of the joints; that in the file where several degrees of one joint move."""
     joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
     counts = Counter(joint.whole for joint in joints)

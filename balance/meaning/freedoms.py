@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from balance.meaning.elements import elements
 from balance.meaning.multipole import Primitive
-from balance.meaning.sites import Described
 from balance.meaning.sparse import Search
 from balance.meaning.vocabulary import Term, in_words, simple, vectors, vocabulary
+from balance.spaces.space import DesignSpace
 from balance.transfers.partition import Transfer
 from kinematics.arrays import frozen
 from kinematics.wording import paragraph
@@ -60,14 +60,14 @@ class Freedom(NamedTuple):
         return {"words": self.words, "primitives": [p.to_dict() for p in self.primitives]}
 
 
-def _combined(space: Described, terms: Sequence[Term], words: str) -> Freedom:
+def _combined(space: DesignSpace, terms: Sequence[Term], words: str) -> Freedom:
     """The freedom that terms with their values add up to."""
     primitives = tuple(p for term in terms for p in term.primitives)
     vector = vectors(space, primitives, False).sum(axis=1)
     return Freedom(primitives, words, frozen(vector))
 
 
-def transfer_freedoms(space: Described, transfer: Transfer) -> tuple[Freedom, ...]:
+def transfer_freedoms(space: DesignSpace, transfer: Transfer) -> tuple[Freedom, ...]:
     """What may be moved across a joint, one freedom per column of the transfer.
 
     A freedom adds to the first of the bodies and takes from the others, or from the ground.
@@ -90,7 +90,7 @@ def _length(reading: Sequence[Sequence[Term]]) -> int:
     return sum(len(term.primitives) for terms in reading for term in terms)
 
 
-def _reading(space: Described, transfer: Transfer, own: Sequence[Term]) -> list[list[Term]]:
+def _reading(space: DesignSpace, transfer: Transfer, own: Sequence[Term]) -> list[list[Term]]:
     """A basis of a transfer in terms on each body, every one with terms of its own."""
     terms = [term.on(body) for body in transfer.bodies for term in own]
     D = _columns(space, terms)
@@ -132,7 +132,7 @@ def _counted(words: str, count: int) -> str:
     return f"{number} {PLURALS[noun]}{words[len(noun) :]}"
 
 
-def parallel_freedoms(space: Described) -> tuple[Freedom, ...]:
+def parallel_freedoms(space: DesignSpace) -> tuple[Freedom, ...]:
     """What only the closure of the loops frees, one freedom per column of ``parallel``.
 
     Together with ``serial`` they span the design space. Those of fewer terms come first;
@@ -153,7 +153,7 @@ def parallel_freedoms(space: Described) -> tuple[Freedom, ...]:
     )
 
 
-def _columns(space: Described, terms: Sequence[Term]) -> Array:
+def _columns(space: DesignSpace, terms: Sequence[Term]) -> Array:
     """Parameters of terms in the units of the chain (parameters, terms)."""
     first = np.cumsum([0, *(len(term.primitives) for term in terms[:-1])])
     D = vectors(space, [p for term in terms for p in term.primitives], True)

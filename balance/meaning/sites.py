@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.transfers.opening import Transfers
-from kinematics.arrays import Chain
-from kinematics.linkage import Joint, Linkage
+from balance.spaces.space import DesignSpace
+from kinematics.linkage import Joint
 
-__all__ = ["Described", "Direction", "Site", "directions", "distinct", "sites"]
+__all__ = ["Direction", "Site", "directions", "distinct", "sites"]
 
 Array = NDArray[np.float64]
 
@@ -20,75 +19,6 @@ Array = NDArray[np.float64]
 SAME = 1e-9
 # How the names of directions begin that are normal to others.
 NORMAL = "the normal to "
-
-
-class Described(Protocol):
-    """What is asked of a `DesignSpace` here."""
-
-    @property
-    def bodies(self) -> tuple[str, ...]:
-        """Names of the bodies, in the order of the parameters."""
-        ...
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Names of the parameters of one body."""
-        ...
-
-    @property
-    def planar(self) -> bool:
-        """Whether planar parameters are counted."""
-        ...
-
-    @property
-    def balance(self) -> str:
-        """``"dynamic"`` or ``"force"``."""
-        ...
-
-    @property
-    def basis(self) -> Array:
-        """Of the design space (parameters, nullity), SI units."""
-        ...
-
-    @property
-    def scaled_basis(self) -> Array:
-        """The same in the units of the chain, where its columns are orthonormal."""
-        ...
-
-    @property
-    def serial_nullity(self) -> int:
-        """How many columns of it, the first ones, are serial."""
-        ...
-
-    @property
-    def axes(self) -> Array:
-        """Rows are the axes of planar parameters (3, 3)."""
-        ...
-
-    @property
-    def frames(self) -> Array:
-        """Poses of the link frames of the bodies (bodies, 4, 4)."""
-        ...
-
-    @property
-    def length(self) -> float:
-        """Characteristic length, metres."""
-        ...
-
-    @property
-    def linkage(self) -> Linkage:
-        """The linkage."""
-        ...
-
-    @property
-    def chain(self) -> Chain:
-        """The joints that move as arrays."""
-        ...
-
-    @property
-    def exchanged(self) -> Transfers:
-        """Inertia transfers across joints, in the units of the chain."""
-        ...
 
 
 class Direction(NamedTuple):
@@ -130,7 +60,7 @@ class Site(NamedTuple):
     label: str
 
 
-def sites(space: Described, body: int) -> list[Site]:
+def sites(space: DesignSpace, body: int) -> list[Site]:
     """The moving joints at a body, one for every centre; those of loops come last."""
     chain, joints = space.chain, space.linkage.joints
     part = space.exchanged.part
@@ -150,7 +80,7 @@ def _site(joint: Joint) -> Site:
     return Site(joint.whole, joint.point, axis / np.linalg.norm(axis), joint.name)
 
 
-def directions(space: Described, place: int, places: Sequence[Site]) -> list[Direction]:
+def directions(space: DesignSpace, place: int, places: Sequence[Site]) -> list[Direction]:
     """Directions at one of the joints of a body: along its links and axes, and across them.
 
     Across is the vector product of the axis, or of the normal of the plane, with another.

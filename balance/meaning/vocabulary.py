@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from balance.inertia import to_chain
 from balance.meaning.multipole import UNITS, Primitive
-from balance.meaning.sites import Described, Direction, Site, directions, distinct, sites
+from balance.meaning.sites import Direction, Site, directions, distinct, sites
+from balance.spaces.space import DesignSpace
 from kinematics.arrays import Frame
 
 __all__ = ["Term", "in_words", "simple", "vectors", "vocabulary"]
@@ -56,7 +57,7 @@ class Term(NamedTuple):
         return self._replace(primitives=tuple(p._replace(body=body) for p in self.primitives))
 
 
-def vectors(space: Described, primitives: Iterable[Primitive], scaled: bool) -> Array:
+def vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bool) -> Array:
     """Parameters of primitives in the rows of ``basis``; (parameters, primitives).
 
     Args:
@@ -86,7 +87,7 @@ def _scaled(primitive: Primitive, frame: Frame) -> Primitive:
     )
 
 
-def vocabulary(space: Described) -> list[Term]:
+def vocabulary(space: DesignSpace) -> list[Term]:
     """Every term on the bodies that move, body by body; they span all parameters."""
     found: list[Term] = []
     for b, name in enumerate(space.bodies):
@@ -95,7 +96,7 @@ def vocabulary(space: Described) -> list[Term]:
     return found
 
 
-def _of_body(space: Described, body: str, places: Sequence[Site]) -> list[Term]:
+def _of_body(space: DesignSpace, body: str, places: Sequence[Site]) -> list[Term]:
     """Masses and displacements at joints, and rods; enough for all parameters of the body."""
     named = [directions(space, k, places) for k in range(len(places))]
     found = _all(space, body, places, named)
@@ -111,7 +112,7 @@ def _of_body(space: Described, body: str, places: Sequence[Site]) -> list[Term]:
 
 
 def _all(
-    space: Described, body: str, places: Sequence[Site], named: Sequence[Sequence[Direction]]
+    space: DesignSpace, body: str, places: Sequence[Site], named: Sequence[Sequence[Direction]]
 ) -> list[Term]:  # fmt: skip
     """All terms at these places and in these directions, of which each place has its own."""
     found = [

@@ -15,6 +15,7 @@ from balance.exact.ranks import GIVEN_UP, Exact, ranks_of
 from balance.exact.serial import branches, exact_transfers
 from balance.momentum import rows_at
 from balance.spaces.certainty import LEVELS, Certainty
+from balance.spaces.certified import CertifiedSpace, with_certainty
 from balance.spaces.correction import (
     Evidence,
     correct,
@@ -56,7 +57,7 @@ _BELIEVED = (
 _UNSETTLED = "poses further on need more conditions than were found"
 
 
-def certify(space: DesignSpace) -> DesignSpace:
+def certify(space: DesignSpace) -> CertifiedSpace:
     """Confirm or correct the integers of a design space, and state how sure they are.
 
     Exact arithmetic, from the decimals of the file, bounds the rank from below at every
@@ -77,6 +78,8 @@ def certify(space: DesignSpace) -> DesignSpace:
         >>> balance.certify(space).certainty.level
         'proved'
     """
+    if isinstance(space, CertifiedSpace):
+        return space
     try:
         found = _gather_evidence(space)
     except LinkageError as error:
@@ -107,7 +110,7 @@ def certify(space: DesignSpace) -> DesignSpace:
         corrected = correct(corrected, found)
         residual, poses = _measure_residual(corrected)
     certainty = _certainty_of(corrected, found, residual, poses)
-    certified = add_correction_notice(space, replace(corrected, certainty=certainty))
+    certified = add_correction_notice(space, with_certainty(corrected, certainty))
     certified.check_proved()
     return certified
 
@@ -165,7 +168,7 @@ def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
     return residual > BALANCED and not complete and space.highest_order is None
 
 
-def _add_rounding_notice(space: DesignSpace, error: LinkageError) -> DesignSpace:
+def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> CertifiedSpace:
     """Add the doubt, or the notice, about rounding that exact arithmetic refused."""
     doubt, mobility = "", space.linkage.mobility
     if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
@@ -262,7 +265,7 @@ def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
 
 def _certify_rounded(
     space: DesignSpace, reason: str, found: Evidence | None, doubtful: bool = False
-) -> DesignSpace:
+) -> CertifiedSpace:
     """The certainty of a space where floating point alone decides, or is in doubt."""
     settled, (residual, poses) = space, _measure_residual(space)
     for _ in range(ROUNDS):
@@ -287,7 +290,7 @@ def _certify_rounded(
     level = LEVELS[bool(sure and ((tiny and parallel) or same))]
     seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
     certainty = Certainty(level, seen + reason, *bounds, residual, poses, doubts)
-    return add_correction_notice(space, replace(settled, certainty=certainty))
+    return add_correction_notice(space, with_certainty(settled, certainty))
 
 
 def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:

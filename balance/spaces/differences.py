@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from balance.spaces.certified import CertifiedSpace
 from balance.spaces.correction import Evidence
 from balance.spaces.space import DesignSpace
 from kinematics.linkage import Notice
@@ -52,7 +53,7 @@ def changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
     return lines
 
 
-def add_correction_notice(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
+def add_correction_notice(space: DesignSpace, certified: CertifiedSpace) -> CertifiedSpace:
     """Add a notice of the integers that floating point found instead."""
     if not (lines := changes(space, certified)):
         return certified

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 from balance.conditions.rank import decompose
 from balance.momentum import RegressorSeries, parameters_per_body, rows_per_column
 from balance.spaces.slopes import Slopes
+from balance.spaces.space import DesignSpace
 from kinematics.arrays import Chain
 from kinematics.closure import expand
 from kinematics.linkage import Linkage
 from kinematics.placement import radius
 
-__all__ = ["nearest_drop", "rates_of_changes", "spanning_rays"]
+__all__ = ["distance_to_rank_drop", "rates_of_changes", "spanning_rays"]
 
 Array = NDArray[np.float64]
 
@@ -36,23 +37,31 @@ COSTLY = 3e9
 SAME = 1e-9
 
 
-def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: int) -> float:
-    """Smallest change of geometry that lowers the rank, to first order.
+def distance_to_rank_drop(space: DesignSpace) -> float:
+    """Distance of a geometry from the nearest one of lower rank, to first order.
 
-    The joints at one point are moved together, and those on one axis are turned together,
-    where the loops still close.
+    ``σ / |∂σ/∂g|`` with the smallest singular value σ that counts, at the order that reaches
+    the rank. The joints at one point are moved together, and those on one axis are turned
+    together, where the loops still close.
 
     Args:
-        linkage: the linkage.
-        chain: its joints that move.
-        force: whether only linear momentum counts.
-        order: of the derivatives that decide the rank.
-        rank: of the conditions.
+        space: a design space.
 
     Returns:
         Root of the sum of squares of the changes, in characteristic lengths and radians;
-        infinite if there is none near, or the conditions are too many to decompose.
+        infinite if there is none near, if no order reaches the rank, or if the conditions
+        are too many to decompose.
+
+    Example:
+        >>> import balance, kinematics
+        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> balance.distance_to_rank_drop(space)
+        0.0821
     """
+    linkage, chain, order, rank = space.linkage, space.chain, space.kmax, space.rank
+    if order is None or rank == 0:
+        return np.inf
+    force = space.balance == "force"
     columns = chain.links.size * parameters_per_body(chain.planar, force)
     rows = chain.width * rows_per_column(chain.planar, force)
     rays = spanning_rays(chain.width, order, 2 - (-columns // rows))

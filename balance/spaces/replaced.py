@@ -45,11 +45,8 @@ def with_changed_numbers(space: DesignSpace) -> DesignSpace | None:
     )
     try:
         moved = assemble(replace(linkage, joints=joints), linkage.inputs, exactly=True)
-        spatial = not space.planar
         if space.planar and not moved.planar:
             return None
-        return design_space(
-            moved, space.motion, space.balance, space.highest_order, spatial=spatial
-        )
+        return design_space(moved, **space.options)
     except LinkageError:
         return None

@@ -1,41 +1,33 @@
-"""The result of `design_space`: a space of mass distributions, and what it says."""
+"""The result of `design_space`: a space of mass distributions, as data.
+
+What takes more than these arrays is computed by functions when it is wanted: `balance.certify`,
+`balance.explain`, `balance.exact_ranks`, `balance.distance_to_rank_drop`, `balance.save_space`.
+"""
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.answer import Answer
-from balance.archive import SpaceRecord, digest
 from balance.conditions.gathering import floor_of
 from balance.conditions.rank import Decision
-from balance.exact.ranks import Exact, exact_ranks
 from balance.inertia import to_chain, violations
-from balance.spaces.certainty import Certainty
-from balance.spaces.nearness import nearest_drop
 from balance.transfers.opening import CLEAR, SURE, Transfers
 from balance.transfers.partition import Transfer, by_joint
 from kinematics.arrays import Chain
 from kinematics.linkage import Linkage, Notice
 from kinematics.wording import listed, paragraph
 
-if TYPE_CHECKING:
-    from balance.meaning.explain import Explanation
-
 __all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
 
 Array = NDArray[np.float64]
 
 SCHEMA = "balance.report/1"
-# Of a space that `balance.certify` has not seen.
-UNCERTIFIED = Certainty(
-    "estimated", "by floating-point arithmetic alone; see balance.certify", None, None, 0.0, 0
-)
 # Masses in files are rounded: a given distribution counts as balanced up to this part of
 # the sum of its bodies' contributions.
 BALANCED = 1e-9
@@ -68,8 +60,6 @@ class DesignSpace(Answer):
             are orthonormal, and the numbers behind the rank.
         chain: arrays of the joints that move, and those units.
         exchanged: inertia transfers across joints, in those units.
-        certainty: how sure the integers are; ``"estimated"`` until `balance.certify` has
-            compared them with those of exact arithmetic.
     """
 
     linkage: Linkage
@@ -77,17 +67,16 @@ class DesignSpace(Answer):
     decision: Decision = field(repr=False)
     chain: Chain = field(repr=False)
     exchanged: Transfers = field(repr=False)
-    certainty: Certainty = field(default=UNCERTIFIED, repr=False)
 
     def __repr__(self) -> str:
-        """Up to six lines: the space, its parts, its certainty."""
+        """Up to six lines: the space, its parts, how sure they are."""
         ranks = ", ".join(str(order.rank) for order in self.orders)
         return paragraph(
-            f"DesignSpace of {self.linkage.name}",
+            f"{type(self).__name__} of {self.linkage.name}",
             self.parts,
             f"ranks by order {ranks}",
             f"bodies {listed(self.bodies)}",
-            f"{self.certainty.level}: {self.certainty.reason}",
+            self.assurance,
             f"as given: {'balanced' if self.as_given.balanced else 'not balanced'}",
         )
 
@@ -141,29 +130,37 @@ class DesignSpace(Answer):
         return tuple(found)
 
     @property
-    def certified(self) -> bool:
-        """Whether the space comes from `balance.certify`."""
-        return self.certainty is not UNCERTIFIED
+    def level(self) -> str:
+        """Level of certainty; see `Certainty`."""
+        return "estimated"
+
+    @property
+    def assurance(self) -> str:
+        """How sure the integers are, in one line."""
+        return "estimated: by floating-point arithmetic alone; see balance.certify"
 
     @property
     def sure(self) -> bool:
-        """Whether all conditions are known, and none is in doubt.
-
-        The doubts of a certified space are those of its certainty; those of floating point
-        are settled then.
-        """
-        doubts = self.certainty.doubts if self.certified else self.doubts
-        return self.settled and not doubts
+        """Whether all conditions are known and no decision was near round-off."""
+        return self.settled and not self.doubts
 
     @property
     def encloses(self) -> bool:
-        """Whether the space contains every balanced distribution: no condition is round-off.
+        """Whether the space contains every balanced distribution.
 
-        True if the exact lower bound of the rank is no less than the rank, or, without such
-        a bound, if no singular value that was kept is near round-off.
+        It does if no singular value that was kept is near round-off.
         """
-        proved = self.certainty.rank
-        return not self.decision.thin if proved is None else self.rank <= proved
+        return not self.decision.thin
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options of `design_space` that give this space, by name."""
+        return {
+            "motion": self.motion,
+            "balance": self.balance,
+            "max_order": self.highest_order,
+            "spatial": not self.planar,
+        }
 
     @cached_property
     def transfers(self) -> tuple[Transfer, ...]:
@@ -189,19 +186,6 @@ class DesignSpace(Answer):
             residual = 1.0
         return AsGiven(residual <= BALANCED, residual)
 
-    @cached_property
-    def nearest_drop(self) -> float | None:
-        """Smallest change of geometry that lowers the rank, to first order.
-
-        In characteristic lengths and radians; None where no order reaches the rank, where no
-        small change that keeps the loops closed lowers it, and where there is none.
-        """
-        if self.kmax is None or self.rank == 0:
-            return None
-        force = self.balance == "force"
-        found = nearest_drop(self.linkage, self.chain, force, self.kmax, self.rank)
-        return found if np.isfinite(found) else None
-
     @property
     def brief(self) -> str:
         """The answer in short, in words."""
@@ -211,12 +195,6 @@ class DesignSpace(Answer):
             f"rank {self.rank} of {count} {algebra} parameters, nullity {self.nullity}, "
             f"mobility {self.linkage.mobility}, {verdict} as given"
         )
-
-    def explain(self) -> Explanation:
-        """The space in words: what each joint lets through, and what the loops add."""
-        from balance.meaning.explain import explain
-
-        return explain(self, self.transfers)
 
     @property
     def warnings(self) -> tuple[Notice, ...]:
@@ -228,48 +206,12 @@ class DesignSpace(Answer):
         ]
         return (*self.notices, *unreal)
 
-    def record(self) -> SpaceRecord:
-        """What is known of the space without its linkage, and where it comes from."""
-        from kinematics.version import __version__
-
-        known = {f.name: getattr(self, f.name) for f in fields(Answer)}
-        if self.linkage.at:
-            pose = Notice("reference_pose", f"the reference pose is {self.linkage.pose}")
-            known["notices"] = (*self.notices, pose)
-        return SpaceRecord(
-            **known, singular_values=self.singular_values, kept=self.kept, dropped=self.dropped,
-            sha256=digest(self.source), version=__version__,
-        )  # fmt: skip
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the record of the space to a file; see `SpaceRecord.save`."""
-        self.record().save(path)
-
-    def exact(self) -> Exact:
-        """The ranks by exact arithmetic, from the decimals of the file.
-
-        Raises:
-            ExactError: the linkage is not from a file with closed loops, its loops do not
-                close exactly, or the motion relates axes without a rational ratio.
-        """
-        return exact_ranks(
-            self.linkage, self.motion, self.balance, self.highest_order,
-            spatial=not self.planar, expected=self.rank,
-        )  # fmt: skip
-
-    def to_dict(
-        self, explanation: Explanation | None = None, exact: Exact | None = None
-    ) -> dict[str, object]:
+    def to_dict(self) -> dict[str, object]:
         """The report as plain data, ready for JSON.
 
-        ``balance/schemas/report.schema.json`` describes it. A key whose value is ``None``
-        was not asked for.
-
-        Args:
-            explanation: what ``explain`` found, for the keys ``transfers`` and ``freedoms``.
-            exact: what ``exact`` found, for that key.
+        ``balance/schemas/report.schema.json`` describes it. A key whose value is ``None`` is
+        the result of a function that was not called, such as `balance.explain`.
         """
-        self.check_proved()
         linkage = self.linkage
         return {
             "schema": SCHEMA,
@@ -292,34 +234,18 @@ class DesignSpace(Answer):
             "nullity": self.nullity,
             "serial": self.serial_nullity,
             "parallel": self.nullity - self.serial_nullity,
-            "certainty": self.certainty.level,
-            "evidence": self.certainty.to_dict(),
-            "exact": exact.to_dict() if exact else None,
+            "certainty": self.level,
+            "evidence": None,
+            "exact": None,
             "transfers": None,
             "freedoms": None,
             "margin": {
                 "kept": self.kept,
                 "dropped": self.dropped,
-                "change": self.nearest_drop,
+                "change": None,
             },
             "singular_values": self.singular_values.tolist(),
             "basis": self.basis.tolist(),
             "as_given": self.as_given._asdict(),
             "warnings": [notice._asdict() for notice in self.warnings],
-        } | (explanation.to_dict() if explanation else {})
-
-    def check_proved(self) -> None:
-        """Raise an AssertionError if an integer under ``proved`` is not the exact one.
-
-        Rank, nullity, serial and parallel part are those of the proof, and the table ends at
-        the order that reaches the rank, unless orders up to another were asked for.
-        """
-        certainty = self.certainty
-        if certainty.level != "proved":
-            return
-        proof, orders = certainty.proof, certainty.orders
-        assert proof is not None
-        known = (proof.rank, proof.nullity, proof.nullity, orders)
-        ranks = tuple(order.rank for order in self.orders)
-        found = (self.rank, self.nullity, self.serial_nullity, ranks)
-        assert found == known, f"proved: {known}, not {found}"
+        }

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.commands.report_data import report_data
 from balance.commands.report_text import facts, table
+from balance.conditions.gathering import conditions_by_order, floor_of
 from balance.meaning.explain import ExplainedTransfer, Explanation
 from balance.meaning.freedoms import Freedom
 from balance.meaning.multipole import NOUNS, UNITS, Primitive
-from balance.spaces.designspace import design_space
 from balance.spaces.space import DesignSpace
 from balance.web import html
 from balance.web.scene import scene
@@ -30,22 +32,21 @@ SCRIPTS = ("shapes", "linkage", "freedoms", "figure", "controls", "choice", "mom
 TINY = 1e-9
 
 
-def page(space: DesignSpace, explanation: Explanation | None = None) -> str:
+def page(space: DesignSpace, explanation: Explanation, change: float = inf) -> str:
     """The report on a design space as the text of one HTML file.
 
     It shows the linkage in 3D, moved by a slider for each degree of freedom of the motion;
     on it the masses, displacements and rods of any freedom; the singular values by order;
-    and all that `DesignSpace.to_dict` holds, which is also in the element ``report`` as
-    JSON.
+    and all that `report_data` holds, which is also in the element ``report`` as JSON.
 
     Args:
         space: the design space.
-        explanation: what ``space.explain()`` gave, if it is at hand.
+        explanation: result of `balance.explain`.
+        change: result of `balance.distance_to_rank_drop`.
 
     Raises:
         PackageError: Plotly is missing.
     """
-    explanation = explanation or space.explain()
     drawing = scene(space) | {
         "titles": [transfer.title for transfer in explanation.transfers],
         "spectra": _spectra(space),
@@ -54,11 +55,11 @@ def page(space: DesignSpace, explanation: Explanation | None = None) -> str:
         "page.html",
         title=space.linkage.name,
         summary=_summary(space),
-        report=space.to_dict(explanation),
+        report=report_data(space, explanation, change=change),
         data={"scene": drawing},
         scripts=SCRIPTS,
         warnings=_warnings(space.warnings),
-        facts=html.facts(facts(space)),
+        facts=html.facts(facts(space, change)),
         orders=_orders(space),
         transfers=_transfers(explanation.transfers),
         freedoms=_freedoms(explanation.freedoms),
@@ -67,21 +68,18 @@ def page(space: DesignSpace, explanation: Explanation | None = None) -> str:
 
 def _spectra(space: DesignSpace) -> list[dict[str, object]]:
     """The singular values of all conditions up to each order, relative to the largest."""
-    found = []
-    for order in space.orders:
-        known = space
-        if order.order < space.orders[-1].order:
-            known = design_space(
-                space.linkage, space.motion, space.balance, order.order,
-                spatial=not space.planar,
-            )  # fmt: skip
-        found.append({
+    chain, force, last = space.chain, space.balance == "force", space.orders[-1].order
+    before = conditions_by_order(chain, space.exchanged.rows, force, floor_of(chain), last - 1)
+    decisions = [*(conditions.decide() for conditions in before), space.decision]
+    return [
+        {
             "order": order.order,
-            "values": [float(f"{value:.4g}") for value in known.singular_values],
-            "kept": known.kept,
-            "dropped": known.dropped,
-        })  # fmt: skip
-    return found
+            "values": [float(f"{value:.4g}") for value in decision.singular_values],
+            "kept": decision.kept,
+            "dropped": decision.dropped,
+        }
+        for order, decision in zip(space.orders, decisions, strict=True)
+    ]
 
 
 def _summary(space: DesignSpace) -> str:

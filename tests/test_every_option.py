@@ -17,10 +17,14 @@ from random_requests import asked, check, meant, run, strict, validator
 from request_words import GOOD, WORDS, names_of, options, parsers
 from sidecar_text import PAIR
 
-from balance import cli
+from balance.commands import designing, models, moving, reporting, verifying
 from balance.json_text import json_text, plain
 from kinematics import gallery
 
+COMMANDS = {
+    "report": reporting, "design": designing, "verify": verifying, "motion": moving,
+    "models": models,
+}
 MODELS = ("five_bar", "four_bar_kite_balanced", "hprs", "bennett")
 CASES = [(verb, name) for verb, parser in parsers().items() for name in options(parser)]
 
@@ -125,16 +129,15 @@ def test_the_check_of_requests_can_fail(capsys):
     TypeError("no such\nthing"), MemoryError(), RecursionError("too deep"), KeyError("x"),
     ZeroDivisionError(), OSError(5, "broken"),
 ])  # fmt: skip
-@pytest.mark.parametrize("verb", ["_report", "_design", "_verify", "_motion", "_models"])
+@pytest.mark.parametrize("verb", COMMANDS)
 def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
     """One line that names the error and the command, and nothing on standard output."""
 
     def broken(arguments):
         raise error
 
-    monkeypatch.setattr(cli, verb, broken)
-    name = verb.strip("_")
-    words = [name, *["five_bar"] * (name != "models"), "--json"]
+    monkeypatch.setattr(COMMANDS[verb], "_run", broken)
+    words = [verb, *["five_bar"] * (verb != "models"), "--json"]
     code, out, err = asked(words)
     assert (code, out) == (70, "")
     (line,) = err.splitlines()
@@ -157,22 +160,25 @@ def test_an_interrupt_is_quiet(monkeypatch):
     def interrupted(arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "_report", interrupted)
+    monkeypatch.setattr(COMMANDS["report"], "_run", interrupted)
     assert asked(["report", "five_bar"]) == (130, "", "")
 
 
 def test_warnings_of_libraries_stay_inside():
     """In a process of its own, where nothing turns warnings into errors."""
     code = (
-        "import sys, numpy, balance.cli as cli\n"
+        "import sys, numpy\n"
+        "from balance.cli import main\n"
+        "from balance.commands import models\n"
+        "quiet = models._run\n"
         "def noisy(arguments):\n"
         "    numpy.array([1.0]) / numpy.array([0.0])\n"
-        "    return 0\n"
-        "cli._models = noisy\n"
-        "sys.exit(cli.main(['models']))"
+        "    return quiet(arguments)\n"
+        "models._run = noisy\n"
+        "sys.exit(main(['models', '--json']))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert (done.returncode, done.stderr) == (0, "") and json.loads(done.stdout)
 
 
 def test_exit_codes_are_in_the_help():

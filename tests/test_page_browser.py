@@ -23,9 +23,7 @@ from kinematics.screws import hat
 MISSING = "selenium is not installed"
 webdriver = pytest.importorskip("selenium.webdriver", reason=MISSING)
 Select = pytest.importorskip("selenium.webdriver.support.select", reason=MISSING).Select
-WebDriverWait = pytest.importorskip(
-    "selenium.webdriver.support.wait", reason=MISSING
-).WebDriverWait
+wait = pytest.importorskip("selenium.webdriver.support.wait", reason=MISSING)
 Keys = webdriver.Keys
 
 BROWSER = next(
@@ -52,10 +50,16 @@ def browser(tmp_path_factory):
     profile = f"--user-data-dir={tmp_path_factory.mktemp('profile')}"
     for flag in (*FLAGS.split(), "--host-resolver-rules=MAP * ~NOTFOUND", profile):
         options.add_argument(flag)
-    service = webdriver.ChromeService(executable_path=DRIVER)
-    driver = webdriver.Chrome(options=options, service=service)
+    driver = webdriver.Chrome(options, webdriver.ChromeService(executable_path=DRIVER))
     yield driver
     driver.quit()
+
+
+def written(folder, space):
+    """The address of the page of a design space."""
+    path = folder / "page.html"
+    path.write_text(page(space, explain(space)), encoding="utf-8")
+    return path.as_uri()
 
 
 @pytest.fixture(scope="module")
@@ -64,9 +68,7 @@ def pages(tmp_path_factory):
     found = {}
     for model, motion in ((FOUR_BAR, None), (PARALLEL, "u2=u3")):
         space = design_space(kinematics.load(model), motion)
-        path = tmp_path_factory.mktemp("pages") / f"{model}.html"
-        path.write_text(page(space, explain(space)), encoding="utf-8")
-        found[model] = space, path.as_uri()
+        found[model] = space, written(tmp_path_factory.mktemp("pages"), space)
     return found
 
 
@@ -79,7 +81,7 @@ def model(request):
 def settle(browser):
     """Wait until nothing is being drawn."""
     busy = "return document.getElementById('plot').getAttribute('aria-busy')"
-    wait = WebDriverWait(browser, 60, poll_frequency=0.05)
+    wait = wait.WebDriverWait(browser, 60, poll_frequency=0.05)
     wait.until(lambda driver: driver.execute_script(busy) == "false")
 
 
@@ -213,11 +215,10 @@ def test_freedoms_can_be_chosen(browser, pages, model):
 
 def numbers(data):
     """All numbers in plain data."""
-    if isinstance(data, dict):
-        data = list(data.values())
-    if isinstance(data, list):
-        return [number for item in data for number in numbers(item)]
-    return [data] if isinstance(data, int | float) and not isinstance(data, bool) else []
+    if isinstance(data, dict | list):
+        items = data.values() if isinstance(data, dict) else data
+        return [number for item in items for number in numbers(item)]
+    return [data] if type(data) in (int, float) else []
 
 
 def test_the_numbers_of_the_report_can_be_read(browser, pages, model):
@@ -257,15 +258,13 @@ def test_the_page_asks_for_nothing_and_does_not_complain(browser, pages):
     settle(browser)
     assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
     asked = "return performance.getEntriesByType('resource').map((entry) => entry.name)"
-    assert not [url for url in browser.execute_script(asked) if not url.startswith("data:")]
+    assert all(url.startswith("data:") for url in browser.execute_script(asked))
 
 
 def test_lines_of_momentum_move_with_the_linkage(browser, tmp_path_factory):
     """Those drawn are the axes that Python finds at the pose; where they meet is said."""
-    linkage = kinematics.load("four_bar_kite_balanced")
-    path = tmp_path_factory.mktemp("balanced") / "kite.html"
-    path.write_text(page(free := design_space(linkage), explain(free)), encoding="utf-8")
-    opened(browser, path.as_uri())
+    space = design_space(linkage := kinematics.load("four_bar_kite_balanced"))
+    opened(browser, written(tmp_path_factory.mktemp("balanced"), space))
     told = set()
     for key, u in ((None, 0.0), (Keys.HOME, -np.pi / 3.0)):
         if key:
@@ -318,7 +317,7 @@ def test_lines_of_momentum_of_chosen_freedoms(browser, pages, model):
 def test_the_page_can_be_printed(browser, pages):
     """On paper the canvas is a picture, and what is there to be touched is left out."""
     opened(browser, pages[PARALLEL][1])
-    wait = WebDriverWait(browser, 60, poll_frequency=0.05)
+    wait = wait.WebDriverWait(browser, 60, poll_frequency=0.05)
     wait.until(lambda driver: one(driver, "#paper").get_property("naturalWidth") > 500)
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     shown = {
@@ -336,16 +335,14 @@ def test_the_page_fits_a_phone(browser, pages):
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", phone)
     size = browser.execute_script("return [document.documentElement.scrollWidth, innerWidth]")
     canvas = "return document.querySelector('#plot canvas').clientWidth"
-    wait = WebDriverWait(browser, 60, poll_frequency=0.05)
+    wait = wait.WebDriverWait(browser, 60, poll_frequency=0.05)
     wait.until(lambda driver: 200 < driver.execute_script(canvas) <= 360)
     browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
     assert size == [360, 360]
 
 
 def test_names_of_files_do_not_run(browser, tmp_path):
-    path = tmp_path / "hostile.html"
-    path.write_text(page(wrong := hostile(tmp_path), explain(wrong)), encoding="utf-8")
-    opened(browser, path.as_uri())
+    opened(browser, written(tmp_path, hostile(tmp_path)))
     assert one(browser, "h1").text == "four_bar" + HOSTILE
     assert one(browser, ".slider label").text == "j1" + HOSTILE
     assert not browser.find_elements("css selector", "h1 b, label b, option b, td b, dd b")

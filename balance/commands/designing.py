@@ -1,4 +1,4 @@
-"""The command ``balance design``: its options, and what it does with them."""
+"""The command ``balance design``: its options, its answer, and the files that it writes."""
 
 from __future__ import annotations
 
@@ -6,20 +6,33 @@ import argparse
 import math
 from typing import TYPE_CHECKING
 
-from balance.commands.words import page_path
+from balance.commands.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.commands.model import add_model_options, certified_space
+from balance.commands.outcome import Outcome
+from balance.commands.spinner import spinner
+from balance.commands.words import Verbs, page_path
 from balance.files import replacing_all
 
 if TYPE_CHECKING:
     from balance.designs.optimum import Design
     from balance.spaces.space import DesignSpace
 
-__all__ = ["OBJECTIVES", "add_options", "designed", "write_files"]
+__all__ = ["OBJECTIVES", "add_command"]
 
 OBJECTIVES = ("mass", "inertia", "rotor", "change")
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Options of ``design`` beside those of every command on a model."""
+def add_command(verbs: Verbs) -> None:
+    """Add the command ``design`` to the parser."""
+    parser = verbs.add_parser(
+        "design",
+        help="a mass distribution that can be built and does not shake, or why there is none",
+        description="Masses, centres of mass and inertias that balance a linkage and that "
+        "bodies can have, or a certificate that there are none. Exits with 0 if there is a "
+        "design, 1 if there is none, 4 if that is undecided.",
+    )
+    add_model_options(parser)
+    parser.set_defaults(run=_run, max_order=None)
     parser.add_argument(
         "--minimise", "--minimize", choices=OBJECTIVES,
         help="the best design in this respect: total mass, largest inertia, inertia that the "
@@ -49,8 +62,22 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def designed(arguments: argparse.Namespace, space: DesignSpace) -> Design:
-    """The design that the options ask for.
+def _run(arguments: argparse.Namespace) -> Outcome:
+    """Find the design that the options ask for, and write the files that they name."""
+    with spinner("finding the mass distributions that balance"):
+        space = certified_space(arguments)
+        found = _design(arguments, space)
+    remark = _write_files(arguments, found)
+    from balance.commands.design_text import text
+
+    code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
+    return Outcome(
+        code, found.to_dict, lambda: text(found), notices=space.warnings, remark=remark
+    )
+
+
+def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
+    """Find the design that the options ask for.
 
     Raises:
         LinkageError: links that are kept or bounded are unknown, or leave nothing to design.
@@ -68,7 +95,7 @@ def designed(arguments: argparse.Namespace, space: DesignSpace) -> Design:
     )
 
 
-def write_files(arguments: argparse.Namespace, found: Design) -> str:
+def _write_files(arguments: argparse.Namespace, found: Design) -> str:
     """Write the files that the options name, if there is a design.
 
     Returns:

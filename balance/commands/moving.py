@@ -1,14 +1,18 @@
-"""The command ``balance motion``: its options, and what it does with them."""
+"""The command ``balance motion``: its options, its answer, and the files that it writes."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+from balance.commands.exit_codes import DONE, NEGATIVE
+from balance.commands.model import add_model_options, load_model
+from balance.commands.outcome import Outcome
 from balance.commands.readings import with_both
-from balance.commands.words import page_path, picture_path, whole_number
+from balance.commands.spinner import spinner
+from balance.commands.words import Verbs, page_path, picture_path, whole_number
 from balance.files import replacing_all
 from kinematics.errors import CoordinateError, MotionError, PoseError
 
@@ -20,15 +24,8 @@ if TYPE_CHECKING:
     from kinematics.linkage import Linkage
     from kinematics.taylor import TaylorMotion
 
-__all__ = ["DESCRIPTION", "HELP", "Target", "add_options", "foretold"]
+__all__ = ["Target", "add_command"]
 
-HELP = "all joints as polynomials in the inputs, poses that they predict, and their error"
-DESCRIPTION = (
-    "Taylor expansion of the closed motion, of any order: poses that it predicts, the same "
-    "with the loops closed, and their difference. Exits with 0, or with 1 if a pose cannot be "
-    "reached. Masses do not matter: --balance, --spatial, --bodies and --massless change "
-    "nothing here."
-)
 ORDER, HIGHEST = 7, 50
 # Points of a tool are no further from its link, metres.
 WIDEST = 1e6
@@ -46,8 +43,18 @@ class Target(NamedTuple):
     values: tuple[float, ...]
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Options of ``motion`` beside those of every command on a model."""
+def add_command(verbs: Verbs) -> None:
+    """Add the command ``motion`` to the parser."""
+    parser = verbs.add_parser(
+        "motion",
+        help="all joints as polynomials in the inputs, poses that they predict, and their "
+        "error",
+        description="Taylor expansion of the closed motion, of any order: poses that it "
+        "predicts, the same with the loops closed, and their difference. Exits with 0, or with "
+        "1 if a pose cannot be reached. Masses do not matter: --balance, --spatial, --bodies "
+        "and --massless change nothing here.",
+    )
+    add_model_options(parser)
     parser.add_argument(
         "--tool", metavar="LINK",
         help="inverse kinematics: the inputs are displacements of this link, named by --along",
@@ -85,15 +92,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--html", type=page_path, metavar="FILE.html",
         help="write a page with these curves; it needs no network",
     )  # fmt: skip
-    parser.set_defaults(bodies="all")  # a file need not have masses
+    parser.set_defaults(run=_run, bodies="all")  # a file need not have masses
 
 
-def foretold(arguments: argparse.Namespace, load: Callable[[str], Linkage]) -> Predictions:
-    """Predict the poses that the options describe, and write the pictures that they name.
+def _run(arguments: argparse.Namespace) -> Outcome:
+    """Predict the poses that the options describe, and write the files that they name."""
+    with spinner("expanding the motion"):
+        found = _predict(arguments)
+    from balance.commands.motion_text import text
 
-    Args:
-        arguments: the options.
-        load: gives the linkage for a reading of rounded angles.
+    code = DONE if found.reached else NEGATIVE
+    return Outcome(code, found.to_dict, lambda: text(found), notices=found.notices)
+
+
+def _predict(arguments: argparse.Namespace) -> Predictions:
+    """Predict the poses that the options describe, and write the files that they name.
 
     Raises:
         LinkageError: a linkage, a motion, a pose, a file or a library cannot be used.
@@ -107,7 +120,7 @@ def foretold(arguments: argparse.Namespace, load: Callable[[str], Linkage]) -> P
         arguments.refuse("--inputs: with --tool the inputs are named by --along")
 
     def build(angles: str) -> Predictions:
-        return _built(arguments, load(angles))
+        return _built(arguments, load_model(arguments, angles))
 
     found = with_both(build, arguments.angles)
     _write(found, arguments)

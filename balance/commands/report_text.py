@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from balance.meaning.explain import Explanation
     from balance.spaces.space import DesignSpace
 
-__all__ = ["facts", "meaning", "table", "text"]
+__all__ = ["facts", "meaning", "styled", "table", "text"]
 
 
 def facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str]]:
@@ -111,3 +111,33 @@ def meaning(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]
         ("freed by what couples the joints", freed),
     ]
     return [(title, pairs) for title, pairs in sections if pairs]
+
+
+def styled(
+    space: DesignSpace,
+    explanation: Explanation | None = None,
+    exact: Exact | None = None,
+    change: float = inf,
+) -> str:
+    """The report for a terminal; see `balance.commands.report_data` for the arguments."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    summary = Table.grid(padding=(0, 2))
+    for label, value in facts(space, change):
+        summary.add_row(f"[bold]{label}", escape(value))
+    head, *rows = table(space, exact)
+    orders = Table(*head)
+    for row in rows:
+        orders.add_row(*row)
+    console = Console()
+    with console.capture() as capture:
+        console.print(summary)
+        console.print(orders)
+        for title, pairs in meaning(explanation) if explanation else []:
+            section = Table("", "", title=title, title_justify="left", show_header=False)
+            for left, right in pairs:
+                section.add_row(escape(left), escape(right))
+            console.print(section)
+    return capture.get()

@@ -1,26 +1,41 @@
-"""The command ``balance report``: its options, and the files that it writes."""
+"""The command ``balance report``: its options, its answer, and the files that it writes."""
 
 from __future__ import annotations
 
 import argparse
 from typing import TYPE_CHECKING
 
-from balance.commands.words import page_path, whole_number
+from balance.commands.exit_codes import DONE, UNDECIDED
+from balance.commands.model import add_model_options, certified_space
+from balance.commands.outcome import Outcome
+from balance.commands.spinner import spinner
+from balance.commands.words import Verbs, page_path, whole_number
 from balance.files import replacing_all
+from kinematics.errors import ExactError
 
 if TYPE_CHECKING:
+    from balance.exact.ranks import Exact
     from balance.meaning.explain import Explanation
+    from balance.spaces.certified import CertifiedSpace
     from balance.spaces.space import DesignSpace
     from kinematics.linkage import Linkage, Notice
 
-__all__ = ["add_options", "write_files"]
+__all__ = ["add_command"]
 
 # Most joints that a notice names.
 NAMED = 6
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Options of ``report`` beside those of every command on a model."""
+def add_command(verbs: Verbs) -> None:
+    """Add the command ``report`` to the parser."""
+    parser = verbs.add_parser(
+        "report",
+        help="rank and dimension of the balanced design space, by order",
+        description="Which mass distributions leave a linkage balanced: rank and dimension "
+        "of the design space, order by order.",
+    )
+    add_model_options(parser)
+    parser.set_defaults(run=_run)
     parser.add_argument(
         "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
         help="compute exactly the orders 0 to K, instead of as many as needed",
@@ -47,7 +62,70 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def write_files(
+def _run(arguments: argparse.Namespace) -> Outcome:
+    """Compute the design space and what the options ask of it, and write the files."""
+    with spinner("finding the mass distributions that balance"):
+        space = certified_space(arguments)
+        exact = None
+        if arguments.exact:
+            space, exact = _add_exact_ranks(space)
+        explanation, change = _describe(space, arguments)
+        told = _write_files(arguments, space, explanation, change)
+    from balance.commands.report_data import report_data
+    from balance.commands.report_text import styled, text
+
+    missing = _missing_certainty(space, arguments)
+    notices = (*space.warnings, *(exact.notices if exact else ()), *told, *missing)
+    complete = space.settled or arguments.max_order is not None
+    answered = exact is not None or not arguments.exact
+    sure = complete and answered and not space.doubts and not missing
+    answer = space, explanation if arguments.explain else None, exact, change
+    return Outcome(
+        DONE if sure else UNDECIDED, lambda: report_data(*answer), lambda: text(*answer),
+        lambda: styled(*answer), notices,
+    )  # fmt: skip
+
+
+def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | None]:
+    """The exact ranks; where there are none, the space has a notice of why."""
+    from dataclasses import replace
+
+    from balance.spaces.exact_integers import exact_ranks
+    from kinematics.linkage import Notice
+
+    try:
+        return space, exact_ranks(space)
+    except ExactError as error:
+        notice = Notice("exact_refused", str(error))
+        return replace(space, notices=(*space.notices, notice)), None
+
+
+def _describe(
+    space: DesignSpace, arguments: argparse.Namespace
+) -> tuple[Explanation | None, float]:
+    """The explanation, if the text or the page needs it, and the distance to a rank drop."""
+    from balance.meaning.explain import explain
+    from balance.spaces.nearness import distance_to_rank_drop
+
+    wanted = arguments.explain or arguments.html is not None
+    return explain(space) if wanted else None, distance_to_rank_drop(space)
+
+
+def _missing_certainty(
+    space: CertifiedSpace, arguments: argparse.Namespace
+) -> tuple[Notice, ...]:
+    """A notice, if the answer is less certain than ``--require`` asks."""
+    from balance.spaces.certainty import LEVELS
+    from kinematics.linkage import Notice
+
+    certainty = space.certainty
+    if LEVELS.index(certainty.level) >= LEVELS.index(arguments.require or LEVELS[0]):
+        return ()
+    text = f"the answer is {certainty.level}, not {arguments.require}: {certainty.reason}"
+    return (Notice("required", text),)
+
+
+def _write_files(
     arguments: argparse.Namespace,
     space: DesignSpace,
     explanation: Explanation | None,

@@ -1,4 +1,4 @@
-"""The command ``balance verify``: its options, and what it does with them."""
+"""The command ``balance verify``: its options, its answer, and the files that it writes."""
 
 from __future__ import annotations
 
@@ -10,17 +10,20 @@ from contextlib import ExitStack, contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from balance.commands.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.commands.model import add_model_options, load_model
+from balance.commands.outcome import Outcome
 from balance.commands.readings import with_both
-from balance.commands.words import page_path, picture_path, whole_number
+from balance.commands.words import Verbs, page_path, picture_path, whole_number
 from balance.files import replacing_all
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
     from balance.verification.verdict import Verification
-    from kinematics.linkage import Linkage, Notice
+    from kinematics.linkage import Notice
 
-__all__ = ["Verified", "add_options", "progress", "verified"]
+__all__ = ["Verified", "add_command"]
 
 # Seconds after which a bar tells how far it is.
 PATIENCE = 2.0
@@ -62,8 +65,18 @@ class Verified(NamedTuple):
         return text(self.first, self.second)
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Options of ``verify`` beside those of every command on a model."""
+def add_command(verbs: Verbs) -> None:
+    """Add the command ``verify`` to the parser."""
+    parser = verbs.add_parser(
+        "verify",
+        help="shaking force and moment over finite motions, by an independent program",
+        description="Whether a linkage with the masses of its file shakes its base: base "
+        "reaction without gravity, by Pinocchio and by our own series. Exits with 0 if it is "
+        "balanced, 1 if not, 4 if the two disagree. All six components are always computed: "
+        "--spatial changes nothing here.",
+    )
+    add_model_options(parser)
+    parser.set_defaults(run=_run)
     parser.add_argument(
         "--trajectories", type=whole_number(1, 10_000), metavar="N",
         help=f"number of random motions (default {TRAJECTORIES})",
@@ -103,17 +116,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def verified(
-    arguments: argparse.Namespace,
-    load: Callable[..., Linkage],
-    advance: Callable[[int, int], None],
-) -> Verified:
-    """Verify what the options describe, and write the pictures that they name.
+def _run(arguments: argparse.Namespace) -> Outcome:
+    """Verify what the options describe, and write the files that they name."""
+    with _progress() as advance:
+        found = _verify(arguments, advance)
+    code = DONE if found.first.balanced else NEGATIVE
+    if not found.first.agreed:
+        code = UNDECIDED
+    return Outcome(code, found.to_dict, found.text, notices=found.notices)
+
+
+def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) -> Verified:
+    """Verify what the options describe, and write the files that they name.
 
     Args:
         arguments: the options.
-        load: gives the linkage for a reading of rounded angles; with ``other=`` a path or a
-            name, that one.
         advance: called with the number of motions done and of all of them.
 
     Raises:
@@ -124,7 +141,7 @@ def verified(
     options = _options(arguments) | {"progress": advance}
 
     def alone(angles: str) -> Verification:
-        linkage = load(angles)
+        linkage = load_model(arguments, angles)
         # The file has been accepted; only now is it worth loading the kernels.
         from balance.verification.trajectory import from_csv
         from balance.verification.twin import verify
@@ -138,7 +155,7 @@ def verified(
     def second(angles: str) -> Verification:
         from balance.verification.twin import beside
 
-        return beside(first, load(angles, other=arguments.against), **options)
+        return beside(first, load_model(arguments, angles, arguments.against), **options)
 
     first = with_both(alone, arguments.angles)
     found = Verified(first, with_both(second, arguments.angles) if arguments.against else None)
@@ -184,7 +201,7 @@ def _write(found: Verified, arguments: argparse.Namespace) -> None:
 
 
 @contextmanager
-def progress() -> Iterator[Callable[[int, int], None]]:
+def _progress() -> Iterator[Callable[[int, int], None]]:
     """A bar on a terminal for what takes long; called with what is done and with all."""
     start, shown = monotonic(), ExitStack()
     bar: Progress | None = None

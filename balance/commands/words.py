@@ -1,18 +1,17 @@
-"""Options, argument types and error lines that several commands share."""
+"""Argument types, checks of files and error lines that several commands share."""
 
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import NoReturn
+from typing import NoReturn, TypeAlias
 
 from balance.files import check_outputs, is_stream
 from kinematics.errors import LinkageError
 
 __all__ = [
-    "LONGEST", "Parser", "add_model_options", "check_files", "page_path", "picture_path",
+    "LONGEST", "Parser", "Verbs", "check_files", "page_path", "picture_path",
     "take_streams", "unexpected", "whole_number",
 ]  # fmt: skip
 
@@ -22,6 +21,9 @@ WRITTEN = {
     "table": "--table",
 }  # fmt: skip
 MODELS, READ = ("model", "against"), ("loops", "csv", "path")
+
+# The commands of a parser, as `argparse` types them.
+Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
 
 LONGEST = 20_000
 """Most characters of an error message."""
@@ -44,68 +46,6 @@ class Parser(argparse.ArgumentParser):
         from kinematics.reader.markup import shown
 
         super().error(shown(message, LONGEST))
-
-
-def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that every command on a model shares."""
-    parser.add_argument(
-        "model",
-        help="path of a URDF file, - for standard input, a name from 'balance models', or a "
-        "robot of example-robot-data if that is installed",
-    )
-    parser.add_argument(
-        "--loops", metavar="FILE",
-        help="YAML file that describes the loops; by default the one next to the URDF file",
-    )  # fmt: skip
-    parser.add_argument(
-        "--fix-base", action="store_true", help="fix a base that floats to the ground"
-    )
-    parser.add_argument(
-        "--bodies", choices=("given", "all"), default="given",
-        help="all: links without mass in the file carry parameters too",
-    )  # fmt: skip
-    parser.add_argument(
-        "--massless", type=_names, default=[], metavar="L1,L2",
-        help="links that carry no parameters, whatever the file says",
-    )  # fmt: skip
-    reading = parser.add_mutually_exclusive_group()
-    reading.add_argument(
-        "--nominal", dest="angles", action="store_const", const="nominal", default="nominal",
-        help="read angles that look rounded, such as 1.5708, as the multiples of π/12 they "
-        "round (the default)",
-    )  # fmt: skip
-    reading.add_argument(
-        "--as-written", dest="angles", action="store_const", const="as_written",
-        help="take all angles and axes by their digits, in loops that do not quite close too",
-    )  # fmt: skip
-    parser.add_argument(
-        "--inputs", type=_names, metavar="J1,J2",
-        help="joints to use as independent coordinates",
-    )  # fmt: skip
-    parser.add_argument(
-        "--at", type=_coordinates, metavar="J1=VALUE,…",
-        help="another reference pose than that of the file: coordinates of inputs counted from "
-        "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
-        "displacements count from there",
-    )  # fmt: skip
-    parser.add_argument(
-        "--motion", action="append", metavar="RELATION",
-        help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
-    )  # fmt: skip
-    parser.add_argument(
-        "--balance", choices=("dynamic", "force"), default="dynamic",
-        help="force: linear momentum only",
-    )  # fmt: skip
-    parser.add_argument(
-        "--spatial", action="store_true", help="ten parameters per body, even if it is planar"
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument(
-        "--force", action="store_true",
-        help="let a file that is written replace one that is read, such as the model",
-    )  # fmt: skip
-    # Words that exclude each other are usage.
-    parser.set_defaults(refuse=parser.error)
 
 
 def take_streams(arguments: argparse.Namespace) -> None:
@@ -151,26 +91,6 @@ def check_files(arguments: argparse.Namespace) -> None:
             path = str(find(given[name])) if name in given else ""
             inputs += [path, *filter(None, [beside(path)])] if path else []
     check_outputs(outputs, inputs, arguments.force)
-
-
-def _names(text: str) -> list[str]:
-    names = [name.strip() for name in text.split(",")]
-    if not all(names):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
-    return names
-
-
-def _coordinates(text: str) -> dict[str, float]:
-    """Values by name, of ``u1=0.3,u2=-0.1``."""
-    words = [word.rpartition("=") for word in text.split(",")]
-    names = [name.strip() for name, *_ in words]
-    try:
-        values = [float(value) for *_, value in words]
-    except ValueError:
-        values = [math.nan]
-    if not all(names) or len(set(names)) < len(names) or not all(map(math.isfinite, values)):
-        raise argparse.ArgumentTypeError(f"'{text}' is not u1=0.3,u2=-0.1 with each input once")
-    return dict(zip(names, values, strict=True))
 
 
 def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:

@@ -23,7 +23,7 @@ from kinematics.screws import hat
 MISSING = "selenium is not installed"
 webdriver = pytest.importorskip("selenium.webdriver", reason=MISSING)
 Select = pytest.importorskip("selenium.webdriver.support.select", reason=MISSING).Select
-wait = pytest.importorskip("selenium.webdriver.support.wait", reason=MISSING)
+waiting = pytest.importorskip("selenium.webdriver.support.wait", reason=MISSING)
 Keys = webdriver.Keys
 
 BROWSER = next(
@@ -81,7 +81,7 @@ def model(request):
 def settle(browser):
     """Wait until nothing is being drawn."""
     busy = "return document.getElementById('plot').getAttribute('aria-busy')"
-    wait = wait.WebDriverWait(browser, 60, poll_frequency=0.05)
+    wait = waiting.WebDriverWait(browser, 60, poll_frequency=0.05)
     wait.until(lambda driver: driver.execute_script(busy) == "false")
 
 
@@ -317,7 +317,7 @@ def test_lines_of_momentum_of_chosen_freedoms(browser, pages, model):
 def test_the_page_can_be_printed(browser, pages):
     """On paper the canvas is a picture, and what is there to be touched is left out."""
     opened(browser, pages[PARALLEL][1])
-    wait = wait.WebDriverWait(browser, 60, poll_frequency=0.05)
+    wait = waiting.WebDriverWait(browser, 60, poll_frequency=0.05)
     wait.until(lambda driver: one(driver, "#paper").get_property("naturalWidth") > 500)
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     shown = {
@@ -335,7 +335,7 @@ def test_the_page_fits_a_phone(browser, pages):
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", phone)
     size = browser.execute_script("return [document.documentElement.scrollWidth, innerWidth]")
     canvas = "return document.querySelector('#plot canvas').clientWidth"
-    wait = wait.WebDriverWait(browser, 60, poll_frequency=0.05)
+    wait = waiting.WebDriverWait(browser, 60, poll_frequency=0.05)
     wait.until(lambda driver: 200 < driver.execute_script(canvas) <= 360)
     browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
     assert size == [360, 360]

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import test_page_browser
+from browser import Keys, browser, needs_browser, one, settle
 from test_design_page import FOUR_BAR, case
-from test_page_browser import Keys, drawn, links, one, settle
+from test_page_browser import drawn, links
 
 from balance import mass_properties
 from kinematics.pose import joint_positions
 
-pytestmark = test_page_browser.pytestmark
-browser = test_page_browser.browser
+__all__ = ["browser"]
+
+pytestmark = needs_browser
 
 
 @pytest.fixture(scope="module")

@@ -166,29 +166,21 @@ def test_the_page_holds_the_report_and_escapes_names():
 
 def test_curves_are_drawn_offline(tmp_path):
     """Two panels side by side on a wide screen, one below the other on a narrow one."""
-    browser = pytest.importorskip("test_page_browser")
+    browser = pytest.importorskip("browser")
     if not (browser.BROWSER and browser.DRIVER):
         pytest.skip("no chromium with its chromedriver on the PATH")
     found = foretold(expanded("five_bar", 4))
     path = tmp_path / "page.html"
     path.write_text(webpage(found, curves(found)), encoding="utf-8")
-    options = browser.webdriver.ChromeOptions()
-    options.binary_location = browser.BROWSER
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    for flag in (*browser.FLAGS.split(), f"--user-data-dir={tmp_path}",
-                 "--host-resolver-rules=MAP * ~NOTFOUND"):  # fmt: skip
-        options.add_argument(flag)
-    service = browser.webdriver.ChromeService(executable_path=browser.DRIVER)
     drawn = "return document.querySelectorAll('.traces .scatterlayer path.js-line').length"
     tops = "return [0, 1].map((k) => byId(`traces${k}`).getBoundingClientRect().top)"
-    with browser.webdriver.Chrome(options=options, service=service) as driver:
-        wait = browser.WebDriverWait(driver, 60, poll_frequency=0.05)
+    with browser.started(tmp_path / "profile") as driver:
         for width in (1280, 390):
             screen = {"width": width, "height": 800, "deviceScaleFactor": 1}
             narrow = {"mobile": width < 500}
             driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen | narrow)
             driver.get(path.as_uri())
-            wait.until(lambda page: page.execute_script(drawn) == 10)
+            browser.wait_until(driver, lambda page: page.execute_script(drawn) == 10)
             assert driver.get_log("browser") == []
             first, second = driver.execute_script(tops)
             assert (first == second) == (width == 1280)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 
 import numpy as np
 import pytest
+from browser import Keys, Select, browser, needs_browser, one, settle, wait_until
 from scipy.linalg import expm
 from test_page import HOSTILE, hostile
 
@@ -20,39 +20,11 @@ from balance.web.page import page
 from kinematics.pose import joint_positions
 from kinematics.screws import hat
 
-MISSING = "selenium is not installed"
-webdriver = pytest.importorskip("selenium.webdriver", reason=MISSING)
-Select = pytest.importorskip("selenium.webdriver.support.select", reason=MISSING).Select
-waiting = pytest.importorskip("selenium.webdriver.support.wait", reason=MISSING)
-Keys = webdriver.Keys
+__all__ = ["browser"]
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
-)
-DRIVER = shutil.which("chromedriver")
-pytestmark = pytest.mark.skipif(
-    not (BROWSER and DRIVER), reason="no chromium or chrome with its chromedriver on the PATH"
-)
-FLAGS = (
-    "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run "
-    "--disable-background-networking --disable-component-update --disable-sync "
-    "--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=800,700"
-)
+pytestmark = needs_browser
 FOUR_BAR, PARALLEL = "four_bar_antiparallelogram", "three_rsr"
 READ = "return document.getElementById('plot').data.find((t) => t.name === arguments[0])"
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    options = webdriver.ChromeOptions()
-    options.binary_location = BROWSER
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    profile = f"--user-data-dir={tmp_path_factory.mktemp('profile')}"
-    for flag in (*FLAGS.split(), "--host-resolver-rules=MAP * ~NOTFOUND", profile):
-        options.add_argument(flag)
-    driver = webdriver.Chrome(options, webdriver.ChromeService(executable_path=DRIVER))
-    yield driver
-    driver.quit()
 
 
 def written(folder, space):
@@ -78,13 +50,6 @@ def model(request):
     return request.param
 
 
-def settle(browser):
-    """Wait until nothing is being drawn."""
-    busy = "return document.getElementById('plot').getAttribute('aria-busy')"
-    wait = waiting.WebDriverWait(browser, 60, poll_frequency=0.05)
-    wait.until(lambda driver: driver.execute_script(busy) == "false")
-
-
 def opened(browser, address):
     """The page at its start: loaded, or put back there if it is loaded already."""
     if browser.current_url != address:
@@ -96,10 +61,6 @@ def opened(browser, address):
             reset.click()
         Select(one(browser, "#choice")).select_by_index(0)
     settle(browser)
-
-
-def one(browser, selector):
-    return browser.find_element("css selector", selector)
 
 
 def drawn(browser, name):
@@ -317,8 +278,7 @@ def test_lines_of_momentum_of_chosen_freedoms(browser, pages, model):
 def test_the_page_can_be_printed(browser, pages):
     """On paper the canvas is a picture, and what is there to be touched is left out."""
     opened(browser, pages[PARALLEL][1])
-    wait = waiting.WebDriverWait(browser, 60, poll_frequency=0.05)
-    wait.until(lambda driver: one(driver, "#paper").get_property("naturalWidth") > 500)
+    wait_until(browser, lambda driver: one(driver, "#paper").get_property("naturalWidth") > 500)
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     shown = {
         selector: one(browser, selector).is_displayed()
@@ -335,8 +295,7 @@ def test_the_page_fits_a_phone(browser, pages):
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", phone)
     size = browser.execute_script("return [document.documentElement.scrollWidth, innerWidth]")
     canvas = "return document.querySelector('#plot canvas').clientWidth"
-    wait = waiting.WebDriverWait(browser, 60, poll_frequency=0.05)
-    wait.until(lambda driver: 200 < driver.execute_script(canvas) <= 360)
+    wait_until(browser, lambda driver: 200 < driver.execute_script(canvas) <= 360)
     browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
     assert size == [360, 360]
 

@@ -1,0 +1,69 @@
+"""A browser without a network, for tests of pages: chromium with its chromedriver.
+
+Tests that import this are skipped where selenium, chromium or chromedriver is missing.
+"""
+
+from __future__ import annotations
+
+import shutil
+from contextlib import contextmanager
+
+import pytest
+
+MISSING = "selenium is not installed"
+webdriver = pytest.importorskip("selenium.webdriver", reason=MISSING)
+Select = pytest.importorskip("selenium.webdriver.support.select", reason=MISSING).Select
+WebDriverWait = pytest.importorskip(
+    "selenium.webdriver.support.wait", reason=MISSING
+).WebDriverWait
+Keys = webdriver.Keys
+
+BROWSER = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
+)
+DRIVER = shutil.which("chromedriver")
+needs_browser = pytest.mark.skipif(
+    not (BROWSER and DRIVER), reason="no chromium or chrome with its chromedriver on the PATH"
+)
+FLAGS = (
+    "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run "
+    "--disable-background-networking --disable-component-update --disable-sync "
+    "--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=800,700"
+)
+
+
+@contextmanager
+def started(folder):
+    """A browser with its profile in a folder, until the end of the block."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = BROWSER
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    profile = f"--user-data-dir={folder}"
+    for flag in (*FLAGS.split(), "--host-resolver-rules=MAP * ~NOTFOUND", profile):
+        options.add_argument(flag)
+    service = webdriver.ChromeService(executable_path=DRIVER)
+    with webdriver.Chrome(options=options, service=service) as driver:
+        yield driver
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """A browser for all tests of a module."""
+    with started(tmp_path_factory.mktemp("profile")) as driver:
+        yield driver
+
+
+def wait_until(driver, condition):
+    """Wait up to a minute until a condition on the page holds."""
+    WebDriverWait(driver, 60, poll_frequency=0.05).until(condition)
+
+
+def one(driver, selector):
+    """The first element of a CSS selector."""
+    return driver.find_element("css selector", selector)
+
+
+def settle(driver):
+    """Wait until nothing is being drawn."""
+    busy = "return document.getElementById('plot').getAttribute('aria-busy')"
+    wait_until(driver, lambda page: page.execute_script(busy) == "false")

@@ -1,0 +1,75 @@
+"""A design space whose integers `balance.certify` has confirmed or corrected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+
+from balance.spaces.certainty import Certainty
+from balance.spaces.design_space_result import DesignSpace
+
+__all__ = ["CertifiedSpace", "with_certainty"]
+
+
+@dataclass(frozen=True, eq=False)
+class CertifiedSpace(DesignSpace):
+    """A design space, and what is known of its integers beyond floating-point arithmetic.
+
+    Attributes:
+        certainty: level, reason, bounds, doubts and proof; it holds for all integers.
+    """
+
+    certainty: Certainty = field(kw_only=True, repr=False)
+
+    __repr__ = DesignSpace.__repr__
+
+    @property
+    def level(self) -> str:
+        """Level of certainty; see `Certainty`."""
+        return self.certainty.level
+
+    @property
+    def assurance(self) -> str:
+        """Level of certainty and its reason, in one line."""
+        return f"{self.certainty.level}: {self.certainty.reason}"
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Reasons why an integer may be wrong, a line each: those that certification left."""
+        return self.certainty.doubts
+
+    @property
+    def encloses(self) -> bool:
+        """Whether the space contains every balanced distribution.
+
+        It does if the rank does not exceed its exact lower bound, or, where there is no such
+        bound, if no singular value that was kept is near round-off.
+        """
+        bound = self.certainty.rank
+        return super().encloses if bound is None else self.rank <= bound
+
+    def to_dict(self) -> dict[str, object]:
+        """The report as plain data, with its certainty; see `DesignSpace.to_dict`."""
+        self.check_proved()
+        return super().to_dict() | {"evidence": self.certainty.to_dict()}
+
+    def check_proved(self) -> None:
+        """Raise an AssertionError if an integer under ``proved`` is not the exact one.
+
+        Rank, nullity, serial and parallel part are those of the proof, and the table ends at
+        the order that reaches the rank, unless orders up to another were asked for.
+        """
+        certainty = self.certainty
+        if certainty.level != "proved":
+            return
+        proof, orders = certainty.proof, certainty.orders
+        assert proof is not None
+        known = (proof.rank, proof.nullity, proof.nullity, orders)
+        ranks = tuple(order.rank for order in self.orders)
+        found = (self.rank, self.nullity, self.serial_nullity, ranks)
+        assert found == known, f"proved: {known}, not {found}"
+
+
+def with_certainty(space: DesignSpace, certainty: Certainty) -> CertifiedSpace:
+    """A design space with its certainty, in place of the one that it may have."""
+    known = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
+    return CertifiedSpace(**known, certainty=certainty)

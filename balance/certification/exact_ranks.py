@@ -1,0 +1,58 @@
+"""Ranks of a design space by exact arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from balance.exact.ranks import Exact, ranks_of_linkage
+from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.result import Balance
+from kinematics.model.motion import Motion
+from kinematics.model_gallery import LinkageLike, as_linkage
+
+__all__ = ["exact_ranks"]
+
+
+def exact_ranks(
+    model: DesignSpace | LinkageLike,
+    motion: Motion | str | Sequence[str] | None = None,
+    balance: Balance = "dynamic",
+    max_order: int | None = None,
+    *,
+    spatial: bool = False,
+    expected: int = 0,
+) -> Exact:
+    """Ranks of the balance conditions by order, as whole numbers without a tolerance.
+
+    Args:
+        model: a design space, whose options are then used; or a linkage that was read from a
+            file with closed loops, or what `kinematics.load` accepts.
+        motion: restriction of the inputs of a linkage; see `design_space`.
+        balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
+        max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
+        spatial: count all ten parameters per body, even if the linkage is planar.
+        expected: a rank that is known or believed to be reached: without it, orders are
+            added until three in a row add nothing.
+
+    Returns:
+        Ranks by order, each a lower bound of the true one, with their witness modulo a prime.
+
+    Raises:
+        ExactError: the linkage is not from a file with closed loops, or its loops do not
+            close exactly, or the motion relates axes whose lengths have no rational ratio.
+        MotionError: a relation is wrong, or the motion is that of other inputs.
+        MobilityError: the linkage cannot follow the motion.
+        ValueError: options are given with a design space, which has its own.
+
+    Example:
+        >>> import balance
+        >>> balance.exact_ranks("robot.urdf").ranks
+        (3, 6, 8)
+    """
+    if not isinstance(model, DesignSpace):
+        return ranks_of_linkage(
+            as_linkage(model), motion, balance, max_order, spatial=spatial, expected=expected
+        )
+    if (motion, balance, max_order, spatial, expected) != (None, "dynamic", None, False, 0):
+        raise ValueError("a design space has its own options: give a linkage to change them")
+    return ranks_of_linkage(model.linkage, **model.options, expected=model.rank)

@@ -1,0 +1,153 @@
+"""Argument types, checks of files and error lines that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import NoReturn, TypeAlias
+
+from balance.atomic_files import check_outputs, is_stream
+from kinematics.errors import LinkageError
+
+__all__ = [
+    "LONGEST", "Parser", "Verbs", "check_files", "page_path", "picture_path",
+    "take_streams", "unexpected", "whole_number",
+]  # fmt: skip
+
+# Options that name files to write and to read, of any command.
+WRITTEN = {
+    "out": "--out", "html": "--html", "plot": "--plot", "write_closed": "--write-closed",
+    "table": "--table",
+}  # fmt: skip
+MODELS, READ = ("model", "against"), ("loops", "csv", "path")
+
+# The commands of a parser, as `argparse` types them.
+Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
+
+LONGEST = 20_000
+"""Most characters of an error message."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that reports a wrong argument in one line, whatever characters it has."""
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str], namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse arguments; refuse ``--option=--``, which Python 3.11 reads as a list."""
+        for name in (word[:-3] for word in args if word.startswith("--")
+                     and word.endswith("=--")):  # fmt: skip
+            self.error(f"argument {name}: expected one argument")
+        return super().parse_known_args(args, namespace)
+
+    def error(self, message: str) -> NoReturn:
+        """End the command with code 2."""
+        from kinematics.urdf.xml_tree import shown
+
+        super().error(shown(message, LONGEST))
+
+
+def take_streams(arguments: argparse.Namespace) -> None:
+    """Read the models that come through streams, each of which can be read only once.
+
+    Args:
+        arguments: the options of a command; documents take the place of such models.
+
+    Raises:
+        FileError: one cannot be read, or is longer than a file may be.
+        SystemExit: two models come through one stream.
+    """
+    named = {role: getattr(arguments, role, None) for role in ("model", "against")}
+    models = {role: model for role, model in named.items() if model is not None}
+    if not models:
+        return
+    from kinematics.urdf.input_streams import stream_of, streamed
+
+    streams = [stream for model in models.values() if (stream := stream_of(model))]
+    if len(set(streams)) < len(streams):
+        arguments.refuse("--against: both models come from the same stream: give two files")
+    for role, model in models.items():
+        setattr(arguments, role, streamed(model) or model)
+
+
+def check_files(arguments: argparse.Namespace) -> None:
+    """Refuse to write where a command reads, or one file twice; see `check_outputs`.
+
+    Raises:
+        UsageError: the options ask for that.
+    """
+    given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
+    outputs = {WRITTEN[name]: path for name, path in given.items() if name in WRITTEN}
+    if not outputs:
+        return
+    from kinematics.model_gallery import find
+    from kinematics.urdf.loop_file import beside
+
+    inputs = [given[name] for name in READ if name in given]
+    for name in MODELS:
+        # A model that cannot be read is told of by whoever reads it.
+        with suppress(LinkageError, OSError, ValueError):
+            path = str(find(given[name])) if name in given else ""
+            inputs += [path, *filter(None, [beside(path)])] if path else []
+    check_outputs(outputs, inputs, arguments.force)
+
+
+def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:
+    """What reads a whole number between two others, these included.
+
+    It raises ArgumentTypeError for any other word.
+    """
+
+    def read(text: str) -> int:
+        digits = text.isascii() and text.isdigit() and len(text) <= 18
+        number = int(text) if digits else lowest - 1
+        if not lowest <= number <= highest:
+            raise argparse.ArgumentTypeError(
+                f"'{text}' is not {what} from {lowest} to {highest}"
+            )
+        return number
+
+    return read
+
+
+def picture_path(text: str) -> str:
+    """A word that names a picture.
+
+    Raises:
+        ArgumentTypeError: by its end it is none.
+    """
+    if not text.lower().endswith((".png", ".svg")):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
+    return text
+
+
+def page_path(text: str) -> str:
+    """A word that names a page.
+
+    Raises:
+        ArgumentTypeError: by its end it is none, nor is it a pipe or a device.
+    """
+    if not (text.lower().endswith((".html", ".htm")) or is_stream(text)):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .html nor in .htm")
+    return text
+
+
+def unexpected(error: Exception, words: Sequence[str]) -> str:
+    """One line about an unexpected error: its type and message, the command, the remedy.
+
+    Args:
+        error: the exception.
+        words: the arguments of the command, without the name of the program.
+    """
+    import shlex
+
+    from kinematics.urdf.xml_tree import shown
+
+    what = shown(" ".join(f"{type(error).__name__}: {error}".split()), 500).rstrip(": ")
+    command = shown(shlex.join(["balance", *words]), 500)
+    return (
+        f"balance: unexpected {what}; this is a defect of balance, not of what was asked: "
+        f"please report it with the file and the command {command} (BALANCE_DEBUG=1 shows "
+        "where it happened)"
+    )

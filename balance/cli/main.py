@@ -1,0 +1,137 @@
+"""The command line: the only place that prints.
+
+Each command computes an `Outcome`; here it is printed and becomes the exit code.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import logging
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+
+from balance.cli import design as designing
+from balance.cli import models
+from balance.cli import motion as moving
+from balance.cli import report as reporting
+from balance.cli import verify as verifying
+from balance.cli.arguments import LONGEST, Parser, check_files, take_streams, unexpected
+from balance.cli.exit_codes import (
+    DEFECT,
+    DONE,
+    EXPLANATION,
+    INTERRUPTED,
+    REFUSED,
+    USAGE,
+)
+from balance.cli.outcome import Outcome
+from kinematics.compiled.background import mode
+from kinematics.errors import LinkageError, UsageError
+
+__all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+        argv: words of the command line, without the name of the program.
+
+    Returns:
+        The exit code.
+    """
+    # Matrices are small: a pool of threads would cost more than it gains.
+    for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    logging.basicConfig(format="%(message)s", handlers=[_StandardError()])
+    debug = bool(os.environ.get("BALANCE_DEBUG"))
+    with warnings.catch_warnings():
+        if not debug:
+            # Warnings of libraries are for programmers; those for users are notices.
+            warnings.showwarning = lambda *_, **__: None
+        return _run(argv, debug)
+
+
+class _StandardError(logging.Handler):
+    """Prints records on standard error, as it stands when they come."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one line."""
+        print(self.format(record), file=sys.stderr)
+
+
+def _run(argv: Sequence[str] | None, debug: bool) -> int:
+    """Run one command; returns its exit code, and prints one line where it fails."""
+    words = sys.argv[1:] if argv is None else argv
+    try:
+        mode()  # refuses an unknown BALANCE_COMPILE before any work
+        arguments = _parser().parse_args(words)
+        check_files(arguments)
+        take_streams(arguments)
+        outcome: Outcome = arguments.run(arguments)
+        _print(outcome, arguments.json)
+        return outcome.code
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    except LinkageError as error:
+        from kinematics.urdf.xml_tree import shown
+
+        text = "; ".join([str(error), *getattr(error, "__notes__", ())])
+        print(f"balance: {shown(text, LONGEST)}", file=sys.stderr)
+        return USAGE if isinstance(error, UsageError) else REFUSED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return DONE
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception as error:
+        if debug:
+            import traceback
+
+            traceback.print_exc(file=sys.stderr)
+        print(unexpected(error, words), file=sys.stderr)
+        return DEFECT
+
+
+class _Version(argparse.Action):
+    """Prints the version, which is imported only then."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """End the command with code 0."""
+        from kinematics.version import __version__
+
+        print(f"balance {__version__}")
+        parser.exit()
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = Parser(
+        prog="balance", description="Dynamic balance of linkages.", epilog=EXPLANATION
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
+    verbs = parser.add_subparsers(metavar="command", required=True)
+    for command in (reporting, verifying, designing, moving, models):
+        command.add_command(verbs)
+    return parser
+
+
+def _print(outcome: Outcome, as_json: bool) -> None:
+    """Print the notices of a command on standard error, and its answer."""
+    for notice in outcome.notices:
+        logging.warning("%s: %s", notice.code, notice.message)
+    if outcome.remark:
+        logging.warning(outcome.remark)
+    if as_json:
+        from balance.json_text import json_text
+
+        print(json_text(outcome.data(), 2))
+    elif outcome.styled is not None and sys.stdout.isatty():
+        print(outcome.styled(), end="")
+    else:
+        print(outcome.text())

@@ -1,0 +1,251 @@
+"""The result of `design_space`: a space of mass distributions, as data.
+
+What takes more than these arrays is computed by functions when it is wanted: `balance.certify`,
+`balance.explain`, `balance.exact_ranks`, `balance.distance_to_rank_drop`, `balance.save_space`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.conditions.collect import floor_of
+from balance.conditions.rank import Decision
+from balance.inertial_parameters.conversions import to_chain, violations
+from balance.spaces.result import Answer
+from balance.transfers.by_joint import Transfer, by_joint
+from balance.transfers.serial_space import CLEAR, SURE, Transfers
+from kinematics.model.arrays import Chain
+from kinematics.model.linkage import Linkage, Notice
+from kinematics.wording import listed, paragraph
+
+__all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
+
+Array = NDArray[np.float64]
+
+SCHEMA = "balance.report/1"
+# Masses in files are rounded: a given distribution counts as balanced up to this part of
+# the sum of its bodies' contributions.
+BALANCED = 1e-9
+# A special geometry that is missed by δ has conditions of the size δ, δ² …: below this, the
+# second may be round-off.
+SMALL = 5e-8
+
+
+class AsGiven(NamedTuple):
+    """Whether the masses in the file lie in the design space.
+
+    Attributes:
+        balanced: residual below 1e-9.
+        residual: size of the conditions' residual over the sum of the bodies' parts in it.
+    """
+
+    balanced: bool
+    residual: float
+
+
+@dataclass(frozen=True, eq=False)
+class DesignSpace(Answer):
+    """Mass distributions with vanishing momentum in every motion of a linkage.
+
+    Attributes:
+        linkage: the linkage.
+        highest_order: the highest order of derivative that was asked for; None for as many
+            as needed.
+        decision: basis and conditions in the units of the chain, where columns of the basis
+            are orthonormal, and the numbers behind the rank.
+        chain: arrays of the joints that move, and those units.
+        exchanged: inertia transfers across joints, in those units.
+    """
+
+    linkage: Linkage
+    highest_order: int | None
+    decision: Decision = field(repr=False)
+    chain: Chain = field(repr=False)
+    exchanged: Transfers = field(repr=False)
+
+    def __repr__(self) -> str:
+        """Up to six lines: the space, its parts, how sure they are."""
+        ranks = ", ".join(str(order.rank) for order in self.orders)
+        return paragraph(
+            f"{type(self).__name__} of {self.linkage.name}",
+            self.parts,
+            f"ranks by order {ranks}",
+            f"bodies {listed(self.bodies)}",
+            self.assurance,
+            f"as given: {'balanced' if self.as_given.balanced else 'not balanced'}",
+        )
+
+    @property
+    def singular_values(self) -> Array:
+        """Those of all conditions, relative to the largest (rank,)."""
+        return self.decision.singular_values
+
+    @property
+    def kept(self) -> float:
+        """The smallest singular value that counts; 1 if there are none."""
+        return self.decision.kept
+
+    @property
+    def dropped(self) -> float:
+        """Upper bound of the largest singular value that does not count."""
+        return self.decision.dropped
+
+    @property
+    def scaled_basis(self) -> Array:
+        """The basis in the units of the chain, where its columns are orthonormal."""
+        return self.decision.basis
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Decisions of floating-point arithmetic that are near round-off, a line each.
+
+        Empty if every size that was dropped as round-off is far below the limit, and every
+        size that was kept is far above it.
+        """
+        found = []
+        floor = floor_of(self.chain)
+        if self.dropped > SURE * floor:
+            found.append(
+                f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be "
+                "too low"
+            )
+        exchanged = self.exchanged
+        if exchanged.kept < CLEAR:
+            found.append(f"a direction of size {exchanged.kept:.1e} decides about transfers")
+        if exchanged.dropped > SURE * floor:
+            found.append(
+                f"a direction of size {exchanged.dropped:.1e} counts as round-off: the serial "
+                "part may be wrong"
+            )
+        if self.kept < SMALL:
+            found.append(
+                f"the smallest singular value kept is {self.kept:.1e}: conditions of the size "
+                "of its square are below round-off"
+            )
+        return tuple(found)
+
+    @property
+    def level(self) -> str:
+        """Level of certainty; see `Certainty`."""
+        return "estimated"
+
+    @property
+    def assurance(self) -> str:
+        """How sure the integers are, in one line."""
+        return "estimated: by floating-point arithmetic alone; see balance.certify"
+
+    @property
+    def sure(self) -> bool:
+        """Whether all conditions are known and no decision was near round-off."""
+        return self.settled and not self.doubts
+
+    @property
+    def encloses(self) -> bool:
+        """Whether the space contains every balanced distribution.
+
+        It does if no singular value that was kept is near round-off.
+        """
+        return not self.decision.thin
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options of `design_space` that give this space, by name."""
+        return {
+            "motion": self.motion,
+            "balance": self.balance,
+            "max_order": self.highest_order,
+            "spatial": not self.planar,
+        }
+
+    @cached_property
+    def transfers(self) -> tuple[Transfer, ...]:
+        """What may be exchanged across each joint that moves; together, ``serial``.
+
+        Transfers of different joints may depend on one another along a loop, so that their
+        dimensions may add up to more than that of ``serial``.
+        """
+        force = self.balance == "force"
+        return by_joint(self.linkage, self.chain, self.exchanged, force)
+
+    @cached_property
+    def as_given(self) -> AsGiven:
+        """Whether the masses in the file are balanced."""
+        rows = self.decision.conditions.rows
+        given = np.array([body.inertia for body in self.linkage.bodies])
+        z = to_chain(given, self.chain.frame, self.planar, self.balance == "force")
+        by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
+        total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
+        left = by_body.sum(axis=1)
+        residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
+        if not np.isfinite(residual):  # lengths that no double precision can square
+            residual = 1.0
+        return AsGiven(residual <= BALANCED, residual)
+
+    @property
+    def brief(self) -> str:
+        """The answer in short, in words."""
+        count, algebra = self.rank + self.nullity, "planar" if self.planar else "spatial"
+        verdict = "balanced" if self.as_given.balanced else "not balanced"
+        return (
+            f"rank {self.rank} of {count} {algebra} parameters, nullity {self.nullity}, "
+            f"mobility {self.linkage.mobility}, {verdict} as given"
+        )
+
+    @property
+    def warnings(self) -> tuple[Notice, ...]:
+        """The notices, and then the masses in the file that no body can have."""
+        unreal = [
+            Notice("non_physical", f"link '{body.name}': {problem}")
+            for body in self.linkage.bodies
+            for problem in violations(body.inertia)
+        ]
+        return (*self.notices, *unreal)
+
+    def to_dict(self) -> dict[str, object]:
+        """The report as plain data, ready for JSON.
+
+        ``balance/schemas/report.schema.json`` describes it. A key whose value is ``None`` is
+        the result of a function that was not called, such as `balance.explain`.
+        """
+        linkage = self.linkage
+        return {
+            "schema": SCHEMA,
+            "model": linkage.name,
+            "at": linkage.at,
+            "algebra": "planar" if self.planar else "spatial",
+            "balance": self.balance,
+            "bodies": list(self.bodies),
+            "parameters": self.rank + self.nullity,
+            "joints": len(linkage.joints),
+            "loops": len(linkage.loops),
+            "mobility": linkage.mobility,
+            "inputs": list(self.inputs),
+            "idle": list(self.idle),
+            "motion": list(self.motion.relations) if self.motion else [],
+            "orders": [order._asdict() for order in self.orders],
+            "poses": self.poses,
+            "kmax": self.kmax,
+            "rank": self.rank,
+            "nullity": self.nullity,
+            "serial": self.serial_nullity,
+            "parallel": self.nullity - self.serial_nullity,
+            "certainty": self.level,
+            "evidence": None,
+            "exact": None,
+            "transfers": None,
+            "freedoms": None,
+            "margin": {
+                "kept": self.kept,
+                "dropped": self.dropped,
+                "change": None,
+            },
+            "singular_values": self.singular_values.tolist(),
+            "basis": self.basis.tolist(),
+            "as_given": self.as_given._asdict(),
+            "warnings": [notice._asdict() for notice in self.warnings],
+        }

@@ -79,30 +79,30 @@ def check_outputs(
     Raises:
         UsageError: two outputs are one file; or one is an input, without ``force``.
     """
-    from kinematics.urdf.xml_tree import shown
+    from kinematics.error_text import clean
 
     places: dict[str, str] = {}
     for option, path in outputs.items():
         place = os.path.realpath(path)
         if place in places:
-            text = f"{shown(path, 1000)}: both {places[place]} and {option} are to write it"
+            text = f"{clean(path, 1000)}: both {places[place]} and {option} are to write it"
             raise UsageError(f"{text}; give each its own file")
         places[place] = option
     read = [] if force else [path for path in inputs if os.path.isfile(path)]
     for option, path in outputs.items():
         if os.path.isfile(path) and any(os.path.samefile(path, one) for one in read):
             raise UsageError(
-                f"{shown(path, 1000)}: {option} would replace a file that is read; give "
+                f"{clean(path, 1000)}: {option} would replace a file that is read; give "
                 "another path, or --force"
             )
 
 
 def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
-    from kinematics.urdf.xml_tree import shown
+    from kinematics.error_text import clean
 
     reason = error.strerror or type(error).__name__
     return FileError(
-        shown(os.fsdecode(path), 1000), "", f"cannot be written ({reason})",
+        clean(os.fsdecode(path), 1000), "", f"cannot be written ({reason})",
         "give a path in a folder that can be written to",
     )  # fmt: skip
 

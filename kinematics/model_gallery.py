@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from yourdfpy import URDF
 
     from kinematics.model.linkage import Draft, Linkage
+    from kinematics.model.source import Document
     from kinematics.urdf.input_files import Options
-    from kinematics.urdf.input_streams import Document
 
 __all__ = ["LinkageLike", "as_linkage", "describe", "find", "gallery", "load", "robots"]
 
@@ -82,7 +82,7 @@ def find(model: str | PathLike[str]) -> Path:
     known = gallery()
     if path.name in known:
         return known[path.name]
-    from kinematics.urdf.xml_tree import near, shown
+    from kinematics.error_text import clean, closest_names
 
     others = robots()
     name = path.name.removesuffix("_robot")
@@ -90,11 +90,11 @@ def find(model: str | PathLike[str]) -> Path:
         return others[name]
     named = [*known, *(other for other in others if other not in known)]
     like = [other for other in named if name in other] or named
-    remedy = f"give a path, or a name such as {near(name, like)}"
+    remedy = f"give a path, or a name such as {closest_names(name, like)}"
     if not others:
         remedy += "; for robots such as ur5, install example-robot-data"
     raise FileError(
-        shown(str(model), 1000), "", "no such file, and no model of this name", remedy
+        clean(str(model), 1000), "", "no such file, and no model of this name", remedy
     )
 
 
@@ -138,13 +138,13 @@ def load(
         LinkageError: the file or the linkage cannot be used; the subclass says why. A note
             on an error of closure or mobility names the angles that look rounded.
     """
+    from kinematics.error_text import clean
     from kinematics.urdf.input_files import Options
     from kinematics.urdf.rounded_angles import READINGS, ROUNDED
-    from kinematics.urdf.xml_tree import shown
 
     for option, value, known in (("bodies", bodies, BODIES), ("angles", angles, READINGS)):
         if value not in known:
-            wrong = f"{option} '{shown(str(value))}' unknown"
+            wrong = f"{option} '{clean(str(value))}' unknown"
             raise LinkageError(f"{wrong}; choose from {', '.join(known)}")
     closed = (massless,) if isinstance(massless, str) else tuple(massless)
     draft = _draft(model, loops, Options(fix_base, bodies, closed, angles))
@@ -153,7 +153,7 @@ def load(
     except (OpenLoopError, MobilityError) as error:
         for notice in draft.notices:
             if notice.code == ROUNDED:
-                error.add_note(notice.message.removeprefix(f"{shown(draft.source, 1000)}: "))
+                error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
         raise
 
 
@@ -199,8 +199,9 @@ def _draft(
     options: Options,
 ) -> Draft:
     """The linkage as its file, or a loaded model, describes it."""
+    from kinematics.model.source import Document
     from kinematics.urdf.input_files import accepted
-    from kinematics.urdf.input_streams import Document, streamed
+    from kinematics.urdf.input_streams import streamed
 
     if isinstance(model, (str, PathLike)):
         model = streamed(model) or find(model)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from balance.exact.ranks import Exact, ranks_of_linkage
+from balance.options import Balance
 from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import Balance
 from kinematics.model.motion import Motion
 from kinematics.model_gallery import LinkageLike, as_linkage
 

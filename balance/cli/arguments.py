@@ -43,9 +43,9 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End the command with code 2."""
-        from kinematics.urdf.xml_tree import shown
+        from kinematics.error_text import clean
 
-        super().error(shown(message, LONGEST))
+        super().error(clean(message, LONGEST))
 
 
 def take_streams(arguments: argparse.Namespace) -> None:
@@ -142,10 +142,10 @@ def unexpected(error: Exception, words: Sequence[str]) -> str:
     """
     import shlex
 
-    from kinematics.urdf.xml_tree import shown
+    from kinematics.error_text import clean
 
-    what = shown(" ".join(f"{type(error).__name__}: {error}".split()), 500).rstrip(": ")
-    command = shown(shlex.join(["balance", *words]), 500)
+    what = clean(" ".join(f"{type(error).__name__}: {error}".split()), 500).rstrip(": ")
+    command = clean(shlex.join(["balance", *words]), 500)
     return (
         f"balance: unexpected {what}; this is a defect of balance, not of what was asked: "
         f"please report it with the file and the command {command} (BALANCE_DEBUG=1 shows "

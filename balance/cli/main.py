@@ -80,10 +80,10 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     except LinkageError as error:
-        from kinematics.urdf.xml_tree import shown
+        from kinematics.error_text import clean
 
         text = "; ".join([str(error), *getattr(error, "__notes__", ())])
-        print(f"balance: {shown(text, LONGEST)}", file=sys.stderr)
+        print(f"balance: {clean(text, LONGEST)}", file=sys.stderr)
         return USAGE if isinstance(error, UsageError) else REFUSED
     except BrokenPipeError:
         sys.stderr.close()

@@ -22,7 +22,7 @@ from balance.exact.chain import ExactChain, exact_chain, regular
 from balance.exact.conditions import Gathering
 from balance.exact.modular import PRIMES
 from balance.exact.series import first_order_mobility, modulo
-from balance.spaces.result import Balance
+from balance.options import Balance
 from kinematics.errors import ExactError, InexactClosureError
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.model.motion import Motion, restriction

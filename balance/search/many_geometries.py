@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.conditions.order_kernels import generic
 from balance.inertial_parameters.conversions import displaced, from_chain, to_chain
 from balance.momentum.regressor import parameters_per_body, rows_per_column
+from balance.options import Balance
 from balance.search.many_geometries_kernels import (
     misfit,
     place,
@@ -31,7 +32,6 @@ from balance.search.many_geometries_kernels import (
 )
 from balance.spaces.compute import design_space
 from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import Balance
 from balance.transfers.rigid_parts import parts
 from balance.transfers.serial_space import transfers
 from kinematics.assembly.assemble import assemble

@@ -13,8 +13,9 @@ from collections.abc import Sequence
 from balance.conditions.collect import Gathered, floor_of, gather_conditions
 from balance.conditions.rank import Decision
 from balance.inertial_parameters.conversions import basis_from_chain
+from balance.options import Balance
 from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import Balance, table_of
+from balance.spaces.result import table_of
 from balance.transfers.serial_space import Transfers, transfers
 from kinematics.assembly.assemble import moving_chain
 from kinematics.errors import MobilityError

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.body_inertia import BodyInertia, body_inertias, in_link_frames
 from balance.inertial_parameters.conversions import parameter_labels
+from balance.options import Balance
 from kinematics.model.linkage import Notice
 from kinematics.model.motion import Motion
 from kinematics.wording import counted
 
-__all__ = ["Answer", "Balance", "Order", "table_of"]
+__all__ = ["Answer", "Order", "table_of"]
 
 Array = NDArray[np.float64]
-Balance = Literal["dynamic", "force"]
 
 COMPARED = "balance planar bodies inputs rank nullity serial_nullity kmax".split()
 # Spaces whose largest angle has a smaller sine count as one.

@@ -18,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.atomic_files import replacing
+from balance.options import Balance
 from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import Answer, Balance, Order
+from balance.spaces.result import Answer, Order
+from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.model.arrays import frozen
 from kinematics.model.linkage import Notice
 from kinematics.model.motion import Motion
-from kinematics.urdf.xml_tree import shown
 from kinematics.wording import listed, paragraph
 
 __all__ = ["SpaceRecord", "load_space", "record_of", "save_space"]
@@ -127,7 +128,7 @@ def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
             return record
         problem = f"its format is {str(header['format'])[:40]!r}, not {FORMAT!r}"
     raise FileError(
-        shown(os.fsdecode(path), 1000), "", problem, "give a file that save_space wrote"
+        clean(os.fsdecode(path), 1000), "", problem, "give a file that save_space wrote"
     ) from None
 
 

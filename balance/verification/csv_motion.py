@@ -10,8 +10,8 @@ from os import PathLike, fsdecode
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.error_text import clean
 from kinematics.errors import FileError
-from kinematics.urdf.xml_tree import shown
 
 __all__ = ["columns", "unfit"]
 
@@ -33,7 +33,7 @@ def unfit(
         problem: what is wrong.
         remedy: what to do about it.
     """
-    return FileError(shown(fsdecode(path), 1000), where, problem, remedy)
+    return FileError(clean(fsdecode(path), 1000), where, problem, remedy)
 
 
 def columns(

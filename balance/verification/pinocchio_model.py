@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.conversions import mass_properties
-from balance.spaces.result import Balance
+from balance.options import Balance
 from balance.verification.crank_revolution import revolution
 from balance.verification.joint_reactions import bearings
 from balance.verification.result import Run, Verification

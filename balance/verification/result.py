@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.spaces.result import Balance
+from balance.options import Balance
 from balance.verification.crank_revolution import Crank
 from balance.verification.trajectory import Trajectory
 from kinematics.model.linkage import Linkage, Notice

@@ -19,8 +19,7 @@ from kinematics.model.arrays import Chain, IntArray, frozen
 from kinematics.wording import counted, listed, paragraph, vector
 
 if TYPE_CHECKING:
-    from kinematics.urdf.input_streams import Document
-    from kinematics.urdf.xml_tree import Element
+    from kinematics.model.source import Document, Element
 
 __all__ = [
     "GROUND",

@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.model.linkage import Draft
-from kinematics.urdf.xml_tree import Element, build, contents, naming, shown
+from kinematics.model.source import Element
+from kinematics.urdf.xml_tree import build, contents, naming
 
 __all__ = ["Splice", "Text", "read_again"]
 
@@ -30,7 +32,7 @@ def read_again(linkage: Draft, tag: str, purpose: str) -> tuple[bytes, Element]:
         FileError: the linkage was not read from a file, or the file cannot be read any more,
             or has elements of that tag with other names.
     """
-    file = shown(linkage.source, 1000)
+    file = clean(linkage.source, 1000)
     if linkage.tree is None:
         problem = f"a model in memory, not a file {purpose}"
         raise FileError(file, "", problem, "load the linkage from the path of its URDF file")

@@ -8,11 +8,12 @@ from __future__ import annotations
 import os
 from typing import NamedTuple
 
-from kinematics.urdf.input_streams import Document, source_of
+from kinematics.error_text import clean
+from kinematics.model.source import Document
+from kinematics.urdf.input_streams import source_of
 from kinematics.urdf.loop_file import Sidecar, merge
 from kinematics.urdf.rounded_angles import ROUNDED, nominal, remark, rounded
 from kinematics.urdf.validate import check, parse
-from kinematics.urdf.xml_tree import shown
 
 __all__ = ["Options", "Path", "accepted"]
 
@@ -55,6 +56,6 @@ def accepted(model: Path | Document, loops: Path | None, options: Options) -> Si
     side = merge(tree, source, loops, search=not isinstance(model, Document))
     found = rounded(side.tree)
     tree = nominal(side.tree) if options.angles == "nominal" else side.tree
-    text = f"{shown(source, 1000)}: {remark(found, options.angles)}"
+    text = f"{clean(source, 1000)}: {remark(found, options.angles)}"
     told = ((ROUNDED, text),) if found else ()
     return side._replace(tree=tree, remarks=(*side.remarks, *told))

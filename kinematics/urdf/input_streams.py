@@ -6,26 +6,14 @@ import os
 import stat
 import sys
 from collections.abc import Hashable
-from typing import NamedTuple
 
+from kinematics.model.source import Document
 from kinematics.urdf.xml_tree import MAX_BYTES, Refusal, naming, sound
 
-__all__ = ["STANDARD_INPUT", "Document", "source_of", "stream_of", "streamed"]
+__all__ = ["STANDARD_INPUT", "source_of", "stream_of", "streamed"]
 
 STANDARD_INPUT = "-"
 """The model that is read from standard input."""
-
-
-class Document(NamedTuple):
-    """A URDF file that was read from a stream.
-
-    Attributes:
-        name: how messages call it.
-        data: its bytes.
-    """
-
-    name: str
-    data: bytes
 
 
 def source_of(model: str | os.PathLike[str] | Document) -> str:

@@ -15,11 +15,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
+from kinematics.model.source import Element
 from kinematics.urdf.validate import validate
 from kinematics.urdf.validate_fields import DEGREES, coordinates, needed
 from kinematics.urdf.validate_inertias import unphysical
-from kinematics.urdf.xml_tree import Element, Refusal, contents, naming, near, shown
+from kinematics.urdf.xml_tree import Refusal, contents, naming
 from kinematics.urdf.yaml_keys import Keys
 
 __all__ = ["Sidecar", "beside", "merge"]
@@ -96,14 +98,14 @@ def _sought(
         if file is None:
             return Sidecar(tree)
         if inline is not None:
-            text = f"'{shown(file)}' is not read: the URDF file has <loop> elements"
+            text = f"'{clean(file)}' is not read: the URDF file has <loop> elements"
             return Sidecar(tree, None, (("loops_ignored", text),))
     else:
         file = os.fsdecode(loops)
         if inline is not None:
-            problem = f"there are loops here and in '{shown(file)}'"
+            problem = f"there are loops here and in '{clean(file)}'"
             remedy = "remove the <loop> elements, or do without the other file"
-            raise FileError(shown(source, 1000), inline.label, problem, remedy)
+            raise FileError(clean(source, 1000), inline.label, problem, remedy)
     with naming(file):
         return _merged(tree, Keys(contents(file, MAX_BYTES), _KEYS + _IDLE, _RETIRED))
 
@@ -133,8 +135,8 @@ def _like(tree: Element, keys: Keys, key: str) -> list[str]:
     moving = [j.name for j in tree.every("joint") if DEGREES[j.attributes["type"]]]
     found = [word] if word in moving else [name for name in moving if word in name]
     if not found or not word:
-        remedy = f"list names; the joints that move are {near(word, moving)}"
-        raise keys.wrong(key, f"no moving joint is called like '{shown(word)}'", remedy)
+        remedy = f"list names; the joints that move are {closest_names(word, moving)}"
+        raise keys.wrong(key, f"no moving joint is called like '{clean(word)}'", remedy)
     return found
 
 
@@ -142,8 +144,8 @@ def _known(keys: Keys, key: str, names: Iterable[str], known: Collection[str]) -
     """Every name of a key is among the known ones."""
     for name in names:
         if name not in known:
-            remedy = f"correct the name; there are {near(name, known)}"
-            raise keys.wrong(key, f"'{shown(name)}' does not exist", remedy)
+            remedy = f"correct the name; there are {closest_names(name, known)}"
+            raise keys.wrong(key, f"'{clean(name)}' does not exist", remedy)
 
 
 def _retyped(tree: Element, keys: Keys) -> Element:
@@ -190,7 +192,7 @@ def _inputs(tree: Element, keys: Keys) -> tuple[str, ...] | None:
     _known(keys, "name_mot", names, types)
     for name in names:
         if not DEGREES[types[name]]:
-            raise keys.wrong("name_mot", f"'{shown(name)}' is fixed", "name joints that move")
+            raise keys.wrong("name_mot", f"'{clean(name)}' is fixed", "name joints that move")
     found = [name for joint in names for name in coordinates(joint, types[joint])]
     return tuple(found) or None
 
@@ -214,13 +216,13 @@ def _looped(tree: Element, keys: Keys) -> Element:
         _known(keys, "closed_loop", names, frames)
         for name in names:
             if after.get(name, frames[name]) != frames[name]:
-                problem = f"'{shown(name)}' is a link, and a joint that carries another link"
+                problem = f"'{clean(name)}' is a link, and a joint that carries another link"
                 raise keys.wrong("closed_loop", problem, "rename one of them")
         own = "/".join(names)
         for name in names:
             if taken.get(frames[name], own) != own:
-                problem = f"'{shown(name)}' of '{shown(own)}' is a frame of "
-                problem += f"'{shown(taken[frames[name]])}' too"
+                problem = f"'{clean(name)}' of '{clean(own)}' is a frame of "
+                problem += f"'{clean(taken[frames[name]])}' too"
                 remedy = "give each pair frames of its own, on links fixed in the same place"
                 raise keys.wrong("closed_loop", problem, remedy)
             taken[frames[name]] = own

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from kinematics.urdf.xml_tree import Element, Refusal, shown
+from kinematics.error_text import clean
+from kinematics.model.source import Element
+from kinematics.urdf.xml_tree import Refusal
 
 __all__ = ["check_foreign_loops"]
 
@@ -66,7 +68,7 @@ def _ends(item: Element) -> tuple[str, str]:
     for pair in _ENDS:
         named = tuple(_named(item, role) for role in pair)
         if all(named):
-            return shown(named[0]), shown(named[1])
+            return clean(named[0]), clean(named[1])
     return "…", "…"
 
 

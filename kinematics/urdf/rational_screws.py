@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinematics.error_text import clean
 from kinematics.errors import ExactError
 from kinematics.linalg.rational import (
     BITS,
@@ -31,11 +32,11 @@ from kinematics.linalg.rational import (
 )
 from kinematics.model.full_turns import measured
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.model.source import Element
 from kinematics.urdf.loop_joints import FREEDOMS
 from kinematics.urdf.rational_poses import AXES, Matrix, Pose, add, move_screws, rotation, scale
 from kinematics.urdf.rounded_angles import exact_angle
 from kinematics.urdf.validate_fields import coordinates
-from kinematics.urdf.xml_tree import Element, shown
 
 __all__ = ["Geometry", "changed_screws", "exact_geometry"]
 
@@ -80,7 +81,7 @@ def exact_geometry(linkage: Linkage) -> Geometry:
         ExactError: the linkage was not read from a file, or its axes are not those of the
             file.
     """
-    source = shown(linkage.source, 1000)
+    source = clean(linkage.source, 1000)
     if linkage.tree is None:
         raise ExactError(
             f"{source}: exact arithmetic works from the decimals of a URDF file; load one"
@@ -292,7 +293,7 @@ class _Reading:
     def _turn(self, label: str, n: Vector, angle: Fraction, word: str = "") -> Matrix:
         """Rotation about n, whose length is rational, by an angle."""
         quarter, rest = quarters(angle)
-        text = f"the angle {shown(word or str(float(angle)))}"
+        text = f"the angle {clean(word or str(float(angle)))}"
         if not rest:
             if angle or (word and decimal(word)):
                 self._note(label, f"{text} is taken as {quarter} π/2")

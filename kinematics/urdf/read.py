@@ -18,19 +18,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
 from kinematics.model.arrays import frozen
 from kinematics.model.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, Place
+from kinematics.model.source import Document, Element
 from kinematics.spatial.inertia import parameters
 from kinematics.spatial.screws import exp, revolute
 from kinematics.urdf.input_files import Options, Path, accepted
-from kinematics.urdf.input_streams import Document, source_of
+from kinematics.urdf.input_streams import source_of
 from kinematics.urdf.loop_file import Sidecar, merge
 from kinematics.urdf.loop_joints import attach, freedoms, perpendicular, unit
 from kinematics.urdf.robot_tree import Follows, Inertial, Robot, TreeJoint, described
 from kinematics.urdf.validate import checked
 from kinematics.urdf.validate_fields import coordinates
-from kinematics.urdf.xml_tree import Element, near, shown
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
@@ -87,7 +88,7 @@ def _draft(robot: Robot, side: Sidecar, source: str, options: Options) -> Draft:
         FileError: nothing moves, no moving link has inertia, or a link called massless is
             not there.
     """
-    file, tree = shown(source, 1000), side.tree
+    file, tree = clean(source, 1000), side.tree
     mimics = {joint.name: joint.mimic for joint in robot.joints if joint.mimic is not None}
     joints, places = _tree_joints(robot, _offsets(mimics))
     if not joints:
@@ -215,15 +216,15 @@ def _bodies(
 
 def _closed(name: str, places: Mapping[str, Place], top: Mapping[int, str], file: str) -> int:
     """The rigid body that the user calls massless, by the link that it is named after."""
-    label = f"massless link '{shown(name)}'"
+    label = f"massless link '{clean(name)}'"
     if name not in places:
         moving = [link for index, link in top.items() if index != GROUND]
-        remedy = f"choose from {near(name, moving)}"
+        remedy = f"choose from {closest_names(name, moving)}"
         raise FileError(file, label, "does not exist", remedy)
     whole = top[places[name].link]
     if whole != name and places[name].link != GROUND:
-        problem = f"fixed to link '{shown(whole)}', which the body is named after"
-        raise FileError(file, label, problem, f"name '{shown(whole)}' to close all of it")
+        problem = f"fixed to link '{clean(whole)}', which the body is named after"
+        raise FileError(file, label, problem, f"name '{clean(whole)}' to close all of it")
     return places[name].link
 
 

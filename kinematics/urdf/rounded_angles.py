@@ -15,8 +15,9 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
+from kinematics.error_text import clean
 from kinematics.linalg.rational import LONGEST, decimal, pi
-from kinematics.urdf.xml_tree import Element, shown
+from kinematics.model.source import Element
 
 __all__ = [
     "READINGS", "ROUNDED", "Rounded", "exact_angle", "nominal", "remark", "rounded", "twelfths",
@@ -105,7 +106,7 @@ def nominal(tree: Element) -> Element:
 
 def remark(found: Sequence[Rounded], reading: str) -> str:
     """What to tell the user of the angles that look rounded, and of how they are read."""
-    named = ", ".join(f"{shown(r.word)} in {r.attribute} of {r.label}" for r in found[:NAMED])
+    named = ", ".join(f"{clean(r.word)} in {r.attribute} of {r.label}" for r in found[:NAMED])
     more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
     look = "angle looks" if len(found) == 1 else "angles look"
     how = "read as multiples of π/12, the default"

@@ -10,6 +10,8 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from kinematics.error_text import clean, closest_names, quoted
+from kinematics.model.source import Element
 from kinematics.urdf.other_loop_formats import check_foreign_loops
 from kinematics.urdf.validate_fields import (
     DEGREES,
@@ -25,16 +27,7 @@ from kinematics.urdf.validate_fields import (
     turns,
 )
 from kinematics.urdf.validate_misplaced import check_strays
-from kinematics.urdf.xml_tree import (
-    Element,
-    Refusal,
-    build,
-    contents,
-    listed,
-    naming,
-    near,
-    shown,
-)
+from kinematics.urdf.xml_tree import Refusal, build, contents, naming
 
 __all__ = ["check", "checked", "parse", "validate"]
 
@@ -118,7 +111,7 @@ def _check_xacro(robot: Element) -> None:
             raise Refusal(item.label, "a xacro element, not URDF", remedy)
         for attribute, value in item.attributes.items():
             if "${" in value:
-                problem = f'{attribute}="{shown(value)}" is a xacro expression'
+                problem = f'{attribute}="{clean(value)}" is a xacro expression'
                 raise Refusal(item.label, problem, remedy)
 
 
@@ -182,7 +175,7 @@ def _check_names(*groups: Sequence[Element]) -> None:
             derived = coordinates(item.name, item.attributes["type"]) if several else []
             for name in [item.name, *derived]:
                 if name in taken:
-                    problem = f"the name '{shown(name)}' is taken by {taken[name].label}"
+                    problem = f"the name '{clean(name)}' is taken by {taken[name].label}"
                     raise Refusal(item.label, problem, f"rename this {item.tag}")
                 taken[name] = item
 
@@ -201,8 +194,8 @@ def _check_link_name(
     owner: Element, role: str, name: str, known: Mapping[str, Element]
 ) -> None:
     if name not in known:
-        remedy = f"correct the name; the links are {near(name, known)}"
-        raise Refusal(owner.label, f"{role} link '{shown(name)}' does not exist", remedy)
+        remedy = f"correct the name; the links are {closest_names(name, known)}"
+        raise Refusal(owner.label, f"{role} link '{clean(name)}' does not exist", remedy)
 
 
 def _carriers(known: Mapping[str, Element], joints: Sequence[Element]) -> dict[str, Element]:
@@ -213,10 +206,10 @@ def _carriers(known: Mapping[str, Element], joints: Sequence[Element]) -> dict[s
         _check_link_name(joint, "parent", parent, known)
         _check_link_name(joint, "child", child, known)
         if parent == child:
-            problem = f"joins link '{shown(child)}' to itself"
+            problem = f"joins link '{clean(child)}' to itself"
             raise Refusal(joint.label, problem, "correct its <parent> or its <child>")
         if child in carrier:
-            problem = f"link '{shown(child)}' is already the child of {carrier[child].label}"
+            problem = f"link '{clean(child)}' is already the child of {carrier[child].label}"
             raise Refusal(joint.label, problem, "close the loop with a <loop> element instead")
         carrier[child] = joint
     return carrier
@@ -235,7 +228,7 @@ def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) ->
         while name in carrier and name not in settled:
             if name in path:
                 ring = list(path)[list(path).index(name) :]
-                problem = f"the links {listed(reversed(ring))} form a cycle of joints"
+                problem = f"the links {quoted(reversed(ring))} form a cycle of joints"
                 remedy = "replace one of these joints with a <loop> element"
                 raise Refusal(carrier[name].label, problem, remedy)
             path[name] = None
@@ -243,7 +236,7 @@ def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) ->
         settled.update(path)
     roots = [name for name in known if name not in carrier]
     if len(roots) > 1:
-        problem = f"more than one root: no joint carries the links {listed(roots)}"
+        problem = f"more than one root: no joint carries the links {quoted(roots)}"
         remedy = "fix all but one of them to the ground with a fixed joint"
         raise Refusal(known[roots[1]].label, problem, remedy)
 
@@ -263,8 +256,8 @@ def _check_mimics(joints: Sequence[Element]) -> None:
         check_numbers(joint, mimic, "multiplier", 1)
         check_numbers(joint, mimic, "offset", 1)
         if target not in named:
-            remedy = f"correct the name; the joints are {near(target, named)}"
-            raise Refusal(joint.label, f"mimics unknown joint '{shown(target)}'", remedy)
+            remedy = f"correct the name; the joints are {closest_names(target, named)}"
+            raise Refusal(joint.label, f"mimics unknown joint '{clean(target)}'", remedy)
         for end in (joint, named[target]):
             if DEGREES[end.attributes["type"]] != 1:
                 problem = f"<mimic> needs joints of one degree of freedom; {end.label} is "
@@ -305,7 +298,7 @@ def _check_loop(
     sides = loop.every("predecessor") + loop.every("successor")
     extra += [item.tag for side in sides for item in side.children if item.tag != "origin"]
     if extra:
-        problem = f"unknown child {', '.join(f'<{shown(tag)}>' for tag in extra[:8])}"
+        problem = f"unknown child {', '.join(f'<{clean(tag)}>' for tag in extra[:8])}"
         remedy = f"a loop may hold {', '.join(_LOOP_PARTS)}, and its sides an origin"
         raise Refusal(loop.label, problem, remedy)
     ends = []

@@ -11,7 +11,9 @@ import re
 from collections.abc import Sequence
 from operator import mul
 
-from kinematics.urdf.xml_tree import Element, Refusal, shown
+from kinematics.error_text import clean
+from kinematics.model.source import Element
+from kinematics.urdf.xml_tree import Refusal
 
 __all__ = [
     "DEGREES",
@@ -90,7 +92,7 @@ def check_numbers(owner: Element, item: Element, attribute: str, count: int) -> 
     good = all(_NUMBER.fullmatch(w) and abs(float(w)) <= LARGEST for w in words)
     if len(words) != count or not good:
         what = f"{count} finite numbers" if count > 1 else "a finite number"
-        where = f'<{item.tag} {attribute}="{shown(text)}"> (line {item.line})'
+        where = f'<{item.tag} {attribute}="{clean(text)}"> (line {item.line})'
         example = f'{attribute}="{" ".join(["0.5", "0", "-1e-3"][:count])}"'
         raise Refusal(owner.label, f"{where} is not {what}", f"write it as in {example}")
 
@@ -107,7 +109,7 @@ def check_origin(owner: Element, inside: Element) -> None:
     check_numbers(owner, origin, "xyz", 3)
     check_numbers(owner, origin, "rpy", 3)
     if max(map(abs, origin.vector("rpy", "0 0 0"))) > WIDEST:
-        where = f'<origin rpy="{shown(origin.attributes["rpy"])}"> (line {origin.line})'
+        where = f'<origin rpy="{clean(origin.attributes["rpy"])}"> (line {origin.line})'
         problem = f"{where} has an angle beyond {WIDEST:g} rad"
         raise Refusal(owner.label, problem, "write angles in radians, between -π and π")
 
@@ -155,14 +157,14 @@ def check_type(item: Element) -> None:
     """The type, origin, axes and pitch of a joint, or the type and axes of a loop."""
     kind = item.attributes.get("type", "")
     if kind not in DEGREES:
-        problem = f"unknown type '{shown(kind)}'" if kind else "no type"
+        problem = f"unknown type '{clean(kind)}'" if kind else "no type"
         remedy = f"choose from {', '.join(DEGREES)}"
         if kind.strip().lower() in DEGREES:
             remedy = f'write type="{kind.strip().lower()}"'
         raise Refusal(item.label, problem, remedy)
     value = item.attributes.get("independent", "false")
     if value not in ("true", "false"):
-        problem = f'independent="{shown(value)}" is neither true nor false'
+        problem = f'independent="{clean(value)}" is neither true nor false'
         raise Refusal(item.label, problem, 'write independent="true" on an input')
     for tag in ("axis", "axis2"):
         _check_axis(item, tag)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from kinematics.urdf.xml_tree import Element, shown
+from kinematics.error_text import clean
+from kinematics.model.source import Element
 
 __all__ = ["UNPHYSICAL", "tensor", "unphysical"]
 
@@ -36,7 +37,7 @@ def unphysical(tree: Element, source: str) -> tuple[tuple[str, str], ...]:
         return ()
     more = f"; and {len(found) - NAMED} more links" if len(found) > NAMED else ""
     text = (
-        f"{shown(source, 1000)}: {'; '.join(found[:NAMED])}{more}; correct it where the file "
+        f"{clean(source, 1000)}: {'; '.join(found[:NAMED])}{more}; correct it where the file "
         "was exported: the design space does not depend on it, but whether the linkage is "
         "balanced as given does"
     )

@@ -10,7 +10,9 @@ from __future__ import annotations
 from difflib import get_close_matches
 from functools import cache
 
-from kinematics.urdf.xml_tree import Element, Refusal, shown
+from kinematics.error_text import clean
+from kinematics.model.source import Element
+from kinematics.urdf.xml_tree import Refusal
 
 __all__ = ["check_strays"]
 
@@ -92,7 +94,7 @@ def _check_attributes(item: Element) -> None:
             continue  # Old exporters write it beside every axis.
         else:
             meant = _meant(plain, known) or " or ".join(known)
-        problem = f"<{item.tag} {shown(name)}> is not read"
+        problem = f"<{item.tag} {clean(name)}> is not read"
         raise Refusal(item.label, problem, f"write {meant}, or remove it")
 
 
@@ -100,7 +102,7 @@ def _check_text(item: Element) -> None:
     """No numbers or tags between tags, where there are attributes and elements instead."""
     leaf = item.tag in _ATTRIBUTES and item.tag not in _PARTS
     if item.text and ("<" in item.text or (leaf and (item.attributes or item.tag == "origin"))):
-        problem = f"the text '{shown(item.text, 40)}' in <{item.tag}> is not read"
+        problem = f"the text '{clean(item.text, 40)}' in <{item.tag}> is not read"
         remedy = "write it as elements and attributes, or remove it"
         raise Refusal(item.label, problem, remedy)
 
@@ -112,14 +114,14 @@ def _check_child(host: Element, item: Element) -> None:
     if host.tag in ("joint", "robot") and len(word) > len("loop"):
         unsupported = unsupported or _meant(word, ("loop_joint",))
     if unsupported:
-        problem = f"<{shown(item.tag)}> is not supported"
+        problem = f"<{clean(item.tag)}> is not supported"
         raise Refusal(item.label, problem, _UNSUPPORTED[unsupported])
     if host.tag in ("loop", "predecessor", "successor") or (host.tag, word) == (
         "link",
         "origin",
     ):
         return
-    where = f"<{shown(item.tag)}> in <{host.tag}>"
+    where = f"<{clean(item.tag)}> in <{host.tag}>"
     if host.tag not in _PARTS:
         remedy = f"remove it: <{host.tag}> holds attributes only"
         raise Refusal(item.label, f"{where} is not read", remedy)
@@ -136,8 +138,8 @@ def _check_child(host: Element, item: Element) -> None:
     sought = _ELSEWHERE.get(host.tag, _WORDS)
     for inner in item.walk():
         if inner.tag in sought and (host.tag != "robot" or inner.children):
-            problem = f"inside <{shown(item.tag)}> (line {item.line}), where it is not read"
-            raise Refusal(inner.label, problem, f"move it out of <{shown(item.tag)}>")
+            problem = f"inside <{clean(item.tag)}> (line {item.line}), where it is not read"
+            raise Refusal(inner.label, problem, f"move it out of <{clean(item.tag)}>")
 
 
 @cache

@@ -16,14 +16,15 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
+from kinematics.model.source import Element
 from kinematics.spatial.screws import exp, revolute
 from kinematics.urdf.edit_xml import Splice, Text, read_again
 from kinematics.urdf.loop_joints import freedoms, perpendicular, unit
 from kinematics.urdf.robot_tree import pose_of
 from kinematics.urdf.validate_fields import coordinates
-from kinematics.urdf.xml_tree import Element, shown
 
 __all__ = ["Posed", "at_reference_pose"]
 
@@ -74,7 +75,7 @@ def at_reference_pose(linkage: Linkage) -> Posed:
         if any(q):
             if kind == "universal" and q[1]:
                 problem = "a universal joint that has turned about its second axis"
-                file, remedy = shown(linkage.source, 1000), "replace it by two joints"
+                file, remedy = clean(linkage.source, 1000), "replace it by two joints"
                 raise FileError(file, joint.label, problem, remedy)
             splices.append(_new_origin(text, joints[name], _attributes(joint, q)))
     beside = len(found.every("loop")) < len(linkage.tree.every("loop"))

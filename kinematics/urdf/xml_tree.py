@@ -8,18 +8,15 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from difflib import get_close_matches
 from xml.parsers import expat
 
+from kinematics.error_text import clean
 from kinematics.errors import FileError
+from kinematics.model.source import Element
 
-__all__ = [
-    "MAX_BYTES", "Element", "Refusal", "build", "contents", "listed", "naming", "near", "shown",
-    "sound",
-]  # fmt: skip
+__all__ = ["MAX_BYTES", "Refusal", "build", "contents", "naming", "sound"]
 
 MAX_BYTES = 16 * 2**20
 MAX_DEPTH = 200
@@ -43,89 +40,13 @@ class Refusal(Exception):
     """Element, problem and remedy of a `FileError` that still lacks its file."""
 
 
-def shown(text: str, limit: int = 80) -> str:
-    """``text`` on one line, printable and short."""
-    line = "".join(c if c.isprintable() else " " for c in text)
-    return line if len(line) <= limit else line[:limit] + "…"
-
-
 @contextmanager
 def naming(file: str) -> Iterator[None]:
     """Turns every `Refusal` inside into the `FileError` of this file."""
     try:
         yield
     except Refusal as refusal:
-        raise FileError(shown(file, 1000), *refusal.args) from None
-
-
-def listed(names: Iterable[str]) -> str:
-    """The first names, quoted, and how many are left."""
-    quoted = [f"'{shown(name)}'" for name in names]
-    rest = f" and {len(quoted) - 8} more" if len(quoted) > 8 else ""
-    return ", ".join(quoted[:8]) + rest
-
-
-def near(name: str, known: Iterable[str]) -> str:
-    """The known names, quoted, or the few most like ``name`` if there are many."""
-    names = list(known)
-    if len(names) > 8:
-        like = get_close_matches(name[:80], [n for n in names[:2000] if len(n) < 80], 8, 0.5)
-        if like:
-            return f"{listed(like)} and others"
-    return listed(names)
-
-
-@dataclass(frozen=True, slots=True)
-class Element:
-    """An XML element.
-
-    Attributes:
-        tag: name of the element, with its prefix if it has one.
-        attributes: values by name.
-        children: elements inside, in the order of the file.
-        line: line of the file, from 1; 0 if it is from no file.
-        text: character data directly inside, stripped.
-        span: where in the bytes of the file it begins, and where its end tag does, or where
-            it ends if it has none; (0, 0) if it is from no file.
-    """
-
-    tag: str
-    attributes: Mapping[str, str] = field(default_factory=dict)
-    children: tuple[Element, ...] = ()
-    line: int = 0
-    text: str = ""
-    span: tuple[int, int] = field(default=(0, 0), compare=False)
-
-    @property
-    def name(self) -> str:
-        """The ``name`` attribute, or an empty string."""
-        return self.attributes.get("name", "")
-
-    @property
-    def label(self) -> str:
-        """How messages call the element, such as ``joint 'j1' (line 12)``."""
-        name = f"{self.tag} '{shown(self.name)}'" if self.name else f"<{shown(self.tag)}>"
-        return f"{name} (line {self.line})" if self.line else name
-
-    def every(self, tag: str) -> list[Element]:
-        """The children with this tag."""
-        return [child for child in self.children if child.tag == tag]
-
-    def first(self, tag: str) -> Element | None:
-        """The first child with this tag, or None."""
-        return next((child for child in self.children if child.tag == tag), None)
-
-    def vector(self, attribute: str, default: str) -> list[float]:
-        """The numbers in an attribute that :func:`check` has accepted."""
-        return [float(word) for word in self.attributes.get(attribute, default).split()]
-
-    def walk(self) -> Iterator[Element]:
-        """This element and all inside it, in the order of the file."""
-        stack = [self]
-        while stack:
-            item = stack.pop()
-            yield item
-            stack.extend(reversed(item.children))
+        raise FileError(clean(file, 1000), *refusal.args) from None
 
 
 def contents(path: str, limit: int = MAX_BYTES) -> bytes:
@@ -197,7 +118,7 @@ def build(data: bytes) -> Element:
         remedy = _REMEDIES.get(expat.ErrorString(error.code), "export or save it again")
         raise Refusal("", problem, remedy) from None
     except (ValueError, LookupError) as error:
-        problem = f"not readable as XML ({shown(str(error))})"
+        problem = f"not readable as XML ({clean(str(error))})"
         raise Refusal("", problem, "save it as UTF-8") from None
     return builder.closed[0]
 
@@ -232,7 +153,7 @@ class _Builder:
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         line = self.parser.CurrentLineNumber
-        label = f"<{shown(tag)}> (line {line})"
+        label = f"<{clean(tag)}> (line {line})"
         self.count += 1
         if self.count > MAX_ELEMENTS:
             remedy = "split the file, or remove what is not part of the linkage"
@@ -243,7 +164,7 @@ class _Builder:
             raise Refusal(label, f"a value of more than {MAX_VALUE} characters", "shorten it")
         for name in (tag, *attributes):
             if ":" in name and not all(name.split(":", 1)):
-                problem = f"the name '{shown(name)}' begins or ends with a colon"
+                problem = f"the name '{clean(name)}' begins or ends with a colon"
                 raise Refusal(label, problem, "remove the colon")
         self.open.append((tag, attributes, line, [], [], self.parser.CurrentByteIndex))
 

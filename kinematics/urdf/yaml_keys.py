@@ -11,7 +11,8 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from kinematics.urdf.xml_tree import Refusal, shown
+from kinematics.error_text import clean
+from kinematics.urdf.xml_tree import Refusal
 
 if TYPE_CHECKING:
     from yaml.events import Event
@@ -60,7 +61,7 @@ class Keys:
 
     def wrong(self, key: str, problem: str, remedy: str) -> Refusal:
         """The refusal of what a key holds."""
-        return Refusal(f"{shown(key)} (line {self.items[key].line})", problem, remedy)
+        return Refusal(f"{clean(key)} (line {self.items[key].line})", problem, remedy)
 
     def text(self, key: str) -> str | None:
         """The text of a key that holds no list."""
@@ -81,7 +82,7 @@ class Keys:
             raise self.wrong(key, "not a list of names", f"write it as in {key}: {form}")
         (name, count), *_ = Counter(names).most_common(1) or [("", 0)]
         if count > 1:
-            raise self.wrong(key, f"'{shown(name)}' comes twice", "name each once")
+            raise self.wrong(key, f"'{clean(name)}' comes twice", "name each once")
         return names
 
     def kinds(self, key: str, owner: str, known: Collection[str]) -> list[str]:
@@ -98,7 +99,7 @@ class Keys:
         for word in words:
             if word.lower() not in exact:
                 remedy = f"choose from {', '.join(known)}"
-                raise self.wrong(key, f"unknown type '{shown(word)}'", remedy)
+                raise self.wrong(key, f"unknown type '{clean(word)}'", remedy)
         return [exact[word.lower()] for word in words]
 
 
@@ -116,7 +117,7 @@ def _nested(data: bytes) -> Item:
         mark = getattr(error, "problem_mark", None)
         where = f" at line {mark.line + 1}" if mark else ""
         reason = getattr(error, "problem", None) or getattr(error, "reason", None) or error
-        problem = f"not readable as YAML{where} ({shown(str(reason))})"
+        problem = f"not readable as YAML{where} ({clean(str(reason))})"
         raise Refusal("", problem, _EXAMPLE) from None
     if not top:
         raise Refusal("", "no keys", _EXAMPLE)
@@ -149,7 +150,7 @@ def _check_event(event: Event, kind: str, depth: int, where: str) -> None:
     if getattr(event, "anchor", None) is not None:
         raise Refusal(where, "an anchor or an alias", "write the names out")
     if getattr(event, "tag", None) is not None:
-        raise Refusal(where, f"the tag '{shown(event.tag)}'", "write plain names")
+        raise Refusal(where, f"the tag '{clean(event.tag)}'", "write plain names")
     if (kind == "MappingStart") != (depth == 0):
         raise Refusal(where, "a mapping inside" if depth else "no mapping of keys", _EXAMPLE)
     if depth > MAX_DEPTH:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinematics.error_text import clean
 from kinematics.errors import FileError
+from kinematics.model.source import Element
 from kinematics.urdf.robot_tree import Robot
 from kinematics.urdf.validate_fields import LARGEST
-from kinematics.urdf.xml_tree import Element, shown
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
@@ -71,8 +72,8 @@ def _check_pose(source: str, name: str, pose: np.ndarray | None) -> None:
         and np.all(np.abs(R.T @ R - np.eye(3)) <= ORTHOGONAL)
         and np.linalg.det(R) > 0.0
     ):
-        label, remedy = f"origin of '{shown(name)}'", "give it a rotation and a finite position"
-        raise FileError(shown(source or "URDF"), label, "no rigid displacement", remedy)
+        label, remedy = f"origin of '{clean(name)}'", "give it a rotation and a finite position"
+        raise FileError(clean(source or "URDF"), label, "no rigid displacement", remedy)
 
 
 def _numbers(values: Iterable[float]) -> str:

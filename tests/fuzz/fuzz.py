@@ -122,7 +122,7 @@ def _outcome(case: Mutant, folder: Path) -> str:
 
 
 def _check_line(error: LinkageError, folder: Path) -> None:
-    """One printable line that says where, what, and what to do."""
+    """One clean line that says where, what, and what to do."""
     text = str(error)
     assert text.splitlines() == [text] and text.isprintable() and len(text) < 5000, text
     assert text.startswith(str(folder)) and ";" in text, text

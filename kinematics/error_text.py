@@ -1,0 +1,35 @@
+"""Texts and names of users in error messages: on one line, short, with near misses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+__all__ = ["closest_names", "clean", "quoted"]
+
+# Most names in a list.
+NAMED = 8
+
+
+def clean(text: str, limit: int = 80) -> str:
+    """The text on one line, without control characters, and short."""
+    line = "".join(c if c.isprintable() else " " for c in text)
+    return line if len(line) <= limit else line[:limit] + "…"
+
+
+def quoted(names: Iterable[str]) -> str:
+    """The first names, quoted, and how many are left."""
+    texts = [f"'{clean(name)}'" for name in names]
+    rest = f" and {len(texts) - NAMED} more" if len(texts) > NAMED else ""
+    return ", ".join(texts[:NAMED]) + rest
+
+
+def closest_names(name: str, known: Iterable[str]) -> str:
+    """The known names, quoted, or the few most like ``name`` if there are many."""
+    names = list(known)
+    if len(names) > NAMED:
+        short = [other for other in names[:2000] if len(other) < 80]
+        like = get_close_matches(name[:80], short, NAMED, 0.5)
+        if like:
+            return f"{quoted(like)} and others"
+    return quoted(names)

@@ -1,0 +1,107 @@
+"""Draw the picture of the README: a four-bar as drawn and balanced, and what its base feels.
+
+``python docs/make_picture.py`` writes ``docs/shaking.svg``; it needs the extra ``plot``. Both
+linkages of the gallery follow one motion, and the force and moment are those of `balance.verify`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+import balance
+import kinematics
+from balance.report.html.plot_style import image, tidy
+from balance.verification.pinocchio_model import beside
+from kinematics.closure.joint_positions import joint_positions, si_chain
+from kinematics.closure.newton import forward
+
+MODELS = {"as drawn": "four_bar_kite", "balanced": "four_bar_kite_balanced"}
+COLOURS = {"as drawn": "#b8550a", "balanced": "#08264a"}
+GHOSTS = (-0.5, -0.25, 0.25, 0.5)  # displacements of the crank, rad
+DENSITY = 250.0  # of the discs, kg per square metre
+
+
+def joints_of_bodies(linkage):
+    """For each body, the joints that it carries or hangs on."""
+    welded = {loop.end: loop.successor for loop in linkage.loops}
+    return [
+        [
+            joint for j, joint in enumerate(linkage.joints)
+            if body.link in (welded.get(j, j), joint.parent)
+        ]
+        for body in linkage.bodies
+    ]  # fmt: skip
+
+
+def corners(linkage, u):
+    """The ends of every link (bodies, 2, 3) and its centre of mass (bodies, 3), crank at u."""
+    H = forward(si_chain(linkage, spatial=True), joint_positions(linkage, [u])).H
+    ends, centres = [], []
+    for body, joints in zip(linkage.bodies, joints_of_bodies(linkage), strict=True):
+        points = [joint.point for joint in joints[:2]]
+        points.append(balance.mass_properties(body.inertia).com)
+        *pair, centre = (H[body.link, :3, :3] @ p + H[body.link, :3, 3] for p in points)
+        ends.append(pair)
+        centres.append(centre)
+    return np.array(ends), np.array(centres)
+
+
+def draw_linkage(ax, name, linkage):
+    """The links at several poses, and a disc for the mass of each."""
+    colour = COLOURS[name]
+    for u in (*GHOSTS, 0.0):
+        ends, centres = corners(linkage, u)
+        strong = u == 0.0
+        for pair in ends:
+            ax.plot(*pair[:, :2].T, color=colour, lw=3.0 if strong else 1.0,
+                    alpha=1.0 if strong else 0.2, solid_capstyle="round")  # fmt: skip
+    for body, centre in zip(linkage.bodies, centres, strict=True):
+        radius = np.sqrt(body.inertia[0] / DENSITY / np.pi)
+        ax.add_patch(_disc(centre, radius, colour))
+        ax.annotate(f"{body.inertia[0]:g} kg", centre[:2], xytext=(-24, 4),
+                    textcoords="offset points", ha="center", fontsize=8, color=colour)  # fmt: skip
+    ax.plot(*ends.reshape(-1, 3)[:, :2].T, "o", ms=5, mfc="white", mec="#1b1e22")
+    ax.set(aspect="equal", xlim=(-0.45, 1.3), ylim=(-0.5, 1.05), title=name)
+    ax.axis("off")
+
+
+def _disc(centre, radius, colour):
+    from matplotlib.patches import Circle
+
+    return Circle(centre[:2], radius, color=colour, alpha=0.5, lw=0, zorder=3)
+
+
+def draw_loads(axes, runs):
+    """Size of the shaking force and moment over time."""
+    for ax, part, unit in zip(axes, ("force", "moment"), ("N", "N m"), strict=True):
+        for name, run in runs.items():
+            ax.plot(run.trajectory.time, run.sizes(part), color=COLOURS[name], label=name)
+        ax.set(ylabel=f"shaking {part}, {unit}", ylim=(-0.04 * runs["as drawn"].peak(part), None))
+        tidy(ax)
+    axes[0].legend(frameon=False, fontsize=8)
+    axes[1].set_xlabel("time, s")
+
+
+def main():
+    """Compute both and write the picture."""
+    linkages = {name: kinematics.load(model) for name, model in MODELS.items()}
+    first = balance.verify(linkages["as drawn"], trajectories=1, seed=3)
+    second = beside(first, linkages["balanced"])
+    runs = {"as drawn": first.runs[0], "balanced": second.runs[0]}
+
+    def draw(figure):
+        left, middle, right = figure.subfigures(1, 3, width_ratios=(1.0, 1.0, 1.15))
+        for part, (name, linkage) in zip((left, middle), linkages.items(), strict=True):
+            draw_linkage(part.subplots(), name, linkage)
+        draw_loads(right.subplots(2, 1, sharex=True), runs)
+
+    path = Path(__file__).with_name("shaking.svg")
+    path.write_bytes(image((9.0, 3.2), "svg", draw))
+    print(f"{path.name}: peak force {first.force:.3g} N and {second.force:.2g} N, "
+          f"peak moment {first.moment:.3g} N m and {second.moment:.2g} N m")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

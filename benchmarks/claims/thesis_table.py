@@ -15,17 +15,17 @@ from functools import partial
 
 import numpy as np
 
+from benchmarks.harness.show import seconds
 from benchmarks.peers.measured import times
 from benchmarks.peers.ours import LINE, linkage
-from benchmarks.reference import off, positions
-from benchmarks.show import seconds
+from benchmarks.references.reference import off, positions
 from kinematics import load, taylor_motion
-from kinematics.arrays import frozen
-from kinematics.linkage import Linkage
-from kinematics.taylor import TaylorMotion
-from kinematics.taylor.expansion import polynomials
+from kinematics.model.arrays import frozen
+from kinematics.model.linkage import Linkage
+from kinematics.taylor.expansion_kernels import polynomials
 from kinematics.taylor.layout import layout
-from kinematics.taylor.polynomials import monomials, powers
+from kinematics.taylor.monomials import monomials, powers
+from kinematics.taylor.taylor_motion import TaylorMotion
 
 # Seconds, by order; the Bennett linkage with the closure of rotations only, and with all.
 PRINTED = {

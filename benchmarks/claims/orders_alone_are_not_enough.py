@@ -13,9 +13,9 @@ from tempfile import TemporaryDirectory
 
 from balance import design_space
 from balance.exact.ranks import exact_ranks
-from benchmarks.geometry import four_bar_chain
-from kinematics.linkage import Linkage
-from kinematics.models import load
+from benchmarks.inputs.geometry import four_bar_chain
+from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import load
 
 ORDERS = (10, 20, 50)
 LONGEST = 20

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinematics.arrays import Chain, Frame, frozen
+from kinematics.model.arrays import Chain, Frame, frozen
 
 __all__ = ["coupled_four_bars", "serial"]
 

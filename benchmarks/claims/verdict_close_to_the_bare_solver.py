@@ -18,17 +18,17 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from balance import design_space
-from balance.designs.cone import counted, from_si
-from balance.designs.conic import Part
+from balance.designs.clarabel_adapter import Part
+from balance.designs.constraints import Restriction, program
 from balance.designs.feasibility import Feasibility, feasible, least_traces
-from balance.designs.restriction import Restriction, program
-from balance.inertia import pseudo_inertia
-from balance.momentum import rows_at
-from balance.spaces.space import DesignSpace
-from benchmarks.geometry import resized
-from kinematics.inertial import from_pseudo_inertia
-from kinematics.models import load
-from kinematics.placement import forward, newton
+from balance.designs.pseudo_inertia_cone import counted, from_si
+from balance.inertial_parameters.conversions import pseudo_inertia
+from balance.momentum.regressor import rows_at
+from balance.spaces.design_space_result import DesignSpace
+from benchmarks.inputs.geometry import resized
+from kinematics.closure.newton import forward, newton
+from kinematics.model_gallery import load
+from kinematics.spatial.inertia import from_pseudo_inertia
 
 # Fresh poses at which verdicts are tested, and how far they may be: on the same branch.
 POSES, SIZE = 16, 0.1

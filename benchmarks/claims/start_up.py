@@ -17,19 +17,19 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from balance.exact.ranks import exact_ranks
-from benchmarks import reference
-from benchmarks.processes import ROOT, python
-from kinematics.models import load
-from kinematics.pose import si_chain
+from benchmarks.harness.processes import ROOT, python
+from benchmarks.references import reference
+from kinematics.closure.joint_positions import si_chain
+from kinematics.model_gallery import load
 
 # Run a command, and list the libraries that are loaded then.
 LIST = """
 import io, json, sys
 from contextlib import redirect_stdout
 from importlib.metadata import packages_distributions
-from kinematics.compilation import begin_command
+from kinematics.compiled.background import begin_command
 begin_command()
-from balance.cli import main
+from balance.cli.main import main
 with redirect_stdout(io.StringIO()):
     main(sys.argv[1:])
 ours = {"balance", "kinematics", "urdf_models"}

@@ -5,8 +5,8 @@ The error is the largest difference of the shaking loads by Pinocchio and by our
 
 from __future__ import annotations
 
-from balance.verification.twin import verify
-from kinematics.models import load
+from balance.verification.pinocchio_model import verify
+from kinematics.model_gallery import load
 
 
 class TenMotionsTakeASecondAndAHalf:

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinematics.arrays import frozen
-from kinematics.assembly import assemble
-from kinematics.linkage import Linkage
-from kinematics.models import load
+from kinematics.assembly.assemble import assemble
+from kinematics.model.arrays import frozen
+from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import load
 
 __all__ = ["four_bar_chain", "placed", "resized", "variants"]
 

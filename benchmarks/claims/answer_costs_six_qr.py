@@ -10,9 +10,9 @@ from itertools import cycle
 
 from balance import design_space
 from balance.exact.ranks import exact_ranks
-from benchmarks.geometry import variants
-from benchmarks.kernel_costs_half_a_qr import KernelCostsHalfAQr
-from kinematics.models import load
+from benchmarks.claims.kernel_costs_half_a_qr import KernelCostsHalfAQr
+from benchmarks.inputs.geometry import variants
+from kinematics.model_gallery import load
 
 
 class AnswerCostsSixQr(KernelCostsHalfAQr):

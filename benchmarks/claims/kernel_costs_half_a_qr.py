@@ -11,10 +11,10 @@ from math import comb
 import numpy as np
 import scipy.linalg
 
-from balance.momentum import RegressorSeries
-from benchmarks import reference
-from benchmarks.geometry import variants
-from kinematics.closure import expand
+from balance.momentum.regressor import RegressorSeries
+from benchmarks.inputs.geometry import variants
+from benchmarks.references import reference
+from kinematics.closure.series import expand
 
 
 class KernelCostsHalfAQr:

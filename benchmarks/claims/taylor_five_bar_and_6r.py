@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.harness.processes import python
 from benchmarks.peers import jobs, library
 from benchmarks.peers.measured import Against, Rows, start
-from benchmarks.processes import python
 
 # Seconds from after the imports to the first coefficients.
 FIRST = """

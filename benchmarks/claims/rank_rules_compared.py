@@ -24,13 +24,13 @@ from scipy.spatial.transform import Rotation
 
 from balance import design_space
 from balance.exact.ranks import Exact, exact_ranks
-from balance.momentum import RegressorSeries
-from benchmarks.geometry import placed
-from kinematics.closure import expand
+from balance.momentum.regressor import RegressorSeries
+from benchmarks.inputs.geometry import placed
+from kinematics.closure.joint_positions import si_chain
+from kinematics.closure.series import expand
 from kinematics.errors import LinkageError
-from kinematics.linkage import Joint, Linkage
-from kinematics.models import gallery, load
-from kinematics.pose import si_chain
+from kinematics.model.linkage import Joint, Linkage
+from kinematics.model_gallery import gallery, load
 
 Array = NDArray[np.float64]
 

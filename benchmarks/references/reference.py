@@ -14,8 +14,8 @@ import numpy as np
 import scipy.linalg
 
 from benchmarks.peers import library
-from kinematics.arrays import Chain
-from kinematics.closure import loop_matrix
+from kinematics.closure.series import loop_matrix
+from kinematics.model.arrays import Chain
 
 __all__ = ["gap", "momentum", "off", "positions"]
 

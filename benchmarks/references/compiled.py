@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.processes import python
-from kinematics.arrays import Chain
+from benchmarks.harness.processes import python
+from kinematics.model.arrays import Chain
 
 __all__ = ["both_kernels", "momentum", "operations_here", "operations_in_c"]
 
@@ -23,9 +23,9 @@ COUNTING = ("-x", "c++", "-DCOUNT", "-O1")
 COUNT_HERE = """
 import sys
 import numpy as np
-from balance.momentum import regressor, room
-from kinematics.closure import expand
-from kinematics.models import load
+from balance.momentum.regressor import regressor, room
+from kinematics.closure.series import expand
+from kinematics.model_gallery import load
 
 counts = [0, 0, 0]
 
@@ -93,7 +93,7 @@ def _call(function: ctypes._CFuncPtr, *arguments: int | np.ndarray) -> None:
 def momentum(
     chain: Chain, V: np.ndarray, T: np.ndarray, X: np.ndarray, options: tuple[str, ...] = LIMIT
 ) -> None:
-    """Add the rows of all orders to X; as `balance.momentum.regressor`."""
+    """Add the rows of all orders to X; as `balance.momentum.regressor.regressor`."""
     library = _library(options)
     function = library.momentum_planar if chain.planar else library.momentum_spatial
     rays, orders, n = V.shape[:3]

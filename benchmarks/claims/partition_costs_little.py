@@ -11,13 +11,13 @@ import numpy as np
 
 from balance import design_space
 from balance.exact.ranks import exact_ranks
-from balance.spaces import designspace
-from balance.spaces.space import DesignSpace
-from balance.transfers.opening import Transfers, transfers
-from benchmarks.geometry import resized
-from kinematics.arrays import Chain
-from kinematics.linkage import Linkage
-from kinematics.models import gallery, load
+from balance.spaces import compute as designspace
+from balance.spaces.design_space_result import DesignSpace
+from balance.transfers.serial_space import Transfers, transfers
+from benchmarks.inputs.geometry import resized
+from kinematics.model.arrays import Chain
+from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import gallery, load
 
 
 def _none(chain: Chain, force: bool, floor: float) -> Transfers:

@@ -15,12 +15,12 @@ from time import perf_counter
 
 import numpy as np
 
-from balance.momentum import RegressorSeries
-from benchmarks import reference
-from benchmarks.processes import python
-from benchmarks.rows import coupled_four_bars, serial
-from kinematics.arrays import Chain
-from kinematics.closure import expand, loop_matrix
+from balance.momentum.regressor import RegressorSeries
+from benchmarks.harness.processes import python
+from benchmarks.inputs.rows import coupled_four_bars, serial
+from benchmarks.references import reference
+from kinematics.closure.series import expand, loop_matrix
+from kinematics.model.arrays import Chain
 
 BODIES = (10, 50, 100, 200, 400, 800, 1000)
 ORDERS = (1, 2, 3, 4, 6, 8, 10, 12)
@@ -31,7 +31,7 @@ ROWS = {"serial": serial, "four-bars": lambda bodies: coupled_four_bars(bodies /
 # Kilobytes by which the peak of a process's memory grows.
 PEAK = """
 from sys import argv
-from benchmarks.cost_grows_linearly import ROWS, kernels
+from benchmarks.claims.cost_grows_linearly import ROWS, kernels
 
 def peak():
     with open("/proc/self/status") as status:

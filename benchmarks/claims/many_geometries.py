@@ -13,9 +13,9 @@ import numpy as np
 
 from balance import design_space_many, momentum_regressor
 from balance.exact.ranks import exact_ranks
-from benchmarks import compiled
-from benchmarks.geometry import resized, variants
-from kinematics.models import load
+from benchmarks.inputs.geometry import resized, variants
+from benchmarks.references import compiled
+from kinematics.model_gallery import load
 
 COUNT = 2000
 

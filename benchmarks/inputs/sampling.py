@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
-from balance.verification.loads import masses
-from kinematics.linkage import Linkage
+from balance.verification.shaking_wrench import masses
+from kinematics.model.linkage import Linkage
 
 __all__ = ["Sampling"]
 
@@ -22,7 +22,7 @@ class Sampling:
         try:
             import pinocchio as pin
 
-            from balance.verification.twin import Twin
+            from balance.verification.pinocchio_model import Twin
         except ImportError:
             raise NotImplementedError("Pinocchio is not installed") from None
         self.pin, self.linkage = pin, linkage

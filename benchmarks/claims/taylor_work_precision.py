@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.reference import gap
-from kinematics.closure import expand_from
-from kinematics.linkage import Linkage
-from kinematics.models import load
-from kinematics.placement import forward, newton
-from kinematics.taylor import taylor_motion
-from kinematics.tools import tool
+from benchmarks.references.reference import gap
+from kinematics.assembly.tool_frame import tool
+from kinematics.closure.newton import forward, newton
+from kinematics.closure.series import expand_from
+from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import load
+from kinematics.taylor.taylor_motion import taylor_motion
 
 POINTS, SHARE, SEED = 200, 0.25, 2
 MOST = 64

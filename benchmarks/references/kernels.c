@@ -1,4 +1,4 @@
-/* The kernels of kinematics/closure.py and balance/momentum.py in C, loop by loop.
+/* The kernels of kinematics/closure/series.py and balance/momentum/regressor.py in C, loop by loop.
  *
  * Compiled as it stands it sets the limit; compiled as C++ with -DCOUNT it counts its
  * additions, multiplications and divisions. Arrays are contiguous, in the shapes of the Python
@@ -40,7 +40,7 @@ typedef double real;
 #define X(k) (X + ((((long)(k) * rays + ray) * width + w) * PER) * columns + b * SIZE)
 #define x(i, c) x[(i) * columns + (c)]
 
-/* balance.momentum._spatial at the reference pose, all orders, dynamic balance */
+/* balance.momentum.regressor._spatial at the reference pose, all orders, dynamic balance */
 #define DIM 6
 #define HSIZE 12
 #define NSIZE 15
@@ -137,7 +137,7 @@ API void momentum_spatial(
     }
 }
 
-/* balance.momentum._planar, likewise */
+/* balance.momentum.regressor._planar, likewise */
 #undef DIM
 #undef HSIZE
 #undef NSIZE
@@ -201,7 +201,7 @@ API void momentum_planar(
     }
 }
 
-/* kinematics.closure._planar_series along one ray with one coordinate and no mimics, in room
+/* kinematics.closure.series._planar_series along one ray with one coordinate and no mimics, in room
  * that the caller gives: A (rows, dependent), diagonal and b. */
 static void bracket(const real *v, const real *s, real factor, real *out) {
     out[1] += factor * (s[0] * v[2] - v[0] * s[2]);

@@ -6,7 +6,7 @@ import numpy as np
 
 from balance import design_space, momentum_regressor
 from balance.exact.ranks import exact_ranks
-from kinematics.models import gallery, load
+from kinematics.model_gallery import gallery, load
 
 
 class AnswersAreRight:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.momentum import regressor, room
-from benchmarks import compiled, reference
-from kinematics.closure import expand
-from kinematics.models import load
+from balance.momentum.regressor import regressor, room
+from benchmarks.references import compiled, reference
+from kinematics.closure.series import expand
+from kinematics.model_gallery import load
 
 
 class CloseToTheLimit:

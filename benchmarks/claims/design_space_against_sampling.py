@@ -17,9 +17,9 @@ import numpy as np
 
 from balance import design_space
 from balance.exact.ranks import exact_ranks
-from benchmarks.geometry import resized
-from benchmarks.sampling import Sampling
-from kinematics.models import load
+from benchmarks.inputs.geometry import resized
+from benchmarks.inputs.sampling import Sampling
+from kinematics.model_gallery import load
 
 # Poses that the peer gets at most.
 MOST = 64

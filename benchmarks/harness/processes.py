@@ -9,7 +9,7 @@ from pathlib import Path
 
 __all__ = ["ROOT", "python"]
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 def python(*words: str, cwd: Path | str = ROOT, **variables: str) -> str:

@@ -243,6 +243,33 @@ class Linkage(Draft):
         )
         return f"{', '.join(named)} from the pose of the file" if self.at else ""
 
+    def to_urdf(self) -> str:
+        """Write the linkage as a URDF file with its loops, at its reference pose.
+
+        `kinematics.load` reads the same linkage from it: screws, loops, inertial parameters,
+        relations of joints, and inputs, which are marked. The pose of the file is the reference
+        pose, so that coordinates count from there. The whole mass of a body is on the link it
+        is named after; links that are fixed to it follow, as frames. Joints that turn have no
+        limits, those that slide have limits of 1e9 m. Positions and axes are written to 15
+        digits of the largest. A joint of several degrees of freedom of which only some are
+        inputs is written as several joints.
+
+        Returns:
+            The text. Other programs read the tree of it, and pass over ``<loop>`` and
+            ``<screw_thread_pitch>``. Where ``bodies="all"`` gave parameters to links without
+            mass, read it with ``bodies="all"`` again; where angles such as 1.5708 were taken
+            as written, with ``angles="as_written"``.
+
+        Example:
+            >>> from kinematics import ScrewJoint, from_screws
+            >>> arm = from_screws([ScrewJoint("j1", "base", "arm", point=(0.5, 0, 0))])
+            >>> '<origin xyz="0.5 0 0"/>' in arm.to_urdf()
+            True
+        """
+        from kinematics.building.urdf_text import urdf_text
+
+        return urdf_text(self)
+
     def positions_of(self, joints: Sequence[str]) -> IntArray:
         """Where joints of these names stand among all joints."""
         at = {joint.name: j for j, joint in enumerate(self.joints)}

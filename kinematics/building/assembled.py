@@ -53,7 +53,7 @@ def assembled(
 
 @contextmanager
 def faults_of(source: str) -> Iterator[None]:
-    """Turns a `Refusal` inside into the error of this linkage, and files' words into Python's."""
+    """Turns a `Refusal` inside into the error of a linkage, in words for Python."""
     try:
         with naming(source):
             yield

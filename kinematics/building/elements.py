@@ -5,7 +5,7 @@ Poses are those of a frame in that of the link that carries it; SI units, angles
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,9 +56,9 @@ def inertial(mass: float, inertia: Array, at: Element) -> Element:
 
 
 def joint(
-    name: str, kind: str, parent: str, child: str, at: Element | None = None, axis: str = "",
-    axis2: str = "", pitch: float = 0.0, mimic: tuple[str, float, float] | None = None,
-    *, independent: bool = False,
+    name: str, kind: str, parent: str, child: str, at: Element,
+    axes: tuple[str, str] = ("", ""), pitch: float = 0.0,
+    mimic: tuple[str, float, float] | None = None, *, independent: bool = False,
 ) -> Element:  # fmt: skip
     """A ``<joint>``.
 
@@ -68,14 +68,14 @@ def joint(
         parent: name of the link that carries it.
         child: name of the link that it carries.
         at: ``<origin>`` of the frame of ``child`` in that of ``parent``.
-        axis: the words of its axis in that frame; empty if it has none.
-        axis2: the words of the second axis of a universal joint.
+        axes: the words of its axis in that frame, and of the second axis of a universal joint;
+            empty if it has none.
         pitch: of a screw joint, metres per radian; the file has metres per revolution.
         mimic: name, multiplier and offset of the joint that it follows.
         independent: whether it is marked as an input.
     """
     sides = [Element("parent", {"link": parent}), Element("child", {"link": child})]
-    parts = [at, *sides, *_axes(axis, axis2)]
+    parts = [at, *sides, *_axes(axes)]
     if pitch:
         parts.append(Element("screw_thread_pitch", {"value": words([2 * np.pi * pitch])}))
     if mimic is not None:
@@ -85,35 +85,34 @@ def joint(
     if kind == "prismatic":
         parts.append(Element("limit", _UNLIMITED))
     attributes = {"name": name, "type": kind, **_mark(independent)}
-    return Element("joint", attributes, tuple(part for part in parts if part is not None))
+    return Element("joint", attributes, tuple(parts))
 
 
 def loop(
-    name: str, kind: str, predecessor: tuple[str, Element | None],
-    successor: tuple[str, Element | None], axis: str = "", axis2: str = "",
-    *, independent: bool = False,
+    name: str, kind: str, sides: Sequence[tuple[str, Element | None]],
+    axes: tuple[str, str] = ("", ""), *, independent: bool = False,
 ) -> Element:  # fmt: skip
     """A ``<loop>``.
 
     Args:
         name: of the loop.
         kind: type of the joint that closes it.
-        predecessor: name of a link, and ``<origin>`` of the frame of the loop in its frame.
-        successor: the same of the other side.
-        axis: the words of its axis in the frame on the predecessor; empty if it has none.
-        axis2: the words of the second axis, in the frame on the successor.
+        sides: predecessor and successor: name of a link, and ``<origin>`` of the frame of the
+            loop in its frame.
+        axes: the words of its axis in the frame on the predecessor, and of its second axis in
+            the frame on the successor; empty if it has none.
         independent: whether its coordinates are marked as inputs.
     """
-    sides = [
+    ends = [
         Element(role, {"link": end}, (at,) if at else ())
-        for role, (end, at) in (("predecessor", predecessor), ("successor", successor))
+        for role, (end, at) in zip(("predecessor", "successor"), sides, strict=True)
     ]
     attributes = {"name": name, "type": kind, **_mark(independent)}
-    return Element("loop", attributes, (*sides, *_axes(axis, axis2)))
+    return Element("loop", attributes, (*ends, *_axes(axes)))
 
 
-def _axes(axis: str, axis2: str) -> list[Element | None]:
-    pairs = (("axis", axis), ("axis2", axis2))
+def _axes(axes: tuple[str, str]) -> list[Element]:
+    pairs = zip(("axis", "axis2"), axes, strict=True)
     return [Element(tag, {"xyz": text}) for tag, text in pairs if text]
 
 

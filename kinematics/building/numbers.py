@@ -9,9 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.reader.fields import LARGEST, SMALLEST_AXIS
+from kinematics.reader.files import Options
 from kinematics.reader.markup import Refusal, near, shown
 
-__all__ = ["BodyLike", "array", "bodies_of", "differences", "direction", "name_of", "named"]
+__all__ = [
+    "BodyLike",
+    "array",
+    "bodies_of",
+    "carriers",
+    "differences",
+    "direction",
+    "name_of",
+    "named",
+]
 
 Array = NDArray[np.float64]
 BodyLike = tuple[float, ArrayLike, ArrayLike]
@@ -70,6 +80,11 @@ def differences(ends: Iterable[float], starts: Iterable[float]) -> str:
         return " ".join(str(d.normalize()) if d else "0" for d in exact)
 
 
+def carriers(bodies: Mapping[str, BodyLike] | None) -> Options:
+    """Which bodies carry parameters: those that are named, or all if none is given."""
+    return Options(bodies="all" if bodies is None else "given")
+
+
 def bodies_of(
     bodies: Mapping[str, BodyLike] | None, frames: Mapping[str, ArrayLike]
 ) -> dict[str, tuple[float, Array, Array]]:
@@ -100,4 +115,3 @@ def bodies_of(
         found[name] = (float(array(label, "mass", mass, ())), array(label, "com", com, (3,)),
                        tensor)  # fmt: skip
     return found
-

@@ -14,6 +14,7 @@ from kinematics.building.numbers import (
     BodyLike,
     array,
     bodies_of,
+    carriers,
     differences,
     direction,
     name_of,
@@ -21,7 +22,6 @@ from kinematics.building.numbers import (
 )
 from kinematics.linkage import Linkage
 from kinematics.reader.fields import DEGREES
-from kinematics.reader.files import Options
 from kinematics.reader.markup import Element, Refusal, near, shown
 from kinematics.reader.writing import words
 from kinematics.screws import twist_axis
@@ -136,8 +136,7 @@ def from_screws(
     source = f"{shown(str(name))} (built from screws)"
     with faults_of(source):
         robot = _robot(name, joints, loops, bodies)
-    everyone = Options(bodies="all" if bodies is None else "given")
-    return assembled(robot, source, inputs, everyone)
+    return assembled(robot, source, inputs, carriers(bodies))
 
 
 def _robot(
@@ -183,11 +182,11 @@ def _points(joints: Sequence[_Drawn]) -> dict[str, Array]:
     return known
 
 
-def _drawn(word: str, joint: ScrewJoint) -> _Drawn:
+def _drawn(word: str, joint: object) -> _Drawn:
     """A joint or a loop with its numbers checked."""
     if not isinstance(joint, ScrewJoint):
         problem = f"{shown(repr(joint), 60)} is not a ScrewJoint"
-        raise Refusal(f"{word}s", problem, "write kinematics.ScrewJoint(name, parent, child, …)")
+        raise Refusal(f"{word}s", problem, "write ScrewJoint(name, parent, child, …)")
     label = named(word, joint.name)
     for what in ("name", "parent", "child"):
         name_of(label, what, getattr(joint, what))
@@ -195,7 +194,7 @@ def _drawn(word: str, joint: ScrewJoint) -> _Drawn:
         problem = f"unknown kind '{shown(str(joint.kind))}'"
         raise Refusal(label, problem, f"choose from {', '.join(KINDS)}")
     if joint.screw is not None:
-        return _of_screw(label, joint)
+        return _of_screw(label, joint, joint.screw)
     axis = direction(label, "axis", (0.0, 0.0, 1.0) if joint.axis is None else joint.axis)
     axis2 = None if joint.axis2 is None else direction(label, "axis2", joint.axis2)
     pitch = float(array(label, "pitch", joint.pitch, ()))
@@ -214,13 +213,13 @@ def _point(label: str, joint: ScrewJoint) -> Array:
     return array(label, "point", joint.point, (3,))
 
 
-def _of_screw(label: str, joint: ScrewJoint) -> _Drawn:
+def _of_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _Drawn:
     """A joint that is given by its screw; its point is the one nearest to the origin."""
     others = (joint.axis, joint.axis2, joint.pitch or None)
     if any(other is not None for other in others) or joint.kind != "revolute":
         problem = "a screw, and beside it an axis, a pitch or a kind"
         raise Refusal(label, problem, "give the screw alone, or the others without it")
-    screw = array(label, "screw", joint.screw, (6,))
+    screw = array(label, "screw", given, (6,))
     turning = bool(np.any(screw[:3]))
     axis = direction(label, "screw", screw[:3] if turning else screw[3:])
     if not turning:
@@ -234,7 +233,7 @@ def _joint(each: _Drawn, points: Mapping[str, Array]) -> Element:
     joint = each.joint
     at = Element("origin", {"xyz": differences(points[joint.child], points[joint.parent])})
     return elements.joint(
-        joint.name, each.kind, joint.parent, joint.child, at, *each.axes, each.pitch,
+        joint.name, each.kind, joint.parent, joint.child, at, each.axes, each.pitch,
         _mimic(joint),
     )  # fmt: skip
 
@@ -258,15 +257,12 @@ def _loop(each: _Drawn, points: Mapping[str, Array]) -> Element:
         problem = "a loop cannot mimic another joint, or have a pitch"
         raise Refusal(named("loop", loop.name), problem, "let a joint of the tree do so")
     return elements.loop(
-        loop.name, each.kind, *(_side(each, end, points) for end in (loop.parent, loop.child)),
-        *each.axes,
+        loop.name, each.kind, [_side(each, end, points) for end in (loop.parent, loop.child)],
+        each.axes,
     )  # fmt: skip
 
 
-def _side(
-    each: _Drawn, link: str, points: Mapping[str, Array]
-) -> tuple[str, Element | None]:
-    """A link and the ``<origin>`` of the loop in its frame; the reader knows what is no link."""
+def _side(each: _Drawn, link: str, points: Mapping[str, Array]) -> tuple[str, Element | None]:
+    """A link, known or not, and the ``<origin>`` of the loop in its frame."""
     at = Element("origin", {"xyz": differences(each.point, points.get(link, np.zeros(3)))})
     return link, at
-

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from kinematics.building import elements
 from kinematics.inertial import displaced, inertia_tensor
 from kinematics.reader.fields import coordinates
-from kinematics.reader.loops import FREEDOMS, freedoms, perpendicular
 from kinematics.reader.markup import Element
 from kinematics.reader.writing import words, written
 
@@ -144,19 +143,23 @@ class _Writer:
         return found if self._fits(found) else None
 
     def _fits(self, found: _Written) -> bool:
-        """Whether the joint of the file allows the motions of the freedoms."""
-        if len(found.steps) == 1:
-            return True
-        across = perpendicular(found.axis) if found.axis2 is None else found.axis2
-        own = [screw for _, screw in freedoms(found.kind, found.axis, across, found.centre)]
-        span, given = np.array(own), np.array([step.screw for step in found.steps])
-        for rows in (span, given):
-            rows[:, 3:] = (rows[:, 3:] + np.cross(rows[:, :3], found.centre)) / self.size
-        if "slide" not in " ".join(FREEDOMS[found.kind]) and len(own) == 3:
-            return bool(np.abs(given[:, 3:]).max() <= MEETS)
-        rest = given - given @ np.linalg.pinv(span) @ span
-        exact = found.kind != "universal" or abs(found.axis @ across) <= MEETS
-        return exact and bool(np.abs(rest).max() <= MEETS)
+        """Whether the joint of the file allows the motions of the freedoms.
+
+        Its rotation axes meet in the centre. Slides are along the axis of a cylindrical joint,
+        and at right angles to that of a planar one, as is the second axis of a universal one.
+        """
+        off = [0.0]
+        for step in found.steps:
+            n, v = step.screw[:3], step.screw[3:]
+            if step.kind == "revolute":
+                off.append(float(np.abs(v + np.cross(n, found.centre)).max()) / self.size)
+            elif found.kind == "cylindrical":
+                off.append(float(np.abs(np.cross(found.axis, v)).max()))
+            elif found.kind == "planar":
+                off.append(abs(float(found.axis @ v)))
+        if found.axis2 is not None:
+            off.append(abs(float(found.axis @ found.axis2)))
+        return max(off) <= MEETS
 
     def _tree_joint(self, steps: Sequence[Any]) -> list[Element]:
         """A joint of the tree, or one for every freedom of it, with links between."""
@@ -193,7 +196,7 @@ class _Writer:
         pitch = float(step.screw[:3] @ step.screw[3:]) if step.kind == "helical" else 0.0
         return elements.joint(
             found.name, found.kind, parent, child, self._at(parent, child),
-            self._direction(rows @ found.axis), axis2, pitch, self._mimic(step),
+            (self._direction(rows @ found.axis), axis2), pitch, self._mimic(step),
             independent=step.name in self.inputs,
         )  # fmt: skip
 
@@ -218,7 +221,8 @@ class _Writer:
 
     def _loop(self, loop: Any) -> tuple[list[Element], Element]:
         """A ``<loop>``, and joints before it if it allows what no single joint does."""
-        joints, steps, start = self.linkage.joints, [], loop.end
+        joints, start = self.linkage.joints, loop.end
+        steps: list[Any] = []
         while start >= 0 and joints[start].in_loop:
             steps.insert(0, joints[start])
             start = joints[start].parent
@@ -228,8 +232,8 @@ class _Writer:
             return [], self._closing(found, first, last)
         added = self._split(steps, first, "") if steps else []
         before = self.links[loop.end][0]
-        sides = (before, None), (last, self._at(last, before))
-        return added, elements.loop(loop.name, "fixed", *sides)
+        sides = [(before, None), (last, self._at(last, before))]
+        return added, elements.loop(loop.name, "fixed", sides)
 
     def _closing(self, found: _Written, first: str, last: str) -> Element:
         """A ``<loop>`` by a joint; both of its frames are the predecessor's, at the centre."""
@@ -240,7 +244,7 @@ class _Writer:
         axis2 = "" if found.axis2 is None else self._direction(rows @ found.axis2)
         kind = "revolute" if found.kind == "continuous" else found.kind
         return elements.loop(
-            found.name, kind, *sides, self._direction(rows @ found.axis), axis2,
+            found.name, kind, sides, (self._direction(rows @ found.axis), axis2),
             independent=found.steps[0].name in self.inputs,
         )  # fmt: skip
 
@@ -249,7 +253,7 @@ class _Writer:
         return self._origin(self.poses[parent], self.poses[child])
 
     def _origin(self, before: Array, after: Array) -> Element:
-        """The ``<origin>`` of a pose in the frame of another, without round-off of positions."""
+        """The ``<origin>`` of a pose in the frame of another, positions without round-off."""
         pose = np.eye(4)
         pose[:3, :3] = before[:3, :3].T @ after[:3, :3]
         d = before[:3, :3].T @ (after[:3, 3] - before[:3, 3])

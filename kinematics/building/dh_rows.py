@@ -80,13 +80,10 @@ def from_dh(
         FileError: the rows cannot be a linkage; the message says where, why and what to do.
 
     Example:
-        >>> from math import pi
-        >>> from kinematics import from_dh
-        >>> arm = from_dh([[0, 0.4, 0, pi / 2], [0, 0, 0.5, 0], [0, 0, 0.3, 0]])
-        >>> arm.inputs
-        ('q1', 'q2', 'q3')
+        >>> import math, kinematics
+        >>> arm = kinematics.from_dh([[0, 0.4, 0, math.pi / 2], [0, 0, 0.5, 0]])
         >>> [round(float(x), 6) for x in arm.places["tool"].pose[:3, 3]]
-        [0.8, 0.0, 0.4]
+        [0.5, 0.0, 0.4]
     """
     source = f"{shown(str(name))} (built from Denavit-Hartenberg rows)"
     with faults_of(source):

@@ -21,7 +21,7 @@ from kinematics.building.numbers import (
     named,
 )
 from kinematics.linkage import Linkage
-from kinematics.reader.fields import DEGREES
+from kinematics.reader.fields import DEGREES, PERPENDICULAR
 from kinematics.reader.markup import Element, Refusal, near, shown
 from kinematics.reader.writing import words
 from kinematics.screws import twist_axis
@@ -196,12 +196,26 @@ def _drawn(word: str, joint: object) -> _Drawn:
     if joint.screw is not None:
         return _of_screw(label, joint, joint.screw)
     axis = direction(label, "axis", (0.0, 0.0, 1.0) if joint.axis is None else joint.axis)
-    axis2 = None if joint.axis2 is None else direction(label, "axis2", joint.axis2)
+    axis2 = _second(label, joint, axis)
     pitch = float(array(label, "pitch", joint.pitch, ()))
     if pitch and (joint.kind != "helical" or word == "loop"):
         problem = f"a pitch on a {joint.kind} {word}"
         raise Refusal(label, problem, 'use kind="helical" on a joint of the tree')
     return _Drawn(joint, _kind(joint.kind), axis, axis2, _point(label, joint), pitch)
+
+
+def _second(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
+    """The second axis of a universal joint, if one is given."""
+    if joint.axis2 is None:
+        return None
+    if joint.kind != "universal":
+        raise Refusal(label, f"axis2 of a {joint.kind} joint", "give it to universal ones only")
+    axis2 = direction(label, "axis2", joint.axis2)
+    size = float(np.linalg.norm(axis) * np.linalg.norm(axis2))
+    if abs(float(axis @ axis2)) > PERPENDICULAR * size:
+        problem = "axis2 is not perpendicular to the axis"
+        raise Refusal(label, problem, "correct it, or use two revolute joints")
+    return axis2
 
 
 def _kind(kind: str) -> str:

@@ -16,6 +16,7 @@ from kinematics.reader.markup import Element, Refusal, shown
 __all__ = [
     "DEGREES",
     "LARGEST",
+    "PERPENDICULAR",
     "SMALLEST_AXIS",
     "WIDEST",
     "check_link",

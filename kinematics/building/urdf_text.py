@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 # Axes that meet, or are parallel or at right angles, do so to this part of the size (or 1).
 MEETS = 1e-12
-# Digits that are kept of a number whose largest possible value is 1: the next is round-off.
+# Decimals that are kept of numbers of size 1: the next are round-off.
 DIGITS = 15
 _MOTIONS = {
     ("revolute",): "continuous", ("helical",): "continuous", ("prismatic",): "prismatic",
@@ -104,8 +104,9 @@ class _Writer:
         own = displaced(z, np.linalg.inv(self.poses[name]))
         mass, E = float(own[0]), inertia_tensor(own)
         c = own[1:4] / mass if mass else np.zeros(3)
-        at = Element("origin", {"xyz": words(c)})
-        return elements.inertial(mass, E - mass * (c @ c * np.eye(3) - np.outer(c, c)), at)
+        at = Element("origin", {"xyz": words(_clean(c, self.size))})
+        about = E - mass * (c @ c * np.eye(3) - np.outer(c, c))
+        return elements.inertial(mass, _clean(about, float(np.abs(z[4:]).max())), at)
 
     def _fixed(self) -> Iterator[Element]:
         """Joints that fix further links of a body to the first."""
@@ -257,10 +258,15 @@ class _Writer:
         pose = np.eye(4)
         pose[:3, :3] = before[:3, :3].T @ after[:3, :3]
         d = before[:3, :3].T @ (after[:3, 3] - before[:3, 3])
-        pose[:3, 3] = np.round(d, DIGITS - int(np.ceil(np.log10(self.size))))
+        pose[:3, 3] = _clean(d, self.size)
         return elements.origin(pose)
 
     @staticmethod
     def _direction(axis: Array) -> str:
         """The words of a unit vector, without round-off."""
-        return words(np.round(axis, DIGITS))
+        return words(_clean(axis, 1.0))
+
+
+def _clean(x: Array, size: float) -> Array:
+    """Numbers without the round-off that those of a size leave in them."""
+    return np.round(x, DIGITS - round(float(np.log10(size)))) if size else x

@@ -8,6 +8,7 @@ import kinematics
 from balance import certify, design_space
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import CoordinateError, FileError, LinkageError, MobilityError
+from kinematics.reader.geometry import exact_geometry
 
 CRANK = ScrewJoint("u1", "base", "crank")
 COUPLER = ScrewJoint("q2", "crank", "coupler", point=(0.1, 0.3, 0.0))
@@ -163,7 +164,9 @@ def test_ranks_are_those_of_the_same_linkage_in_a_file(name):
 
 def test_decimals_that_close_prove_the_ranks():
     """0.9 - 0.1 and 0.7 - 0.3 are rounded in binary; in decimals the loop closes."""
-    space = certify(design_space(from_screws(TREE, [CLOSED], inputs=["u1"])))
+    linkage = from_screws(TREE, [CLOSED], inputs=["u1"])
+    assert not exact_geometry(linkage).notices
+    space = certify(design_space(linkage))
     assert [order.rank for order in space.orders] == [3, 6, 7, 8]
     assert space.certainty.level == "proved" and not space.notices
 

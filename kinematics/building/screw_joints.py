@@ -68,6 +68,11 @@ class ScrewJoint(NamedTuple):
     screw: ArrayLike | None = None
     mimic: tuple[str, float] | None = None
 
+    def __repr__(self) -> str:
+        """One line: kind, and the links that it joins."""
+        kind = self.kind if self.screw is None else "screw"
+        return f"ScrewJoint {self.name}: {kind} from {self.parent} to {self.child}"
+
 
 class _Drawn(NamedTuple):
     """A joint whose numbers are checked: type in the file, axes (or None), point, pitch."""

@@ -170,7 +170,8 @@ class Draft:
         notices: what the reader has to tell.
         places: where every link of the file is, by name.
         tree: the elements of the file it was read from, with their decimals, or None.
-        document: that file, if it was read from a stream and cannot be read again.
+        document: that file, if it was read from a stream or the linkage was built without one,
+            so that it cannot be read again.
         displaced: positions of all joints (n,) at the reference pose, measured from the pose
             of the file, in radians and metres; None if it is that pose.
         at: coordinates of the inputs at the reference pose, by name, counted likewise, if

@@ -17,7 +17,7 @@ STANDARD_INPUT = "-"
 
 
 class Document(NamedTuple):
-    """A URDF file that was read from a stream.
+    """A URDF file that was read from a stream, or written for a linkage that has no file.
 
     Attributes:
         name: how messages call it.

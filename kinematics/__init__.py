@@ -26,17 +26,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from kinematics.compilation import compile, register_warm_up
+from kinematics.compiled.background import compile, register_warm_up
 
 if TYPE_CHECKING:
+    from kinematics.assembly.tool_frame import tool
     from kinematics.building.dh_rows import from_dh
     from kinematics.building.pinocchio_model import from_pinocchio
     from kinematics.building.screw_joints import ScrewJoint, from_screws
-    from kinematics.linkage import Body, Joint, Linkage, Loop, Notice
-    from kinematics.models import gallery, load
-    from kinematics.motion import Motion
-    from kinematics.taylor import TaylorMotion, taylor_motion
-    from kinematics.tools import tool
+    from kinematics.model.linkage import Body, Joint, Linkage, Loop, Notice
+    from kinematics.model.motion import Motion
+    from kinematics.model_gallery import gallery, load
+    from kinematics.taylor.taylor_motion import TaylorMotion, taylor_motion
 
 __all__ = [
     "Body",
@@ -58,15 +58,15 @@ __all__ = [
 ]
 
 _HOMES = {
-    **dict.fromkeys(["Body", "Joint", "Linkage", "Loop", "Notice"], "linkage"),
+    **dict.fromkeys(["Body", "Joint", "Linkage", "Loop", "Notice"], "model.linkage"),
     **dict.fromkeys(["ScrewJoint", "from_screws"], "building.screw_joints"),
-    **dict.fromkeys(["gallery", "load"], "models"),
-    **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor"),
-    "Motion": "motion",
+    **dict.fromkeys(["gallery", "load"], "model_gallery"),
+    **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor.taylor_motion"),
+    "Motion": "model.motion",
     "__version__": "version",
     "from_dh": "building.dh_rows",
     "from_pinocchio": "building.pinocchio_model",
-    "tool": "tools",
+    "tool": "assembly.tool_frame",
 }
 
 

@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from kinematics.assembly import assemble
+from kinematics.assembly.assemble import assemble
 from kinematics.errors import FileError
-from kinematics.linkage import Linkage
-from kinematics.reader.files import Options
-from kinematics.reader.guard import checked
-from kinematics.reader.markup import Element, naming
-from kinematics.reader.sidecar import merge
-from kinematics.reader.streams import Document
-from kinematics.reader.urdf import drafted
-from kinematics.reader.writing import written
+from kinematics.model.linkage import Linkage
+from kinematics.urdf.input_files import Options
+from kinematics.urdf.input_streams import Document
+from kinematics.urdf.loop_file import merge
+from kinematics.urdf.read import drafted
+from kinematics.urdf.validate import checked
+from kinematics.urdf.write_numbers import written
+from kinematics.urdf.xml_tree import Element, naming
 
 __all__ = ["assembled", "faults_of"]
 

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.building import elements
 from kinematics.building.assembled import assembled, faults_of
 from kinematics.building.numbers import BodyLike, bodies_of, carriers, name_of, named
-from kinematics.linkage import Linkage
-from kinematics.reader.angles import (
+from kinematics.model.linkage import Linkage
+from kinematics.spatial.screws import exp, prismatic, revolute
+from kinematics.urdf.rounded_angles import (
     READINGS,
     ROUND_OFF,
     ROUNDED,
@@ -20,9 +21,8 @@ from kinematics.reader.angles import (
     remark,
     twelfths,
 )
-from kinematics.reader.fields import LARGEST, WIDEST
-from kinematics.reader.markup import Element, Refusal, shown
-from kinematics.screws import exp, prismatic, revolute
+from kinematics.urdf.validate_fields import LARGEST, WIDEST
+from kinematics.urdf.xml_tree import Element, Refusal, shown
 
 __all__ = ["CONVENTIONS", "from_dh", "transformations"]
 

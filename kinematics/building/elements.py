@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.reader.markup import Element
-from kinematics.reader.writing import roll_pitch_yaw, words
+from kinematics.urdf.write_numbers import roll_pitch_yaw, words
+from kinematics.urdf.xml_tree import Element
 
 __all__ = ["inertial", "joint", "link", "loop", "origin", "robot"]
 

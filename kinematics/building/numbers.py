@@ -8,9 +8,9 @@ from decimal import Decimal, localcontext
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.reader.fields import LARGEST, SMALLEST_AXIS
-from kinematics.reader.files import Options
-from kinematics.reader.markup import Refusal, near, shown
+from kinematics.urdf.input_files import Options
+from kinematics.urdf.validate_fields import LARGEST, SMALLEST_AXIS
+from kinematics.urdf.xml_tree import Refusal, near, shown
 
 __all__ = [
     "BodyLike",

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from kinematics.building import elements
 from kinematics.building.assembled import assembled, faults_of
 from kinematics.building.numbers import named
-from kinematics.linkage import Linkage
-from kinematics.reader.files import Options
-from kinematics.reader.markup import Element, Refusal, shown
-from kinematics.reader.writing import words
+from kinematics.model.linkage import Linkage
+from kinematics.urdf.input_files import Options
+from kinematics.urdf.write_numbers import words
+from kinematics.urdf.xml_tree import Element, Refusal, shown
 
 if TYPE_CHECKING:
     import pinocchio

@@ -20,11 +20,11 @@ from kinematics.building.numbers import (
     name_of,
     named,
 )
-from kinematics.linkage import Linkage
-from kinematics.reader.fields import DEGREES, PERPENDICULAR
-from kinematics.reader.markup import Element, Refusal, near, shown
-from kinematics.reader.writing import words
-from kinematics.screws import twist_axis
+from kinematics.model.linkage import Linkage
+from kinematics.spatial.screws import twist_axis
+from kinematics.urdf.validate_fields import DEGREES, PERPENDICULAR
+from kinematics.urdf.write_numbers import words
+from kinematics.urdf.xml_tree import Element, Refusal, near, shown
 
 __all__ = ["ScrewJoint", "from_screws"]
 

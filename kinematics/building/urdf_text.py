@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.building import elements
-from kinematics.inertial import displaced, inertia_tensor
-from kinematics.reader.fields import coordinates
-from kinematics.reader.markup import Element
-from kinematics.reader.writing import words, written
+from kinematics.spatial.inertia import displaced, inertia_tensor
+from kinematics.urdf.validate_fields import coordinates
+from kinematics.urdf.write_numbers import words, written
+from kinematics.urdf.xml_tree import Element
 
 __all__ = ["urdf_text"]
 

@@ -5,6 +5,10 @@ point at the origin; all quantities are in the inertial frame, in SI units.
 
 - ``load``: read a linkage, close its loops and choose its coordinates
 - ``compile``: compile all kernels of the packages that are imported, ahead of their use
+- ``from_screws``: build a linkage from the screws of its joints
+- ``ScrewJoint``: a joint of such a linkage, or what closes a loop of it
+- ``from_dh``: build a serial linkage from Denavit-Hartenberg rows
+- ``from_pinocchio``: build a linkage from a model of Pinocchio
 - ``gallery``: paths of the linkages that come with the package, by name
 - ``tool``: the linkage with coordinates of a tool as its inputs
 - ``taylor_motion``: expand the closed motion of a linkage about its reference pose
@@ -26,6 +30,9 @@ from kinematics.compiled.background import compile, register_warm_up
 
 if TYPE_CHECKING:
     from kinematics.assembly.tool_frame import tool
+    from kinematics.building.dh_rows import from_dh
+    from kinematics.building.pinocchio_model import from_pinocchio
+    from kinematics.building.screw_joints import ScrewJoint, from_screws
     from kinematics.model.linkage import Body, Joint, Linkage, Loop, Notice
     from kinematics.model.motion import Motion
     from kinematics.model_gallery import gallery, load
@@ -38,8 +45,12 @@ __all__ = [
     "Loop",
     "Motion",
     "Notice",
+    "ScrewJoint",
     "TaylorMotion",
     "compile",
+    "from_dh",
+    "from_pinocchio",
+    "from_screws",
     "gallery",
     "load",
     "taylor_motion",
@@ -48,10 +59,13 @@ __all__ = [
 
 _HOMES = {
     **dict.fromkeys(["Body", "Joint", "Linkage", "Loop", "Notice"], "model.linkage"),
+    **dict.fromkeys(["ScrewJoint", "from_screws"], "building.screw_joints"),
     **dict.fromkeys(["gallery", "load"], "model_gallery"),
     **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor.taylor_motion"),
     "Motion": "model.motion",
     "__version__": "version",
+    "from_dh": "building.dh_rows",
+    "from_pinocchio": "building.pinocchio_model",
     "tool": "assembly.tool_frame",
 }
 

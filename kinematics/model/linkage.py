@@ -169,7 +169,8 @@ class Draft:
         notices: what the reader has to tell.
         places: where every link of the file is, by name.
         tree: the elements of the file it was read from, with their decimals, or None.
-        document: that file, if it was read from a stream and cannot be read again.
+        document: that file, if it was read from a stream or the linkage was built without one,
+            so that it cannot be read again.
         displaced: positions of all joints (n,) at the reference pose, measured from the pose
             of the file, in radians and metres; None if it is that pose.
         at: coordinates of the inputs at the reference pose, by name, counted likewise, if
@@ -241,6 +242,33 @@ class Linkage(Draft):
             for name, value in (self.at or {}).items()
         )
         return f"{', '.join(named)} from the pose of the file" if self.at else ""
+
+    def to_urdf(self) -> str:
+        """Write the linkage as a URDF file with its loops, at its reference pose.
+
+        `kinematics.load` reads the same linkage from it: screws, loops, inertial parameters,
+        relations of joints, and inputs, which are marked. The pose of the file is the reference
+        pose, so that coordinates count from there. The whole mass of a body is on the link it
+        is named after; links that are fixed to it follow, as frames. Joints that turn have no
+        limits, those that slide have limits of 1e9 m. Positions and axes are written to 15
+        digits of the largest. A joint of several degrees of freedom of which only some are
+        inputs is written as several joints.
+
+        Returns:
+            The text. Other programs read the tree of it, and pass over ``<loop>`` and
+            ``<screw_thread_pitch>``. Where ``bodies="all"`` gave parameters to links without
+            mass, read it with ``bodies="all"`` again; where angles such as 1.5708 were taken
+            as written, with ``angles="as_written"``.
+
+        Example:
+            >>> from kinematics import ScrewJoint, from_screws
+            >>> arm = from_screws([ScrewJoint("j1", "base", "arm", point=(0.5, 0, 0))])
+            >>> '<origin xyz="0.5 0 0"/>' in arm.to_urdf()
+            True
+        """
+        from kinematics.building.urdf_text import urdf_text
+
+        return urdf_text(self)
 
     def positions_of(self, joints: Sequence[str]) -> IntArray:
         """Where joints of these names stand among all joints."""

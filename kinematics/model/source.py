@@ -12,7 +12,7 @@ __all__ = ["Document", "Element"]
 
 
 class Document(NamedTuple):
-    """A URDF file that was read from a stream.
+    """A URDF file that was read from a stream, or written for a linkage that has no file.
 
     Attributes:
         name: how messages call it.

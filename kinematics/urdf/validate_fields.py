@@ -18,6 +18,8 @@ from kinematics.urdf.xml_tree import Refusal
 __all__ = [
     "DEGREES",
     "LARGEST",
+    "PERPENDICULAR",
+    "SMALLEST_AXIS",
     "WIDEST",
     "check_link",
     "check_numbers",

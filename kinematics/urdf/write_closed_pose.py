@@ -25,6 +25,7 @@ from kinematics.urdf.edit_xml import Splice, Text, read_again
 from kinematics.urdf.loop_joints import freedoms, perpendicular, unit
 from kinematics.urdf.robot_tree import pose_of
 from kinematics.urdf.validate_fields import coordinates
+from kinematics.urdf.write_numbers import roll_pitch_yaw
 
 __all__ = ["Posed", "at_reference_pose"]
 
@@ -109,7 +110,7 @@ def _attributes(joint: Element, q: list[float]) -> dict[str, str]:
         words = attributes.get("rpy", "0 0 0").split()
         turning = q[-1] if kind == "planar" else q[0]
         simple = _turned(words, n, turning) if kind != "spherical" else None
-        attributes["rpy"] = " ".join(simple or map(repr, _angles(there[:3, :3])))
+        attributes["rpy"] = " ".join(simple or map(repr, roll_pitch_yaw(there[:3, :3])))
     return attributes
 
 
@@ -139,12 +140,3 @@ def _turned(words: list[str], n: Array, angle: float) -> list[str] | None:
                 total = Decimal(words[k]) + Decimal(repr(float(angle * direction[k])))
             return [*words[:k], str(total), *words[k + 1 :]]
     return None
-
-
-def _angles(R: Array) -> list[float]:
-    """Roll, pitch and yaw of a rotation (3, 3)."""
-    pitch = float(np.arctan2(-R[2, 0], np.hypot(R[2, 1], R[2, 2])))
-    roll, yaw = float(np.arctan2(R[2, 1], R[2, 2])), float(np.arctan2(R[1, 0], R[0, 0]))
-    if np.hypot(R[2, 1], R[2, 2]) < 1e-9:
-        roll, yaw = 0.0, float(np.arctan2(-R[0, 1], R[1, 1]))
-    return [roll, pitch, yaw]

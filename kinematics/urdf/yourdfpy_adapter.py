@@ -5,7 +5,6 @@ Such a model passes the same checks as a file. No file is read by yourdfpy.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from kinematics.errors import FileError
 from kinematics.model.source import Element
 from kinematics.urdf.robot_tree import Robot
 from kinematics.urdf.validate_fields import LARGEST
+from kinematics.urdf.write_numbers import words
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
@@ -76,20 +76,16 @@ def _check_pose(source: str, name: str, pose: np.ndarray | None) -> None:
         raise FileError(clean(source or "URDF"), label, "no rigid displacement", remedy)
 
 
-def _numbers(values: Iterable[float]) -> str:
-    return " ".join(repr(float(value)) for value in values)
-
-
 def _link(link: yourdf.Link) -> Element:
     parts = []
     if link.inertial is not None:
         mass, inertia = link.inertial.mass, link.inertial.inertia
         if mass is not None:
-            parts.append(Element("mass", {"value": _numbers([mass])}))
+            parts.append(Element("mass", {"value": words([mass])}))
         if inertia is not None:
             entries = zip("xyz", inertia, strict=True)
             upper = {
-                f"i{a}{b}": _numbers([value])
+                f"i{a}{b}": words([value])
                 for a, row in entries
                 for b, value in zip("xyz", row, strict=True)
                 if a <= b
@@ -103,12 +99,12 @@ def _joint(joint: yourdf.Joint) -> Element:
     ends = {"parent": joint.parent, "child": joint.child}
     parts = [Element(role, {"link": name or ""}) for role, name in ends.items()]
     if joint.axis is not None:
-        parts.append(Element("axis", {"xyz": _numbers(joint.axis)}))
+        parts.append(Element("axis", {"xyz": words(joint.axis)}))
     if joint.mimic is not None:
         follows = {
             "joint": joint.mimic.joint,
-            "multiplier": _numbers([joint.mimic.multiplier]),
-            "offset": _numbers([joint.mimic.offset]),
+            "multiplier": words([joint.mimic.multiplier]),
+            "offset": words([joint.mimic.offset]),
         }
         parts.append(Element("mimic", follows))
     return Element("joint", {"name": joint.name or "", "type": joint.type or ""}, tuple(parts))

@@ -37,6 +37,7 @@ def results():
         (kinematics.Motion.free(["u1", "u2"]), "2 free"),
         (kinematics.Motion.parse("a=b", ["a", "b"]), "a=b"),
         (kinematics.Notice("code", "text"), "code"),
+        (kinematics.ScrewJoint("j", "base", "arm"), "revolute from base to arm"),
         (motion, "order 3"), (twist_axis(linkage.joints[1].screw), "pitch 0 m"),
         (space, "rank 7 of 12 planar parameters"), (space, "verified: balanced at"),
         (space, "ranks by order 3, 6, 7"), (record_of(space), "nullity 5 = 4 serial + 1 par"),

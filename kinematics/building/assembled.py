@@ -1,0 +1,65 @@
+"""From the elements of a linkage that has no file to the linkage, as from those of a file.
+
+The elements pass the checks of the reader and take its way from there on. Their text is kept
+as the document of the linkage, so that whatever works from a file works from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from kinematics.assembly.assemble import assemble
+from kinematics.errors import FileError
+from kinematics.model.linkage import Linkage
+from kinematics.model.source import Document, Element
+from kinematics.urdf.input_files import Options
+from kinematics.urdf.loop_file import merge
+from kinematics.urdf.read import drafted
+from kinematics.urdf.validate import checked
+from kinematics.urdf.write_numbers import written
+from kinematics.urdf.xml_tree import naming
+
+__all__ = ["assembled", "faults_of"]
+
+Remarks = Sequence[tuple[str, str]]
+
+
+def assembled(
+    robot: Element, source: str, inputs: Sequence[str] | None = None,
+    options: Options | None = None, remarks: Remarks = (),
+) -> Linkage:  # fmt: skip
+    """Check the elements of a linkage, close its loops and choose its coordinates.
+
+    Args:
+        robot: the ``<robot>`` element; its angles are taken as they are.
+        source: how messages call the linkage.
+        inputs: names of joints to use as independent coordinates.
+        options: what to change about it.
+        remarks: code and message of what there is to tell.
+
+    Raises:
+        LinkageError: the linkage cannot be used; the subclass says why.
+    """
+    options = options or Options()
+    with faults_of(source):
+        tree = checked(robot, source, options.fix_base)
+        side = merge(tree, source, search=False)
+        side = side._replace(remarks=(*remarks, *side.remarks))
+        document = Document(source, written(tree).encode())
+        draft = drafted(document, side, options)
+    return assemble(draft, inputs)
+
+
+@contextmanager
+def faults_of(source: str) -> Iterator[None]:
+    """Turns a `Refusal` inside into the error of a linkage, in words for Python."""
+    try:
+        with naming(source):
+            yield
+    except FileError as error:
+        remedy = error.remedy.replace("a <loop> element", "an item of loops")
+        remedy = remedy.replace("use --bodies all", "give no bodies at all")
+        if remedy == error.remedy:
+            raise
+        raise FileError(error.file, error.element, error.problem, remedy) from None

@@ -1,0 +1,223 @@
+"""Serial linkages from Denavit-Hartenberg rows, of either convention."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinematics.building import elements
+from kinematics.building.assembled import assembled, faults_of
+from kinematics.building.numbers import BodyLike, bodies_of, carriers, name_of, named
+from kinematics.error_text import clean
+from kinematics.model.linkage import Linkage
+from kinematics.model.source import Element
+from kinematics.spatial.screws import exp, prismatic, revolute
+from kinematics.urdf.rounded_angles import (
+    READINGS,
+    ROUND_OFF,
+    ROUNDED,
+    Rounded,
+    remark,
+    twelfths,
+)
+from kinematics.urdf.validate_fields import LARGEST, WIDEST
+from kinematics.urdf.xml_tree import Refusal
+
+__all__ = ["CONVENTIONS", "from_dh", "transformations"]
+
+Array = NDArray[np.float64]
+
+CONVENTIONS = ("standard", "modified")
+KINDS = ("revolute", "prismatic")
+COLUMNS = ("theta", "d", "a", "alpha")
+# Sines and cosines that are nearer to 0 or 1 are those of multiples of a right angle.
+EXACT = 1e-15
+_X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+_CENTRE = (0.0, 0.0, 0.0)
+
+
+def from_dh(
+    rows: ArrayLike,
+    convention: str = "standard",
+    kinds: str | Sequence[str] = "revolute",
+    bodies: Mapping[str, BodyLike] | None = None,
+    *,
+    names: Sequence[str] | None = None,
+    angles: str = "nominal",
+    name: str = "arm",
+) -> Linkage:
+    """Build a serial linkage from Denavit-Hartenberg rows.
+
+    Row i takes frame i-1 to frame i by
+
+        standard: ``T_i = Rz(θ_i) Tz(d_i) Tx(a_i) Rx(α_i)``, joint i along z of frame i-1;
+        modified: ``T_i = Rx(α_i) Tx(a_i) Rz(θ_i) Tz(d_i)``, joint i along z of frame i.
+
+    In the modified convention α and a of row i are those that Craig calls α_(i-1), a_(i-1).
+    Coordinates of joints add to θ (revolute) or d (prismatic); the rows are the reference
+    pose. Frame 0 is the inertial frame and that of the link ``base``. Joint i carries the link
+    ``link<i>``. In the modified convention its frame is frame i. In the standard one it is
+    frame i-1 at the reference pose, for the axis of its joint passes through it, and frame n
+    is that of a further link ``tool``, which is fixed to the last.
+
+    Args:
+        rows: columns θ, d, a, α (n, 4), in radians and metres; the order of both conventions.
+        convention: ``"standard"`` or ``"modified"``.
+        kinds: ``"revolute"`` or ``"prismatic"`` of all joints, or of each (n).
+        bodies: mass (kg), centre of mass (3,) in frame i, and inertia tensor about that centre
+            (3, 3), along the axes of frame i (kg m²), by the name of the link; others carry
+            no parameters. By default every link carries parameters, of mass 0.
+        names: of the joints (n); by default ``q1``, ``q2`` ….
+        angles: ``"nominal"`` reads an angle such as 1.5708, which looks rounded, as the
+            multiple of π/12 that it stands for, with a notice; ``"as_written"`` does not.
+        name: of the linkage, in messages and in its file.
+
+    Returns:
+        The linkage; its inputs are all its joints.
+
+    Raises:
+        FileError: the rows cannot be a linkage; the message says where, why and what to do.
+
+    Example:
+        >>> import math, kinematics
+        >>> arm = kinematics.from_dh([[0, 0.4, 0, math.pi / 2], [0, 0, 0.5, 0]])
+        >>> [round(float(x), 6) for x in arm.places["tool"].pose[:3, 3]]
+        [0.5, 0.0, 0.4]
+    """
+    source = f"{clean(str(name))} (built from Denavit-Hartenberg rows)"
+    with faults_of(source):
+        _check_option("convention", convention, CONVENTIONS)
+        _check_option("angles", angles, READINGS)
+        numbers = _rows(rows)
+        titles = _titles(names, len(numbers))
+        numbers, found = _meant(numbers, titles, angles)
+        robot = _robot(name, numbers, convention, _kinds(kinds, titles), titles, bodies)
+    told = [(ROUNDED, f"{source}: {remark(found, angles)}")] if found else []
+    return assembled(robot, source, titles, carriers(bodies), told)
+
+
+def transformations(row: ArrayLike, convention: str) -> tuple[Array, Array]:
+    """The factors (4, 4) of ``T_i`` before and after the motion of joint i.
+
+    Standard: ``1`` and ``Rz(θ) Tz(d) Tx(a) Rx(α)``; modified: the whole product and ``1``,
+    since motions along z commute with ``Rz(θ) Tz(d)``.
+
+    Args:
+        row: θ, d, a, α (4,), in radians and metres.
+        convention: ``"standard"`` or ``"modified"``.
+    """
+    theta, d, a, alpha = np.asarray(row, dtype=np.float64).tolist()
+    along_z = _about(_Z, theta) @ exp(prismatic(_Z), d)
+    along_x = _about(_X, alpha) @ exp(prismatic(_X), a)
+    if convention == "standard":
+        return np.eye(4), along_z @ along_x
+    return along_x @ along_z, np.eye(4)
+
+
+def _about(axis: ArrayLike, angle: float) -> Array:
+    """Rotation (4, 4) about an axis through the origin, exact for right angles."""
+    H = exp(revolute(axis, _CENTRE), angle)
+    near = np.round(H)
+    return np.where(np.abs(H - near) <= EXACT, near, H)
+
+
+def _check_option(option: str, value: str, known: Sequence[str]) -> None:
+    if value not in known:
+        problem = f"unknown {option} '{clean(str(value))}'"
+        raise Refusal("", problem, f"choose from {', '.join(known)}")
+
+
+def _rows(rows: ArrayLike) -> Array:
+    """The rows (n, 4), checked."""
+    try:
+        found = np.array(rows, dtype=np.float64)
+    except (TypeError, ValueError):
+        problem, remedy = "the rows are not numbers of one length", "give θ, d, a, α of each"
+        raise Refusal("", problem, remedy) from None
+    if found.ndim != 2 or found.shape[1] != 4 or not len(found):
+        shape = " by ".join(map(str, found.shape)) or "a single number"
+        problem = f"the rows are {shape}, not n by 4"
+        raise Refusal("", problem, "give θ, d, a, α of each joint")
+    for i, row in enumerate(found):
+        for column, value in zip(COLUMNS, row.tolist(), strict=True):
+            most = WIDEST if column in ("theta", "alpha") else LARGEST
+            if not abs(value) <= most:
+                problem = f"{column} = {value!r} is not a finite number of at most {most:g}"
+                raise Refusal(f"row {i + 1}", problem, "give radians and metres")
+    return found
+
+
+def _titles(names: Sequence[str] | None, count: int) -> list[str]:
+    """Names of the joints."""
+    if names is None:
+        return [f"q{i + 1}" for i in range(count)]
+    if isinstance(names, str) or len(names) != count:
+        problem = f"{clean(repr(names), 60)} does not name {count} joints"
+        raise Refusal("names", problem, "give one name for each row")
+    return [name_of(f"row {i + 1}", "name", each) for i, each in enumerate(names)]
+
+
+def _kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
+    """Kinds of the joints."""
+    found = [kinds] * len(titles) if isinstance(kinds, str) else list(kinds)
+    if len(found) != len(titles):
+        problem = f"{len(found)} kinds for {len(titles)} rows"
+        raise Refusal("kinds", problem, "give one for each row, or one for all")
+    for title, kind in zip(titles, found, strict=True):
+        if kind not in KINDS:
+            problem = f"unknown kind '{clean(str(kind))}'"
+            raise Refusal(named("joint", title), problem, f"choose from {', '.join(KINDS)}")
+    return found
+
+
+def _meant(rows: Array, titles: Sequence[str], angles: str) -> tuple[Array, list[Rounded]]:
+    """The rows with angles as the user wants them read, and the angles that look rounded."""
+    meant, found = rows.copy(), []
+    for i, title in enumerate(titles):
+        for k in (COLUMNS.index("theta"), COLUMNS.index("alpha")):
+            word = repr(float(rows[i, k]))
+            multiple = twelfths(word)
+            angle = multiple * math.pi / 12
+            if multiple and abs(rows[i, k] - angle) > ROUND_OFF:
+                meant[i, k] = angle
+                found.append(Rounded(named("joint", title), COLUMNS[k], word))
+    return (meant if angles == "nominal" else rows), found
+
+
+def _robot(
+    name: str, rows: Array, convention: str, kinds: Sequence[str], titles: Sequence[str],
+    bodies: Mapping[str, BodyLike] | None,
+) -> Element:  # fmt: skip
+    """The elements of the linkage."""
+    name_of("<robot>", "name", name)
+    links = ["base", *(f"link{i + 1}" for i in range(len(rows)))]
+    masses = bodies_of(bodies, dict.fromkeys(links, _CENTRE))
+    parts, joints, after = [elements.link("base")], [], np.eye(4)
+    for parent, child, row, kind, title in zip(
+        links, links[1:], rows, kinds, titles, strict=False
+    ):
+        before, beyond = transformations(row, convention)
+        joints.append(elements.joint(
+            title, "continuous" if kind == "revolute" else kind, parent, child,
+            elements.origin(after @ before), ("0 0 1", ""), independent=True,
+        ))  # fmt: skip
+        after = beyond
+        parts.append(elements.link(child, _inertial(masses.get(child), beyond)))
+    if convention == "standard":
+        parts.append(elements.link("tool"))
+        last = elements.origin(after)
+        joints.append(elements.joint("tool_fixed", "fixed", links[-1], "tool", last))
+    return elements.robot(name, [*parts, *joints])
+
+
+def _inertial(body: tuple[float, Array, Array] | None, frame: Array) -> Element | None:
+    """The ``<inertial>`` of a body that is given in a frame with a pose (4, 4) in its link."""
+    if body is None:
+        return None
+    mass, com, inertia = body
+    at = frame.copy()
+    at[:3, 3] += frame[:3, :3] @ com
+    return elements.inertial(mass, inertia, elements.origin(at))

@@ -1,0 +1,264 @@
+"""Linkages from a model of Pinocchio, and from its constraints.
+
+The model is only asked for its attributes: Pinocchio itself is not imported. It puts linear
+parts first in motions and forces; the angular part is first here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.building import elements
+from kinematics.building.assembled import assembled, faults_of
+from kinematics.building.numbers import named
+from kinematics.error_text import clean
+from kinematics.model.linkage import Linkage
+from kinematics.model.source import Element
+from kinematics.urdf.input_files import Options
+from kinematics.urdf.write_numbers import words
+from kinematics.urdf.xml_tree import Refusal
+
+if TYPE_CHECKING:
+    import pinocchio
+
+__all__ = ["from_pinocchio"]
+
+Array = NDArray[np.float64]
+
+_NEEDED = ("joints", "names", "parents", "jointPlacements", "inertias", "frames")
+# Joints of the file that move as joints of Pinocchio with several degrees of freedom do.
+_SEVERAL = {"JointModelSpherical": "spherical", "JointModelSphericalZYX": "spherical",
+            "JointModelPlanar": "planar", "JointModelFreeFlyer": "floating"}  # fmt: skip
+_LOOPS = {"CONTACT_6D": "fixed", "CONTACT_3D": "spherical"}
+# Entries of a pose that should be the identity.
+IDENTITY = 1e-12
+
+
+class _Step(NamedTuple):
+    """A joint of the file: type, origin (4, 4) in the one before, and the rest of it."""
+
+    kind: str
+    at: Array
+    axes: tuple[str, str] = ("", "")
+    pitch: float = 0.0
+    mimic: tuple[str, float, float] | None = None
+
+
+def from_pinocchio(
+    model: pinocchio.Model,
+    constraints: Iterable[pinocchio.RigidConstraintModel] = (),
+    inputs: Sequence[str] | None = None,
+    *,
+    fix_base: bool = False,
+    bodies: str = "given",
+) -> Linkage:
+    """Build a linkage from a model of Pinocchio.
+
+    The reference pose is Pinocchio's neutral one. A body is named after its first frame of
+    type BODY that coincides with the frame of its joint, or after the joint if there is none;
+    further such frames are links that are fixed to it. The inertial
+    frame is that of the universe. Limits, friction, gravity and rotor inertia are left out.
+
+    Joints that turn or slide (also without bounds, helical, mimic), universal, spherical and
+    planar joints are taken as they are, composite joints and translations as chains of single
+    joints ``name.0``, ``name.1`` … with links of no mass between them. Coordinates of a
+    spherical joint are turns about axes of its own, not Pinocchio's quaternion. A
+    ``CONTACT_6D`` constraint is a weld of two frames, a ``CONTACT_3D`` constraint a spherical
+    joint at their origins.
+
+    Args:
+        model: the model.
+        constraints: the loops, each a ``RigidConstraintModel``.
+        inputs: names of joints to use as independent coordinates.
+        fix_base: turn a free flyer on the universe into a fixed joint.
+        bodies: ``"given"``: links with mass or inertia carry parameters; ``"all"``: every
+            moving link does.
+
+    Returns:
+        The linkage, as `kinematics.load` returns it for a file. Rotations are taken from the
+        matrices of the model, as they are.
+
+    Raises:
+        FileError: a joint or a constraint cannot be taken; the message names it.
+        LinkageError: as for `kinematics.load`.
+        TypeError: it is no model of Pinocchio.
+
+    Example:
+        >>> import pinocchio
+        >>> from kinematics import from_pinocchio
+        >>> model = pinocchio.buildSampleModelManipulator()
+        >>> from_pinocchio(model).mobility
+        6
+    """
+    if not all(hasattr(model, name) for name in _NEEDED):
+        raise TypeError(f"expected a pinocchio.Model, not {type(model).__name__}")
+    source = f"{clean(model.name or 'model')} (built from a Pinocchio model)"
+    with faults_of(source):
+        robot = _Model(model).robot(constraints)
+    return assembled(robot, source, inputs, Options(fix_base=fix_base, bodies=bodies))
+
+
+class _Model:
+    """A model, and the links at each joint, the first of which has the frame of the joint."""
+
+    def __init__(self, model: Any) -> None:
+        """Find the links: frames of type BODY, or else one named after the joint."""
+        self.model = model
+        self.links: list[list[tuple[str, Array]]] = [[] for _ in model.joints]
+        for frame in model.frames:
+            if frame.type.name == "BODY":
+                self.links[frame.parentJoint].append((frame.name, _pose(frame.placement)))
+        self.taken = {name for own in self.links for name, _ in own}
+        for joint, own in enumerate(self.links):
+            own.sort(key=lambda link: not _is_identity(link[1]))
+            if not own or not _is_identity(own[0][1]):
+                own.insert(0, (self._fresh(model.names[joint]), np.eye(4)))
+        self.between: list[str] = []
+
+    def _fresh(self, name: str) -> str:
+        """A name that no link has yet."""
+        while name in self.taken:
+            name += "_"
+        self.taken.add(name)
+        return name
+
+    def robot(self, constraints: Iterable[Any]) -> Element:
+        """The elements of the linkage, the base first."""
+        model, links = self.model, []
+        for own, inertia in zip(self.links, model.inertias, strict=True):
+            (first, _), *others = own
+            links.append(elements.link(first, _inertial(inertia)))
+            links += [elements.link(name) for name, _ in others]
+        joints = [each for i in range(1, len(model.joints)) for each in self._joint(i)]
+        joints += self._fixed()
+        loops = [self._loop(k, each) for k, each in enumerate(constraints, 1)]
+        links += [elements.link(name) for name in self.between]
+        return elements.robot(model.name or "model", [*links, *joints, *loops])
+
+    def _joint(self, index: int) -> Iterator[Element]:
+        """The joints of the file that make up a joint of the model."""
+        model, name = self.model, self.model.names[index]
+        steps = _steps(model, index)
+        parent, at = self.links[model.parents[index]][0][0], _pose(model.jointPlacements[index])
+        for k, step in enumerate(steps):
+            title = name if len(steps) == 1 else f"{name}.{k}"
+            child = self.links[index][0][0]
+            if k < len(steps) - 1:
+                child = self._fresh(title)
+                self.between.append(child)
+            origin = elements.origin(at @ step.at)
+            yield elements.joint(title, step.kind, parent, child, origin, *step[2:])
+            parent, at = child, np.eye(4)
+
+    def _fixed(self) -> Iterator[Element]:
+        """Joints that fix further links of a body to its first."""
+        known = set(self.model.names)
+        for (first, _), *others in self.links:
+            for name, pose in others:
+                title = f"{name}_fixed"
+                while title in known:
+                    title += "_"
+                known.add(title)
+                yield elements.joint(title, "fixed", first, name, elements.origin(pose))
+
+    def _loop(self, number: int, constraint: Any) -> Element:
+        """The ``<loop>`` of a constraint."""
+        label, known = f"constraint {number}", " or ".join(_LOOPS)
+        kind = _LOOPS.get(getattr(getattr(constraint, "type", None), "name", ""))
+        if kind is None:
+            problem = f"a {type(constraint).__name__} of no known type"
+            raise Refusal(label, problem, f"give a RigidConstraintModel of type {known}")
+        if not _is_identity(_pose(constraint.desired_contact_placement)):
+            problem = "its desired_contact_placement is not the identity"
+            raise Refusal(label, problem, "put it into the placements of its joints")
+        sides: list[tuple[str, Element | None]] = [
+            (self.links[joint][0][0], elements.origin(_pose(placement)))
+            for joint, placement in (
+                (constraint.joint1_id, constraint.joint1_placement),
+                (constraint.joint2_id, constraint.joint2_placement),
+            )
+        ]
+        return elements.loop(constraint.name or f"loop{number}", kind, sides)
+
+
+def _steps(model: Any, index: int) -> list[_Step]:
+    """What a joint of the model is in the file; single joints one after the other.
+
+    Raises:
+        Refusal: it can be no joint of the file.
+    """
+    label, joint = named("joint", model.names[index]), model.joints[index]
+    if joint.shortname() != "JointModelMimic":
+        return _parts(label, joint, np.zeros(model.nq))
+    own = joint.extract()
+    if own.scaling == 0.0:
+        problem = "a mimic joint whose ratio is 0"
+        raise Refusal(label, problem, "fix it, or give it another ratio")
+    at = model.mimicking_joints.tolist().index(index)
+    source = model.names[model.mimicked_joints[at]]
+    step = _single(_subspace(joint, np.zeros(model.nq)) / own.scaling)
+    return [step._replace(mimic=(source, own.scaling, own.offset))]
+
+
+def _parts(label: str, joint: Any, q: Array) -> list[_Step]:
+    """What a joint that is no mimic is in the file; ``q`` are zeros (nq of the model)."""
+    kind, own = joint.shortname(), joint.extract() if hasattr(joint, "extract") else joint
+    if kind in _SEVERAL:
+        return [_Step(_SEVERAL[kind], np.eye(4), ("0 0 1", ""))]
+    if kind == "JointModelTranslation":
+        return [_Step("prismatic", np.eye(4), (words(axis), "")) for axis in np.eye(3)]
+    if kind == "JointModelUniversal":
+        axes = words(own.axis1), words(own.axis2)
+        if abs(own.axis1 @ own.axis2) <= IDENTITY:
+            return [_Step("universal", np.eye(4), axes)]
+        return [_Step("continuous", np.eye(4), (axis, "")) for axis in axes]
+    if kind == "JointModelComposite":
+        found = []
+        for part, placement in zip(own.joints, own.jointPlacements, strict=True):
+            first, *others = _parts(label, part, q)
+            found += [first._replace(at=_pose(placement) @ first.at), *others]
+        return found
+    if joint.nv == 1:
+        return [_single(_subspace(joint, q))]
+    problem = f"a {clean(kind)}, for which there is no joint of the file"
+    raise Refusal(label, problem, "replace it by joints that turn or slide")
+
+
+def _subspace(joint: Any, q: Array) -> Array:
+    """The motion ``[v; ω]`` (6,) of a joint of one degree of freedom in its own frame.
+
+    It is the same at all positions ``q``.
+    """
+    data = joint.createData()
+    joint.calc(data, q)
+    return np.asarray(data.S, dtype=np.float64).reshape(6)
+
+
+def _single(motion: Array) -> _Step:
+    """A joint with the motion ``[λ n; n]``, or ``[n; 0]`` if it slides."""
+    v, n = motion[:3], motion[3:]
+    if not n.any():
+        return _Step("prismatic", np.eye(4), (words(v), ""))
+    return _Step("continuous", np.eye(4), (words(n), ""), pitch=float(v @ n))
+
+
+def _pose(placement: Any) -> Array:
+    """The pose (4, 4) of a ``pinocchio.SE3``."""
+    return np.array(placement.homogeneous)
+
+
+def _is_identity(pose: Array) -> bool:
+    return bool(np.abs(pose - np.eye(4)).max() <= IDENTITY)
+
+
+def _inertial(inertia: Any) -> Element | None:
+    """The ``<inertial>`` of a ``pinocchio.Inertia``; None if all of it is zero."""
+    tensor, at = np.array(inertia.inertia), np.eye(4)
+    if inertia.mass == 0.0 and not tensor.any():
+        return None
+    at[:3, 3] = inertia.lever
+    return elements.inertial(float(inertia.mass), tensor, elements.origin(at))

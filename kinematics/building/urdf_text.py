@@ -1,0 +1,272 @@
+"""The URDF file of a linkage, from what it is at its present reference pose.
+
+Nothing is taken from the file that the linkage may have been read from. `Linkage` has
+`to_urdf` as a method and imports this module, so that it is typed here as ``Any``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.building import elements
+from kinematics.model.source import Element
+from kinematics.spatial.inertia import displaced, inertia_tensor
+from kinematics.urdf.validate_fields import coordinates
+from kinematics.urdf.write_numbers import words, written
+
+__all__ = ["urdf_text"]
+
+Array = NDArray[np.float64]
+
+# Axes that meet, or are parallel or at right angles, do so to this part of the size (or 1).
+MEETS = 1e-12
+# Decimals that are kept of numbers of size 1: the next are round-off.
+DIGITS = 15
+_MOTIONS = {
+    ("revolute",): "continuous", ("helical",): "continuous", ("prismatic",): "prismatic",
+    ("revolute", "revolute"): "universal", ("revolute", "prismatic"): "cylindrical",
+    ("prismatic", "prismatic", "revolute"): "planar",
+    ("revolute", "revolute", "revolute"): "spherical",
+}  # fmt: skip
+
+
+class _Written(NamedTuple):
+    """A chain of single freedoms that is one joint, or the joint of one loop, of the file.
+
+    Attributes:
+        name: of the joint or loop.
+        kind: its type in the file.
+        steps: its freedoms, from the parent to the child.
+        axis: its axis (3,), inertial.
+        axis2: second axis of a universal joint.
+        centre: a point (3,) of all its rotation axes.
+    """
+
+    name: str
+    kind: str
+    steps: Sequence[Any]
+    axis: Array
+    axis2: Array | None
+    centre: Array
+
+
+def urdf_text(linkage: Any) -> str:
+    """The text of a URDF file with the loops of a linkage; see `Linkage.to_urdf`.
+
+    Args:
+        linkage: an assembled linkage.
+    """
+    return written(elements.robot(linkage.name, _Writer(linkage).parts()))
+
+
+class _Writer:
+    """Where the links of a linkage are, and what the file says of them."""
+
+    def __init__(self, linkage: Any) -> None:
+        """Find the links of every rigid body, the one it is named after first."""
+        self.linkage = linkage
+        points = [place.pose[:3, 3] for place in linkage.places.values()]
+        points += [joint.point for joint in linkage.joints]
+        self.size = float(np.abs(points).max()) or 1.0
+        self.links: dict[int, list[str]] = {}
+        for name, place in linkage.places.items():
+            self.links.setdefault(place.link, []).append(name)
+        self.poses = {name: place.pose for name, place in linkage.places.items()}
+        self.inputs = set(linkage.inputs)
+        self.taken = {*self.poses, *(joint.name for joint in linkage.joints)}
+
+    def parts(self) -> list[Element]:
+        """All links, then all joints, then all loops."""
+        tree = [joint for joint in self.linkage.joints if not joint.in_loop]
+        joints = [part for chain in self._chains(tree) for part in self._tree_joint(chain)]
+        loops = []
+        for loop in self.linkage.loops:
+            added, closing = self._loop(loop)
+            joints += added
+            loops.append(closing)
+        joints += list(self._fixed())
+        return [*self._links(), *joints, *loops]
+
+    def _links(self) -> Iterator[Element]:
+        masses = {body.link: body.inertia for body in self.linkage.bodies}
+        for index, names in self.links.items():
+            for name in names:
+                z = masses.get(index) if name == names[0] else None
+                yield elements.link(name, None if z is None else self._inertial(z, name))
+
+    def _inertial(self, z: Array, name: str) -> Element:
+        """The ``<inertial>`` of parameters (10,) about the inertial origin."""
+        own = displaced(z, np.linalg.inv(self.poses[name]))
+        mass, E = float(own[0]), inertia_tensor(own)
+        c = own[1:4] / mass if mass else np.zeros(3)
+        at = Element("origin", {"xyz": words(_clean(c, self.size))})
+        about = E - mass * (c @ c * np.eye(3) - np.outer(c, c))
+        return elements.inertial(mass, _clean(about, float(np.abs(z[4:]).max())), at)
+
+    def _fixed(self) -> Iterator[Element]:
+        """Joints that fix further links of a body to the first."""
+        for first, *others in self.links.values():
+            for name in others:
+                yield elements.joint(
+                    self._fresh(f"{name}_fixed"), "fixed", first, name, self._at(first, name)
+                )
+
+    def _fresh(self, name: str) -> str:
+        """A name that no link, joint or loop has."""
+        while name in self.taken:
+            name += "_"
+        self.taken.add(name)
+        return name
+
+    def _chains(self, joints: Iterable[Any]) -> Iterator[list[Any]]:
+        """Freedoms that are one joint of the file, unless only some of them are inputs."""
+        for _, group in groupby(joints, key=lambda joint: (joint.whole, joint.numbered)):
+            yield list(group)
+
+    def _as_one(self, name: str, steps: Sequence[Any]) -> _Written | None:
+        """The joint of the file with these freedoms, if there is one."""
+        kind = _MOTIONS.get(tuple(step.kind for step in steps), "")
+        given = [step.name for step in steps]
+        chosen = self.inputs.intersection(given)
+        if not kind or given != coordinates(name, kind) or 0 < len(chosen) < len(steps):
+            return None
+        directions = [s.screw[3:] if s.kind == "prismatic" else s.screw[:3] for s in steps]
+        axis = directions[2] if kind == "planar" else directions[0]
+        axis2 = directions[1] if kind == "universal" else None
+        turning = [step for step in steps if step.kind != "prismatic"]
+        centre = (turning or steps)[-1].point
+        found = _Written(name, kind, steps, axis, axis2, centre)
+        return found if self._fits(found) else None
+
+    def _fits(self, found: _Written) -> bool:
+        """Whether the joint of the file allows the motions of the freedoms.
+
+        Its rotation axes meet in the centre. Slides are along the axis of a cylindrical joint,
+        and at right angles to that of a planar one, as is the second axis of a universal one.
+        """
+        off = [0.0]
+        for step in found.steps:
+            n, v = step.screw[:3], step.screw[3:]
+            if step.kind == "revolute":
+                off.append(float(np.abs(v + np.cross(n, found.centre)).max()) / self.size)
+            elif found.kind == "cylindrical":
+                off.append(float(np.abs(np.cross(found.axis, v)).max()))
+            elif found.kind == "planar":
+                off.append(abs(float(found.axis @ v)))
+        if found.axis2 is not None:
+            off.append(abs(float(found.axis @ found.axis2)))
+        return max(off) <= MEETS
+
+    def _tree_joint(self, steps: Sequence[Any]) -> list[Element]:
+        """A joint of the tree, or one for every freedom of it, with links between."""
+        parent, last = steps[0].parent, self.linkage.joints.index(steps[-1])
+        start, child = self.links[parent][0], self.links[last][0]
+        found = self._as_one(steps[0].whole, steps)
+        if found is None:
+            return self._split(steps, start, child)
+        return [self._joint(found, start, child)]
+
+    def _split(self, steps: Sequence[Any], start: str, end: str) -> list[Element]:
+        """Single joints from one link to another; links of no mass are added between."""
+        joints = []
+        for step in steps:
+            there = end
+            if step is not steps[-1] or not end:
+                there = self._fresh(f"{step.name}_link")
+                pose = np.eye(4)
+                pose[:3, 3] = step.point
+                self.poses[there] = pose
+                self.links[self.linkage.joints.index(step)] = [there]
+            one = self._as_one(step.name, [step])
+            assert one is not None
+            joints.append(self._joint(one, start, there))
+            start = there
+        return joints
+
+    def _joint(self, found: _Written, parent: str, child: str) -> Element:
+        """A ``<joint>``; the frame of its child is moved onto the axis, if it is beside it."""
+        step = found.steps[0]
+        self._centre(found, child)
+        rows = self.poses[child][:3, :3].T
+        axis2 = "" if found.axis2 is None else self._direction(rows @ found.axis2)
+        pitch = float(step.screw[:3] @ step.screw[3:]) if step.kind == "helical" else 0.0
+        return elements.joint(
+            found.name, found.kind, parent, child, self._at(parent, child),
+            (self._direction(rows @ found.axis), axis2), pitch, self._mimic(step),
+            independent=step.name in self.inputs,
+        )  # fmt: skip
+
+    def _centre(self, found: _Written, child: str) -> None:
+        """Move the frame of a link onto the rotation axes of the joint that carries it."""
+        if found.kind == "prismatic":
+            return
+        pose, point = self.poses[child], found.centre
+        if found.kind not in ("universal", "spherical"):
+            point = point + found.axis * (found.axis @ (pose[:3, 3] - point))
+        if np.abs(pose[:3, 3] - point).max() > MEETS * self.size:
+            pose = pose.copy()
+            pose[:3, 3] = point
+            self.poses[child] = pose
+
+    def _mimic(self, step: Any) -> tuple[str, float, float] | None:
+        joints = self.linkage.joints
+        for mimic in self.linkage.mimics:
+            if joints[mimic.joint] is step:
+                return joints[mimic.source].name, mimic.ratio, 0.0
+        return None
+
+    def _loop(self, loop: Any) -> tuple[list[Element], Element]:
+        """A ``<loop>``, and joints before it if it allows what no single joint does."""
+        joints, start = self.linkage.joints, loop.end
+        steps: list[Any] = []
+        while start >= 0 and joints[start].in_loop:
+            steps.insert(0, joints[start])
+            start = joints[start].parent
+        first, last = self.links[start][0], self.links[loop.successor][0]
+        found = self._as_one(loop.name, steps)
+        if found is not None:
+            return [], self._closing(found, first, last)
+        added = self._split(steps, first, "") if steps else []
+        before = self.links[loop.end][0]
+        sides = [(before, None), (last, self._at(last, before))]
+        return added, elements.loop(loop.name, "fixed", sides)
+
+    def _closing(self, found: _Written, first: str, last: str) -> Element:
+        """A ``<loop>`` by a joint; both of its frames are the predecessor's, at the centre."""
+        frame = self.poses[first].copy()
+        frame[:3, 3] = found.centre
+        rows = frame[:3, :3].T
+        sides = [(name, self._origin(self.poses[name], frame)) for name in (first, last)]
+        axis2 = "" if found.axis2 is None else self._direction(rows @ found.axis2)
+        kind = "revolute" if found.kind == "continuous" else found.kind
+        return elements.loop(
+            found.name, kind, sides, (self._direction(rows @ found.axis), axis2),
+            independent=found.steps[0].name in self.inputs,
+        )  # fmt: skip
+
+    def _at(self, parent: str, child: str) -> Element:
+        """The ``<origin>`` of a link in the frame of another."""
+        return self._origin(self.poses[parent], self.poses[child])
+
+    def _origin(self, before: Array, after: Array) -> Element:
+        """The ``<origin>`` of a pose in the frame of another, positions without round-off."""
+        pose = np.eye(4)
+        pose[:3, :3] = before[:3, :3].T @ after[:3, :3]
+        d = before[:3, :3].T @ (after[:3, 3] - before[:3, 3])
+        pose[:3, 3] = _clean(d, self.size)
+        return elements.origin(pose)
+
+    @staticmethod
+    def _direction(axis: Array) -> str:
+        """The words of a unit vector, without round-off."""
+        return words(_clean(axis, 1.0))
+
+
+def _clean(x: Array, size: float) -> Array:
+    """Numbers without the round-off that those of a size leave in them."""
+    return np.round(x, DIGITS - round(float(np.log10(size)))) if size else x

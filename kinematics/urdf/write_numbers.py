@@ -1,0 +1,61 @@
+"""A tree of elements as text, and numbers and poses as the words of its attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from xml.sax.saxutils import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.model.source import Element
+
+__all__ = ["roll_pitch_yaw", "words", "written"]
+
+Array = NDArray[np.float64]
+
+# Entries of a rotation that are smaller are round-off.
+NOISE = 1e-15
+# Beside those of XML, the characters that a parser would turn into blanks.
+_QUOTED = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+
+
+def words(values: Iterable[float]) -> str:
+    """Numbers with all their digits, apart by blanks: ``0.5 0 -1``."""
+    texts = (repr(float(value) + 0.0) for value in values)
+    return " ".join(text.removesuffix(".0") for text in texts)
+
+
+def written(tree: Element) -> str:
+    """A tree as the text of an XML file, indented by two blanks."""
+    return "\n".join(['<?xml version="1.0"?>', *_lines(tree, "")]) + "\n"
+
+
+def _lines(item: Element, margin: str) -> Iterator[str]:
+    pairs = (f' {key}="{escape(value, _QUOTED)}"' for key, value in item.attributes.items())
+    head = f"{margin}<{item.tag}{''.join(pairs)}"
+    if not item.children:
+        yield f"{head}/>"
+        return
+    yield f"{head}>"
+    for child in item.children:
+        yield from _lines(child, f"{margin}  ")
+    yield f"{margin}</{item.tag}>"
+
+
+def roll_pitch_yaw(R: Array) -> list[float]:
+    """Roll, pitch and yaw of a rotation ``Rz(yaw) Ry(pitch) Rx(roll)``; radians.
+
+    Where the pitch is nearly a right angle, roll and yaw turn about nearly the same axis and
+    neither is determined well; the yaw is taken from ``R Rx(roll)ᵀ``, so that it makes up for
+    the error of the roll, and the rotation comes back to round-off.
+
+    Args:
+        R: rotation matrix (3, 3).
+    """
+    R = np.where(np.abs(R) <= NOISE, 0.0, R)
+    flat = float(np.hypot(R[2, 1], R[2, 2]))
+    roll = float(np.arctan2(R[2, 1], R[2, 2])) if flat else 0.0
+    pitch = float(np.arctan2(-R[2, 0], flat))
+    across = np.cos(roll) * R[:, 1] - np.sin(roll) * R[:, 2]
+    return [roll, pitch, float(np.arctan2(-across[0], across[1]))]

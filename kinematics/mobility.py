@@ -13,7 +13,7 @@ exponent k of the least opening ``c ε^k`` at the distance ε.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from kinematics.arrays import Chain
 from kinematics.chain import move
 from kinematics.closure import expand, loop_matrix
-from kinematics.freedom import DEPENDENT, first_order, nullity
-from kinematics.placement import forward, mismatch
+from kinematics.freedom import DEPENDENT, closure_equations, first_order, nullity
+from kinematics.gauss_newton import Iterate, LevenbergMarquardt, gauss_newton
+from kinematics.placement import forward
 
 __all__ = ["ORDERS", "Local", "examine"]
 
@@ -118,9 +119,8 @@ def _closest(
 ) -> tuple[Array, float]:
     """A pose at a distance from the reference pose whose loops are as closed as can be.
 
-    Levenberg-Marquardt steps, damped by the size of what is left (N. Yamashita and M.
-    Fukushima, 2001). At a distance ε, what joint rates can close of the opening is of the
-    size ε, and the rest of ε²: each is scaled by its own.
+    At a distance ε, what joint rates can close of the opening is of the size ε, and the rest
+    of ε²: each is scaled by its own.
 
     Args:
         chain: the linkage as arrays.
@@ -135,33 +135,27 @@ def _closest(
     U = np.linalg.svd(loop_matrix(chain))[0][:, : len(N) - N.shape[1]]
     W = np.eye(len(U)) / reach**2 + (U @ U.T) * (1.0 / reach - 1.0 / reach**2)
 
+    closure = closure_equations(chain)
+
     def opening(x: Array) -> tuple[Array, Array]:
-        pose = forward(chain, reach * x)
-        b = W @ mismatch(chain, pose.H, reach * x)
-        A = reach * W @ loop_matrix(chain, pose.screws)
+        b, A = closure(reach * x)
         if fixed is None:
             u = N.T @ x
             more, row = (u @ u - 1.0)[None], 2.0 * (N @ u)[None]
         else:
             more, row = fixed.T @ (x - start), fixed.T
-        return np.concatenate([b, more]), np.concatenate([A, row])
+        return np.concatenate([W @ b, more]), np.concatenate([reach * W @ A, row])
 
-    x, damping = start, 0.1
-    b, A = opening(x)
-    for _ in range(60):
-        size = float(np.linalg.norm(b))
-        if size <= 1e-14 or damping > 1e6:
-            break
-        upper = np.concatenate([A, damping * min(size, 1.0) * np.eye(x.size)])
-        step = np.linalg.lstsq(upper, np.concatenate([b, np.zeros(x.size)]), rcond=None)[0]
-        tried, matrix = opening(x - step)
-        less = float(np.linalg.norm(tried))
-        if not less < size:
-            damping *= 8.0
-            continue
-        x, b, A, damping = x - step, tried, matrix, max(0.25 * damping, 1e-3)
-        if np.linalg.norm(step) <= 1e-12:
-            break
+    rule = LevenbergMarquardt(0.1)
+
+    def closest(path: Sequence[Iterate]) -> bool:
+        arrived = len(path) > 1 and np.linalg.norm(path[-2].step) <= 1e-12
+        return bool(arrived or np.linalg.norm(path[-1].residual) <= 1e-14)
+
+    def stuck(path: Sequence[Iterate]) -> bool:
+        return rule.damping > 1e6
+
+    x = gauss_newton(opening, start, rule, closest, stuck, 61).last.x
     pose = forward(chain, reach * x)
     return pose.q, pose.error
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from kinematics.errors import CoordinateError
 from kinematics.linkage import Draft, Joint, Notice, names
+from kinematics.vectors import project_out
 
 __all__ = ["coordinates"]
 
@@ -104,5 +105,4 @@ def _candidates(draft: Draft, rest: Array) -> list[int]:
 
 def _without(rest: Array, joint: int) -> Array:
     """Velocities with the direction that moves ``joint`` projected out."""
-    direction = rest[joint] / np.linalg.norm(rest[joint])
-    return rest - np.outer(rest @ direction, direction)
+    return project_out(rest, rest[joint] / np.linalg.norm(rest[joint]))

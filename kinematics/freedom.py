@@ -17,6 +17,7 @@ from kinematics.gauss_newton import (
     step_grows,
 )
 from kinematics.placement import forward, mismatch
+from kinematics.vectors import project_out
 
 __all__ = [
     "DEPENDENT",
@@ -90,8 +91,7 @@ def independent(free: Array) -> NDArray[np.int64]:
     for _ in range(free.shape[1]):
         sizes = np.linalg.norm(rest, axis=1)
         chosen.append(int(np.argmax(sizes)))
-        along = rest[chosen[-1]] / sizes[chosen[-1]]
-        rest = rest - np.outer(rest @ along, along)
+        rest = project_out(rest, rest[chosen[-1]] / sizes[chosen[-1]])
     return np.sort(np.array(chosen))
 
 

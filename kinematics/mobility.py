@@ -25,6 +25,7 @@ from kinematics.closure import expand, loop_matrix
 from kinematics.freedom import DEPENDENT, closure_equations, first_order, nullity
 from kinematics.gauss_newton import Iterate, LevenbergMarquardt, gauss_newton
 from kinematics.placement import forward
+from kinematics.vectors import distinct, project_out
 
 __all__ = ["ORDERS", "Local", "examine"]
 
@@ -189,11 +190,8 @@ def _opposite(chain: Chain, N: Array, reach: float, points: list[Array]) -> Iter
 
 def _distinct(points: list[Array], reach: float) -> list[Array]:
     """Poses that differ from one another."""
-    found: list[Array] = []
-    for q in points:
-        if all(np.abs(q - other).max() > 1e-3 * reach for other in found):
-            found.append(q)
-    return found
+    first = distinct(points, lambda some, q: np.abs(some - q).max(axis=1) <= 1e-3 * reach)
+    return [points[k] for k in first]
 
 
 def _paired(points: list[Array]) -> Array:
@@ -226,8 +224,8 @@ def _one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
         found = []
         for _ in range(4):
             aside = N @ rng.standard_normal(N.shape[1])
-            aside -= T @ (T.T @ aside)
-            q, opening = _closest(chain, N, reach, t + 0.3 * aside, T)
+            start = t + 0.3 * project_out(aside, T.T)
+            q, opening = _closest(chain, N, reach, start, T)
             if opening <= SHUT:
                 found.append(q)
         if len(_distinct(found, reach)) != 1:

@@ -18,6 +18,7 @@ from kinematics.components import component, components
 from kinematics.fitting import CLOSED, LARGEST, fit_axes
 from kinematics.freedom import DEPENDENT
 from kinematics.linkage import Draft, Joint, Notice
+from kinematics.vectors import project_out
 
 __all__ = ["has_near_zero_singular_values", "repair_axes", "repair_part"]
 
@@ -125,7 +126,7 @@ def _levelled(joint: Joint, normal: Array) -> Joint:
     """A joint whose axis is exactly along a normal, or across it if it slides."""
     n, m = joint.screw[:3], joint.screw[3:]
     if joint.kind == "prismatic":
-        flat = m - (m @ normal) * normal
+        flat = project_out(m, normal)
         screw = np.concatenate([n, flat / np.linalg.norm(flat)])
     else:
         upright = np.sign(n @ normal) * normal

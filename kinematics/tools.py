@@ -19,6 +19,7 @@ from kinematics.closure import expand
 from kinematics.errors import BodyError, CoordinateError
 from kinematics.linkage import GROUND, Draft, Joint, Linkage, Loop, Place, names
 from kinematics.screws import prismatic, revolute
+from kinematics.vectors import project_out
 
 __all__ = ["DIRECTIONS", "coordinates_of", "tool"]
 
@@ -142,7 +143,7 @@ def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[
     free = [k for k in range(6) if np.abs(rates[k]).max(initial=0.0) > DEPENDENT * size]
     held = []
     for k in (*named, *(k for k in range(6) if k not in named)):
-        rest = rates[k] - (rates[k] @ basis.T) @ basis
+        rest = project_out(rates[k], basis)
         left = float(np.linalg.norm(rest))
         if left > DEPENDENT * size:
             basis = np.vstack([basis, rest / left])

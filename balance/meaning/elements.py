@@ -17,6 +17,7 @@ from balance.meaning.vocabulary import Term
 from balance.transfers.partition import Transfer
 from kinematics.chain import plane_axes
 from kinematics.linkage import Joint
+from kinematics.vectors import distinct, project_out
 
 __all__ = ["elements"]
 
@@ -64,14 +65,12 @@ def _directions(space: Described, transfer: Transfer, joints: list[Joint]) -> li
     some = [j.screw[3:] if j.kind == "prismatic" else j.screw[:3] for j in joints]
     some += list(free.T @ space.axes[:count])
     if space.planar:
-        some = [a - a @ space.axes[2] * space.axes[2] for a in some]
-    found: list[Array] = []
-    for a in some:
-        size = np.linalg.norm(a)
-        if size > SAME * space.length:
-            a = a / size
-            if all(np.linalg.norm(np.cross(a, b)) > SAME for b in found):
-                found.append(a)
+        some = [project_out(a, space.axes[2]) for a in some]
+    unit = [a / size for a in some if (size := np.linalg.norm(a)) > SAME * space.length]
+    first = distinct(
+        unit, lambda few, a: np.linalg.norm(np.cross(few, a), axis=1) <= SAME
+    )
+    found = [unit[k] for k in first]
     return found or [space.axes[0] if space.planar else space.axes[2]]
 
 

@@ -22,13 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.arrays import Chain, frozen
-from kinematics.chain import arrange, extent, paths
+from kinematics.chain import arrange, extent, loop_signs
 from kinematics.closure import loop_matrix
 from kinematics.freedom import DEPENDENT, closure_equations, spectrum
 from kinematics.gauss_newton import FixedRank, Iterate, LeastNorm, gauss_newton, never
 from kinematics.linkage import Draft, Joint
 from kinematics.placement import forward
 from kinematics.screws import Ad, exp, skew
+from kinematics.vectors import alike_groups
 
 __all__ = ["CLOSED", "LARGEST", "Fit", "fit_axes"]
 
@@ -118,20 +119,12 @@ def _at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Array]:
 
 def _parallel(chain: Chain) -> list[list[int]]:
     """Joints in groups whose axes are parallel but for rounding."""
-    n = chain.parent.size
     directions = np.where(np.any(chain.screws[:, :3], axis=1)[:, None],
                           chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
-    groups: list[list[int]] = []
-    for j in range(n):
-        near = [
-            group for group in groups
-            if np.linalg.norm(np.cross(directions[group[0]], directions[j])) <= 2 * LARGEST
-        ]  # fmt: skip
-        if near:
-            near[0].append(j)
-        else:
-            groups.append([j])
-    return groups
+    return alike_groups(
+        directions,
+        lambda some, one: np.linalg.norm(np.cross(some, one), axis=1) <= 2 * LARGEST,
+    )
 
 
 def _aligned(
@@ -279,8 +272,7 @@ def _unreachable(
 def _effect(chain: Chain, q: Array) -> Array:
     """Derivatives of the loop residual by displacements of the axes at a pose; (rows, 6 n)."""
     pose = forward(chain, q)
-    n, before = q.size, paths(chain.parent)
-    signs = before[chain.ends[:, 0]] - before[chain.ends[:, 1]]
+    n, signs = q.size, loop_signs(chain.parent, chain.ends)
     J = np.zeros((len(chain.ends), 6, n, 6))
     for j in range(n):
         H = pose.H[chain.parent[j]] if chain.parent[j] >= 0 else np.eye(4)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
 from balance.tensors import MOMENTUM, RATE
+from kinematics.chain import rigid_parts
 from kinematics.linkage import GROUND
 from kinematics.rational import Vector, bracket, dot, echelon
 
@@ -117,7 +118,7 @@ def branches(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
 
 
 def _rigid(
-    chain: ExactChain, parts: dict[int, int], bodies: dict[int, int]
+    chain: ExactChain, parts: list[int], bodies: dict[int, int]
 ) -> Iterator[ExactTransfer]:
     """All that bodies can exchange with the first one of their part, or with the ground."""
     for b, link in enumerate(chain.links):
@@ -130,20 +131,15 @@ def _units(count: int) -> Iterator[Vector]:
     return (tuple(Fraction(int(i == j)) for j in range(count)) for i in range(count))
 
 
-def _parts(chain: ExactChain, idle: Sequence[int]) -> dict[int, int]:
-    """Rigid part of each link, and of the ground: links that are welded make up one."""
-    parts = {link: link for link in range(-1, len(chain.parent))}
+def _parts(chain: ExactChain, idle: Sequence[int]) -> list[int]:
+    """Rigid part of each link, and of the ground: idle joints are welds as well."""
     welds = [*chain.ends, *((j, chain.parent[j]) for j in idle)]
-    for one, other in welds:
-        keep, drop = parts[one], parts[other]
-        for link, part in parts.items():
-            if part == drop:
-                parts[link] = keep
+    parts: list[int] = rigid_parts(len(chain.parent), welds).tolist()
     return parts
 
 
 def _ways(
-    chain: ExactChain, parts: dict[int, int], bodies: dict[int, int], start: int, idle: set[int]
+    chain: ExactChain, parts: list[int], bodies: dict[int, int], start: int, idle: set[int]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
     """Joints one after the other from a part to the next one with a body, and that part."""
     ways: list[tuple[tuple[int, ...], tuple[int, ...]]] = [((), (start,))]

@@ -28,6 +28,7 @@ from kinematics.motion import Motion, restriction
 from kinematics.placement import forward
 from kinematics.pose import joint_positions, si_chain
 from kinematics.screws import wrench_axis
+from kinematics.vectors import project_out
 from kinematics.wording import vector
 
 if TYPE_CHECKING:
@@ -195,7 +196,7 @@ def common_normal(lines: Sequence[ScrewLine]) -> ScrewLine | None:
             # Slide along line j to its foot: the point nearest to line i.
             slide = np.cross(points[i] - points[j], directions[i]) @ n / size
             foot = points[j] + slide * directions[j]
-            return ScrewLine("", foot - (foot @ n) * n, n, 0.0, 1.0)
+            return ScrewLine("", project_out(foot, n), n, 0.0, 1.0)
     return None
 
 

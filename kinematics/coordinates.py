@@ -105,4 +105,4 @@ def _candidates(draft: Draft, rest: Array) -> list[int]:
 
 def _without(rest: Array, joint: int) -> Array:
     """Velocities with the direction that moves ``joint`` projected out."""
-    return project_out(rest, rest[joint] / np.linalg.norm(rest[joint]))
+    return project_out(rest.T, rest[joint] / np.linalg.norm(rest[joint])).T

@@ -91,7 +91,7 @@ def independent(free: Array) -> NDArray[np.int64]:
     for _ in range(free.shape[1]):
         sizes = np.linalg.norm(rest, axis=1)
         chosen.append(int(np.argmax(sizes)))
-        rest = project_out(rest, rest[chosen[-1]] / sizes[chosen[-1]])
+        rest = project_out(rest.T, rest[chosen[-1]] / sizes[chosen[-1]]).T
     return np.sort(np.array(chosen))
 
 

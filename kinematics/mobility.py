@@ -224,7 +224,7 @@ def _one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
         found = []
         for _ in range(4):
             aside = N @ rng.standard_normal(N.shape[1])
-            start = t + 0.3 * project_out(aside, T.T)
+            start = t + 0.3 * project_out(aside, T)
             q, opening = _closest(chain, N, reach, start, T)
             if opening <= SHUT:
                 found.append(q)

@@ -143,7 +143,7 @@ def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[
     free = [k for k in range(6) if np.abs(rates[k]).max(initial=0.0) > DEPENDENT * size]
     held = []
     for k in (*named, *(k for k in range(6) if k not in named)):
-        rest = project_out(rates[k], basis)
+        rest = project_out(rates[k], basis.T)
         left = float(np.linalg.norm(rest))
         if left > DEPENDENT * size:
             basis = np.vstack([basis, rest / left])

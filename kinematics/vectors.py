@@ -43,17 +43,17 @@ def distinct(vectors: Sequence[Array] | Array, alike: Alike) -> list[int]:
 
 
 def project_out(vectors: Array, directions: Array) -> Array:
-    """The part of vectors that is perpendicular to directions, ``v - Dᵀ D v``.
+    """The part of vectors that is perpendicular to directions, ``v - D (Dᵀ v)``.
 
     Args:
-        vectors: one or several (…, n).
-        directions: a unit vector (n,), or orthonormal rows D (count, n).
+        vectors: one (n,), or several as columns (n, m).
+        directions: a unit vector (n,), or orthonormal columns D (n, count).
 
     Returns:
         Shape of ``vectors``.
     """
     if directions.ndim == 1:
-        along = np.multiply.outer(vectors @ directions, directions)
+        along = np.multiply.outer(directions, directions @ vectors)
     else:
-        along = (vectors @ directions.T) @ directions
+        along = directions @ (directions.T @ vectors)
     return np.asarray(vectors - along)

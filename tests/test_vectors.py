@@ -41,17 +41,18 @@ def test_no_vectors_make_no_group():
 def test_what_is_left_is_perpendicular_and_what_is_perpendicular_is_left(count):
     """Against the projector of a complete orthogonal basis."""
     rng = np.random.default_rng(2)
-    Q = np.linalg.qr(rng.standard_normal((5, 5)))[0].T
-    vectors = rng.standard_normal((4, 5))
-    left = project_out(vectors, Q[:count])
-    assert left == pytest.approx(vectors @ Q[count:].T @ Q[count:], abs=1e-14)
-    assert np.abs(left @ Q[:count].T).max(initial=0.0) < 1e-14
-    assert project_out(left, Q[:count]) == pytest.approx(left, abs=1e-14)
+    Q = np.linalg.qr(rng.standard_normal((5, 5)))[0]
+    vectors = rng.standard_normal((5, 4))
+    left = project_out(vectors, Q[:, :count])
+    assert left == pytest.approx(Q[:, count:] @ Q[:, count:].T @ vectors, abs=1e-14)
+    assert np.abs(Q[:, :count].T @ left).max(initial=0.0) < 1e-14
+    assert project_out(left, Q[:, :count]) == pytest.approx(left, abs=1e-14)
+    assert project_out(vectors[:, 0], Q[:, :count]) == pytest.approx(left[:, 0], abs=1e-14)
 
 
 def test_one_direction_may_be_given_alone():
     n = np.array([2.0, -1.0, 2.0]) / 3.0
     v = np.array([1.0, 2.0, 3.0])
     assert project_out(v, n) == pytest.approx(np.cross(n, np.cross(v, n)), abs=1e-15)
-    both = project_out(np.array([v, n]), n)
-    assert both == pytest.approx(np.array([np.cross(n, np.cross(v, n)), 0 * n]), abs=1e-15)
+    both = project_out(np.array([v, n]).T, n)
+    assert both == pytest.approx(np.array([np.cross(n, np.cross(v, n)), 0 * n]).T, abs=1e-15)

@@ -30,6 +30,7 @@ from balance.designs.verdicts import TOO_NARROW, UNSETTLED, clashing
 from balance.spaces.space import DesignSpace
 from kinematics.arrays import frozen
 from kinematics.inertial import from_pseudo_inertia
+from kinematics.vectors import project_out
 from kinematics.wording import checked, paragraph
 
 __all__ = [
@@ -212,7 +213,7 @@ def check_design(
     P = from_si(z, space.chain.frame)
     own = from_pseudo_inertia(P)
     part, Q = own[:, counted(space)].reshape(-1), space.scaled_basis
-    left = part - Q @ (Q.T @ part)
+    left = project_out(part, Q)
     conditions = float(np.linalg.norm(left) / (np.linalg.norm(part) or 1.0))
     if space.planar and space.balance == "dynamic":
         conditions = max(conditions, off_plane(P[space.chain.links >= 0]))

@@ -20,7 +20,7 @@ from balance.exact.chain import ExactChain
 from balance.tensors import MOMENTUM, RATE
 from kinematics.chain import rigid_parts
 from kinematics.linkage import GROUND
-from kinematics.rational import Vector, bracket, dot, echelon
+from kinematics.rational import Vector, bracket, dot, echelon, null_space
 
 __all__ = ["ExactTransfer", "branches", "exact_transfers"]
 
@@ -200,14 +200,9 @@ def _vanishing(found: Whole, z: Whole, values: Whole) -> tuple[Whole, Whole]:
         z: other rows that belong to them (count, 10).
         values: what is to vanish (count, values).
     """
-    A, start = np.concatenate([found, z, values], axis=1), found.shape[1] + z.shape[1]
-    for column in range(start, A.shape[1]):
-        entries = np.flatnonzero(A[:, column])
-        if entries.size:
-            factors, first = A[:, column], entries[0]
-            A = np.delete(factors[first] * A - np.outer(factors, A[first]), first, axis=0)
-            A = A // np.gcd.reduce(A, axis=1)[:, None]
-    return A[:, : found.shape[1]], A[:, found.shape[1] : start]
+    conditions = [[Fraction(x) for x in row] for row in values.T.tolist() if any(row)]
+    mixed = _whole(null_space(conditions, len(found))).reshape(-1, len(found))
+    return mixed @ found, mixed @ z
 
 
 def _beyond(s: Vector, twists: Rows) -> Rows:

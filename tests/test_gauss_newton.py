@@ -89,17 +89,19 @@ def test_the_method_gives_up_at_a_step_that_grows():
     def root(x):
         return np.cbrt(x), np.diag(np.abs(np.cbrt(x)) ** -2 / 3.0)
 
-    evaluated = []
-    path = gauss_newton(
-        lambda x: (evaluated.append(1), root(x))[1], np.array([0.01]), LeastNorm(1e-9), small,
-        step_grows(0.5), 30,
-    )  # fmt: skip
-    assert not path.solved and len(evaluated) == 2
-    assert not gauss_newton(
-        root, np.array([1.0]), LeastNorm(1e-9), small, step_grows(0.5), 30
-    ).solved
-    tolerant = gauss_newton(root, np.array([0.01]), LeastNorm(0), small, step_grows(1, 0.1), 9)
-    assert tolerant.last.x == pytest.approx(0.04)
+    def run(start, stop):
+        """How often the cube root is evaluated, and where the method ends."""
+        seen = []
+        found = gauss_newton(
+            lambda x: (seen.append(x), root(x))[1], np.array([start]), LeastNorm(0), small,
+            stop, 9,
+        )  # fmt: skip
+        assert not found.solved
+        return len(seen), float(found.last.x[0])
+
+    assert run(0.01, step_grows(0.5)) == (2, pytest.approx(-0.02))
+    assert run(1.0, step_grows(0.5)) == (1, 1.0)
+    assert run(0.01, step_grows(1.0, negligible=0.1)) == (3, pytest.approx(0.04))
 
 
 def test_damped_steps_never_move_away_and_descend_a_curved_valley():

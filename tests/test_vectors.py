@@ -31,6 +31,7 @@ def test_a_vector_joins_by_the_first_of_its_group():
     """Steps of 0.8e-6: the third is near the second, not near the first."""
     line = np.array([[0.0], [0.8e-6], [1.6e-6], [2.4e-6]])
     assert alike_groups(line, near) == [[0, 1], [2, 3]]
+    assert alike_groups(line[[0, 2, 1]], near) == [[0, 2], [1]]
 
 
 def test_no_vectors_make_no_group():

@@ -223,9 +223,8 @@ def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
 
     def closed(path: Sequence[Iterate]) -> bool:
         pose = forward(chain, path[-1].x)
-        if np.abs(_openness(chain, gaps, pose)).max() > CLOSED:
-            return False
-        return len(path) == 1 or path[-2].size <= CLOSED
+        open_by = float(np.abs(_openness(chain, gaps, pose)).max())
+        return open_by <= CLOSED and (len(path) == 1 or path[-2].size <= CLOSED)
 
     equations, rule = closure_equations(chain, gaps), LeastNorm(1e-9)
     last, solved = gauss_newton(equations, q, rule, closed, step_grows(0.5), 10)

@@ -1,0 +1,161 @@
+"""First-order freedoms of a pose, and poses further along them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.closure.newton import forward, mismatch
+from kinematics.closure.series import loop_matrix
+from kinematics.linalg.gauss_newton import (
+    Equations,
+    Iterate,
+    LeastNorm,
+    gauss_newton,
+    step_grows,
+)
+from kinematics.linalg.vectors import project_out
+from kinematics.model.arrays import Chain
+
+__all__ = [
+    "DEPENDENT",
+    "away",
+    "closure_equations",
+    "conditioning",
+    "first_order",
+    "independent",
+    "nullity",
+    "onward",
+    "spectrum",
+]
+
+Array = NDArray[np.float64]
+
+# Singular values of a loop matrix below this part of the largest are zero: geometry in files
+# is given to about 1e-12.
+DEPENDENT = 1e-8
+# At poses that were solved for.
+SOLVED = 1e-7
+# Opening of loops that were closed to round-off.
+CLOSED = 1e-13
+
+
+def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
+    """The closure of the loops as equations in all joint positions q (n,).
+
+    Args:
+        chain: the linkage as arrays.
+        gaps: displacements of the welds at the reference pose, if they are not closed.
+
+    Returns:
+        The function from q to the mismatch of the loops and of the mimic joints (rows,), in
+        radians and units of the chain, and the loop matrix there (rows, n): its derivative
+        where the loops are closed.
+    """
+
+    def equations(q: Array) -> tuple[Array, Array]:
+        pose = forward(chain, q)
+        return mismatch(chain, pose.H, q, gaps), loop_matrix(chain, pose.screws)
+
+    return equations
+
+
+def spectrum(A: Array) -> tuple[Array, Array]:
+    """Singular values of a loop matrix (rows, n), padded to n, and its right vectors."""
+    if not len(A):
+        return np.zeros(A.shape[1]), np.eye(A.shape[1])
+    _, values, Vt = np.linalg.svd(A)
+    return np.concatenate([values, np.zeros(A.shape[1])])[: A.shape[1]], Vt
+
+
+def first_order(A: Array, tolerance: float = DEPENDENT) -> tuple[Array, Array]:
+    """Joint rates that a loop matrix (rows, n) leaves free, and its singular values.
+
+    Returns:
+        Orthonormal rates (n, freedom), and the values, descending, padded to n.
+    """
+    values, Vt = spectrum(A)
+    return Vt[int(np.sum(values > tolerance * values.max(initial=0.0))) :].T, values
+
+
+def nullity(chain: Chain, q: Array) -> int:
+    """First-order degrees of freedom at a closed pose."""
+    return first_order(loop_matrix(chain, forward(chain, q).screws), SOLVED)[0].shape[1]
+
+
+def independent(free: Array) -> NDArray[np.int64]:
+    """Joints whose rates determine the others', well conditioned; ``free`` is (n, f)."""
+    rest, chosen = free.copy(), []
+    for _ in range(free.shape[1]):
+        sizes = np.linalg.norm(rest, axis=1)
+        chosen.append(int(np.argmax(sizes)))
+        rest = project_out(rest.T, rest[chosen[-1]] / sizes[chosen[-1]]).T
+    return np.sort(np.array(chosen))
+
+
+def conditioning(chain: Chain, q: Array, freedom: int) -> float:
+    """Smallest singular value of the loop matrix that counts, relative to the largest."""
+    values, _ = spectrum(loop_matrix(chain, forward(chain, q).screws))
+    return float(values[values.size - freedom - 1] / values[0])
+
+
+def away(chain: Chain, free: Array) -> Array:
+    """A better conditioned pose on the branch of the reference pose, which is regular.
+
+    Args:
+        chain: the linkage as arrays.
+        free: orthonormal joint rates that close its loops (n, f).
+    """
+    v = free @ np.ones(free.shape[1]) / np.sqrt(free.shape[1])
+    freedom, step = free.shape[1], 0.1 * conditioning(chain, np.zeros(len(v)), free.shape[1])
+    starts = [q for sign in (1.0, -1.0) if (q := _polished(chain, sign * step * v)) is not None]
+    starts.sort(key=lambda q: conditioning(chain, q, freedom))
+    return onward(chain, starts[-1]) if starts else np.zeros(len(v))
+
+
+def onward(chain: Chain, start: Array, goal: float = 0.5) -> Array:
+    """The best conditioned pose along the branch on which a pose near the reference pose is.
+
+    Args:
+        chain: the linkage as arrays.
+        start: a closed pose (n,), away from the singular one.
+        goal: how far to look (radians, characteristic lengths).
+    """
+    q, tangent, step = start, start, 0.5 * float(np.abs(start).max())
+    least = 0.01 * step
+    best, freedom = (0.0, start), nullity(chain, start)
+    for _ in range(80):
+        values, Vt = spectrum(loop_matrix(chain, forward(chain, q).screws))
+        rank = values.size - freedom
+        if values[rank - 1] > best[0]:
+            best = float(values[rank - 1]), q
+        along = Vt[rank:].T @ (Vt[rank:] @ tangent)
+        size = float(np.linalg.norm(along))
+        if np.abs(q).max() >= goal or step < least or size == 0.0:
+            break
+        along /= size
+        ahead = _polished(chain, q + step * along)
+        if ahead is None or np.linalg.norm(ahead - q - step * along) > 0.2 * step:
+            step *= 0.5
+            continue
+        q, tangent, step = ahead, ahead - q, min(1.3 * step, 0.1)
+    return best[1]
+
+
+def _polished(chain: Chain, q: Array) -> Array | None:
+    """The closed pose next to joint positions, to the last digit; None if there is none.
+
+    Newton's method with steps of least norm.
+    """
+    grows = step_grows(0.5, CLOSED)
+
+    def closed(path: Sequence[Iterate]) -> bool:
+        best = min((x.error for x in path[:-1]), default=np.inf)
+        error = path[-1].error
+        return error <= CLOSED and (error >= 0.5 * best or grows(path))
+
+    equations, rule = closure_equations(chain), LeastNorm(SOLVED)
+    last, solved = gauss_newton(equations, q, rule, closed, grows, 15)
+    return last.x if solved else None

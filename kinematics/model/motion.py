@@ -1,0 +1,165 @@
+"""A motion: a linear subspace of the displacements of the independent coordinates."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.errors import MotionError
+from kinematics.linalg.rational import LONGEST, decimal, null_space
+from kinematics.model.arrays import frozen
+from kinematics.model.linkage import Linkage
+from kinematics.wording import listed
+
+__all__ = ["Motion", "restriction"]
+
+Array = NDArray[np.float64]
+
+# Sums of factors up to this one do not overflow.
+LARGEST = 1e300
+# Part of a relation that the rounding of its decimals may leave where it repeats others.
+ROUNDED = Fraction(1, 10**12)
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Displacements ``u = basis @ y`` of the inputs from the reference pose.
+
+    Attributes:
+        inputs: names of the independent coordinates.
+        relations: the relations as text, such as ``"j4=j7"``.
+        basis: shape (inputs, degrees of freedom of the motion), SI units.
+    """
+
+    inputs: tuple[str, ...]
+    relations: tuple[str, ...]
+    basis: Array
+
+    def __repr__(self) -> str:
+        """One line: the relations, or that every input is free."""
+        rule = ", ".join(self.relations) or f"{self.basis.shape[1]} free"
+        return f"Motion of {listed(self.inputs)}: {rule}"
+
+    @classmethod
+    def free(cls, inputs: Sequence[str]) -> Motion:
+        """The motion that moves every input freely."""
+        return cls(tuple(inputs), (), frozen(np.eye(len(inputs))))
+
+    @classmethod
+    def parse(cls, relations: str | Sequence[str], inputs: Sequence[str]) -> Motion:
+        """The motion that satisfies linear relations of displacements.
+
+        Args:
+            relations: one, or several; each ``"sum = sum"``, a sum being made of terms
+                ``name``, ``number*name`` and ``0``: ``"j4=j7"``, ``"j4=-2*j7"``, ``"c=-a-b"``.
+            inputs: names of the independent coordinates.
+
+        Raises:
+            MotionError: a relation cannot be read, names a joint that is not an input, or
+                the relations leave nothing to move.
+        """
+        relations = [relations] if isinstance(relations, str) else relations
+        rows = [_row(relation, tuple(inputs)) for relation in relations]
+        columns = null_space([_unit(row) for row in rows], len(inputs), _largest_in_row)
+        if not columns and inputs:
+            raise MotionError(", ".join(relations), "leaves no input to move", inputs)
+        basis = np.array(columns, dtype=np.float64).reshape(len(columns), len(inputs)).T
+        return cls(tuple(inputs), tuple(relations), frozen(basis))
+
+    def coefficients(self) -> list[list[Fraction]]:
+        """The relations as rows of rational coefficients, one per input.
+
+        They are those of the text; those of a motion without text make up the space to
+        which its basis is perpendicular.
+        """
+        if self.relations:
+            return [_row(relation, self.inputs) for relation in self.relations]
+        columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
+        return null_space(columns, len(self.inputs))
+
+
+def restriction(
+    linkage: Linkage, relations: Motion | str | Sequence[str] | None
+) -> Motion | None:
+    """The motion of a linkage that is meant by relations of its inputs; None if it is free.
+
+    Args:
+        linkage: an assembled linkage.
+        relations: as for `Motion.parse`; a motion, or None, is taken as it is.
+
+    Raises:
+        MotionError: a relation is wrong.
+    """
+    if relations is None or isinstance(relations, Motion):
+        return relations
+    try:
+        return Motion.parse(relations, linkage.inputs)
+    except MotionError as error:
+        raise MotionError(error.relation, error.problem, error.valid, linkage.source) from None
+
+
+def _row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:
+    """Coefficients of left side minus right side."""
+    sides = relation.split("=")
+    if len(sides) != 2:
+        raise MotionError(relation, "must hold one '='", inputs)
+    left, right = (_side(relation, side, inputs) for side in sides)
+    return [a - b for a, b in zip(left, right, strict=True)]
+
+
+def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
+    """Coefficients of one sum of terms."""
+    known = "|".join(re.escape(name) for name in sorted(inputs, key=len, reverse=True))
+    term = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*\s*)?({known})(?![\w.])\s*")
+    zero = re.compile(r"\s*[+-]?\s*0+(?:\.0*)?\s*$")
+    row = [Fraction(0)] * len(inputs)
+    if zero.match(text):
+        if text.strip() in inputs:
+            problem = f"'{text.strip()}' is a number and an input: write 1*{text.strip()}"
+            raise MotionError(relation, problem, inputs)
+        return row
+    position = 0
+    while position < len(text) or position == 0:
+        match = term.match(text, position)
+        if match is None or (position > 0 and not match[1]):
+            raise MotionError(relation, _complaint(text[position:]), inputs)
+        word = match[2] or "1"
+        if len(word) > LONGEST or not float(word) <= LARGEST:
+            raise MotionError(relation, f"'{word[:LONGEST]}' is too large", inputs)
+        row[inputs.index(match[3])] += decimal(word) * (-1 if match[1] == "-" else 1)
+        position = match.end()
+    return row
+
+
+def _complaint(rest: str) -> str:
+    """What is wrong with the text where reading stopped."""
+    word = re.match(rf"\s*[+-]?\s*(?:{_NUMBER}\s*\*\s*)?([A-Za-z_][\w./-]*)", rest)
+    if word:
+        return f"'{word[1]}' is not an input"
+    return f"cannot read '{rest.strip()}' (write sums of terms such as j1 or -2*j1)"
+
+
+def _unit(row: list[Fraction]) -> list[Fraction]:
+    """A row over its largest coefficient."""
+    size = max(map(abs, row), default=Fraction(0))
+    return [x / size for x in row] if size else row
+
+
+def _largest_in_row(
+    left: Sequence[Sequence[Fraction]], pivots: Sequence[int]
+) -> tuple[int, int] | None:
+    """The pivot of one relation after the other: its largest coefficient.
+
+    A relation that those before leave nothing of but the rounding of its decimals repeats them.
+    """
+    for i, row in enumerate(left):
+        column = max(range(len(row)), key=lambda c: abs(row[c]), default=0)
+        if row and abs(row[column]) > ROUNDED:
+            return i, column
+    return None

@@ -24,7 +24,7 @@ from balance.spaces.design_space_result import DesignSpace
 from balance.spaces.result import Order, table_of
 from balance.transfers.serial_space import Transfers, transfers
 from kinematics.assembly.assemble import moving_chain
-from kinematics.linalg.rational import combination, dot
+from kinematics.linalg.rational import combination, dot, echelon, largest_entry
 from kinematics.model.arrays import Chain, Frame, frozen
 
 __all__ = ["Evidence", "correct", "exact_orders", "with_idle_joints", "with_more_poses"]
@@ -204,7 +204,8 @@ def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Arr
     width = units.shape[1] * chain.links.size
     rows = _orthonormalise(np.array(vectors, dtype=np.float64).reshape(-1, width))
     if rows is None:
-        rows = _orthonormalise(np.array(_reduce(vectors), dtype=np.float64), known=True)
+        reduced = echelon(vectors, largest_entry)[0]
+        rows = _orthonormalise(np.array(reduced, dtype=np.float64), known=True)
     assert rows is not None
     return rows
 
@@ -238,26 +239,6 @@ def _vector(
             for p, value in enumerate(moved):
                 found[body * size + p] += sign * value
     return found
-
-
-def _reduce(vectors: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]:
-    """Independent combinations of vectors, with bounded entries, by complete pivoting."""
-    left = [list(vector) for vector in vectors if any(vector)]
-    done: list[list[Fraction]] = []
-    while left:
-        sizes = [max(map(abs, row)) for row in left]
-        row = left.pop(sizes.index(max(sizes)))
-        pivot = max(range(len(row)), key=lambda c: abs(row[c]))
-        row = [x / row[pivot] for x in row]
-        for group in (left, done):
-            group[:] = [
-                [x - other[pivot] * y for x, y in zip(other, row, strict=True)]
-                if other[pivot] else other
-                for other in group
-            ]  # fmt: skip
-        done.append(row)
-        left = [other for other in left if any(other)]
-    return done
 
 
 def _shift_to(point: Sequence[Fraction], z: Sequence[Fraction]) -> list[Fraction]:

@@ -20,6 +20,7 @@ alternatives.)
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import cycle
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.designs.constraints import SAME, Program, Restriction
 from balance.designs.pseudo_inertia_cone import Cone, cone_of, given, matrices_of
 from balance.spaces.design_space_result import DesignSpace
+from kinematics.linalg.gauss_newton import Iterate, gauss_newton, never
 from kinematics.wording import checked
 
 __all__ = [
@@ -313,13 +315,35 @@ def _solved(blocks: Array, L: Array) -> Array:
     """
     count, n, k = blocks.shape[:3]
     flat = blocks.reshape(count, n * k, k)
-    for step in range(STEPS):
-        slope = (flat @ L).reshape(count, n, k * k).transpose(1, 0, 2).reshape(n, -1)
-        residual = slope @ L.reshape(-1)
-        if residual @ residual <= SMALL**2:
-            break
-        square = slope @ slope.T
-        square.flat[:: n + 1] += RIDGE * np.einsum("ii->", square) / n
-        change = (np.linalg.solve(square, residual) @ slope).reshape(L.shape)
-        L = L - (0.9 if step % 2 else 0.5) * change
-    return L
+
+    def conditions(x: Array) -> tuple[Array, Array]:
+        slope = (flat @ x.reshape(L.shape)).reshape(count, n, k * k)
+        half: Array = slope.transpose(1, 0, 2).reshape(n, -1)
+        return half @ x, half
+
+    def met(path: Sequence[Iterate]) -> bool:
+        residual = path[-1].residual
+        return bool(residual @ residual <= SMALL**2)
+
+    last, solved = gauss_newton(conditions, L.reshape(-1), _Alternating(), met, never, STEPS)
+    found: Array = last.x if solved else last.next
+    return found.reshape(L.shape)
+
+
+class _Alternating:
+    """Steps of least size with half the Jacobian, times 0.5 and 0.9 in turn."""
+
+    def __init__(self) -> None:
+        """The first factor comes first."""
+        self._factors = cycle((0.5, 0.9))
+
+    def step(self, residual: Array, jacobian: Array) -> Array:
+        """The step, by normal equations that a small ridge makes regular."""
+        square = jacobian @ jacobian.T
+        square.flat[:: len(square) + 1] += RIDGE * np.einsum("ii->", square) / len(square)
+        change = np.linalg.solve(square, residual) @ jacobian
+        return np.asarray(next(self._factors) * change)
+
+    def accepts(self, before: Array, after: Array) -> bool:
+        """Yes."""
+        return True

@@ -19,6 +19,7 @@ from balance.designs.mass_regions import Ball, ball_of
 from balance.designs.pseudo_inertia_cone import Cone, cone_of, given, matrices_of
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.errors import BodyError, LinkageError
+from kinematics.linalg.vectors import project_out
 
 __all__ = ["SAME", "Program", "Restriction", "program", "restriction"]
 
@@ -219,5 +220,6 @@ def _solutions(E: Array, e: Array) -> tuple[Array, Array, Array]:
     U, values, V = np.linalg.svd(E)
     rank = int(np.sum(values > SAME * values.max(initial=0.0)))
     U = U[:, :rank]
-    left = e - U @ (U.T @ e)
-    return V[:rank].T @ ((U.T @ e) / values[:rank]), V[rank:].T, left - U @ (U.T @ left)
+    # Twice, since the first difference loses digits where little is left.
+    left = project_out(project_out(e, U), U)
+    return V[:rank].T @ ((U.T @ e) / values[:rank]), V[rank:].T, left

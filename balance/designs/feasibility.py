@@ -29,6 +29,7 @@ from balance.designs.mass_regions import reach
 from balance.designs.pseudo_inertia_cone import counted, from_si, given, matrices_of, to_si
 from balance.designs.verdicts import TOO_NARROW, UNSETTLED, clashing
 from balance.spaces.design_space_result import DesignSpace
+from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import frozen
 from kinematics.spatial.inertia import from_pseudo_inertia
 from kinematics.wording import checked, paragraph
@@ -212,7 +213,7 @@ def check_design(
     P = from_si(z, space.chain.frame)
     own = from_pseudo_inertia(P)
     part, Q = own[:, counted(space)].reshape(-1), space.scaled_basis
-    left = part - Q @ (Q.T @ part)
+    left = project_out(part, Q)
     conditions = float(np.linalg.norm(left) / (np.linalg.norm(part) or 1.0))
     if space.planar and space.balance == "dynamic":
         conditions = max(conditions, off_plane(P[space.chain.links >= 0]))

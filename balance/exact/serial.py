@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
 from balance.momentum.product_tensors import MOMENTUM, RATE
-from kinematics.linalg.rational import Vector, bracket, dot, echelon
+from kinematics.linalg.rational import Vector, bracket, dot, echelon, null_space
+from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import GROUND
 
 __all__ = ["ExactTransfer", "branches", "exact_transfers"]
@@ -117,7 +118,7 @@ def branches(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
 
 
 def _rigid(
-    chain: ExactChain, parts: dict[int, int], bodies: dict[int, int]
+    chain: ExactChain, parts: list[int], bodies: dict[int, int]
 ) -> Iterator[ExactTransfer]:
     """All that bodies can exchange with the first one of their part, or with the ground."""
     for b, link in enumerate(chain.links):
@@ -130,20 +131,15 @@ def _units(count: int) -> Iterator[Vector]:
     return (tuple(Fraction(int(i == j)) for j in range(count)) for i in range(count))
 
 
-def _parts(chain: ExactChain, idle: Sequence[int]) -> dict[int, int]:
-    """Rigid part of each link, and of the ground: links that are welded make up one."""
-    parts = {link: link for link in range(-1, len(chain.parent))}
+def _parts(chain: ExactChain, idle: Sequence[int]) -> list[int]:
+    """Rigid part of each link, and of the ground: idle joints are welds as well."""
     welds = [*chain.ends, *((j, chain.parent[j]) for j in idle)]
-    for one, other in welds:
-        keep, drop = parts[one], parts[other]
-        for link, part in parts.items():
-            if part == drop:
-                parts[link] = keep
+    parts: list[int] = rigid_parts(len(chain.parent), welds).tolist()
     return parts
 
 
 def _ways(
-    chain: ExactChain, parts: dict[int, int], bodies: dict[int, int], start: int, idle: set[int]
+    chain: ExactChain, parts: list[int], bodies: dict[int, int], start: int, idle: set[int]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
     """Joints one after the other from a part to the next one with a body, and that part."""
     ways: list[tuple[tuple[int, ...], tuple[int, ...]]] = [((), (start,))]
@@ -204,14 +200,9 @@ def _vanishing(found: Whole, z: Whole, values: Whole) -> tuple[Whole, Whole]:
         z: other rows that belong to them (count, 10).
         values: what is to vanish (count, values).
     """
-    A, start = np.concatenate([found, z, values], axis=1), found.shape[1] + z.shape[1]
-    for column in range(start, A.shape[1]):
-        entries = np.flatnonzero(A[:, column])
-        if entries.size:
-            factors, first = A[:, column], entries[0]
-            A = np.delete(factors[first] * A - np.outer(factors, A[first]), first, axis=0)
-            A = A // np.gcd.reduce(A, axis=1)[:, None]
-    return A[:, : found.shape[1]], A[:, found.shape[1] : start]
+    conditions = [[Fraction(x) for x in row] for row in values.T.tolist() if any(row)]
+    mixed = _whole(null_space(conditions, len(found))).reshape(-1, len(found))
+    return mixed @ found, mixed @ z
 
 
 def _beyond(s: Vector, twists: Rows) -> Rows:

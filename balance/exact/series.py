@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from balance.exact.chain import ExactChain
 from balance.exact.modular import PRIMES, Convolution, eliminate, inverse, product
 from balance.momentum.product_tensors import BRACKET, MOMENTUM, RATE
+from kinematics.model.chain import loop_signs, paths
 
 __all__ = ["Momenta", "Remainders", "Twists", "first_order_mobility", "modulo"]
 
@@ -74,7 +75,7 @@ class Remainders(NamedTuple):
 def modulo(chain: ExactChain, p: int) -> Remainders | None:
     """A chain modulo p, or None if p divides a denominator or a pivot of the loops."""
     dependent = np.array(chain.dependent, dtype=np.int64)
-    ways, welds = _ways(chain)
+    ways, welds = paths(chain.parent)[:-1], loop_signs(chain.parent, chain.ends)
     try:
         screws, rows = _remainders(chain.screws, 6, p), _remainders(chain.rows, 6, p)
         rates = _remainders(chain.columns, chain.width, p)
@@ -108,17 +109,6 @@ def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> Int
     return found
 
 
-def _ways(chain: ExactChain) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The joints on the way to each link, and around each loop."""
-    n = len(chain.parent)
-    ways = np.zeros((n + 1, n))
-    for j, parent in enumerate(chain.parent):
-        ways[j] = ways[parent]
-        ways[j, j] = 1.0
-    ends = np.array(chain.ends, dtype=np.int64).reshape(-1, 2)
-    return ways[:-1], ways[ends[:, 0]] - ways[ends[:, 1]]
-
-
 def _loop_matrix(
     chain: ExactChain, welds: NDArray[np.float64], screws: IntArray, p: int
 ) -> IntArray:
@@ -133,7 +123,7 @@ def first_order_mobility(chain: ExactChain) -> int:
 
     The mobility at first order; -1 if every prime divides a denominator.
     """
-    welds = _ways(chain)[1]
+    welds = loop_signs(chain.parent, chain.ends)
     for p in PRIMES:
         try:
             loops = _loop_matrix(chain, welds, _remainders(chain.screws, 6, p), p)

@@ -20,6 +20,7 @@ from balance.interpretation.sparse_basis import Search
 from balance.interpretation.terms import Term, in_words, simple, vectors, vocabulary
 from balance.spaces.design_space_result import DesignSpace
 from balance.transfers.by_joint import Transfer
+from kinematics.linalg.rational import echelon
 from kinematics.model.arrays import frozen
 from kinematics.wording import paragraph
 
@@ -102,19 +103,21 @@ def _reading(space: DesignSpace, transfer: Transfer, own: Sequence[Term]) -> lis
 
 def _echelon(rows: Array) -> Array:
     """Reduced row echelon form of independent rows; what round-off leaves is zero."""
-    A, top = rows.copy(), 0
-    for column in range(A.shape[1]):
-        if top == len(A):
-            break
-        pivot = top + int(np.argmax(np.abs(A[top:, column])))
-        if abs(A[pivot, column]) > PIVOT:
-            A[[top, pivot]] = A[[pivot, top]]
-            A[top] /= A[top, column]
-            others = np.arange(len(A)) != top
-            A[others] -= np.outer(A[others, column], A[top])
-            top += 1
+    A = np.array(echelon(rows.tolist(), _largest_in_column)[0])
     A[np.abs(A) <= PIVOT * np.abs(A).max(axis=1, keepdims=True)] = 0.0
     return A
+
+
+def _largest_in_column(
+    left: Sequence[Sequence[float]], pivots: Sequence[int]
+) -> tuple[int, int] | None:
+    """The pivot of the row echelon form, where entries up to ``PIVOT`` are round-off."""
+    first = pivots[-1] + 1 if pivots else 0
+    for column in range(first, len(left[0]) if left else 0):
+        sizes = [abs(row[column]) for row in left]
+        if max(sizes) > PIVOT:
+            return sizes.index(max(sizes)), column
+    return None
 
 
 def summary(freedoms: Sequence[Freedom]) -> str:

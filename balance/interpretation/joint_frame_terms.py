@@ -15,6 +15,7 @@ from balance.inertial_parameters.multipole import NOUNS, Primitive
 from balance.interpretation.terms import Term
 from balance.spaces.design_space_result import DesignSpace
 from balance.transfers.by_joint import Transfer
+from kinematics.linalg.vectors import distinct, project_out
 from kinematics.model.chain import plane_axes
 from kinematics.model.linkage import Joint
 
@@ -64,14 +65,12 @@ def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> 
     some = [j.screw[3:] if j.kind == "prismatic" else j.screw[:3] for j in joints]
     some += list(free.T @ space.axes[:count])
     if space.planar:
-        some = [a - a @ space.axes[2] * space.axes[2] for a in some]
-    found: list[Array] = []
-    for a in some:
-        size = np.linalg.norm(a)
-        if size > SAME * space.length:
-            a = a / size
-            if all(np.linalg.norm(np.cross(a, b)) > SAME for b in found):
-                found.append(a)
+        some = [project_out(a, space.axes[2]) for a in some]
+    unit = [a / size for a in some if (size := np.linalg.norm(a)) > SAME * space.length]
+    first = distinct(
+        unit, lambda few, a: np.linalg.norm(np.cross(few, a), axis=1) <= SAME
+    )
+    found = [unit[k] for k in first]
     return found or [space.axes[0] if space.planar else space.axes[2]]
 
 

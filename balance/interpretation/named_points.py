@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.spaces.design_space_result import DesignSpace
+from kinematics.linalg import vectors
 from kinematics.model.linkage import Joint
 
 __all__ = ["Direction", "Site", "directions", "distinct", "sites"]
@@ -64,14 +65,17 @@ def sites(space: DesignSpace, body: int) -> list[Site]:
     """The moving joints at a body, one for every centre; those of loops come last."""
     chain, joints = space.chain, space.linkage.joints
     part = space.exchanged.part
-    found: list[Site] = []
-    for j, joint in enumerate(joints[k] for k in chain.joints):
-        here = part[chain.links[body]] in (part[j], part[chain.parent[j]])
-        if here and all(
-            np.linalg.norm(joint.point - s.point) > SAME * space.length for s in found
-        ):
-            found.append(_site(joint))
-    return found
+    here = [
+        joints[k]
+        for j, k in enumerate(chain.joints)
+        if part[chain.links[body]] in (part[j], part[chain.parent[j]])
+    ]
+    apart = SAME * space.length
+    first = vectors.distinct(
+        [joint.point for joint in here],
+        lambda some, one: np.linalg.norm(some - one, axis=1) <= apart,
+    )
+    return [_site(here[k]) for k in first]
 
 
 def _site(joint: Joint) -> Site:
@@ -123,15 +127,16 @@ def _links(place: int, places: Sequence[Site]) -> list[Direction]:
 
 def distinct(directions: Sequence[Direction]) -> list[Direction]:
     """Directions as unit vectors, without zeros and without repetitions, up to sign."""
-    found: list[Direction] = []
-    known = np.empty((0, 3))
-    for direction in directions:
-        size = float(np.linalg.norm(direction.along))
-        if size <= SAME:
-            continue
-        a = direction.along / size
-        off = np.minimum(abs(known - a).max(axis=1), abs(known + a).max(axis=1))
-        if off.min(initial=1.0) > SAME:
-            known = np.vstack([known, a])
-            found.append(direction._replace(along=a))
-    return found
+    unit = [
+        direction._replace(along=direction.along / size)
+        for direction in directions
+        if (size := float(np.linalg.norm(direction.along))) > SAME
+    ]
+    first = vectors.distinct([direction.along for direction in unit], _opposite_or_same)
+    return [unit[k] for k in first]
+
+
+def _opposite_or_same(some: Array, one: Array) -> NDArray[np.bool_]:
+    """Which unit vectors (k, 3) are another one (3,), up to sign."""
+    apart = np.minimum(abs(some - one).max(axis=1), abs(some + one).max(axis=1))
+    return np.asarray(apart <= SAME)

@@ -24,6 +24,7 @@ from balance.momentum.regressor import momentum_regressor
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward
 from kinematics.errors import PackageError
+from kinematics.linalg.vectors import project_out
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import Motion, restriction
 from kinematics.model_gallery import LinkageLike, as_linkage
@@ -195,7 +196,7 @@ def common_normal(lines: Sequence[ScrewLine]) -> ScrewLine | None:
             # Slide along line j to its foot: the point nearest to line i.
             slide = np.cross(points[i] - points[j], directions[i]) @ n / size
             foot = points[j] + slide * directions[j]
-            return ScrewLine("", foot - (foot @ n) * n, n, 0.0, 1.0)
+            return ScrewLine("", project_out(foot, n), n, 0.0, 1.0)
     return None
 
 

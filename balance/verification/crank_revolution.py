@@ -23,6 +23,7 @@ from kinematics.closure.continuation import walk
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.newton import Pose
 from kinematics.errors import CoordinateError, MotionError, PoseError
+from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import frozen
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
@@ -146,8 +147,7 @@ def _rates(linkage: Linkage, joint: str, motion: Motion | None) -> Array:
     if basis.shape[1] == 1 and basis[at, 0] != 0.0:
         related: Array = basis[:, 0] / basis[at, 0]
         return related
-    Q = np.linalg.qr(basis)[0]
-    if np.abs(alone - Q @ (Q.T @ alone)).max() > OFF:
+    if np.abs(project_out(alone, np.linalg.qr(basis)[0])).max() > OFF:
         problem = f"does not let {joint} turn while other inputs stand still"
         raise MotionError(", ".join(motion.relations), problem, linkage.inputs, linkage.source)
     return alone

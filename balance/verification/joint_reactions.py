@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from balance.verification.shaking_wrench import Loads
 from kinematics.model.arrays import Chain
-from kinematics.model.chain import paths
+from kinematics.model.chain import loop_signs
 
 __all__ = ["Bearings", "bearings"]
 
@@ -44,12 +44,6 @@ class Bearings(NamedTuple):
     open: int
 
 
-def _ways(chain: Chain) -> Array:
-    """Signs σ of each joint on the two ways to each weld; (loops, n)."""
-    before = paths(chain.parent)
-    return before[chain.ends[:, 0]] - before[chain.ends[:, 1]]
-
-
 def bearings(chain: Chain, loads: Loads) -> Bearings:
     """Wrenches in all joints, with motors at the inputs only.
 
@@ -66,7 +60,7 @@ def bearings(chain: Chain, loads: Loads) -> Bearings:
     for j in range(n - 1, -1, -1):
         if chain.parent[j] >= 0:
             wrenches[:, chain.parent[j]] += wrenches[:, j]
-    ways, loops = _ways(chain), len(chain.ends)
+    ways, loops = loop_signs(chain.parent, chain.ends), len(chain.ends)
     torque = np.einsum("tji,tji->tj", loads.screws, wrenches)
     A = np.einsum("lj,tji->tlij", ways, loads.screws).reshape(samples, 6 * loops, n)
     mimics = np.broadcast_to(chain.mimics, (samples, *chain.mimics.shape))

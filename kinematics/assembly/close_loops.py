@@ -15,10 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.newton import Pose, forward, mismatch
-from kinematics.closure.series import loop_matrix
+from kinematics.closure.newton import Pose, forward
 from kinematics.errors import OpenLoopError
+from kinematics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton, never, step_grows
 from kinematics.mobility.components import Component, components
+from kinematics.mobility.first_order import closure_equations
 from kinematics.model.arrays import Chain, frozen
 from kinematics.model.chain import arrange, extent, paths
 from kinematics.model.full_turns import measured, within_turn
@@ -204,11 +205,8 @@ def _almost(part: Component, mend: Mend) -> _Closing | str:
     chain, gaps, home = scaled.chain, _gaps(scaled), np.zeros(part.joints.size)
     for far in (False, True):
         q = _damped(chain, gaps, home) if far else home
-        for _ in range(10):
-            pose = forward(chain, q)
-            b = mismatch(chain, pose.H, q, gaps)
-            step = np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-3)[0]
-            q = q - step * min(1.0, 0.5 / max(float(np.abs(step).max()), 1e-300))
+        rule = LeastNorm(1e-3, longest=0.5)
+        q = gauss_newton(closure_equations(chain, gaps), q, rule, never, never, 10).last.next
         D = _openness(chain, gaps, forward(chain, q))[: 12 * len(gaps)].reshape(-1, 3, 4)
         angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
         if max(angle, distance) <= ALMOST:
@@ -223,20 +221,15 @@ def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
 
     Loops that a step has closed are closed to round-off by another one.
     """
-    last, first = 0.5, True
-    for _ in range(10):
-        pose = forward(chain, q)
-        closed = np.abs(_openness(chain, gaps, pose)).max() <= CLOSED
-        if closed and (first or last <= CLOSED):
-            return q
-        first = False
-        b = mismatch(chain, pose.H, q, gaps)
-        step = np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-9)[0]
-        size = float(np.abs(step).max())
-        if size > last:
-            return None
-        q, last = q - step, size
-    return None
+
+    def closed(path: Sequence[Iterate]) -> bool:
+        pose = forward(chain, path[-1].x)
+        open_by = float(np.abs(_openness(chain, gaps, pose)).max())
+        return open_by <= CLOSED and (len(path) == 1 or path[-2].size <= CLOSED)
+
+    equations, rule = closure_equations(chain, gaps), LeastNorm(1e-9)
+    last, solved = gauss_newton(equations, q, rule, closed, step_grows(0.5), 10)
+    return last.x if solved else None
 
 
 def _openness(chain: Chain, gaps: Array, pose: Pose) -> Array:

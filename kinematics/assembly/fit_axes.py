@@ -14,17 +14,20 @@ remove is projected out at each pose.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.newton import forward, mismatch
+from kinematics.closure.newton import forward
 from kinematics.closure.series import loop_matrix
-from kinematics.mobility.first_order import DEPENDENT, spectrum
+from kinematics.linalg.gauss_newton import FixedRank, Iterate, LeastNorm, gauss_newton, never
+from kinematics.linalg.vectors import alike_groups
+from kinematics.mobility.first_order import DEPENDENT, closure_equations, spectrum
 from kinematics.model.arrays import Chain, frozen
-from kinematics.model.chain import arrange, extent, paths
+from kinematics.model.chain import arrange, extent, loop_signs
 from kinematics.model.linkage import Draft, Joint
 from kinematics.spatial.screws import Ad, exp, skew
 
@@ -116,20 +119,12 @@ def _at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Array]:
 
 def _parallel(chain: Chain) -> list[list[int]]:
     """Joints in groups whose axes are parallel but for rounding."""
-    n = chain.parent.size
     directions = np.where(np.any(chain.screws[:, :3], axis=1)[:, None],
                           chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
-    groups: list[list[int]] = []
-    for j in range(n):
-        near = [
-            group for group in groups
-            if np.linalg.norm(np.cross(directions[group[0]], directions[j])) <= 2 * LARGEST
-        ]  # fmt: skip
-        if near:
-            near[0].append(j)
-        else:
-            groups.append([j])
-    return groups
+    return alike_groups(
+        directions,
+        lambda some, one: np.linalg.norm(np.cross(some, one), axis=1) <= 2 * LARGEST,
+    )
 
 
 def _aligned(
@@ -193,59 +188,91 @@ def _poses(chain: Chain, rank: int) -> list[Array]:
 
 def _left(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
     """Joint positions next to q that close the loops best, and the opening that is left."""
-    b = np.empty(0)
-    for _ in range(12):
-        pose = forward(chain, q)
-        b = mismatch(chain, pose.H, q)
-        step = _truncated(loop_matrix(chain, pose.screws), rank)[0] @ b
-        q = q - step
-        if np.abs(step).max() <= 1e-15:
-            break
-    return q, b
 
+    def settled(path: Sequence[Iterate]) -> bool:
+        return path[-1].size <= 1e-15
 
-def _truncated(A: Array, rank: int) -> tuple[Array, Array]:
-    """Pseudo-inverse of a matrix taken to have a rank, and what it cannot reach (rows, c)."""
-    U, values, Vt = np.linalg.svd(A)
-    return (Vt[:rank].T / values[:rank]) @ U[:, :rank].T, U[:, rank:]
+    rule = FixedRank(rank)
+    last, _ = gauss_newton(closure_equations(chain), q, rule, settled, never, 12)
+    return last.next, last.residual
 
 
 def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain | None:
     """The chain with its axes moved until its loops close at the poses; None if they do not."""
-    best, size, moved = chain, np.inf, chain
-    for _ in range(12):
-        blocks, openings, solved = [], [], []
-        for q in poses:
-            q, b = _left(moved, q, rank)
-            pose = forward(moved, q)
-            apart = _truncated(loop_matrix(moved, pose.screws), rank)[1]
-            blocks.append(apart.T @ _effect(moved, q))
-            openings.append(apart.T @ b)
-            solved.append(q)
-        b = np.concatenate(openings)
-        left = float(np.abs(b).max())
-        if not left < 0.5 * size:
-            break
-        best, size, poses = moved, left, solved
-        if left <= 1e-15:
-            break
-        # Singular values of what is left open are not those of the relations to be met.
-        rcond = float(np.clip(100 * left, 1e-9, 1e-5))
-        A = np.concatenate(blocks) @ moves
-        small = (moves @ np.linalg.lstsq(A, -b, rcond=rcond)[0]).reshape(-1, 6)
-        moved = replace(moved, screws=frozen([
+    rule = _Halving()
+
+    def relations(moved: Chain) -> tuple[Array, Array]:
+        nonlocal poses
+        poses, openings, slopes = _unreachable(moved, poses, rank)
+        return openings, slopes @ moves
+
+    def move(moved: Chain, step: Array) -> Chain:
+        small = (moves @ -step).reshape(-1, 6)
+        return replace(moved, screws=frozen([
             Ad(_displacement(d)) @ s for d, s in zip(small, moved.screws, strict=True)
         ]))  # fmt: skip
-        if np.abs(moved.screws - chain.screws).max() > 2 * FAR:
-            break
-    return best if size <= CLOSED else None
+
+    def closed(path: Sequence[Iterate]) -> bool:
+        return path[-1].error <= 1e-15
+
+    def failed(path: Sequence[Iterate]) -> bool:
+        if rule.stalled or not np.isfinite(path[-1].error):
+            return True
+        return bool(np.abs(path[-1].next.screws - chain.screws).max() > 2 * FAR)
+
+    best = gauss_newton(relations, chain, rule, closed, failed, 12, move).last
+    return best.x if best.error <= CLOSED else None
+
+
+class _Halving:
+    """Steps of least norm that must halve what is left of the relations between the axes.
+
+    Attributes:
+        stalled: whether one did not.
+    """
+
+    stalled = False
+
+    def step(self, residual: Array, jacobian: Array) -> Array:
+        """The step, without singular values that are not those of the relations to be met."""
+        rcond = float(np.clip(100 * np.abs(residual).max(), 1e-9, 1e-5))
+        return LeastNorm(rcond).step(residual, jacobian)
+
+    def accepts(self, before: Array, after: Array) -> bool:
+        """Whether what is left is halved."""
+        self.stalled = not np.abs(after).max() < 0.5 * np.abs(before).max()
+        return not self.stalled
+
+
+def _unreachable(
+    chain: Chain, poses: list[Array], rank: int
+) -> tuple[list[Array], Array, Array]:
+    """What joint displacements cannot remove of the openings at poses.
+
+    Args:
+        chain: the linkage as arrays.
+        poses: joint positions (n,) near which the loops are closed as well as they can be.
+        rank: of the loop matrix.
+
+    Returns:
+        The poses; the openings left (count,); their derivatives by displacements of the
+        axes (count, 6 n).
+    """
+    solved, openings, slopes = [], [], []
+    for start in poses:
+        q, b = _left(chain, start, rank)
+        A = loop_matrix(chain, forward(chain, q).screws)
+        apart = np.linalg.svd(A)[0][:, rank:]
+        solved.append(q)
+        openings.append(apart.T @ b)
+        slopes.append(apart.T @ _effect(chain, q))
+    return solved, np.concatenate(openings), np.concatenate(slopes)
 
 
 def _effect(chain: Chain, q: Array) -> Array:
     """Derivatives of the loop residual by displacements of the axes at a pose; (rows, 6 n)."""
     pose = forward(chain, q)
-    n, before = q.size, paths(chain.parent)
-    signs = before[chain.ends[:, 0]] - before[chain.ends[:, 1]]
+    n, signs = q.size, loop_signs(chain.parent, chain.ends)
     J = np.zeros((len(chain.ends), 6, n, 6))
     for j in range(n):
         H = pose.H[chain.parent[j]] if chain.parent[j] >= 0 else np.eye(4)

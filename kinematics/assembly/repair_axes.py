@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.assembly.fit_axes import CLOSED, LARGEST, fit_axes
+from kinematics.linalg.vectors import project_out
 from kinematics.mobility.components import component, components
 from kinematics.mobility.first_order import DEPENDENT
 from kinematics.model.arrays import frozen
@@ -125,7 +126,7 @@ def _levelled(joint: Joint, normal: Array) -> Joint:
     """A joint whose axis is exactly along a normal, or across it if it slides."""
     n, m = joint.screw[:3], joint.screw[3:]
     if joint.kind == "prismatic":
-        flat = m - (m @ normal) * normal
+        flat = project_out(m, normal)
         screw = np.concatenate([n, flat / np.linalg.norm(flat)])
     else:
         upright = np.sign(n @ normal) * normal

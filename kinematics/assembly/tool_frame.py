@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.assembly.assemble import assemble
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError, CoordinateError
+from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import frozen
 from kinematics.model.chain import arrange, move
 from kinematics.model.linkage import GROUND, Draft, Joint, Linkage, Loop, Place, names
@@ -142,7 +143,7 @@ def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[
     free = [k for k in range(6) if np.abs(rates[k]).max(initial=0.0) > DEPENDENT * size]
     held = []
     for k in (*named, *(k for k in range(6) if k not in named)):
-        rest = rates[k] - (rates[k] @ basis.T) @ basis
+        rest = project_out(rates[k], basis.T)
         left = float(np.linalg.norm(rest))
         if left > DEPENDENT * size:
             basis = np.vstack([basis, rest / left])

@@ -8,10 +8,11 @@ orthogonal (A. Cayley, 1846): ``cos θ = (1 - t²) / (1 + t²)``, ``sin θ = 2t 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import cache
 from math import isqrt
+from typing import TypeVar
 
 from kinematics.errors import ExactError
 
@@ -25,6 +26,8 @@ __all__ = [
     "decimal",
     "dot",
     "echelon",
+    "largest_entry",
+    "leading_entry",
     "null_space",
     "pi",
     "quarters",
@@ -35,6 +38,9 @@ __all__ = [
 ]
 
 Vector = tuple[Fraction, ...]
+Number = TypeVar("Number", Fraction, float)
+Rows = Sequence[Sequence[Number]]
+Pivot = Callable[[Rows[Number], Sequence[int]], tuple[int, int] | None]
 
 BITS = 64
 """Replacements are multiples of ``2**-BITS``."""
@@ -140,16 +146,42 @@ def bracket(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
     return cross(a[:3], b[:3]) + tuple(x + y for x, y in moments)
 
 
-def echelon(rows: Sequence[Sequence[Fraction]]) -> tuple[list[list[Fraction]], list[int]]:
-    """Reduced row echelon form: its non-zero rows, and the column of each pivot."""
+def leading_entry(left: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
+    """The pivot of the row echelon form: the first column that does not vanish."""
+    first = pivots[-1] + 1 if pivots else 0
+    columns = range(first, len(left[0]) if left else 0)
+    return next(((i, c) for c in columns for i, row in enumerate(left) if row[c]), None)
+
+
+def largest_entry(left: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
+    """Complete pivoting: the largest entry of all, which keeps the others bounded."""
+    sizes = [max(map(abs, row), default=0) for row in left]
+    if not any(sizes):
+        return None
+    i = sizes.index(max(sizes))
+    return i, max(range(len(left[i])), key=lambda c: abs(left[i][c]))
+
+
+def echelon(
+    rows: Iterable[Sequence[Number]], pivot: Pivot[Number] = leading_entry
+) -> tuple[list[list[Number]], list[int]]:
+    """Gauss-Jordan elimination: independent rows, each 1 at its pivot, where others are 0.
+
+    Args:
+        rows: of equal length; numbers that can be divided, exact ones or not.
+        pivot: told the rows that are left, and the columns of the pivots so far, in which
+            of the rows and in which column the next pivot is; None if there is none, since
+            the rows left vanish. By default the reduced row echelon form comes out.
+
+    Returns:
+        The rows with a pivot, in the order in which the pivots were chosen, and the column
+        of each.
+    """
     left = [list(row) for row in rows]
-    done: list[list[Fraction]] = []
+    done: list[list[Number]] = []
     pivots: list[int] = []
-    for column in range(len(left[0]) if left else 0):
-        row = next((row for row in left if row[column]), None)
-        if row is None:
-            continue
-        left.remove(row)
+    while (found := pivot(left, pivots)) is not None:
+        row, column = left.pop(found[0]), found[1]
         row = [x / row[column] for x in row]
         for group in (left, done):
             group[:] = [
@@ -162,14 +194,19 @@ def echelon(rows: Sequence[Sequence[Fraction]]) -> tuple[list[list[Fraction]], l
     return done, pivots
 
 
-def null_space(rows: Sequence[Sequence[Fraction]], columns: int) -> list[list[Fraction]]:
-    """Independent vectors of ``columns`` entries with which every row has product 0."""
-    reduced, pivots = echelon(rows)
+def null_space(
+    rows: Sequence[Sequence[Fraction]], columns: int, pivot: Pivot[Fraction] = leading_entry
+) -> list[list[Fraction]]:
+    """Independent vectors of ``columns`` entries with which every row has product 0.
+
+    Each is 1 in a column without a pivot, where the others are 0; ``pivot`` as for `echelon`.
+    """
+    reduced, pivots = echelon(rows, pivot)
     found = []
     for free in (c for c in range(columns) if c not in pivots):
         vector = [Fraction(int(c == free)) for c in range(columns)]
-        for row, pivot in zip(reduced, pivots, strict=True):
-            vector[pivot] = -row[free]
+        for row, column in zip(reduced, pivots, strict=True):
+            vector[column] = -row[free]
         found.append(vector)
     return found
 

@@ -18,8 +18,8 @@ from kinematics.closure.series import loop_matrix
 from kinematics.errors import MobilityError
 from kinematics.mobility.first_order import first_order
 from kinematics.model.arrays import Chain, Frame
-from kinematics.model.chain import arrange, clusters, extent, move
-from kinematics.model.linkage import GROUND, Draft, Mimic
+from kinematics.model.chain import arrange, carriers, clusters, extent, move
+from kinematics.model.linkage import Draft, Mimic
 
 __all__ = ["Component", "component", "components", "freedoms"]
 
@@ -101,18 +101,13 @@ def component(draft: Draft, joints: Sequence[int]) -> Component:
         MobilityError: it is too small for double precision.
     """
     number = {joint: k for k, joint in enumerate(joints)}
-
-    def carried(link: int) -> int:
-        while link != GROUND and link not in number:
-            link = draft.joints[link].parent
-        return number.get(link, GROUND)
-
-    ends = {k: (carried(x.end), carried(x.successor)) for k, x in enumerate(draft.loops)}
+    carried = carriers([joint.parent for joint in draft.joints], joints).tolist()
+    ends = {k: (carried[x.end], carried[x.successor]) for k, x in enumerate(draft.loops)}
     loops = tuple(k for k, (end, successor) in ends.items() if end != successor)
     part = replace(
         draft,
         joints=tuple(
-            replace(draft.joints[j], parent=carried(draft.joints[j].parent)) for j in joints
+            replace(draft.joints[j], parent=carried[draft.joints[j].parent]) for j in joints
         ),
         bodies=tuple(
             replace(body, link=number[body.link])

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.closure.newton import forward, mismatch
 from kinematics.closure.series import loop_matrix
+from kinematics.linalg.gauss_newton import (
+    Equations,
+    Iterate,
+    LeastNorm,
+    gauss_newton,
+    step_grows,
+)
+from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import Chain
 
 __all__ = [
     "DEPENDENT",
     "away",
+    "closure_equations",
     "conditioning",
     "first_order",
     "independent",
@@ -29,6 +40,26 @@ DEPENDENT = 1e-8
 SOLVED = 1e-7
 # Opening of loops that were closed to round-off.
 CLOSED = 1e-13
+
+
+def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
+    """The closure of the loops as equations in all joint positions q (n,).
+
+    Args:
+        chain: the linkage as arrays.
+        gaps: displacements of the welds at the reference pose, if they are not closed.
+
+    Returns:
+        The function from q to the mismatch of the loops and of the mimic joints (rows,), in
+        radians and units of the chain, and the loop matrix there (rows, n): its derivative
+        where the loops are closed.
+    """
+
+    def equations(q: Array) -> tuple[Array, Array]:
+        pose = forward(chain, q)
+        return mismatch(chain, pose.H, q, gaps), loop_matrix(chain, pose.screws)
+
+    return equations
 
 
 def spectrum(A: Array) -> tuple[Array, Array]:
@@ -60,8 +91,7 @@ def independent(free: Array) -> NDArray[np.int64]:
     for _ in range(free.shape[1]):
         sizes = np.linalg.norm(rest, axis=1)
         chosen.append(int(np.argmax(sizes)))
-        along = rest[chosen[-1]] / sizes[chosen[-1]]
-        rest = rest - np.outer(rest @ along, along)
+        rest = project_out(rest.T, rest[chosen[-1]] / sizes[chosen[-1]]).T
     return np.sort(np.array(chosen))
 
 
@@ -119,17 +149,13 @@ def _polished(chain: Chain, q: Array) -> Array | None:
 
     Newton's method with steps of least norm.
     """
-    last, best = 0.5, np.inf
-    for _ in range(15):
-        pose = forward(chain, q)
-        b = mismatch(chain, pose.H, q)
-        error = float(np.abs(b).max(initial=0.0))
-        if error <= CLOSED and error >= 0.5 * best:
-            return q
-        best = min(best, error)
-        step = np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=SOLVED)[0]
-        size = float(np.abs(step).max())
-        if size > last:
-            return q if error <= CLOSED else None
-        q, last = q - step, max(size, CLOSED)
-    return None
+    grows = step_grows(0.5, CLOSED)
+
+    def closed(path: Sequence[Iterate]) -> bool:
+        best = min((x.error for x in path[:-1]), default=np.inf)
+        error = path[-1].error
+        return error <= CLOSED and (error >= 0.5 * best or grows(path))
+
+    equations, rule = closure_equations(chain), LeastNorm(SOLVED)
+    last, solved = gauss_newton(equations, q, rule, closed, grows, 15)
+    return last.x if solved else None

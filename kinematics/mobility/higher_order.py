@@ -13,15 +13,17 @@ exponent k of the least opening ``c ε^k`` at the distance ε.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.newton import forward, mismatch
+from kinematics.closure.newton import forward
 from kinematics.closure.series import expand, loop_matrix
-from kinematics.mobility.first_order import DEPENDENT, first_order, nullity
+from kinematics.linalg.gauss_newton import Iterate, LevenbergMarquardt, gauss_newton
+from kinematics.linalg.vectors import distinct, project_out
+from kinematics.mobility.first_order import DEPENDENT, closure_equations, first_order, nullity
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move
 
@@ -118,9 +120,8 @@ def _closest(
 ) -> tuple[Array, float]:
     """A pose at a distance from the reference pose whose loops are as closed as can be.
 
-    Levenberg-Marquardt steps, damped by the size of what is left (N. Yamashita and M.
-    Fukushima, 2001). At a distance ε, what joint rates can close of the opening is of the
-    size ε, and the rest of ε²: each is scaled by its own.
+    At a distance ε, what joint rates can close of the opening is of the size ε, and the rest
+    of ε²: each is scaled by its own.
 
     Args:
         chain: the linkage as arrays.
@@ -135,33 +136,27 @@ def _closest(
     U = np.linalg.svd(loop_matrix(chain))[0][:, : len(N) - N.shape[1]]
     W = np.eye(len(U)) / reach**2 + (U @ U.T) * (1.0 / reach - 1.0 / reach**2)
 
+    closure = closure_equations(chain)
+
     def opening(x: Array) -> tuple[Array, Array]:
-        pose = forward(chain, reach * x)
-        b = W @ mismatch(chain, pose.H, reach * x)
-        A = reach * W @ loop_matrix(chain, pose.screws)
+        b, A = closure(reach * x)
         if fixed is None:
             u = N.T @ x
             more, row = (u @ u - 1.0)[None], 2.0 * (N @ u)[None]
         else:
             more, row = fixed.T @ (x - start), fixed.T
-        return np.concatenate([b, more]), np.concatenate([A, row])
+        return np.concatenate([W @ b, more]), np.concatenate([reach * W @ A, row])
 
-    x, damping = start, 0.1
-    b, A = opening(x)
-    for _ in range(60):
-        size = float(np.linalg.norm(b))
-        if size <= 1e-14 or damping > 1e6:
-            break
-        upper = np.concatenate([A, damping * min(size, 1.0) * np.eye(x.size)])
-        step = np.linalg.lstsq(upper, np.concatenate([b, np.zeros(x.size)]), rcond=None)[0]
-        tried, matrix = opening(x - step)
-        less = float(np.linalg.norm(tried))
-        if not less < size:
-            damping *= 8.0
-            continue
-        x, b, A, damping = x - step, tried, matrix, max(0.25 * damping, 1e-3)
-        if np.linalg.norm(step) <= 1e-12:
-            break
+    rule = LevenbergMarquardt(0.1)
+
+    def closest(path: Sequence[Iterate]) -> bool:
+        arrived = len(path) > 1 and np.linalg.norm(path[-2].step) <= 1e-12
+        return bool(arrived or np.linalg.norm(path[-1].residual) <= 1e-14)
+
+    def stuck(path: Sequence[Iterate]) -> bool:
+        return rule.damping > 1e6
+
+    x = gauss_newton(opening, start, rule, closest, stuck, 61).last.x
     pose = forward(chain, reach * x)
     return pose.q, pose.error
 
@@ -195,11 +190,8 @@ def _opposite(chain: Chain, N: Array, reach: float, points: list[Array]) -> Iter
 
 def _distinct(points: list[Array], reach: float) -> list[Array]:
     """Poses that differ from one another."""
-    found: list[Array] = []
-    for q in points:
-        if all(np.abs(q - other).max() > 1e-3 * reach for other in found):
-            found.append(q)
-    return found
+    first = distinct(points, lambda some, q: np.abs(some - q).max(axis=1) <= 1e-3 * reach)
+    return [points[k] for k in first]
 
 
 def _paired(points: list[Array]) -> Array:
@@ -232,8 +224,8 @@ def _one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
         found = []
         for _ in range(4):
             aside = N @ rng.standard_normal(N.shape[1])
-            aside -= T @ (T.T @ aside)
-            q, opening = _closest(chain, N, reach, t + 0.3 * aside, T)
+            start = t + 0.3 * project_out(aside, T)
+            q, opening = _closest(chain, N, reach, start, T)
             if opening <= SHUT:
                 found.append(q)
         if len(_distinct(found, reach)) != 1:

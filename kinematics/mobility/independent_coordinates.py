@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.errors import CoordinateError
+from kinematics.linalg.vectors import project_out
 from kinematics.model.linkage import Draft, Joint, Notice, names
 
 __all__ = ["coordinates"]
@@ -104,5 +105,4 @@ def _candidates(draft: Draft, rest: Array) -> list[int]:
 
 def _without(rest: Array, joint: int) -> Array:
     """Velocities with the direction that moves ``joint`` projected out."""
-    direction = rest[joint] / np.linalg.norm(rest[joint])
-    return rest - np.outer(rest @ direction, direction)
+    return project_out(rest.T, rest[joint] / np.linalg.norm(rest[joint])).T

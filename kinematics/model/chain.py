@@ -6,28 +6,32 @@ length, joints that cannot move are left out, and a planar linkage is reduced to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import Chain, Frame, frozen
 from kinematics.model.linkage import Draft
 
 __all__ = [
     "arrange",
+    "carriers",
     "clusters",
     "extent",
     "flatten",
     "lock",
     "loop_joints",
+    "loop_signs",
     "move",
     "path",
     "paths",
     "plane_axes",
     "plane_normal",
     "reduce",
+    "rigid_parts",
 ]
 
 Array = NDArray[np.float64]
@@ -121,29 +125,22 @@ def lock(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
     if not idle.any():
         return chain
     kept = np.flatnonzero(~idle)
-    new = np.full(idle.size, -1)
-    new[kept] = np.arange(kept.size)
-
-    def carried(link: int) -> int:
-        while link >= 0 and idle[link]:
-            link = int(chain.parent[link])
-        return int(new[link]) if link >= 0 else -1
-
-    ends = np.array([[carried(e), carried(f)] for e, f in chain.ends]).reshape(-1, 2)
+    carried = carriers(chain.parent, kept)
+    ends = carried[chain.ends]
     mimics = chain.mimics[:, kept]
     dependent = chain.dependent[~idle[chain.dependent]]
     return replace(
         chain,
         joints=frozen(chain.joints[kept], np.int64),
         units=frozen(chain.units[kept]),
-        parent=frozen([carried(int(chain.parent[j])) for j in kept], np.int64),
+        parent=frozen(carried[chain.parent[kept]], np.int64),
         screws=frozen(chain.screws[kept]),
         ends=frozen(ends[ends[:, 0] != ends[:, 1]], np.int64),
         mimics=frozen(mimics[np.any(mimics != 0.0, axis=1)]),
-        dependent=frozen(new[dependent], np.int64),
+        dependent=frozen(carried[dependent], np.int64),
         columns=frozen(chain.columns[kept]),
         moves=frozen(chain.moves[kept], np.bool_),
-        links=frozen([carried(int(link)) for link in chain.links], np.int64),
+        links=frozen(carried[chain.links], np.int64),
     )
 
 
@@ -179,7 +176,7 @@ def plane_axes(normal: Array) -> Array:
     made perpendicular to the normal.
     """
     helper = np.eye(3)[(int(np.argmax(np.abs(normal))) + 1) % 3]
-    x = helper - (helper @ normal) * normal
+    x = project_out(helper, normal)
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(normal, x), normal])
 
@@ -256,7 +253,7 @@ def path(parent: Sequence[int] | IntArray, link: int) -> list[int]:
     return path
 
 
-def paths(parent: IntArray) -> Array:
+def paths(parent: Sequence[int] | IntArray) -> Array:
     """Which joints lie between each link and the ground: 1 or 0.
 
     Args:
@@ -265,8 +262,62 @@ def paths(parent: IntArray) -> Array:
     Returns:
         Links by joints (n + 1, n); the last row is that of the ground, as index -1 is.
     """
-    found = np.zeros((parent.size + 1, parent.size))
+    found = np.zeros((len(parent) + 1, len(parent)))
     for j, link in enumerate(parent):
         found[j] = found[link]
         found[j, j] = 1.0
     return found
+
+
+def loop_signs(
+    parent: Sequence[int] | IntArray, ends: Sequence[tuple[int, int]] | IntArray
+) -> Array:
+    """Which joints lie on the two ways from the ground to each weld, as signs.
+
+    Args:
+        parent: link that carries each joint, -1 for the ground (n,).
+        ends: the two links that each loop welds, its end and its successor (loops, 2).
+
+    Returns:
+        Loops by joints (loops, n): 1 on the way to the end alone, -1 on the way to the
+        successor alone, 0 on both and on neither.
+    """
+    before, pairs = paths(parent), np.array(ends, dtype=np.int64).reshape(-1, 2)
+    return np.asarray(before[pairs[:, 0]] - before[pairs[:, 1]])
+
+
+def carriers(parent: Sequence[int] | IntArray, kept: Sequence[int] | IntArray) -> IntArray:
+    """Which joint carries each link when all joints but some are locked.
+
+    Args:
+        parent: link that carries each joint, -1 for the ground (n,).
+        kept: joints that are not locked, ascending.
+
+    Returns:
+        For each link, and for the ground as the last entry (n + 1,), the place in ``kept`` of
+        the first of these joints on the way to the ground; -1 if there is none.
+    """
+    place = {int(joint): k for k, joint in enumerate(kept)}
+    found = np.full(len(parent) + 1, -1)
+    for j, link in enumerate(parent):
+        found[j] = place.get(j, found[link])
+    return found
+
+
+def rigid_parts(count: int, welds: Iterable[tuple[int, int]] | IntArray) -> IntArray:
+    """Number the rigid parts that welds make of links.
+
+    Args:
+        count: number of links (n).
+        welds: pairs of links that move as one, -1 for the ground.
+
+    Returns:
+        Part of each link and, as the last entry, of the ground (n + 1,): 0 for what is welded
+        to the ground, the others from 1 in the order of their first links.
+    """
+    part = np.arange(1, count + 2)
+    part[count] = 0
+    for one, other in welds:
+        keep, drop = sorted((part[one], part[other]))
+        part[part == drop] = keep
+    return np.unique(part, return_inverse=True)[1]

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 # Sums of factors up to this one do not overflow.
 LARGEST = 1e300
+# Part of a relation that the rounding of its decimals may leave where it repeats others.
+ROUNDED = Fraction(1, 10**12)
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 
 
@@ -64,9 +66,10 @@ class Motion:
         """
         relations = [relations] if isinstance(relations, str) else relations
         rows = [_row(relation, tuple(inputs)) for relation in relations]
-        basis = _solutions(np.array(rows, dtype=np.float64).reshape(-1, len(inputs)))
-        if basis.shape[1] == 0 and len(inputs) > 0:
+        columns = null_space([_unit(row) for row in rows], len(inputs), _largest_in_row)
+        if not columns and inputs:
             raise MotionError(", ".join(relations), "leaves no input to move", inputs)
+        basis = np.array(columns, dtype=np.float64).reshape(len(columns), len(inputs)).T
         return cls(tuple(inputs), tuple(relations), frozen(basis))
 
     def coefficients(self) -> list[list[Fraction]]:
@@ -142,26 +145,21 @@ def _complaint(rest: str) -> str:
     return f"cannot read '{rest.strip()}' (write sums of terms such as j1 or -2*j1)"
 
 
-def _solutions(relations: Array) -> Array:
-    """Null space by Gauss-Jordan elimination: each coordinate left free has a unit column."""
-    sizes = np.abs(relations).max(axis=1, keepdims=True, initial=0.0)
-    matrix = relations / np.where(sizes > 0.0, sizes, 1.0)
-    count = matrix.shape[1]
-    pivots: list[int] = []
-    for i, row in enumerate(matrix):
-        pivot = int(np.argmax(np.abs(row))) if count else 0
-        if count == 0 or abs(row[pivot]) <= 1e-12:
-            row[:] = 0.0
-            pivots.append(-1)
-            continue
-        row /= row[pivot]
-        others = np.arange(len(matrix)) != i
-        matrix[others] -= np.outer(matrix[others, pivot], row)
-        pivots.append(pivot)
-    free = [c for c in range(count) if c not in pivots]
-    basis = np.zeros((count, len(free)))
-    basis[free, range(len(free))] = 1.0
-    for row, pivot in zip(matrix, pivots, strict=True):
-        if pivot >= 0:
-            basis[pivot] = -row[free]
-    return basis
+def _unit(row: list[Fraction]) -> list[Fraction]:
+    """A row over its largest coefficient."""
+    size = max(map(abs, row), default=Fraction(0))
+    return [x / size for x in row] if size else row
+
+
+def _largest_in_row(
+    left: Sequence[Sequence[Fraction]], pivots: Sequence[int]
+) -> tuple[int, int] | None:
+    """The pivot of one relation after the other: its largest coefficient.
+
+    A relation that those before leave nothing of but the rounding of its decimals repeats them.
+    """
+    for i, row in enumerate(left):
+        column = max(range(len(row)), key=lambda c: abs(row[c]), default=0)
+        if row and abs(row[column]) > ROUNDED:
+            return i, column
+    return None

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import frozen
 from kinematics.model.chain import loop_joints
 from kinematics.model.linkage import GROUND, Joint, Loop, Place
@@ -64,7 +65,7 @@ def perpendicular(n: Array, direction: ArrayLike | None = None) -> Array:
         d = np.roll(np.eye(3), 1, axis=1)[np.argmax(np.abs(n))]
     else:
         d = unit(direction)
-    return unit(d - (d @ n) * n)
+    return unit(project_out(d, n))
 
 
 def freedoms(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Array]]:
@@ -169,7 +170,7 @@ def _reached(kind: str, before: Array, after: Array, n: Array) -> Array:
     if kind in ("prismatic", "cylindrical"):
         reached[:3, 3] += (n @ d) * n
     elif kind == "planar":
-        reached[:3, 3] += d - (n @ d) * n
+        reached[:3, 3] += project_out(d, n)
     if kind == "spherical":
         reached[:3, :3] = after[:3, :3]
     elif kind in ("revolute", "continuous", "cylindrical", "planar"):

@@ -17,7 +17,9 @@ from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward
 from kinematics.closure.series import expand_from
 from kinematics.errors import PoseError
+from kinematics.linalg.vectors import distinct
 from kinematics.model.arrays import Chain
+from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 from kinematics.spatial.inertia import pseudo_inertia
@@ -46,7 +48,7 @@ def scene(space: DesignSpace) -> dict[str, object]:
     """
     linkage = space.linkage
     chain = si_chain(linkage, spatial=True)
-    part = _parts(chain)
+    part = rigid_parts(chain.parent.size, chain.ends)
     points = np.array([joint.point for joint in linkage.joints])
     size = _size(points, [_centre(body.inertia, body.frame) for body in linkage.bodies])
     bodies = [
@@ -64,17 +66,6 @@ def scene(space: DesignSpace) -> dict[str, object]:
         "bodies": bodies,
         "columns": _columns(space, chain, part),
     }
-
-
-def _parts(chain: Chain) -> IntArray:
-    """Part of each link (n,) and, as the last entry, of the ground: 0."""
-    n = chain.parent.size
-    part = np.arange(1, n + 2)
-    part[n] = 0
-    for e, f in chain.ends:
-        a, b = sorted((part[e], part[f]))
-        part[part == b] = a
-    return np.unique(part, return_inverse=True)[1]
 
 
 def _centre(inertia: Array, frame: Array) -> Array:
@@ -115,11 +106,9 @@ def _outlines(
 
 def _distinct(points: Array, apart: float) -> Array:
     """The points without repetitions."""
-    kept: list[Array] = []
-    for point in points:
-        if all(np.linalg.norm(point - other) > apart for other in kept):
-            kept.append(point)
-    return np.reshape(kept, (-1, 3))
+    return points[
+        distinct(points, lambda some, one: np.linalg.norm(some - one, axis=1) <= apart)
+    ]
 
 
 def _around(points: Array, apart: float) -> Array:

@@ -1,0 +1,59 @@
+"""Vectors in floating point: which of them are one but for rounding, and what a span leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["alike_groups", "distinct", "project_out"]
+
+Array = NDArray[np.float64]
+Alike = Callable[[Array, Array], NDArray[np.bool_]]
+
+
+def alike_groups(vectors: Sequence[Array] | Array, alike: Alike) -> list[list[int]]:
+    """Sort vectors into groups: each joins the first group whose first vector is alike.
+
+    Args:
+        vectors: of one length d (count, d).
+        alike: told some vectors (k, d) and another (d,), which of them it is alike (k,), by a
+            tolerance of the caller's.
+
+    Returns:
+        Indices of the vectors of each group, ascending; groups in the order of their first.
+    """
+    all_vectors = np.asarray(vectors, dtype=np.float64)
+    found: list[list[int]] = []
+    firsts = np.empty_like(all_vectors)
+    for i, vector in enumerate(all_vectors):
+        same = np.flatnonzero(alike(firsts[: len(found)], vector))
+        if same.size:
+            found[same[0]].append(i)
+        else:
+            firsts[len(found)] = vector
+            found.append([i])
+    return found
+
+
+def distinct(vectors: Sequence[Array] | Array, alike: Alike) -> list[int]:
+    """Indices of the vectors that are alike none of those before; see `alike_groups`."""
+    return [group[0] for group in alike_groups(vectors, alike)]
+
+
+def project_out(vectors: Array, directions: Array) -> Array:
+    """The part of vectors that is perpendicular to directions, ``v - D (Dᵀ v)``.
+
+    Args:
+        vectors: one (n,), or several as columns (n, m).
+        directions: a unit vector (n,), or orthonormal columns D (n, count).
+
+    Returns:
+        Shape of ``vectors``.
+    """
+    if directions.ndim == 1:
+        along = np.multiply.outer(directions, directions @ vectors)
+    else:
+        along = directions @ (directions.T @ vectors)
+    return np.asarray(vectors - along)

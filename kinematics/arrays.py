@@ -132,7 +132,7 @@ class Chain:
 
     @property
     def lines(self) -> IntArray:
-        """The profile of the loop matrix of the dependent joints; see `kinematics.profile`."""
+        """Envelope table of the dependent joints' loop matrix; see `kinematics.profile`."""
         return self.once(_lines)
 
     @cached_property

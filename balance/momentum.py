@@ -240,8 +240,8 @@ def regressor(
 
     ``room`` keeps what the next orders need; see `room`.
     """
-    bodies = links.size
-    x = X.reshape((*X.shape[:4], bodies, X.shape[4] // max(bodies, 1)))
+    orders, rays, width, rows, parameters = X.shape
+    x = X.reshape(orders, rays, width, rows, links.size, parameters // max(links.size, 1))
     add = planar_regressor if V.shape[3] == 3 else spatial_regressor
     add(first, last, start, links, moves, V, T, *room, x)
 

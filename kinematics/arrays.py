@@ -31,7 +31,7 @@ def frozen(array: object, dtype: type = np.float64) -> NDArray:
 def read_only(array: NDArray) -> NDArray:
     """The same numbers, read-only: kernels are compiled again for what may be written to."""
     view = array.view()
-    view.flags.writeable = False
+    view.setflags(write=False)  # half the time of the attribute
     return view
 
 

@@ -1,14 +1,14 @@
-"""What does not depend on the geometry of a chain, for `kinematics.taylor.expansion`.
+"""What does not depend on the geometry of a chain, for `kinematics.taylor.expansion_kernels`.
 
 Turning links carry vectors, which change as they turn: the axes of joints, and arms between
 their points. Which these are, and in which loops they count, follows from how joints are
 connected, and from which of them turn and which slide.
 
-The kernels (`kinematics.kernels`) take all of it as one array of integers and one of numbers,
-cut into sections, because every array argument adds call overhead: a dozen more take as long
-as the expansion of a five-bar to order 5. The integers begin with the place of each section
-and the end of the last one; section s, a number of `SECTION`, is ``whole[whole[s] : whole[s +
-1]]``. So are the sections of the workspace, with the numbers of `WORK`.
+The kernels (`kinematics.compiled.jit`) take all of it as one array of integers and one of
+numbers, cut into sections, because every array argument adds call overhead: a dozen more take
+as long as the expansion of a five-bar to order 5. The integers begin with the place of each
+section and the end of the last one; section s, a number of `SECTION`, is ``whole[whole[s] :
+whole[s + 1]]``. So are the sections of the workspace, with the numbers of `WORK`.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.arrays import Chain, IntArray, frozen
-from kinematics.chain import path
-from kinematics.lanes import padded
-from kinematics.taylor.polynomials import Monomials
+from kinematics.compiled.simd import padded
+from kinematics.model.arrays import Chain, IntArray, frozen
+from kinematics.model.chain import path
+from kinematics.taylor.monomials import Monomials
 
 __all__ = ["SECTION", "SIZE", "WORK", "Layout", "layout"]
 

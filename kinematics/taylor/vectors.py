@@ -1,9 +1,9 @@
-"""The vectors of links and what they call for: kernels of `kinematics.taylor.expansion`.
+"""The vectors of links and what they call for: kernels of `kinematics.taylor.expansion_kernels`.
 
-Formulas and symbols are those of `kinematics.taylor.expansion`; sections of integers (joints,
-arms, axes, terms, cuts) are those of `kinematics.taylor.layout`. A monomial t has a row of
-``stride`` lanes in the flat arrays ``left``, ``right`` and ``product``. Lengths are in chain
-units.
+Formulas and symbols are those of `kinematics.taylor.expansion_kernels`; sections of integers
+(joints, arms, axes, terms, cuts) are those of `kinematics.taylor.layout`. A monomial t has a
+row of ``stride`` lanes in the flat arrays ``left``, ``right`` and ``product``. Lengths are in
+chain units.
 
 Kernels of the plane and of space are two: a cross product takes 2 lanes in the plane,
 ``ω (-r_y, r_x)``, and 6 in space, and only the axes of sliders change in the plane. Expanding a
@@ -12,8 +12,8 @@ planar linkage by the kernel of space takes 2 (five-bar, order 5) to 11 times as
 
 from __future__ import annotations
 
-from kinematics.kernels import kernel
-from kinematics.lanes import LANES, load, spread, store
+from kinematics.compiled.jit import kernel
+from kinematics.compiled.simd import LANES, load, spread, store
 
 __all__ = [
     "fill_points", "fill_starts", "planar_responses", "planar_vectors", "solve",

@@ -1,0 +1,254 @@
+"""Loop closure as power series: the compiled kernels of the motion.
+
+Take a ray ``u(t) = u0 + t δ`` in the independent coordinates and write every quantity as a
+power series in t, with the order as its index. Screws are carried by their parents and the
+loops are welded at every order, so nothing but the Lie bracket is needed:
+
+    V_j         = V_parent + s_j q̇_j
+    k s_{j,k}   = Σ_{a<k} ad(V_{parent,a}) s_{j,k-1-a}
+    S_0 C_k     = -Σ_{a≥1} S_a C_{k-a}         (each loop, A minus B)
+    q̇           = C δ
+
+Column w of C is the motion of all joints for a unit rate of coordinate w. The link twists
+``T_w`` that belong to it are accumulated along the tree, so that the right-hand side above
+is the mismatch of two link twists. (A. Müller, "Higher derivatives of the kinematic
+mapping and some applications", Mech. Mach. Theory 76, 2014; J. J. de Jong, PhD thesis,
+University of Twente, chapter 4.)
+
+Planar linkages use the same text with three components ``[ω; v_x; v_y]``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.closure.series_steps import (
+    add_known_twists,
+    bracket,
+    carry_screws,
+    complete_twists,
+    copy_order_0,
+    fill_mismatch,
+    sum_columns,
+)
+from kinematics.compiled.jit import kernel
+from kinematics.linalg.skyline_qr import COUNT, HEIGHT, JOINT, ROWS, factor, fill, solve
+from kinematics.model.arrays import Chain, frozen, read_only
+
+__all__ = [
+    "Series",
+    "add_bracket",
+    "expand",
+    "expand_from",
+    "fill_loop_matrix",
+    "loop_matrix",
+    "planar_series",
+    "room",
+    "spatial_series",
+]
+
+Array = NDArray[np.float64]
+
+
+@kernel(borrows=True)
+def fill_loop_matrix(parent, screws, ends, mimics, S):
+    """Fill the loop matrix S_0 of all joints, with the mimic relations below.
+
+    ``S_0[loop, j] = ± s_j``: plus if joint j leads to side A of the loop's weld, minus if it
+    leads to side B; joints that lead to both cancel.
+
+    Args:
+        parent: in; link before each joint, -1 for the ground (n,).
+        screws: in; joint screws (n, 6 or 3), chain units.
+        ends: in; links on side A and side B of each weld, -1 for the ground (L, 2).
+        mimics: in; relations between joint positions (g, n), chain units.
+        S: in, zeros; out, the matrix (6 L + g or 3 L + g, n).
+    """
+    dim, base = screws.shape[1], ends.shape[0] * screws.shape[1]
+    for loop in range(ends.shape[0]):
+        for side in range(2):
+            sign = 1.0 - 2.0 * side  # +1 on side A, -1 on side B
+            j = ends[loop, side]
+            while j >= 0:
+                for i in range(dim):
+                    S[loop * dim + i, j] += sign * screws[j, i]
+                j = parent[j]
+    for relation in range(mimics.shape[0]):
+        for j in range(parent.size):
+            S[base + relation, j] = mimics[relation, j]
+
+
+@kernel(borrows=True)
+def add_bracket(V, s, factor, out):
+    """Add the Lie bracket of two twists: ``out += factor ad(V) s``.
+
+    See `kinematics.closure.series_steps.bracket` for the formula.
+
+    Args:
+        V: in; a twist (6 or 3,), chain units.
+        s: in; another one.
+        factor: in; a number.
+        out: in and out; a twist of as many components.
+    """
+    bracket(s.size, V, s, factor, out)
+
+
+def _series_kernel(dim):
+    """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane.
+
+    One text for both, compiled twice: with a constant ``dim``, loops over the components of a
+    twist are unrolled.
+    """
+
+    @kernel(borrows=True)
+    def series(first, last, chain, screws, rays, workspace):
+        """Compute orders first … last of the closed motion along rays.
+
+        See the head of this file for the formulas.
+
+        Args:
+            first: the first order; those before must be in the workspace.
+            last: the last order.
+            chain: in; arrays of the chain, as `Chain.walked`.
+            screws: in; joint screws at the pose (n, dim), chain units.
+            rays: in; directions δ (count, width).
+            workspace: in and out; as from `room`, for as many rays and orders or more.
+        """
+        parent, _, ends, mimics, columns, moves, envelope = chain
+        F, numbers, S, V, C, T, residual = workspace
+        nd, rows, joints = F.shape[0], envelope[COUNT, ROWS], envelope[JOINT]
+        diagonal, b, correction = numbers[:nd], numbers[nd : nd + rows], numbers[nd + rows :]
+        if first == 0:
+            fill(screws, mimics, envelope, F)
+            factor(F, envelope, diagonal)
+        for k in range(first, last + 1):
+            residual[k] = 0.0
+        for ray in range(rays.shape[0]):
+            s, v, c, t = S[ray], V[ray], C[ray], T[ray]
+            for k in range(first, last + 1):
+                carry_screws(dim, k, parent, screws, v, s)
+                if k == 0 and ray > 0:
+                    copy_order_0(dim, C[0], T[0], c, t)
+                else:
+                    for w in range(rays.shape[1]):
+                        add_known_twists(dim, k, w, parent, columns, moves, s, c, t)
+                        if nd == 0:
+                            continue
+                        fill_mismatch(dim, k, w, ends, mimics, columns, envelope, t, b)
+                        residual[k] = max(residual[k], solve(F, envelope, diagonal, b))
+                        # The solution, by columns of the envelope, is C_k.
+                        for d in range(nd):
+                            c[k, joints[d], w] = b[d]
+                        complete_twists(
+                            dim, k, w, parent, screws, columns, moves, c, correction, t
+                        )
+                sum_columns(dim, k, moves, rays[ray], t, v)
+
+    return series
+
+
+spatial_series, planar_series = _series_kernel(6), _series_kernel(3)
+
+
+def room(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
+    """Make the workspace of a series.
+
+    Args:
+        chain: the linkage as arrays.
+        rays: how many there are at most.
+        order: the highest one.
+
+    Returns:
+        Scratch arrays F (dependent joints, height of the envelope), numbers (dependent joints
+        + rows + n dim,) and S (rays, order + 1, n, dim); then V, C, T and residual as in
+        `Series`. Entries of C and T that the topology makes zero are never written: they
+        must be zero.
+    """
+    V, C, T = _shapes(chain, rays, order)
+    return (
+        *_scratch(chain, rays, order), np.zeros(V), np.zeros(C), np.zeros(T),
+        np.zeros(order + 1),
+    )  # fmt: skip
+
+
+def _shapes(chain: Chain, rays: int, order: int) -> tuple[tuple[int, ...], ...]:
+    """Return the shapes of V, C and T."""
+    n, dim = chain.screws.shape
+    orders = rays, order + 1, n
+    return (*orders, dim), (*orders, chain.width), (*orders, chain.width, dim)
+
+
+def _scratch(chain: Chain, rays: int, order: int) -> tuple[Array, Array, Array]:
+    """Make the arrays of a series that are not part of its result: F, numbers, S."""
+    n, dim = chain.screws.shape
+    height, rows = chain.lines[COUNT, HEIGHT : ROWS + 1].tolist()
+    nd = chain.dependent.size
+    numbers = np.empty(nd + rows + n * dim)
+    return np.empty((nd, height)), numbers, np.zeros((rays, order + 1, n, dim))
+
+
+class Series(NamedTuple):
+    """Power series of the motion along rays, in the frame and units of the chain.
+
+    Attributes:
+        C: joint rates for unit rates of the coordinates; (rays, order + 1, n, width).
+        V: link twists along the rays; (rays, order + 1, n, 6 or 3).
+        T: link twists for unit rates; (rays, order + 1, n, width, 6 or 3).
+        residual: largest mismatch of the loops that no joint rate removes, by order; it
+            is round-off if the linkage moves along the rays.
+    """
+
+    C: Array
+    V: Array
+    T: Array
+    residual: Array
+
+    @property
+    def order(self) -> int:
+        """Highest order."""
+        return self.C.shape[1] - 1
+
+
+def expand(chain: Chain, rays: Array, order: int) -> Series:
+    """Power series of the closed motion along ``u = t δ``, at the reference pose.
+
+    Args:
+        chain: the linkage as arrays.
+        rays: directions δ in the coordinates of the chain; (rays, width).
+        order: highest order.
+    """
+    return expand_from(chain, chain.screws, rays, order)
+
+
+def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
+    """As `expand`, at a pose to which the joint screws (n, 6 or 3) have been carried."""
+    count = len(rays)
+    purpose = "series", count, order
+    # Borrowed: what is not part of the result, and shapes. The result has arrays of its own.
+    borrowed = chain.borrow(
+        purpose, lambda: (_scratch(chain, count, order), _shapes(chain, count, order))
+    )
+    scratch, shapes = borrowed
+    V, C, T = np.empty(shapes[0]), np.zeros(shapes[1]), np.zeros(shapes[2])
+    residual = np.empty(order + 1)
+    series = planar_series if screws.shape[1] == 3 else spatial_series
+    workspace = (*scratch, V, C, T, residual)
+    series(0, order, chain.walked, screws, read_only(rays), workspace)
+    chain.give_back(purpose, borrowed)
+    return Series(C, V, T, residual)
+
+
+def loop_matrix(chain: Chain, screws: Array | None = None) -> Array:
+    """Loop matrix S_0 of all joints, with the mimic relations below; (rows, n).
+
+    Args:
+        chain: the linkage as arrays.
+        screws: joint screws of another pose; those of the reference pose by default.
+    """
+    at = chain.screws if screws is None else frozen(screws)
+    S = np.zeros((len(chain.ends) * at.shape[1] + len(chain.mimics), len(at)))
+    fill_loop_matrix(chain.parent, at, chain.ends, chain.mimics, S)
+    return S

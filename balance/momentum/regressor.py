@@ -49,6 +49,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+# No displacements of links: `start` of a regressor at the reference pose.
+NO_POSE = np.empty((0, 4, 4))
 
 
 @kernel(borrows=True)
@@ -238,8 +240,8 @@ def regressor(
 
     ``room`` keeps what the next orders need; see `room`.
     """
-    bodies = links.size
-    x = X.reshape((*X.shape[:4], bodies, X.shape[4] // max(bodies, 1)))
+    orders, rays, width, rows, parameters = X.shape
+    x = X.reshape(orders, rays, width, rows, links.size, parameters // max(links.size, 1))
     add = planar_regressor if V.shape[3] == 3 else spatial_regressor
     add(first, last, start, links, moves, V, T, *room, x)
 
@@ -274,6 +276,12 @@ def rows_per_column(planar: bool, force: bool) -> int:
     return (2 if force else 3) if planar else (3 if force else 6)
 
 
+def _shapes(chain: Chain) -> tuple[tuple[int, int, int], ...]:
+    """Return width, rows per column and parameters, without and with ``force``."""
+    n, kinds = chain.links.size, [(chain.planar, force) for force in (False, True)]
+    return tuple((chain.width, rows_per_column(*k), n * parameters_per_body(*k)) for k in kinds)
+
+
 class RegressorSeries:
     """The regressor of the total momentum, order by order, in the frame of the chain."""
 
@@ -281,28 +289,31 @@ class RegressorSeries:
         self, chain: Chain, series: Series, force: bool = False, pose: Pose | None = None
     ) -> None:
         """Start at the reference pose, or at a finite pose with its own series."""
-        self._chain, self._series = chain, series
-        self._next = 0
-        self._start = np.empty((0, 4, 4)) if pose is None else pose.H
-        self._room = room(series.V, chain.links, chain.moves)
-        rows = rows_per_column(chain.planar, force)
-        parameters = chain.links.size * parameters_per_body(chain.planar, force)
-        self._shape = (series.V.shape[0], chain.width, rows, parameters)
+        self._chain, self._series, self._next = chain, series, 0
+        self._start = NO_POSE if pose is None else pose.H
+        self._shape = chain.once(_shapes)[force]
+        self._workspace: tuple[Array, Array] | None = None
 
     def rows(self, last: int) -> Array:
-        """Rows of the orders up to ``last`` that were not asked for before.
+        """Compute the rows of the orders up to ``last`` that were not asked for before.
 
         Returns:
-            Shape (orders, rays, width, rows per column, parameters).
+            Shape (orders, rays, width, rows per column, parameters), an array of its own.
         """
-        chain, series, first = self._chain, self._series, self._next
-        assert first <= last <= series.order
+        chain, V, T, first = self._chain, self._series.V, self._series.T, self._next
+        rays, orders = V.shape[:2]
+        assert first <= last < orders
         self._next = last + 1
-        X = np.zeros((last + 1 - first, *self._shape))
-        regressor(
-            first, last, self._start, chain.links, chain.moves, series.V, series.T, self._room,
-            X,
-        )  # fmt: skip
+        purpose = "momentum", rays, orders
+        # Displacements of lower orders stay in the workspace until the last order is done.
+        workspace = self._workspace or chain.borrow(
+            purpose, lambda: room(V, chain.links, chain.moves)
+        )
+        X = np.zeros((last + 1 - first, rays, *self._shape))
+        regressor(first, last, self._start, chain.links, chain.moves, V, T, workspace, X)
+        self._workspace = workspace if last + 1 < orders else None
+        if self._workspace is None:
+            chain.give_back(purpose, workspace)
         return X
 
 

@@ -1,4 +1,4 @@
-"""Finite poses, whose loops are closed by Newton's method."""
+"""Finite poses, whose loops are closed by Newton's method: ``q ← q - S_0⁺ mismatch(q)``."""
 
 from __future__ import annotations
 
@@ -28,21 +28,38 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Steps of Newton's method at most.
-STEPS = 30
-# Loops that are open by less are closed.
-ROUNDED = 1e-15
+# Newton's method converges quadratically: more steps than this mean that it does not.
+MAX_NEWTON_STEPS = 30
+# Mismatch of the loops, in radians and chain units, below which no step is taken: round-off.
+ROUND_OFF = 1e-15
+# Mismatch below which a step that does not halve it ends the method; that of a divergence.
+STALLED, DIVERGED = 1e-12, 1e6
+# Largest mismatch of a pose that `follow` accepts.
+ACCEPTED = 1e-10
+# Largest part of the radius of convergence that one step covers, and how often it is halved.
+STEP_SHARE, HALVINGS = 0.4, 6
+# Largest square of the distance from the predicted pose, relative to that of the step.
+BRANCH_KEPT = 0.01
 
 
 @kernel(borrows=True)
-def _mismatch(H, ends, gaps, b, dim, spare):
-    """Twists (small) from each loop's successor to its end; zero if the loop is closed.
+def _mismatch(H, ends, gaps, b, dim, scratch):
+    """Compute the small twists by which the loops are open at a pose.
 
-    Without ``gaps``, the loops are closed at the reference pose. There is room for four
-    displacements in ``spare``.
+    With ``D = H_A gap⁻¹ H_B⁻¹``, which is 1 if the loop is closed, it is the skew part of the
+    rotation and the translation of D: a twist to first order.
+
+    Args:
+        H: in; displacements of the links (n, 4, 4), or (n, 3, 3) in the plane.
+        ends: in; links on side A and side B of each weld, -1 for the ground (L, 2).
+        gaps: in; displacements of the welds at the reference pose (L, 4, 4) or (L, 3, 3). An
+            array of length 0 says that the loops are closed there.
+        b: out; the twists, one loop below the other (dim L or more,), chain units.
+        dim: components of a twist, 6 or 3.
+        scratch: workspace; four displacements.
     """
     m = H.shape[1]
-    identity, inverse, product, D = spare[0], spare[1], spare[2], spare[3]
+    identity, inverse, product, D = scratch[0], scratch[1], scratch[2], scratch[3]
     for i in range(m):
         for j in range(m):
             identity[i, j] = 1.0 if i == j else 0.0
@@ -55,42 +72,64 @@ def _mismatch(H, ends, gaps, b, dim, spare):
             multiply(H[e] if e >= 0 else identity, D, product)
             multiply(product, inverse, D)
         r = loop * dim
+        # rotation: half of D - Dᵀ
         if dim == 3:
             b[r] = 0.5 * (D[1, 0] - D[0, 1])
         else:
             b[r] = 0.5 * (D[2, 1] - D[1, 2])
             b[r + 1] = 0.5 * (D[0, 2] - D[2, 0])
             b[r + 2] = 0.5 * (D[1, 0] - D[0, 1])
+        # translation: the last column of D
         for i in range(m - 1):
             b[r + dim - m + 1 + i] = D[i, m - 1]
 
 
-@kernel(borrows=True)
-def close(chain, q, H, s, steps, room):
-    """Newton's method on the dependent joints of q, in place.
-
-    Puts displacements of the links and screws at the last pose looked at into H and s.
+@kernel(inline=True, borrows=True)
+def _negate_by_envelope(b, dim, loops, envelope, out):
+    """Sort the rows of ``-b`` into those of the envelope of the loop matrix.
 
     Args:
-        chain: arrays of the chain, as `Chain.walked`.
-        q: joint positions.
-        H: takes the displacements.
-        s: takes the screws.
+        b: in; rows of loops, then of relations.
+        dim: components of a twist, 6 or 3.
+        loops: how many there are.
+        envelope: in; the table of `kinematics.linalg.skyline_qr`.
+        out: out; ``-b`` by rows of the envelope.
+    """
+    for i in range(b.size):
+        # Blocks of loops have dim rows, those of relations have one.
+        block = i // dim if i < loops * dim else i - loops * (dim - 1)
+        first = block * dim if block < loops else i
+        out[envelope[ROW, block] + i - first] = -b[i]
+
+
+@kernel(borrows=True)
+def close(chain, q, H, s, steps, workspace):
+    """Close the loops by Newton's method on the dependent joints of q, in place.
+
+    ``q_dependent ← q_dependent - S_0⁺ b(q)`` with the mismatch b; the independent joints stay.
+
+    Args:
+        chain: in; arrays of the chain, as `Chain.walked`.
+        q: in, joint positions from which to start (n,); out, those of the closed pose.
+        H: out; displacements of the links at the last pose looked at.
+        s: out; joint screws there (n, 6 or 3).
         steps: how many at most.
-        room: as from `step_room`.
+        workspace: as from `step_room`.
 
     Returns:
-        The mismatch there; unless the steps were used up, that pose is q.
+        The mismatch of the last pose looked at; it is q unless the steps were used up.
     """
-    parent, screws, ends, mimics, _, _, lines = chain
-    F, work, _, spare = room
+    parent, screws, ends, mimics, _, _, envelope = chain
+    F, numbers, _, displacements = workspace
     dim, loops, nd = screws.shape[1], ends.shape[0], F.shape[0]
-    rows = lines[COUNT, ROWS]
-    diagonal, b, sorted_b = work[:nd], work[nd : nd + rows], work[nd + rows :]
+    rows = envelope[COUNT, ROWS]
+    diagonal, b, step = numbers[:nd], numbers[nd : nd + rows], numbers[nd + rows :]
     best = error = np.inf
     for _ in range(steps):
-        place(parent, screws, q, H, s, spare[0])
-        _mismatch(H, ends, H[:0], b, dim, spare)
+        place(parent, screws, q, H, s, displacements[0])
+        # H[:0]: no gaps, the loops are closed at the reference pose
+        _mismatch(H, ends, H[:0], b, dim, displacements)
+        # errors of the mimic relations: Σ_j mimics[r, j] q_j
         for relation in range(mimics.shape[0]):
             total = 0.0
             for j in range(q.size):
@@ -100,25 +139,34 @@ def close(chain, q, H, s, steps, room):
         for i in range(rows):
             square += b[i] * b[i]
         error = np.sqrt(square)
-        stalled = error < 1e-12 and error >= 0.5 * best
-        if not error < 1e6 or stalled or error < ROUNDED:
+        stalled = error < STALLED and error >= 0.5 * best
+        # Written so that a NaN ends it.
+        if not error < DIVERGED or stalled or error < ROUND_OFF:
             return error
         best = min(best, error)
-        fill(s, mimics, lines, F)
-        factor(F, lines, diagonal)
-        for i in range(rows):
-            block = i // dim if i < loops * dim else i - loops * (dim - 1)
-            first = block * dim if block < loops else i
-            sorted_b[lines[ROW, block] + i - first] = -b[i]
-        solve(F, lines, diagonal, sorted_b)
+        fill(s, mimics, envelope, F)
+        factor(F, envelope, diagonal)
+        _negate_by_envelope(b, dim, loops, envelope, step)
+        solve(F, envelope, diagonal, step)
         for d in range(nd):
-            q[lines[JOINT, d]] += sorted_b[d]
+            q[envelope[JOINT, d]] += step[d]
     return error
 
 
 @kernel(borrows=True)
 def radius_along(C, ray, rates):
-    """Joint rates along a ray (order + 1, n) from C (…, …, width); their `radius`."""
+    """Estimate the radius of convergence along a ray; see `radius`.
+
+    ``q̇_k = C_k δ``; the radius is ``1 / max(1, |q̇_0|, (|q̇_k| / |q̇_0|)^(1/k))``.
+
+    Args:
+        C: in; joint rates for unit rates of the coordinates (orders, n, width).
+        ray: in; the direction δ (width,).
+        rates: out; joint rates along the ray (orders or more, n).
+
+    Returns:
+        The radius, in steps of the ray.
+    """
     limit, first = 1.0, 0.0
     for k in range(C.shape[0]):
         square = 0.0
@@ -135,52 +183,63 @@ def radius_along(C, ray, rates):
 
 
 @kernel(borrows=True)
-def follow_series(chain, start, C, ray, reach, q, H, s, room):
-    """A closed pose along the ray; see `follow`.
+def follow_series(chain, start, C, ray, longest, q, H, s, workspace):
+    """Find a closed pose along a ray, predicted by the series; see `follow`.
+
+    The prediction is ``q - start = Σ_k q̇_k step^(k+1) / (k+1)``, by Horner's scheme.
 
     Args:
-        chain: arrays of the chain, as `Chain.walked`.
-        start: joint positions from which to start.
-        C: the series there, of one ray (orders, n, width).
-        ray: its direction.
-        reach: longest step.
-        q: takes the joint positions.
-        H: takes the displacements.
-        s: takes the screws.
-        room: as from `step_room`.
+        chain: in; arrays of the chain, as `Chain.walked`.
+        start: in; joint positions from which to start (n,).
+        C: in; the series there, of one ray (orders, n, width).
+        ray: in; its direction (width,).
+        longest: longest step.
+        q: out; joint positions (n,).
+        H: out; displacements of the links.
+        s: out; joint screws (n, 6 or 3).
+        workspace: as from `step_room`, for as many orders.
 
     Returns:
         The length of the step, 0 if there is none.
     """
-    orders, n = C.shape[:2]
-    way = room[2]
-    guess = way[orders]
-    step = min(reach, 0.4 * radius_along(C, ray, way))
-    for _ in range(7):
+    (orders, n), rates = C.shape[:2], workspace[2]
+    predicted = rates[orders]  # the line after those of the orders
+    step = min(longest, STEP_SHARE * radius_along(C, ray, rates))
+    for _ in range(HALVINGS + 1):
         for j in range(n):
             moved = 0.0
             for k in range(orders - 1, -1, -1):
-                moved = (moved + way[k, j] / (k + 1)) * step
-            guess[j] = moved
+                moved = (moved + rates[k, j] / (k + 1)) * step
+            predicted[j] = moved
             q[j] = start[j] + moved
-        error = close(chain, q, H, s, STEPS, room)
+        error = close(chain, q, H, s, MAX_NEWTON_STEPS, workspace)
         off = size = 0.0
         for j in range(n):
-            off += (q[j] - start[j] - guess[j]) ** 2
-            size += guess[j] * guess[j]
-        if error < 1e-10 and off <= 0.01 * size:
+            off += (q[j] - start[j] - predicted[j]) ** 2
+            size += predicted[j] * predicted[j]
+        if error < ACCEPTED and off <= BRANCH_KEPT * size:
             return step
         step *= 0.5
     return 0.0
 
 
 def step_room(chain: Chain, orders: int = 0) -> tuple[Array, ...]:
-    """Room for Newton's method, and for a guess from the series of so many orders."""
+    """Make the workspace of Newton's method, and of a prediction by a series.
+
+    Args:
+        chain: the linkage as arrays.
+        orders: how many orders the series has at most.
+
+    Returns:
+        The loop matrix in its envelope (dependent joints, height); its diagonal, the mismatch
+        and the step; joint rates by order and the prediction (orders + 1, n); four
+        displacements.
+    """
     height, rows = chain.lines[COUNT, HEIGHT : ROWS + 1].tolist()
     nd, n = chain.dependent.size, chain.parent.size
     m = 3 if chain.planar else 4
-    work = np.empty(nd + 2 * rows)
-    return np.empty((nd, height)), work, np.empty((orders + 1, n)), np.empty((4, m, m))
+    numbers = np.empty(nd + 2 * rows)
+    return np.empty((nd, height)), numbers, np.empty((orders + 1, n)), np.empty((4, m, m))
 
 
 class Pose(NamedTuple):
@@ -200,12 +259,12 @@ class Pose(NamedTuple):
 
 
 def expand_at(chain: Chain, pose: Pose) -> Series:
-    """The series of order 0 at a finite pose: rates and link twists there."""
+    """Expand the motion to order 0 at a finite pose: joint rates and link twists there."""
     return expand_from(chain, pose.screws, np.zeros((1, chain.width)), 0)
 
 
 def radius(rates: Array) -> float:
-    """Radius of convergence estimated from the growth of joint rates (order + 1, n).
+    """Estimate the radius of convergence from the growth of joint rates (order + 1, n).
 
     At most 1, and such that no joint moves by more than 1 to first order.
     """
@@ -217,7 +276,7 @@ def radius(rates: Array) -> float:
 def follow(
     chain: Chain, start: Array, series: Series, ray: Array, reach: float = np.inf
 ) -> tuple[Pose, float]:
-    """A closed pose further along a ray, on the same branch.
+    """Find a closed pose further along a ray, on the same branch.
 
     The step is the smaller of ``reach`` and 0.4 of the radius of convergence estimated
     from the series, whose sum is the first guess of Newton's method; it is halved until
@@ -233,7 +292,7 @@ def follow(
     Returns:
         The pose and the length of the step, 0 if none was found.
     """
-    H, screws = _room(chain)
+    H, screws = _pose_arrays(chain)
     q, C = np.empty(start.size), series.C[-1]
     step = follow_series(
         chain.walked, start, C, read_only(ray), reach, q, H, screws, step_room(chain, len(C))
@@ -242,8 +301,8 @@ def follow(
     return Pose(q, H, screws, 0.0), step
 
 
-def newton(chain: Chain, start: Array, steps: int = STEPS) -> tuple[Array, float]:
-    """Joint positions that close the loops, by Newton's method on the dependent joints.
+def newton(chain: Chain, start: Array, steps: int = MAX_NEWTON_STEPS) -> tuple[Array, float]:
+    """Close the loops by Newton's method on the dependent joints.
 
     Args:
         chain: the linkage at its reference pose.
@@ -254,19 +313,19 @@ def newton(chain: Chain, start: Array, steps: int = STEPS) -> tuple[Array, float
         Joint positions (n,), and how far the loops were open when last looked at.
     """
     q = np.array(start, dtype=np.float64)
-    error = close(chain.walked, q, *_room(chain), steps, step_room(chain))
+    error = close(chain.walked, q, *_pose_arrays(chain), steps, step_room(chain))
     return q, float(error)
 
 
-def _room(chain: Chain) -> tuple[Array, Array]:
-    """Room for the displacements and the screws of a pose."""
+def _pose_arrays(chain: Chain) -> tuple[Array, Array]:
+    """Make arrays for the displacements and the screws of a pose."""
     m = 3 if chain.planar else 4
     return np.empty((chain.parent.size, m, m)), np.empty(chain.screws.shape)
 
 
 def forward(chain: Chain, q: Array) -> Pose:
-    """The pose at given joint positions (n,), whether or not it closes the loops."""
-    H, screws = _room(chain)
+    """Compute the pose at joint positions q (n,), whether or not it closes the loops."""
+    H, screws = _pose_arrays(chain)
     place(chain.parent, chain.screws, q, H, screws, np.empty(H.shape[1:]))
     screws.flags.writeable = False
     error = mismatch(chain, H, q)
@@ -274,7 +333,7 @@ def forward(chain: Chain, q: Array) -> Pose:
 
 
 def mismatch(chain: Chain, H: Array, q: Array, gaps: Array | None = None) -> Array:
-    """Twists by which the loops are open at a pose, then errors of mimic joints; (rows,).
+    """Compute the twists by which the loops are open, then errors of mimic joints; (rows,).
 
     Args:
         chain: the linkage as arrays.
@@ -284,7 +343,7 @@ def mismatch(chain: Chain, H: Array, q: Array, gaps: Array | None = None) -> Arr
     """
     dim = chain.screws.shape[1]
     b = np.empty(len(chain.ends) * dim + len(chain.mimics))
-    spare = np.empty((4, *H.shape[1:]))
-    _mismatch(H, chain.ends, H[:0] if gaps is None else gaps, b, dim, spare)
+    scratch = np.empty((4, *H.shape[1:]))
+    _mismatch(H, chain.ends, H[:0] if gaps is None else gaps, b, dim, scratch)
     b[len(chain.ends) * dim :] = chain.mimics @ q
     return b

@@ -25,8 +25,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.closure.series_steps import (
+    add_known_twists,
+    bracket,
+    carry_screws,
+    complete_twists,
+    copy_order_0,
+    fill_mismatch,
+    sum_columns,
+)
 from kinematics.compiled.jit import kernel
-from kinematics.linalg.skyline_qr import COUNT, HEIGHT, JOINT, ROW, ROWS, factor, fill, solve
+from kinematics.linalg.skyline_qr import COUNT, HEIGHT, JOINT, ROWS, factor, fill, solve
 from kinematics.model.arrays import Chain, frozen, read_only
 
 __all__ = [
@@ -46,11 +55,22 @@ Array = NDArray[np.float64]
 
 @kernel(borrows=True)
 def fill_loop_matrix(parent, screws, ends, mimics, S):
-    """Put the loop matrix S_0 of all joints, with the mimic relations below, into zeros."""
+    """Fill the loop matrix S_0 of all joints, with the mimic relations below.
+
+    ``S_0[loop, j] = ± s_j``: plus if joint j leads to side A of the loop's weld, minus if it
+    leads to side B; joints that lead to both cancel.
+
+    Args:
+        parent: in; link before each joint, -1 for the ground (n,).
+        screws: in; joint screws (n, 6 or 3), chain units.
+        ends: in; links on side A and side B of each weld, -1 for the ground (L, 2).
+        mimics: in; relations between joint positions (g, n), chain units.
+        S: in, zeros; out, the matrix (6 L + g or 3 L + g, n).
+    """
     dim, base = screws.shape[1], ends.shape[0] * screws.shape[1]
     for loop in range(ends.shape[0]):
         for side in range(2):
-            sign = 1.0 - 2.0 * side
+            sign = 1.0 - 2.0 * side  # +1 on side A, -1 on side B
             j = ends[loop, side]
             while j >= 0:
                 for i in range(dim):
@@ -61,130 +81,71 @@ def fill_loop_matrix(parent, screws, ends, mimics, S):
             S[base + relation, j] = mimics[relation, j]
 
 
-@kernel(inline=True, borrows=True)
-def _planar_bracket(V, s, factor, out):
-    out[1] += factor * (s[0] * V[2] - V[0] * s[2])
-    out[2] += factor * (V[0] * s[1] - s[0] * V[1])
-
-
-@kernel(inline=True, borrows=True)
-def _spatial_bracket(V, s, factor, out):
-    out[0] += factor * (V[1] * s[2] - V[2] * s[1])
-    out[1] += factor * (V[2] * s[0] - V[0] * s[2])
-    out[2] += factor * (V[0] * s[1] - V[1] * s[0])
-    out[3] += factor * (V[4] * s[2] - V[5] * s[1] + V[1] * s[5] - V[2] * s[4])
-    out[4] += factor * (V[5] * s[0] - V[3] * s[2] + V[2] * s[3] - V[0] * s[5])
-    out[5] += factor * (V[3] * s[1] - V[4] * s[0] + V[0] * s[4] - V[1] * s[3])
-
-
 @kernel(borrows=True)
 def add_bracket(V, s, factor, out):
-    """Add ``factor ad(V) s`` to ``out``; spatial or planar by the number of components."""
-    if s.size == 3:
-        _planar_bracket(V, s, factor, out)
-    else:
-        _spatial_bracket(V, s, factor, out)
+    """Add the Lie bracket of two twists: ``out += factor ad(V) s``.
+
+    See `kinematics.closure.series_steps.bracket` for the formula.
+
+    Args:
+        V: in; a twist (6 or 3,), chain units.
+        s: in; another one.
+        factor: in; a number.
+        out: in and out; a twist of as many components.
+    """
+    bracket(s.size, V, s, factor, out)
 
 
 def _series_kernel(dim):
-    """The series for twists of ``dim`` components: 6 in space, 3 in a plane."""
+    """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane.
+
+    One text for both, compiled twice: with a constant ``dim``, loops over the components of a
+    twist are unrolled.
+    """
 
     @kernel(borrows=True)
-    def series(first, last, chain, screws, rays, room):
-        """Orders first … last of the series into room, where those before must be.
+    def series(first, last, chain, screws, rays, workspace):
+        """Compute orders first … last of the closed motion along rays.
+
+        See the head of this file for the formulas.
 
         Args:
-            first: the first order.
+            first: the first order; those before must be in the workspace.
             last: the last order.
-            chain: arrays of the chain, as `Chain.walked`.
-            screws: the joint screws.
-            rays: directions (count, width).
-            room: as from `room`, for as many rays and orders or more.
+            chain: in; arrays of the chain, as `Chain.walked`.
+            screws: in; joint screws at the pose (n, dim), chain units.
+            rays: in; directions δ (count, width).
+            workspace: in and out; as from `room`, for as many rays and orders or more.
         """
-        parent, _, ends, mimics, columns, moves, lines = chain
-        F, work, S, V, C, T, residual = room
-        n, nd, width = parent.size, F.shape[0], rays.shape[1]
-        loops, row, joints = ends.shape[0], lines[ROW], lines[JOINT]
-        rows = lines[COUNT, ROWS]
-        diagonal, b, extra = work[:nd], work[nd : nd + rows], work[nd + rows :]
+        parent, _, ends, mimics, columns, moves, envelope = chain
+        F, numbers, S, V, C, T, residual = workspace
+        nd, rows, joints = F.shape[0], envelope[COUNT, ROWS], envelope[JOINT]
+        diagonal, b, correction = numbers[:nd], numbers[nd : nd + rows], numbers[nd + rows :]
         if first == 0:
-            fill(screws, mimics, lines, F)
-            factor(F, lines, diagonal)
+            fill(screws, mimics, envelope, F)
+            factor(F, envelope, diagonal)
         for k in range(first, last + 1):
             residual[k] = 0.0
         for ray in range(rays.shape[0]):
             s, v, c, t = S[ray], V[ray], C[ray], T[ray]
             for k in range(first, last + 1):
-                for j in range(n):
-                    now = s[k, j]
-                    for i in range(dim):
-                        now[i] = screws[j, i] if k == 0 else 0.0
-                    for a in range(k if parent[j] >= 0 else 0):
-                        above, before = v[a, parent[j]], s[k - 1 - a, j]
-                        if dim == 3:
-                            _planar_bracket(above, before, 1.0 / k, now)
-                        else:
-                            _spatial_bracket(above, before, 1.0 / k, now)
-                for w in range(width):
-                    if k == 0 and ray > 0:
-                        for j in range(n):
-                            c[0, j, w] = C[0, 0, j, w]
-                            for i in range(dim):
-                                t[0, j, w, i] = T[0, 0, j, w, i]
-                        continue
-                    # Link twists of order k, as far as they are known without C_k.
-                    for j in range(n):
-                        if not moves[j, w]:
+                carry_screws(dim, k, parent, screws, v, s)
+                if k == 0 and ray > 0:
+                    copy_order_0(dim, C[0], T[0], c, t)
+                else:
+                    for w in range(rays.shape[1]):
+                        add_known_twists(dim, k, w, parent, columns, moves, s, c, t)
+                        if nd == 0:
                             continue
-                        now, p = t[k, j, w], parent[j]
-                        if p >= 0:
-                            for i in range(dim):
-                                now[i] = t[k, p, w, i]
-                        else:
-                            for i in range(dim):
-                                now[i] = 0.0
-                        if k == 0:
-                            c[0, j, w] = columns[j, w]
-                        for a in range(min(k, 1), k + 1):
-                            rate = c[k - a, j, w]
-                            if rate != 0.0:
-                                for i in range(dim):
-                                    now[i] += s[a, j, i] * rate
-                    if nd == 0:
-                        continue
-                    # Their mismatch at the welds gives C_k.
-                    for i in range(rows):
-                        b[i] = 0.0
-                    for loop in range(loops):
-                        for side in range(2):
-                            j, sign = ends[loop, side], 2.0 * side - 1.0
-                            if j >= 0:
-                                for i in range(dim):
-                                    b[row[loop] + i] += sign * t[k, j, w, i]
-                    for relation in range(mimics.shape[0] if k == 0 else 0):
-                        for j in range(n):
-                            b[row[loops + relation]] -= mimics[relation, j] * columns[j, w]
-                    residual[k] = max(residual[k], solve(F, lines, diagonal, b))
-                    for d in range(nd):
-                        c[k, joints[d], w] = b[d]
-                    # s_0 C_k of the dependent joints completes the twists.
-                    for j in range(n):
-                        if not moves[j, w]:
-                            continue
-                        rate = c[k, j, w] - (columns[j, w] if k == 0 else 0.0)
-                        p = parent[j]
-                        for i in range(dim):
-                            extra[j * dim + i] = screws[j, i] * rate
-                            if p >= 0 and moves[p, w]:
-                                extra[j * dim + i] += extra[p * dim + i]
-                            t[k, j, w, i] += extra[j * dim + i]
-                for j in range(n):
-                    for i in range(dim):
-                        v[k, j, i] = 0.0
-                    for w in range(width):
-                        if moves[j, w]:
-                            for i in range(dim):
-                                v[k, j, i] += t[k, j, w, i] * rays[ray, w]
+                        fill_mismatch(dim, k, w, ends, mimics, columns, envelope, t, b)
+                        residual[k] = max(residual[k], solve(F, envelope, diagonal, b))
+                        # The solution, by columns of the envelope, is C_k.
+                        for d in range(nd):
+                            c[k, joints[d], w] = b[d]
+                        complete_twists(
+                            dim, k, w, parent, screws, columns, moves, c, correction, t
+                        )
+                sum_columns(dim, k, moves, rays[ray], t, v)
 
     return series
 
@@ -193,16 +154,40 @@ spatial_series, planar_series = _series_kernel(6), _series_kernel(3)
 
 
 def room(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
-    """Room for a series: the loop matrix and numbers by rows, then S, V, C, T, residual."""
+    """Make the workspace of a series.
+
+    Args:
+        chain: the linkage as arrays.
+        rays: how many there are at most.
+        order: the highest one.
+
+    Returns:
+        Scratch arrays F (dependent joints, height of the envelope), numbers (dependent joints
+        + rows + n dim,) and S (rays, order + 1, n, dim); then V, C, T and residual as in
+        `Series`. Entries of C and T that the topology makes zero are never written: they
+        must be zero.
+    """
+    V, C, T = _shapes(chain, rays, order)
+    return (
+        *_scratch(chain, rays, order), np.zeros(V), np.zeros(C), np.zeros(T),
+        np.zeros(order + 1),
+    )  # fmt: skip
+
+
+def _shapes(chain: Chain, rays: int, order: int) -> tuple[tuple[int, ...], ...]:
+    """Return the shapes of V, C and T."""
+    n, dim = chain.screws.shape
+    orders = rays, order + 1, n
+    return (*orders, dim), (*orders, chain.width), (*orders, chain.width, dim)
+
+
+def _scratch(chain: Chain, rays: int, order: int) -> tuple[Array, Array, Array]:
+    """Make the arrays of a series that are not part of its result: F, numbers, S."""
     n, dim = chain.screws.shape
     height, rows = chain.lines[COUNT, HEIGHT : ROWS + 1].tolist()
     nd = chain.dependent.size
-    S, V = np.zeros((2, rays, order + 1, n, dim))
-    return (
-        np.empty((nd, height)), np.empty(nd + rows + n * dim), S, V,
-        np.zeros((rays, order + 1, n, chain.width)),
-        np.zeros((rays, order + 1, n, chain.width, dim)), np.zeros(order + 1),
-    )  # fmt: skip
+    numbers = np.empty(nd + rows + n * dim)
+    return np.empty((nd, height)), numbers, np.zeros((rays, order + 1, n, dim))
 
 
 class Series(NamedTuple):
@@ -240,10 +225,19 @@ def expand(chain: Chain, rays: Array, order: int) -> Series:
 
 def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
     """As `expand`, at a pose to which the joint screws (n, 6 or 3) have been carried."""
-    space = room(chain, len(rays), order)
-    series = planar_series if chain.planar else spatial_series
-    series(0, order, chain.walked, screws, read_only(rays), space)
-    _, _, _, V, C, T, residual = space
+    count = len(rays)
+    purpose = "series", count, order
+    # Borrowed: what is not part of the result, and shapes. The result has arrays of its own.
+    borrowed = chain.borrow(
+        purpose, lambda: (_scratch(chain, count, order), _shapes(chain, count, order))
+    )
+    scratch, shapes = borrowed
+    V, C, T = np.empty(shapes[0]), np.zeros(shapes[1]), np.zeros(shapes[2])
+    residual = np.empty(order + 1)
+    series = planar_series if screws.shape[1] == 3 else spatial_series
+    workspace = (*scratch, V, C, T, residual)
+    series(0, order, chain.walked, screws, read_only(rays), workspace)
+    chain.give_back(purpose, borrowed)
     return Series(C, V, T, residual)
 
 

@@ -1,9 +1,10 @@
-"""Several numbers at a time: the vectors of the processor, for `kinematics.compiled.jit`.
+"""SIMD vectors for `kinematics.compiled.jit`: load, store, broadcast, ``+`` and ``*``.
 
-LLVM makes vectors of long loops over contiguous arrays. Where many short sums stand side by
-side, as in products of polynomials, it does not, and they are written with these functions:
-`load` takes so many numbers out of a flat array, ``+`` and ``*`` work on all of them, `store`
-puts them back. Without a compiler they are slices of NumPy arrays.
+LLVM vectorises long loops over contiguous arrays. It does not vectorise many short sums side by
+side, as in products of polynomials; these are written with the functions of this file. A
+*lane* is one of the numbers of a vector. `load` reads a vector from a flat array, ``+`` and
+``*`` work on all lanes, `store` writes it back. `kinematics.compiled.simd_types` compiles them;
+without a compiler they are slices of NumPy arrays.
 """
 
 from __future__ import annotations
@@ -15,25 +16,26 @@ __all__ = ["LANES", "load", "padded", "spread", "store"]
 
 Array = NDArray[np.float64]
 
-# Two vectors of the widest kind: their sums do not wait for each other.
+# Numbers of a vector: two 512-bit registers, so that two independent accumulators hide the
+# latency of additions.
 LANES = 16
 
 
 def load(array: Array, at: int) -> Array:
-    """The numbers ``array[at : at + LANES]`` of a flat array."""
+    """Read the vector ``array[at : at + LANES]`` of a flat array."""
     return array[at : at + LANES]
 
 
 def store(array: Array, at: int, values: Array) -> None:
-    """Put numbers where `load` takes them from."""
+    """Write a vector to ``array[at : at + LANES]`` of a flat array."""
     array[at : at + LANES] = values
 
 
 def spread(value: float) -> Array:
-    """One number on all lanes."""
+    """Broadcast one number to all lanes."""
     return np.full(LANES, value)
 
 
 def padded(count: int) -> int:
-    """The number of lanes that hold so many numbers: a multiple of `LANES`."""
-    return -(-count // LANES) * LANES
+    """Round a count of numbers up to a multiple of `LANES`."""
+    return (count + LANES - 1) // LANES * LANES

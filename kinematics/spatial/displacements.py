@@ -1,8 +1,9 @@
 """Displacements of links: products of exponentials and adjoints, compiled.
 
-A displacement is ``[[R, d], [0, 1]]``, in space or of the plane. The pose of a link is the
-product of the exponentials of the joints before it (R. W. Brockett, 1984); screws are carried
-to the pose by the adjoint.
+A displacement is ``H = [[R, d], [0, 1]]``, 4 by 4 in space and 3 by 3 in the plane. The pose of
+a link is the product of the exponentials of the joints before it (R. W. Brockett, 1984);
+screws are carried to the pose by the adjoint. Planar screws are ``[ω; v_x; v_y]``. Lengths are
+in chain units.
 """
 
 from __future__ import annotations
@@ -16,7 +17,15 @@ __all__ = ["invert", "multiply", "place"]
 
 @kernel(borrows=True)
 def _exponential(s, q, E):
-    """Displacement exp(q ŝ) of a unit screw: one formula for every kind of joint."""
+    """Compute the displacement exp(q ŝ) of a unit screw: one formula for every kind of joint.
+
+    ``E = 1 + q ŝ + (1 - cos q) ŝ² + (q - sin q) ŝ³``, with ``1 - cos q = 2 sin²(q/2)``.
+
+    Args:
+        s: in; a unit screw (6 or 3,).
+        q: in; the joint position, radians or chain units.
+        E: out; the displacement (4, 4) or (3, 3).
+    """
     half = np.sin(0.5 * q)
     c2, c3 = 2.0 * half * half, q - np.sin(q)
     m = E.shape[0]
@@ -24,7 +33,7 @@ def _exponential(s, q, E):
         for j in range(m):
             E[i, j] = 1.0 if i == j else 0.0
     if m == 3:
-        a = s[0]
+        a = s[0]  # 1 for a revolute joint, 0 for a prismatic one
         E[0, 0] -= c2 * a * a
         E[1, 1] -= c2 * a * a
         E[1, 0] = (q - c3 * a * a) * a
@@ -35,7 +44,7 @@ def _exponential(s, q, E):
     size = s[0] * s[0] + s[1] * s[1] + s[2] * s[2]
     along = s[0] * s[3] + s[1] * s[4] + s[2] * s[5]
     for i in range(3):
-        u, v = (i + 1) % 3, (i + 2) % 3
+        u, v = (i + 1) % 3, (i + 2) % 3  # component i of a × b is a_u b_v - a_v b_u
         # ŝ² of a twist is (ω ωᵀ - 1, ω × v), and ŝ³ is -ŝ but for the part of v along ω.
         for j in range(3):
             E[i, j] += c2 * s[i] * s[j]
@@ -50,7 +59,13 @@ def _exponential(s, q, E):
 
 @kernel(borrows=True)
 def multiply(A, B, out):
-    """Matrix product of small square matrices."""
+    """Compute the product ``A B`` of small square matrices.
+
+    Args:
+        A: in; (m, m).
+        B: in; (m, m).
+        out: out; (m, m), neither A nor B.
+    """
     m = A.shape[0]
     for i in range(m):
         for j in range(m):
@@ -62,7 +77,15 @@ def multiply(A, B, out):
 
 @kernel(borrows=True)
 def _carry(H, s, out):
-    """Ad(H) s: the screw s, carried along by the displacement H."""
+    """Compute ``Ad(H) s``: the screw s, carried along by the displacement H.
+
+    ``Ad(H) [ω; v] = [R ω; R v + d × R ω]``.
+
+    Args:
+        H: in; a displacement (4, 4) or (3, 3).
+        s: in; a screw (6 or 3,).
+        out: out; the screw carried (6 or 3,).
+    """
     if s.size == 3:
         out[0] = s[0]
         out[1] = H[0, 0] * s[1] + H[0, 1] * s[2] + s[0] * H[1, 2]
@@ -78,7 +101,18 @@ def _carry(H, s, out):
 
 @kernel(borrows=True)
 def place(parent, screws, q, H, s, E):
-    """Displacement of every link, and every screw carried to the pose."""
+    """Compute the displacement of every link, and carry every screw to the pose.
+
+    ``H_j = H_parent exp(q_j ŝ_j)`` and ``s_j(q) = Ad(H_parent) s_j``.
+
+    Args:
+        parent: in; link before each joint, -1 for the ground (n,).
+        screws: in; joint screws at the reference pose (n, 6 or 3).
+        q: in; joint positions (n,).
+        H: out; displacements (n, 4, 4) or (n, 3, 3).
+        s: out; joint screws at the pose (n, 6 or 3).
+        E: workspace; a displacement.
+    """
     for j in range(parent.size):
         if parent[j] >= 0:
             _carry(H[parent[j]], screws[j], s[j])
@@ -92,7 +126,12 @@ def place(parent, screws, q, H, s, E):
 
 @kernel(borrows=True)
 def invert(H, out):
-    """Inverse of a displacement."""
+    """Compute the inverse of a displacement: ``[[Rᵀ, -Rᵀ d], [0, 1]]``.
+
+    Args:
+        H: in; the displacement (4, 4) or (3, 3).
+        out: out; its inverse, not H itself.
+    """
     m = H.shape[0] - 1
     out[:] = 0.0
     out[m, m] = 1.0

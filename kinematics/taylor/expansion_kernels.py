@@ -12,10 +12,11 @@ joints, and arms r_j from a point of the joint before a link to one of the joint
     0     = Σ a_j Dq_j, Σ D r_j                   (each loop, A minus B; j turns in the first)
 
 Of degree k, products of parts of lower degrees are known; the matrix of the unknown Dq is the
-loop matrix S_0 of the screws, and its pseudo-inverse answers each product. All products of
-one degree are formed at once, each on a *lane* of its own. (J. J. de Jong, PhD thesis,
-University of Twente, Eq. 4.30, has the same derivatives with Kronecker products and without
-symmetry.)
+loop matrix S_0 of the screws, and its pseudo-inverse gives the response of Dq to each product.
+All products of one degree are formed at once, each on a *lane* of its own: a column of the
+arrays ``left``, ``right`` (factors) and ``product``, which have a row of ``stride`` lanes for
+each monomial. Lengths are in chain units. (J. J. de Jong, PhD thesis, University of Twente,
+Eq. 4.30, has the same derivatives with Kronecker products and without symmetry.)
 """
 
 from __future__ import annotations
@@ -25,246 +26,141 @@ from numpy.typing import NDArray
 
 from kinematics.closure.series import fill_loop_matrix
 from kinematics.compiled.jit import kernel
-from kinematics.compiled.simd import LANES, load, spread, store
 from kinematics.linalg.pseudo_inverse import pseudo_inverse
-from kinematics.taylor.layout import Layout
+from kinematics.taylor.layout import SECTION, SIZE, WORK, Layout
 from kinematics.taylor.monomials import multiply
+from kinematics.taylor.vectors import (
+    fill_points,
+    fill_starts,
+    planar_responses,
+    planar_vectors,
+    solve,
+    spatial_responses,
+    spatial_vectors,
+)
 
 __all__ = ["polynomials"]
 
 Array = NDArray[np.float64]
 
 
-@kernel(borrows=True)
-def _fill_points(parent, screws, cuts, points, pitch):
-    """Points of the joints, then of the cuts; a slider has that of the joint before it."""
-    n, space = parent.size, points.shape[1]
-    for j in range(n):
-        s, at = screws[j], points[j]
-        if space == 2:
-            turns = s[0] != 0.0
-            at[0], at[1] = -s[0] * s[2], s[0] * s[1]
-        else:
-            turns = s[0] != 0.0 or s[1] != 0.0 or s[2] != 0.0
-            pitch[j] = s[0] * s[3] + s[1] * s[4] + s[2] * s[5]
-            for i in range(3):
-                u, v = (i + 1) % 3, (i + 2) % 3
-                at[i] = s[u] * s[3 + v] - s[v] * s[3 + u]
-        if not turns:
-            pitch[j] = 1.0
-            for i in range(space):
-                at[i] = points[parent[j], i] if parent[j] >= 0 else 0.0
-    for loop in range(cuts.size):
-        for i in range(space):
-            points[n + loop, i] = points[cuts[loop], i] if cuts[loop] >= 0 else 0.0
+@kernel(inline=True, borrows=True)
+def _fill_degree_1(columns, S, dependent, inverse, width, rates):
+    """Compute the joint rates of degree 1: ``Dq = C - S_0⁺ S_0 C`` with the columns C.
 
-
-@kernel(borrows=True)
-def _add(factor, G, row, K, lane, width):
-    """Add a row of G to that of a lane in K."""
-    for d in range(width):
-        K[lane * width + d] += factor * G[row * width + d]
-
-
-@kernel(borrows=True)
-def _spatial_responses(G, width, axes, terms, points, pitch, K):
-    """Rates of the dependent joints that each product of known parts calls for."""
-    for q in range(terms.shape[0]):
-        row, sign, vector = terms[q, 0], float(terms[q, 1]), terms[q, 2]
-        if vector >= 0:
-            for i in range(3):
-                _add(-sign, G, row + 3 + i, K, 6 * vector + i, width)
-                _add(sign, G, row + 3 + i, K, 6 * vector + 3 + i, width)
-            continue
-        j, slide = axes[vector, 1], axes[vector, 4]
-        for i in range(3):
-            u, v = (i + 1) % 3, (i + 2) % 3
-            _add(-sign * pitch[j], G, row + 3 + i, K, slide + i, width)
-            if axes[vector, 2] > 0:
-                _add(-sign, G, row + i, K, slide + i, width)
-                _add(-sign * points[j, v], G, row + 3 + u, K, slide + i, width)
-                _add(sign * points[j, u], G, row + 3 + v, K, slide + i, width)
-
-
-@kernel(borrows=True)
-def _planar_responses(G, width, axes, terms, K):
-    """As `_spatial_responses`, in a plane."""
-    for q in range(terms.shape[0]):
-        row, sign, vector = terms[q, 0], float(terms[q, 1]), terms[q, 2]
-        if vector >= 0:
-            _add(-sign, G, row + 2, K, 2 * vector, width)
-            _add(sign, G, row + 1, K, 2 * vector + 1, width)
-        else:
-            slide = axes[vector, 4]
-            _add(-sign, G, row + 1, K, slide, width)
-            _add(-sign, G, row + 2, K, slide + 1, width)
-
-
-@kernel(borrows=True)
-def _solve(begin, end, few, lanes, Z, K, dependent, x, rates):
-    """Rates of the dependent joints (M, n) from the products of known parts."""
-    for t in range(begin, end):
-        for y in range(0, x.size, LANES):
-            total = spread(0.0)
-            for lane in range(few):
-                total = total + spread(Z[t * lanes + lane]) * load(K, lane * x.size + y)
-            store(x, y, total)
-        for d in range(dependent.size):
-            rates[t, dependent[d]] = x[d]
-
-
-@kernel(borrows=True)
-def _planar_vectors(
-    k, begin, end, lanes, joints, arms, axes, screws, starts, rates, omega, Z, left, right
-):
-    """As `_spatial_vectors`, in a plane."""
-    few, part = arms.shape[0], 1.0 / k
-    for t in range(begin, end):
-        here = slice(t * lanes, (t + 1) * lanes)
-        one, two, z = left[here], right[here], Z[here]
-        for h in range(joints.shape[0]):
-            j, p = joints[h, 0], joints[h, 1]
-            omega[j, 0] = screws[j, 0] * rates[t, j] + (omega[p, 0] if p >= 0 else 0.0)
-        for h in range(few):
-            w, axis, x, y = omega[arms[h, 0], 0], arms[h, 2], 2 * h, 2 * h + 1
-            rx, ry = -(w * starts[h, 1] + z[y]), w * starts[h, 0] + z[x]
-            if axis >= 0:
-                rate, slide = rates[t, axes[axis, 1]], axes[axis, 4]
-                rx += starts[few + axis, 0] * rate + z[slide]
-                ry += starts[few + axis, 1] * rate + z[slide + 1]
-            one[x], one[y], two[x], two[y] = w, w, part * rx, part * ry
-        for h in range(axes.shape[0]):
-            w, rate = omega[axes[h, 0], 0], rates[t, axes[h, 1]]
-            x, slide = axes[h, 3], axes[h, 4]
-            one[x] = one[x + 1] = w
-            one[slide] = one[slide + 1] = rate
-            two[x] = two[slide] = -part * (w * starts[few + h, 1] + z[x + 1])
-            two[x + 1] = two[slide + 1] = part * (w * starts[few + h, 0] + z[x])
-
-
-@kernel(borrows=True)
-def _spatial_vectors(
-    k, begin, end, lanes, joints, arms, axes, screws, starts, pitch, rates, omega, Z, left,
-    right,
-):  # fmt: skip
-    """Vectors of degree k, and what they are multiplied with, each on its lanes.
-
-    The lanes of a cross product are the three products that count, then the three that are
-    subtracted.
+    Args:
+        columns: in; rates of the independent joints (n, columns).
+        S: in; the loop matrix (rows, n).
+        dependent: in; dependent joints.
+        inverse: in; the pseudo-inverse, transposed, flat.
+        width: length of its rows.
+        rates: in, zeros; out; the monomials of degree 1 are 1, 2, … (monomials, n).
     """
-    few, part = arms.shape[0], 1.0 / k
-    for t in range(begin, end):
-        base = t * lanes
-        for h in range(joints.shape[0]):
-            j, p, axis = joints[h, 0], joints[h, 1], joints[h, 2]
-            for i in range(3):
-                omega[j, i] = screws[j, i] * rates[t, j]
-                if p >= 0:
-                    omega[j, i] += omega[p, i]
-                if axis >= 0 and axes[axis, 2] > 0:
-                    omega[j, i] += Z[base + axes[axis, 4] + i]
-        for h in range(few + axes.shape[0]):
-            axis = arms[h, 2] if h < few else -1
-            link = arms[h, 0] if h < few else axes[h - few, 0]
-            z = base + (6 * h if h < few else axes[h - few, 3])
-            for i in range(3):
-                u, v = (i + 1) % 3, (i + 2) % 3
-                change = omega[link, u] * starts[h, v] - omega[link, v] * starts[h, u]
-                change += Z[z + i] - Z[z + 3 + i]
-                if axis >= 0:
-                    j, y = axes[axis, 1], base + axes[axis, 4]
-                    change += pitch[j] * (starts[few + axis, i] * rates[t, j] + Z[y + i])
-                change *= part
-                left[z + v] = left[z + 3 + u] = omega[link, i]
-                right[z + u] = right[z + 3 + v] = change
-                if h >= few:
-                    y = base + axes[h - few, 4]
-                    left[y + i], right[y + i] = rates[t, axes[h - few, 1]], change
+    for w in range(columns.shape[1]):
+        for r in range(S.shape[0]):
+            b = 0.0
+            for j in range(S.shape[1]):
+                b -= S[r, j] * columns[j, w]
+            for d in range(dependent.size):
+                rates[1 + w, dependent[d]] += b * inverse[r * width + d]
+        for j in range(S.shape[1]):
+            rates[1 + w, j] += columns[j, w]
+
+
+@kernel(inline=True, borrows=True)
+def _divide_by_degree(degrees, rates):
+    """Divide rates by their degree in place: ``Dq = k q`` for the part of degree k.
+
+    Args:
+        degrees: in; where the monomials of each degree begin (order + 2,).
+        rates: in, the coefficients of Dq; out, those of q (monomials, n).
+    """
+    n, flat = rates.shape[1], rates.reshape(rates.size)
+    for k in range(2, degrees.size - 1):
+        part = 1.0 / k
+        for i in range(degrees[k] * n, degrees[k + 1] * n):
+            flat[i] *= part
 
 
 def _polynomials_kernel(dim):
-    """The kernel for screws of ``dim`` components: 6 in space, 3 in a plane."""
+    """Make the kernel for screws of ``dim`` components: 6 in space, 3 in a plane."""
     space = 3 if dim == 6 else 2
 
     @kernel(borrows=True)
-    def fill(whole, real, screws, rates, room):
-        """Put the coefficients of q into rates; returns the condition number."""
-        sizes = whole[whole[0] : whole[1]]
-        parent = whole[whole[1] : whole[2]]
-        ends = whole[whole[2] : whole[3]].reshape(-1, 2)
-        dependent = whole[whole[3] : whole[4]]
-        equations = whole[whole[4] : whole[5]]
-        joints = whole[whole[5] : whole[6]].reshape(-1, 3)
-        arms = whole[whole[6] : whole[7]].reshape(-1, 3)
-        axes = whole[whole[7] : whole[8]].reshape(-1, 5)
-        terms = whole[whole[8] : whole[9]].reshape(-1, 3)
-        cuts = whole[whole[9] : whole[10]]
-        degrees = whole[whole[10] : whole[11]]
-        places = whole[whole[11] : whole[12]].reshape(-1, 2)
-        pairs = whole[whole[12] : whole[13]].reshape(-1, 2)
-        n, width, few, lanes = sizes[0], sizes[1], sizes[2], sizes[3]
+    def fill(whole, real, screws, rates, workspace):
+        """Compute the coefficients of the joint positions, degree by degree.
+
+        Args:
+            whole: in; integers, in the sections of `kinematics.taylor.layout`.
+            real: in; columns (n, width), then mimic relations (g, n), flat.
+            screws: in; joint screws (n, 6 or 3).
+            rates: in, zeros; out; coefficients (monomials, n), first of Dq, at last of q.
+            workspace: in, zeros; as long as the sections of the workspace.
+
+        Returns:
+            The condition number of the equations.
+        """
+        sizes = whole[whole[SECTION.sizes] : whole[SECTION.sizes + 1]]
+        parent = whole[whole[SECTION.parent] : whole[SECTION.parent + 1]]
+        ends = whole[whole[SECTION.ends] : whole[SECTION.ends + 1]].reshape(-1, 2)
+        dependent = whole[whole[SECTION.dependent] : whole[SECTION.dependent + 1]]
+        equations = whole[whole[SECTION.equations] : whole[SECTION.equations + 1]]
+        joints = whole[whole[SECTION.joints] : whole[SECTION.joints + 1]].reshape(-1, 3)
+        arms = whole[whole[SECTION.arms] : whole[SECTION.arms + 1]].reshape(-1, 3)
+        axes = whole[whole[SECTION.axes] : whole[SECTION.axes + 1]].reshape(-1, 5)
+        terms = whole[whole[SECTION.terms] : whole[SECTION.terms + 1]].reshape(-1, 3)
+        cuts = whole[whole[SECTION.cuts] : whole[SECTION.cuts + 1]]
+        degrees = whole[whole[SECTION.degrees] : whole[SECTION.degrees + 1]]
+        places = whole[whole[SECTION.places] : whole[SECTION.places + 1]].reshape(-1, 2)
+        pairs = whole[whole[SECTION.pairs] : whole[SECTION.pairs + 1]].reshape(-1, 2)
+        n, width, lanes = sizes[SIZE.joints], sizes[SIZE.width], sizes[SIZE.lanes]
+        stride, wide, order = sizes[SIZE.stride], sizes[SIZE.wide], degrees.size - 2
         columns = real[: n * width].reshape(n, width)
         mimics = real[n * width :].reshape(-1, n)
-        order, M = degrees.size - 2, places.shape[0] - 1
 
-        rows, m, nd = ends.shape[0] * dim + mimics.shape[0], equations.size, dependent.size
-        wide, arrows = -(-nd // LANES) * LANES, arms.shape[0] + axes.shape[0]
-        left, room = room[: M * lanes], room[M * lanes :]
-        right, room = room[: M * lanes], room[M * lanes :]
-        Z, room = room[: M * lanes], room[M * lanes :]
-        K, room = room[: few * wide], room[few * wide :]
-        G, room = room[: rows * wide], room[rows * wide :]
-        S, room = room[: rows * n].reshape(rows, n), room[rows * n :]
-        points, room = room[: (n + cuts.size) * space], room[(n + cuts.size) * space :]
-        points = points.reshape(n + cuts.size, space)
-        starts, room = room[: arrows * space].reshape(arrows, space), room[arrows * space :]
-        omega, room = room[: n * (dim - space)].reshape(n, -1), room[n * (dim - space) :]
-        x, pitch, v, W = room[:wide], room[wide:], room[wide + n :], room[wide + n + m :]
+        at = whole[whole[SECTION.work] : whole[SECTION.work + 1]]
+        left = workspace[at[WORK.left] : at[WORK.left + 1]]
+        right = workspace[at[WORK.right] : at[WORK.right + 1]]
+        product = workspace[at[WORK.product] : at[WORK.product + 1]]
+        response = workspace[at[WORK.response] : at[WORK.response + 1]]
+        inverse = workspace[at[WORK.inverse] : at[WORK.inverse + 1]]
+        x = workspace[at[WORK.unknown] : at[WORK.unknown + 1]]
+        reflected = workspace[at[WORK.reflected] : at[WORK.reflected + 1]]
+        S = workspace[at[WORK.matrix] : at[WORK.matrix + 1]].reshape(-1, n)
+        points = workspace[at[WORK.points] : at[WORK.points + 1]].reshape(-1, space)
+        starts = workspace[at[WORK.starts] : at[WORK.starts + 1]].reshape(-1, space)
+        omega = workspace[at[WORK.omega] : at[WORK.omega + 1]].reshape(n, -1)
+        pitch = workspace[at[WORK.pitch] : at[WORK.pitch + 1]]
+        scratch = workspace[at[WORK.scratch] : at[WORK.scratch + 1]]
 
         fill_loop_matrix(parent, screws, ends, mimics, S)
-        condition = pseudo_inverse(S, equations, dependent, G, W, v)
-        _fill_points(parent, screws, cuts, points, pitch)
-        for i in range(space):
-            for h in range(arms.shape[0]):
-                starts[h, i] = points[arms[h, 1], i] - points[arms[h, 0], i]
-            for h in range(axes.shape[0]):
-                first = 0 if axes[h, 2] > 0 else dim - space
-                starts[arms.shape[0] + h, i] = screws[axes[h, 1], first + i]
+        condition = pseudo_inverse(S, equations, dependent, inverse, reflected, scratch)
+        fill_points(parent, screws, cuts, points, pitch)
+        fill_starts(dim, arms, axes, screws, points, starts)
         if dim == 6:
-            _spatial_responses(G, wide, axes, terms, points, pitch, K)
+            spatial_responses(inverse, wide, axes, terms, points, pitch, response)
         else:
-            _planar_responses(G, wide, axes, terms, K)
-        for w in range(width if order > 0 else 0):
-            for r in range(S.shape[0]):
-                b = 0.0
-                for j in range(n):
-                    b -= S[r, j] * columns[j, w]
-                for d in range(dependent.size):
-                    rates[1 + w, dependent[d]] += b * G[r * wide + d]
-            for j in range(n):
-                rates[1 + w, j] += columns[j, w]
+            planar_responses(inverse, wide, axes, terms, response)
+        if order > 0:
+            _fill_degree_1(columns, S, dependent, inverse, wide, rates)
         for k in range(1, order + 1):
             begin, end = degrees[k], degrees[k + 1]
             if k > 1:
-                # The last degree needs no turned axes.
-                count = few if k == order else lanes
-                multiply(begin, end, count, lanes, places, pairs, left, right, Z)
-                _solve(begin, end, few, lanes, Z, K, dependent, x, rates)
+                # The last degree needs no turned axes: those lanes come after the loops'.
+                count = lanes if k == order else stride
+                multiply(begin, end, count, stride, places, pairs, left, right, product)
+                solve(begin, end, lanes, stride, product, response, dependent, x, rates)
             if k < order and dim == 6:
-                _spatial_vectors(
-                    k, begin, end, lanes, joints, arms, axes, screws, starts, pitch, rates,
-                    omega, Z, left, right,
+                spatial_vectors(
+                    k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates,
+                    omega, product, left, right,
                 )  # fmt: skip
             elif k < order:
-                _planar_vectors(
-                    k, begin, end, lanes, joints, arms, axes, screws, starts, rates, omega, Z,
-                    left, right,
+                planar_vectors(
+                    k, begin, end, stride, joints, arms, axes, screws, starts, rates, omega,
+                    product, left, right,
                 )  # fmt: skip
-        flat = rates.reshape(rates.size)
-        for k in range(2, order + 1):
-            part = 1.0 / k
-            for i in range(degrees[k] * n, degrees[k + 1] * n):
-                flat[i] *= part
+        _divide_by_degree(degrees, rates)
         return condition
 
     return fill
@@ -274,25 +170,38 @@ _fill_spatial, _fill_planar = _polynomials_kernel(6), _polynomials_kernel(3)
 
 
 @kernel(inline=True)
-def _room(whole):
-    """Room for the vectors and all else, from a line of the cache on."""
-    room = np.zeros(whole[whole[0] + 4])
-    # Vectors are fast where they do not straddle lines of the cache, of 64 bytes.
-    return room[-(room.ctypes.data // 8) % 8 :]
+def _workspace(whole):
+    """Allocate the workspace, from a line of the cache on.
+
+    Loads and stores are fast where they do not straddle lines of the cache, of 64 bytes or 8
+    numbers. NumPy aligns arrays to 16 bytes: up to 7 numbers are skipped, as many as there
+    are from the first one's address to the next line.
+
+    Args:
+        whole: in; integers, in the sections of `kinematics.taylor.layout`.
+
+    Returns:
+        Zeros, as many as the workspace takes or more.
+    """
+    size = whole[whole[SECTION.work + 1] - 1]  # the end of the last section
+    numbers = np.zeros(size + 7)
+    return numbers[-(numbers.ctypes.data // 8) % 8 :]
 
 
 @kernel
 def _spatial(whole, real, screws, rates):
-    return _fill_spatial(whole, real, screws, rates, _room(whole))
+    """Compute coefficients in space, in a workspace of its own; see ``fill``."""
+    return _fill_spatial(whole, real, screws, rates, _workspace(whole))
 
 
 @kernel
 def _planar(whole, real, screws, rates):
-    return _fill_planar(whole, real, screws, rates, _room(whole))
+    """Compute coefficients in a plane, in a workspace of its own; see ``fill``."""
+    return _fill_planar(whole, real, screws, rates, _workspace(whole))
 
 
 def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
-    """The joint positions of the closed motion as polynomials in a chain's coordinates.
+    """Expand the joint positions of the closed motion in a chain's coordinates.
 
     Args:
         screws: unit screws of the chain's joints (n, 6 or 3), in its units.

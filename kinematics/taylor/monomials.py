@@ -24,8 +24,8 @@ __all__ = ["Monomials", "monomials", "multiply", "powers"]
 
 Array = NDArray[np.float64]
 
-# Products of coefficients that a table may list, half of them twice as pairs of 16 bytes.
-LARGEST = 5_000_000
+# Products of coefficients that a table may have: it lists half of them, as pairs of 16 bytes.
+MAX_PRODUCTS = 5_000_000
 
 
 class Monomials(NamedTuple):
@@ -46,13 +46,17 @@ class Monomials(NamedTuple):
 
 
 def monomials(width: int, order: int) -> Monomials:
-    """The monomials of ``width`` variables up to degree ``order``.
+    """List the monomials of ``width`` variables up to degree ``order``, and their products.
+
+    Args:
+        width: number of variables.
+        order: highest degree.
 
     Raises:
         LinkageError: there are too many of them.
     """
     products = comb(2 * width + order, order)
-    if products > LARGEST:
+    if products > MAX_PRODUCTS:
         raise LinkageError(
             f"order {order} in {width} inputs takes {products:.1e} products; "
             "give a lower order, or restrict the motion"
@@ -76,40 +80,75 @@ def monomials(width: int, order: int) -> Monomials:
 
 @kernel(borrows=True)
 def _list_factors(codes, starts, places, pairs):
-    """Sort pairs of factors by their product: count them, or list them if there is room.
+    """Sort pairs of factors by their product: count them, or list them.
 
-    ``places[t, 0]`` is where the next pair whose product is t is listed; when they are only
-    counted, ``places[t + 1, 0]`` is how many there are.
+    Args:
+        codes: in; codes of the monomials, which add up as these multiply (M,).
+        starts: in; where each degree begins (order + 2,).
+        places: in and out (M + 1, 2). ``places[t, 0]`` is where the next pair whose product is
+            t is listed; when they are counted, ``places[t + 1, 0]`` is how many there are.
+            ``places[t, 1]`` takes the square root of t.
+        pairs: out; factors (P, 2). An array of length 0 says that they are only counted.
     """
     order = starts.size - 2
-    counting = pairs.shape[0] == 0
+    # degrees a ≤ b of the two factors
     for a in range(1, order):
         for b in range(a, order + 1 - a):
             for i in range(starts[a], starts[a + 1]):
-                t = starts[a + b]
-                for j in range(max(i, starts[b]), starts[b + 1]):
-                    while codes[t] != codes[i] + codes[j]:
-                        t += 1
-                    if i == j:
-                        places[t, 1] = i
-                    elif counting:
-                        places[t + 1, 0] += 1
-                    else:
-                        pairs[places[t, 0], 0], pairs[places[t, 0], 1] = i, j
-                        places[t, 0] += 1
+                _list_products(i, a, b, codes, starts, places, pairs)
+
+
+@kernel(inline=True, borrows=True)
+def _list_products(i, a, b, codes, starts, places, pairs):
+    """Count or list the products of monomial i, of degree a, with those of degree b.
+
+    Codes descend within a degree: as j goes on, so does the product t.
+
+    Args:
+        i: the monomial.
+        a: its degree.
+        b: degree of the other factor.
+        codes: in; as in `_list_factors`, as are the others.
+        starts: in.
+        places: in and out.
+        pairs: out.
+    """
+    counting = pairs.shape[0] == 0
+    t = starts[a + b]
+    for j in range(max(i, starts[b]), starts[b + 1]):
+        while codes[t] != codes[i] + codes[j]:
+            t += 1
+        if i == j:
+            places[t, 1] = i
+        elif counting:
+            places[t + 1, 0] += 1
+        else:
+            pairs[places[t, 0], 0], pairs[places[t, 0], 1] = i, j
+            places[t, 0] += 1
 
 
 @kernel(borrows=True)
 def multiply(begin, end, count, lanes, places, pairs, left, right, out):
-    """Products of polynomials side by side: their monomials begin … end, into ``out``.
+    """Multiply polynomials side by side: the coefficients of monomials begin … end.
 
-    Arrays are flat, with ``lanes`` numbers for each monomial, one for each product; the first
-    ``count`` of them are formed, and others up to a multiple of `LANES`. Constant terms of
-    the factors must be 0.
+    ``out_t = left_r right_r + Σ_(i,j) (left_i right_j + left_j right_i)`` with the root r of t,
+    if it is a square, and the pairs (i, j) of different factors of t. Constant terms of the
+    factors must be 0: monomials that are no squares have the root 0.
+
+    Args:
+        begin: first monomial.
+        end: monomial after the last one.
+        count: how many products; others up to a multiple of `LANES` are formed with them.
+        lanes: numbers of each monomial, one for each product; a multiple of `LANES`.
+        places: in; as in `Monomials`.
+        pairs: in; as in `Monomials`.
+        left: in; left factors, flat (monomials * lanes,).
+        right: in; right factors.
+        out: out; products.
     """
     for t in range(begin, end):
         for x in range(0, count, LANES):
-            root = places[t, 1] * lanes + x
+            root = places[t, 1] * lanes + x  # that of the constant term, 0, if there is none
             total = load(left, root) * load(right, root)
             for p in range(places[t, 0], places[t + 1, 0]):
                 i, j = pairs[p, 0] * lanes + x, pairs[p, 1] * lanes + x
@@ -119,7 +158,15 @@ def multiply(begin, end, count, lanes, places, pairs, left, right, out):
 
 
 def powers(exponents: IntArray, u: Array) -> Array:
-    """Monomials ``u^α`` at points u (..., w); shape (..., M)."""
+    """Evaluate monomials ``u^α``.
+
+    Args:
+        exponents: multi-indices α (M, w).
+        u: points (..., w).
+
+    Returns:
+        Shape (..., M).
+    """
     highest = int(exponents.max(initial=0))
     table = u[..., None] ** np.arange(highest + 1)
     result = np.ones((*u.shape[:-1], len(exponents)))

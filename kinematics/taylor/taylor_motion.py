@@ -34,9 +34,16 @@ Array = NDArray[np.float64]
 
 # Condition number of the closure equations beyond which they determine no motion.
 SINGULAR = 1e9
-# The radius of convergence is read off series of this order, along so many directions for
-# every input, all around and then ever nearer the worst one, and is taken smaller by a margin.
-FAR, DIRECTIONS, SPREADS, MARGIN = 24, 6, (1.0, 0.3, 0.1), 0.9
+# Order of the series from which the radius of convergence is read; a singularity that hardly
+# shows in so many terms escapes it.
+FAR = 24
+# Directions for every input along which the radius is looked for.
+DIRECTIONS = 6
+# How far these spread around the worst one found so far, of length 1: all around at first.
+SPREADS = (1.0, 0.3, 0.1)
+# Directions in between may be worse: the smallest radius found is taken smaller by this.
+MARGIN = 0.9
+# Of the random directions: the same linkage has the same radius every time.
 SEED = 7
 
 

@@ -1,7 +1,7 @@
 """Draw the picture of the README: a four-bar as drawn and balanced, and what its base feels.
 
 ``python docs/make_picture.py`` writes ``docs/shaking.svg``; it needs the extra ``plot``. Both
-linkages of the gallery follow one motion, and the force and moment are those of `balance.verify`.
+linkages of the gallery follow one motion; force and moment come from `balance.verify`.
 """
 
 from __future__ import annotations
@@ -60,8 +60,10 @@ def draw_linkage(ax, name, linkage):
     for body, centre in zip(linkage.bodies, centres, strict=True):
         radius = np.sqrt(body.inertia[0] / DENSITY / np.pi)
         ax.add_patch(_disc(centre, radius, colour))
-        ax.annotate(f"{body.inertia[0]:g} kg", centre[:2], xytext=(-24, 4),
-                    textcoords="offset points", ha="center", fontsize=8, color=colour)  # fmt: skip
+        ax.annotate(
+            f"{body.inertia[0]:g} kg", centre[:2], xytext=(-24, 4), fontsize=8, color=colour,
+            textcoords="offset points", ha="center",
+        )  # fmt: skip
     ax.plot(*ends.reshape(-1, 3)[:, :2].T, "o", ms=5, mfc="white", mec="#1b1e22")
     ax.set(aspect="equal", xlim=(-0.45, 1.3), ylim=(-0.5, 1.05), title=name)
     ax.axis("off")
@@ -78,7 +80,8 @@ def draw_loads(axes, runs):
     for ax, part, unit in zip(axes, ("force", "moment"), ("N", "N m"), strict=True):
         for name, run in runs.items():
             ax.plot(run.trajectory.time, run.sizes(part), color=COLOURS[name], label=name)
-        ax.set(ylabel=f"shaking {part}, {unit}", ylim=(-0.04 * runs["as drawn"].peak(part), None))
+        lowest = -0.04 * runs["as drawn"].peak(part)
+        ax.set(ylabel=f"shaking {part}, {unit}", ylim=(lowest, None))
         tidy(ax)
     axes[0].legend(frameon=False, fontsize=8)
     axes[1].set_xlabel("time, s")

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from yourdfpy import URDF
 
     from kinematics.model.linkage import Draft, Linkage
-    from kinematics.model.source import Document
     from kinematics.urdf.input_files import Options
+    from kinematics.urdf_elements.element import Document
 
 __all__ = ["LinkageLike", "as_linkage", "describe", "find", "gallery", "load", "robots"]
 
@@ -199,9 +199,9 @@ def _draft(
     options: Options,
 ) -> Draft:
     """The linkage as its file, or a loaded model, describes it."""
-    from kinematics.model.source import Document
     from kinematics.urdf.input_files import accepted
     from kinematics.urdf.input_streams import streamed
+    from kinematics.urdf_elements.element import Document
 
     if isinstance(model, (str, PathLike)):
         model = streamed(model) or find(model)

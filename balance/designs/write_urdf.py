@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from kinematics.model.linkage import Draft
-from kinematics.model.source import Element
 from kinematics.urdf.edit_xml import Splice, Text, read_again
 from kinematics.urdf.validate_fields import needed
+from kinematics.urdf_elements.element import Element
 
 __all__ = ["with_inertials"]
 

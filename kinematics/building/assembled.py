@@ -12,13 +12,13 @@ from contextlib import contextmanager
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
-from kinematics.model.source import Document, Element
 from kinematics.urdf.input_files import Options
 from kinematics.urdf.loop_file import merge
 from kinematics.urdf.read import drafted
 from kinematics.urdf.validate import checked
-from kinematics.urdf.write_numbers import written
 from kinematics.urdf.xml_tree import naming
+from kinematics.urdf_elements.element import Document, Element
+from kinematics.urdf_elements.write_numbers import written
 
 __all__ = ["assembled", "faults_of"]
 

@@ -8,12 +8,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.building import elements
 from kinematics.building.assembled import assembled, faults_of
 from kinematics.building.numbers import BodyLike, bodies_of, carriers, name_of, named
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
-from kinematics.model.source import Element
 from kinematics.spatial.screws import exp, prismatic, revolute
 from kinematics.urdf.rounded_angles import (
     READINGS,
@@ -25,6 +23,8 @@ from kinematics.urdf.rounded_angles import (
 )
 from kinematics.urdf.validate_fields import LARGEST, WIDEST
 from kinematics.urdf.xml_tree import Refusal
+from kinematics.urdf_elements import make_elements
+from kinematics.urdf_elements.element import Element
 
 __all__ = ["CONVENTIONS", "from_dh", "transformations"]
 
@@ -195,22 +195,22 @@ def _robot(
     name_of("<robot>", "name", name)
     links = ["base", *(f"link{i + 1}" for i in range(len(rows)))]
     masses = bodies_of(bodies, dict.fromkeys(links, _CENTRE))
-    parts, joints, after = [elements.link("base")], [], np.eye(4)
+    parts, joints, after = [make_elements.link("base")], [], np.eye(4)
     for parent, child, row, kind, title in zip(
         links, links[1:], rows, kinds, titles, strict=False
     ):
         before, beyond = transformations(row, convention)
-        joints.append(elements.joint(
+        joints.append(make_elements.joint(
             title, "continuous" if kind == "revolute" else kind, parent, child,
-            elements.origin(after @ before), ("0 0 1", ""), independent=True,
+            make_elements.origin(after @ before), ("0 0 1", ""), independent=True,
         ))  # fmt: skip
         after = beyond
-        parts.append(elements.link(child, _inertial(masses.get(child), beyond)))
+        parts.append(make_elements.link(child, _inertial(masses.get(child), beyond)))
     if convention == "standard":
-        parts.append(elements.link("tool"))
-        last = elements.origin(after)
-        joints.append(elements.joint("tool_fixed", "fixed", links[-1], "tool", last))
-    return elements.robot(name, [*parts, *joints])
+        parts.append(make_elements.link("tool"))
+        last = make_elements.origin(after)
+        joints.append(make_elements.joint("tool_fixed", "fixed", links[-1], "tool", last))
+    return make_elements.robot(name, [*parts, *joints])
 
 
 def _inertial(body: tuple[float, Array, Array] | None, frame: Array) -> Element | None:
@@ -220,4 +220,4 @@ def _inertial(body: tuple[float, Array, Array] | None, frame: Array) -> Element 
     mass, com, inertia = body
     at = frame.copy()
     at[:3, 3] += frame[:3, :3] @ com
-    return elements.inertial(mass, inertia, elements.origin(at))
+    return make_elements.inertial(mass, inertia, make_elements.origin(at))

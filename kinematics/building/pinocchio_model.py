@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.building import elements
 from kinematics.building.assembled import assembled, faults_of
 from kinematics.building.numbers import named
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
-from kinematics.model.source import Element
 from kinematics.urdf.input_files import Options
-from kinematics.urdf.write_numbers import words
 from kinematics.urdf.xml_tree import Refusal
+from kinematics.urdf_elements import make_elements
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.write_numbers import words
 
 if TYPE_CHECKING:
     import pinocchio
@@ -131,13 +131,13 @@ class _Model:
         model, links = self.model, []
         for own, inertia in zip(self.links, model.inertias, strict=True):
             (first, _), *others = own
-            links.append(elements.link(first, _inertial(inertia)))
-            links += [elements.link(name) for name, _ in others]
+            links.append(make_elements.link(first, _inertial(inertia)))
+            links += [make_elements.link(name) for name, _ in others]
         joints = [each for i in range(1, len(model.joints)) for each in self._joint(i)]
         joints += self._fixed()
         loops = [self._loop(k, each) for k, each in enumerate(constraints, 1)]
-        links += [elements.link(name) for name in self.between]
-        return elements.robot(model.name or "model", [*links, *joints, *loops])
+        links += [make_elements.link(name) for name in self.between]
+        return make_elements.robot(model.name or "model", [*links, *joints, *loops])
 
     def _joint(self, index: int) -> Iterator[Element]:
         """The joints of the file that make up a joint of the model."""
@@ -150,8 +150,8 @@ class _Model:
             if k < len(steps) - 1:
                 child = self._fresh(title)
                 self.between.append(child)
-            origin = elements.origin(at @ step.at)
-            yield elements.joint(title, step.kind, parent, child, origin, *step[2:])
+            origin = make_elements.origin(at @ step.at)
+            yield make_elements.joint(title, step.kind, parent, child, origin, *step[2:])
             parent, at = child, np.eye(4)
 
     def _fixed(self) -> Iterator[Element]:
@@ -163,7 +163,8 @@ class _Model:
                 while title in known:
                     title += "_"
                 known.add(title)
-                yield elements.joint(title, "fixed", first, name, elements.origin(pose))
+                origin = make_elements.origin(pose)
+                yield make_elements.joint(title, "fixed", first, name, origin)
 
     def _loop(self, number: int, constraint: Any) -> Element:
         """The ``<loop>`` of a constraint."""
@@ -176,13 +177,13 @@ class _Model:
             problem = "its desired_contact_placement is not the identity"
             raise Refusal(label, problem, "put it into the placements of its joints")
         sides: list[tuple[str, Element | None]] = [
-            (self.links[joint][0][0], elements.origin(_pose(placement)))
+            (self.links[joint][0][0], make_elements.origin(_pose(placement)))
             for joint, placement in (
                 (constraint.joint1_id, constraint.joint1_placement),
                 (constraint.joint2_id, constraint.joint2_placement),
             )
         ]
-        return elements.loop(constraint.name or f"loop{number}", kind, sides)
+        return make_elements.loop(constraint.name or f"loop{number}", kind, sides)
 
 
 def _steps(model: Any, index: int) -> list[_Step]:
@@ -261,4 +262,4 @@ def _inertial(inertia: Any) -> Element | None:
     if inertia.mass == 0.0 and not tensor.any():
         return None
     at[:3, 3] = inertia.lever
-    return elements.inertial(float(inertia.mass), tensor, elements.origin(at))
+    return make_elements.inertial(float(inertia.mass), tensor, make_elements.origin(at))

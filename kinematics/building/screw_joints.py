@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.building import elements
 from kinematics.building.assembled import assembled, faults_of
 from kinematics.building.numbers import (
     BodyLike,
@@ -22,11 +21,13 @@ from kinematics.building.numbers import (
 )
 from kinematics.error_text import clean, closest_names
 from kinematics.model.linkage import Linkage
-from kinematics.model.source import Element
 from kinematics.spatial.screws import twist_axis
-from kinematics.urdf.validate_fields import DEGREES, PERPENDICULAR
-from kinematics.urdf.write_numbers import words
+from kinematics.urdf.validate_fields import PERPENDICULAR
 from kinematics.urdf.xml_tree import Refusal
+from kinematics.urdf_elements import make_elements
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.joint_types import DEGREES
+from kinematics.urdf_elements.write_numbers import words
 
 __all__ = ["ScrewJoint", "from_screws"]
 
@@ -163,11 +164,11 @@ def _robot(
         inertial = None
         if body is not None:
             at = Element("origin", {"xyz": differences(body[1], point)})
-            inertial = elements.inertial(body[0], body[2], at)
-        parts.append(elements.link(link, inertial))
+            inertial = make_elements.inertial(body[0], body[2], at)
+        parts.append(make_elements.link(link, inertial))
     parts += [_joint(each, points) for each in drawn]
     parts += [_loop(_drawn("loop", loop), points) for loop in loops]
-    return elements.robot(name, parts)
+    return make_elements.robot(name, parts)
 
 
 def _points(joints: Sequence[_Drawn]) -> dict[str, Array]:
@@ -253,7 +254,7 @@ def _joint(each: _Drawn, points: Mapping[str, Array]) -> Element:
     """The ``<joint>`` element."""
     joint = each.joint
     at = Element("origin", {"xyz": differences(points[joint.child], points[joint.parent])})
-    return elements.joint(
+    return make_elements.joint(
         joint.name, each.kind, joint.parent, joint.child, at, each.axes, each.pitch,
         _mimic(joint),
     )  # fmt: skip
@@ -277,7 +278,7 @@ def _loop(each: _Drawn, points: Mapping[str, Array]) -> Element:
     if loop.mimic is not None or each.pitch:
         problem = "a loop cannot mimic another joint, or have a pitch"
         raise Refusal(named("loop", loop.name), problem, "let a joint of the tree do so")
-    return elements.loop(
+    return make_elements.loop(
         loop.name, each.kind, [_side(each, end, points) for end in (loop.parent, loop.child)],
         each.axes,
     )  # fmt: skip

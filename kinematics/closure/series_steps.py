@@ -1,4 +1,4 @@
-"""The steps of the closed motion as a power series: kernels that `kinematics.closure.series` inlines.
+"""Steps of the closed motion as a power series: kernels inlined by `kinematics.closure.series`.
 
 Formulas and symbols are those of `kinematics.closure.series`; j is a joint and the link behind
 it, k the order, w a column: the motion for a unit rate of coordinate w. Inlined kernels cost no

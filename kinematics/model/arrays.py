@@ -132,7 +132,7 @@ class Chain:
 
     @property
     def lines(self) -> IntArray:
-        """Envelope table of the dependent joints' loop matrix; see `kinematics.linalg.skyline_qr`."""
+        """Envelope table of the loop matrix; see `kinematics.linalg.skyline_qr`."""
         return self.once(_lines)
 
     @cached_property

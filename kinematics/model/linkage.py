@@ -19,7 +19,7 @@ from kinematics.model.arrays import Chain, IntArray, frozen
 from kinematics.wording import counted, listed, paragraph, vector
 
 if TYPE_CHECKING:
-    from kinematics.model.source import Document, Element
+    from kinematics.urdf_elements.element import Document, Element
 
 __all__ = [
     "GROUND",
@@ -266,7 +266,7 @@ class Linkage(Draft):
             >>> '<origin xyz="0.5 0 0"/>' in arm.to_urdf()
             True
         """
-        from kinematics.building.urdf_text import urdf_text
+        from kinematics.urdf_elements.linkage_text import urdf_text
 
         return urdf_text(self)
 

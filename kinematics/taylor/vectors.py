@@ -1,4 +1,4 @@
-"""The vectors of links and what they call for: kernels of `kinematics.taylor.expansion_kernels`.
+"""Vectors of links and what they need: kernels of `kinematics.taylor.expansion_kernels`.
 
 Formulas and symbols are those of `kinematics.taylor.expansion_kernels`; sections of integers
 (joints, arms, axes, terms, cuts) are those of `kinematics.taylor.layout`. A monomial t has a

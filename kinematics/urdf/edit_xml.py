@@ -11,8 +11,8 @@ from typing import NamedTuple
 from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.model.linkage import Draft
-from kinematics.model.source import Element
 from kinematics.urdf.xml_tree import build, contents, naming
+from kinematics.urdf_elements.element import Element
 
 __all__ = ["Splice", "Text", "read_again"]
 

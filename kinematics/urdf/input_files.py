@@ -9,11 +9,11 @@ import os
 from typing import NamedTuple
 
 from kinematics.error_text import clean
-from kinematics.model.source import Document
 from kinematics.urdf.input_streams import source_of
 from kinematics.urdf.loop_file import Sidecar, merge
 from kinematics.urdf.rounded_angles import ROUNDED, nominal, remark, rounded
 from kinematics.urdf.validate import check, parse
+from kinematics.urdf_elements.element import Document
 
 __all__ = ["Options", "Path", "accepted"]
 

@@ -7,8 +7,8 @@ import stat
 import sys
 from collections.abc import Hashable
 
-from kinematics.model.source import Document
 from kinematics.urdf.xml_tree import MAX_BYTES, Refusal, naming, sound
+from kinematics.urdf_elements.element import Document
 
 __all__ = ["STANDARD_INPUT", "source_of", "stream_of", "streamed"]
 

@@ -17,12 +17,13 @@ from typing import NamedTuple
 
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
-from kinematics.model.source import Element
 from kinematics.urdf.validate import validate
-from kinematics.urdf.validate_fields import DEGREES, coordinates, needed
+from kinematics.urdf.validate_fields import needed
 from kinematics.urdf.validate_inertias import unphysical
 from kinematics.urdf.xml_tree import Refusal, contents, naming
 from kinematics.urdf.yaml_keys import Keys
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.joint_types import DEGREES, coordinates
 
 __all__ = ["Sidecar", "beside", "merge"]
 

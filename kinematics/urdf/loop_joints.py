@@ -19,10 +19,10 @@ from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import frozen
 from kinematics.model.chain import loop_joints
 from kinematics.model.linkage import GROUND, Joint, Loop, Place
-from kinematics.model.source import Element
 from kinematics.spatial.screws import exp, prismatic, revolute
 from kinematics.urdf.robot_tree import pose_of
-from kinematics.urdf.validate_fields import coordinates
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.joint_types import coordinates
 
 __all__ = ["FREEDOMS", "attach", "freedoms", "perpendicular", "unit"]
 

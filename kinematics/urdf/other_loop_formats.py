@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kinematics.error_text import clean
-from kinematics.model.source import Element
 from kinematics.urdf.xml_tree import Refusal
+from kinematics.urdf_elements.element import Element
 
 __all__ = ["check_foreign_loops"]
 

@@ -32,11 +32,11 @@ from kinematics.linalg.rational import (
 )
 from kinematics.model.full_turns import measured
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.model.source import Element
 from kinematics.urdf.loop_joints import FREEDOMS
 from kinematics.urdf.rational_poses import AXES, Matrix, Pose, add, move_screws, rotation, scale
 from kinematics.urdf.rounded_angles import exact_angle
-from kinematics.urdf.validate_fields import coordinates
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.joint_types import coordinates
 
 __all__ = ["Geometry", "changed_screws", "exact_geometry"]
 

@@ -22,7 +22,6 @@ from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
 from kinematics.model.arrays import frozen
 from kinematics.model.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, Place
-from kinematics.model.source import Document, Element
 from kinematics.spatial.inertia import parameters
 from kinematics.spatial.screws import exp, revolute
 from kinematics.urdf.input_files import Options, Path, accepted
@@ -31,7 +30,8 @@ from kinematics.urdf.loop_file import Sidecar, merge
 from kinematics.urdf.loop_joints import attach, freedoms, perpendicular, unit
 from kinematics.urdf.robot_tree import Follows, Inertial, Robot, TreeJoint, described
 from kinematics.urdf.validate import checked
-from kinematics.urdf.validate_fields import coordinates
+from kinematics.urdf_elements.element import Document, Element
+from kinematics.urdf_elements.joint_types import coordinates
 
 if TYPE_CHECKING:
     from yourdfpy import URDF

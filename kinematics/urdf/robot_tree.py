@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.model.source import Element
 from kinematics.urdf.validate_inertias import tensor
+from kinematics.urdf_elements.element import Element
 
 __all__ = ["Follows", "Inertial", "Robot", "TreeJoint", "described", "pose_of"]
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from kinematics.error_text import clean
 from kinematics.linalg.rational import LONGEST, decimal, pi
-from kinematics.model.source import Element
+from kinematics.urdf_elements.element import Element
 
 __all__ = [
     "READINGS", "ROUNDED", "Rounded", "exact_angle", "nominal", "remark", "rounded", "twelfths",

@@ -11,23 +11,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from kinematics.error_text import clean, closest_names, quoted
-from kinematics.model.source import Element
 from kinematics.urdf.other_loop_formats import check_foreign_loops
 from kinematics.urdf.validate_fields import (
-    DEGREES,
     LARGEST,
     WIDEST,
     check_link,
     check_numbers,
     check_origin,
     check_type,
-    coordinates,
     needed,
     only,
     turns,
 )
 from kinematics.urdf.validate_misplaced import check_strays
 from kinematics.urdf.xml_tree import Refusal, build, contents, naming
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.joint_types import DEGREES, coordinates
 
 __all__ = ["check", "checked", "parse", "validate"]
 

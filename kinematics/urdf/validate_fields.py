@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from operator import mul
 
 from kinematics.error_text import clean
-from kinematics.model.source import Element
 from kinematics.urdf.xml_tree import Refusal
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.joint_types import DEGREES
 
 __all__ = [
-    "DEGREES",
     "LARGEST",
     "PERPENDICULAR",
     "SMALLEST_AXIS",
@@ -25,7 +25,6 @@ __all__ = [
     "check_numbers",
     "check_origin",
     "check_type",
-    "coordinates",
     "needed",
     "only",
     "turns",
@@ -39,26 +38,8 @@ WIDEST = 1e4
 # Cosine of the angle between the axes of a universal joint, in files of six digits.
 PERPENDICULAR = 1e-6
 
-DEGREES = {
-    "fixed": 0,
-    "revolute": 1,
-    "continuous": 1,
-    "prismatic": 1,
-    "universal": 2,
-    "cylindrical": 2,
-    "planar": 3,
-    "spherical": 3,
-}
-"""Degrees of freedom of the joint types, of tree joints and of loops alike."""
-
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _TURNING = ("revolute", "continuous")
-
-
-def coordinates(name: str, kind: str) -> list[str]:
-    """Names of the coordinates of a joint: ``name``, or ``name.0``, ``name.1`` …."""
-    count = DEGREES[kind]
-    return [name] if count == 1 else [f"{name}.{k}" for k in range(count)]
 
 
 def turns(joint: Element) -> bool:

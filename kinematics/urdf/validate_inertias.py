@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kinematics.error_text import clean
-from kinematics.model.source import Element
+from kinematics.urdf_elements.element import Element
 
 __all__ = ["UNPHYSICAL", "tensor", "unphysical"]
 

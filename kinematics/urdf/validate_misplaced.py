@@ -11,8 +11,8 @@ from difflib import get_close_matches
 from functools import cache
 
 from kinematics.error_text import clean
-from kinematics.model.source import Element
 from kinematics.urdf.xml_tree import Refusal
+from kinematics.urdf_elements.element import Element
 
 __all__ = ["check_strays"]
 

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
-from kinematics.model.source import Element
 from kinematics.spatial.screws import exp, revolute
 from kinematics.urdf.edit_xml import Splice, Text, read_again
 from kinematics.urdf.loop_joints import freedoms, perpendicular, unit
 from kinematics.urdf.robot_tree import pose_of
-from kinematics.urdf.validate_fields import coordinates
-from kinematics.urdf.write_numbers import roll_pitch_yaw
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.joint_types import coordinates
+from kinematics.urdf_elements.write_numbers import roll_pitch_yaw
 
 __all__ = ["Posed", "at_reference_pose"]
 

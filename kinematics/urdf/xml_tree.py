@@ -14,7 +14,7 @@ from xml.parsers import expat
 
 from kinematics.error_text import clean
 from kinematics.errors import FileError
-from kinematics.model.source import Element
+from kinematics.urdf_elements.element import Element
 
 __all__ = ["MAX_BYTES", "Refusal", "build", "contents", "naming", "sound"]
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from kinematics.error_text import clean
 from kinematics.errors import FileError
-from kinematics.model.source import Element
 from kinematics.urdf.robot_tree import Robot
 from kinematics.urdf.validate_fields import LARGEST
-from kinematics.urdf.write_numbers import words
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.write_numbers import words
 
 if TYPE_CHECKING:
     from yourdfpy import URDF

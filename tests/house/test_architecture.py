@@ -21,11 +21,12 @@ LAYERS = """
 kinematics.version kinematics.errors kinematics.error_text kinematics.wording
 kinematics.compiled
 kinematics.linalg kinematics.spatial
+kinematics.urdf_elements
 kinematics.model
 kinematics.urdf kinematics.closure
 kinematics.mobility
 kinematics.assembly
-kinematics.model_gallery kinematics.taylor
+kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 
 balance.options balance.atomic_files balance.json_text balance.inertial_parameters

@@ -16,7 +16,7 @@ from kinematics import model_gallery as models
 from kinematics.building import dh_rows, pinocchio_model, screw_joints
 from kinematics.errors import LinkageError
 from kinematics.model import linkage as linkage_module
-from kinematics.urdf.write_numbers import roll_pitch_yaw
+from kinematics.urdf_elements.write_numbers import roll_pitch_yaw
 
 # Links and joints of gallery files that Pinocchio reads: joints of one degree of freedom.
 TREES = ("four_bar_general", "three_rrr", "sarrus", "slider_crank", "bennett", "hprs")

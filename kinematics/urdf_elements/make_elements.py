@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.model.source import Element
-from kinematics.urdf.write_numbers import roll_pitch_yaw, words
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.write_numbers import roll_pitch_yaw, words
 
 __all__ = ["inertial", "joint", "link", "loop", "origin", "robot"]
 

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.building import elements
-from kinematics.model.source import Element
 from kinematics.spatial.inertia import displaced, inertia_tensor
-from kinematics.urdf.validate_fields import coordinates
-from kinematics.urdf.write_numbers import words, written
+from kinematics.urdf_elements import make_elements
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.joint_types import coordinates
+from kinematics.urdf_elements.write_numbers import words, written
 
 __all__ = ["urdf_text"]
 
@@ -61,7 +61,7 @@ def urdf_text(linkage: Any) -> str:
     Args:
         linkage: an assembled linkage.
     """
-    return written(elements.robot(linkage.name, _Writer(linkage).parts()))
+    return written(make_elements.robot(linkage.name, _Writer(linkage).parts()))
 
 
 class _Writer:
@@ -97,7 +97,7 @@ class _Writer:
         for index, names in self.links.items():
             for name in names:
                 z = masses.get(index) if name == names[0] else None
-                yield elements.link(name, None if z is None else self._inertial(z, name))
+                yield make_elements.link(name, None if z is None else self._inertial(z, name))
 
     def _inertial(self, z: Array, name: str) -> Element:
         """The ``<inertial>`` of parameters (10,) about the inertial origin."""
@@ -106,13 +106,13 @@ class _Writer:
         c = own[1:4] / mass if mass else np.zeros(3)
         at = Element("origin", {"xyz": words(_clean(c, self.size))})
         about = E - mass * (c @ c * np.eye(3) - np.outer(c, c))
-        return elements.inertial(mass, _clean(about, float(np.abs(z[4:]).max())), at)
+        return make_elements.inertial(mass, _clean(about, float(np.abs(z[4:]).max())), at)
 
     def _fixed(self) -> Iterator[Element]:
         """Joints that fix further links of a body to the first."""
         for first, *others in self.links.values():
             for name in others:
-                yield elements.joint(
+                yield make_elements.joint(
                     self._fresh(f"{name}_fixed"), "fixed", first, name, self._at(first, name)
                 )
 
@@ -195,7 +195,7 @@ class _Writer:
         rows = self.poses[child][:3, :3].T
         axis2 = "" if found.axis2 is None else self._direction(rows @ found.axis2)
         pitch = float(step.screw[:3] @ step.screw[3:]) if step.kind == "helical" else 0.0
-        return elements.joint(
+        return make_elements.joint(
             found.name, found.kind, parent, child, self._at(parent, child),
             (self._direction(rows @ found.axis), axis2), pitch, self._mimic(step),
             independent=step.name in self.inputs,
@@ -234,7 +234,7 @@ class _Writer:
         added = self._split(steps, first, "") if steps else []
         before = self.links[loop.end][0]
         sides = [(before, None), (last, self._at(last, before))]
-        return added, elements.loop(loop.name, "fixed", sides)
+        return added, make_elements.loop(loop.name, "fixed", sides)
 
     def _closing(self, found: _Written, first: str, last: str) -> Element:
         """A ``<loop>`` by a joint; both of its frames are the predecessor's, at the centre."""
@@ -244,7 +244,7 @@ class _Writer:
         sides = [(name, self._origin(self.poses[name], frame)) for name in (first, last)]
         axis2 = "" if found.axis2 is None else self._direction(rows @ found.axis2)
         kind = "revolute" if found.kind == "continuous" else found.kind
-        return elements.loop(
+        return make_elements.loop(
             found.name, kind, sides, (self._direction(rows @ found.axis), axis2),
             independent=found.steps[0].name in self.inputs,
         )  # fmt: skip
@@ -259,7 +259,7 @@ class _Writer:
         pose[:3, :3] = before[:3, :3].T @ after[:3, :3]
         d = before[:3, :3].T @ (after[:3, 3] - before[:3, 3])
         pose[:3, 3] = _clean(d, self.size)
-        return elements.origin(pose)
+        return make_elements.origin(pose)
 
     @staticmethod
     def _direction(axis: Array) -> str:

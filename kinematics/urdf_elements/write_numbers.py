@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.model.source import Element
+from kinematics.urdf_elements.element import Element
 
 __all__ = ["roll_pitch_yaw", "words", "written"]
 

@@ -1,0 +1,23 @@
+"""Joint types of a URDF file and of its loops."""
+
+from __future__ import annotations
+
+__all__ = ["DEGREES", "coordinates"]
+
+DEGREES = {
+    "fixed": 0,
+    "revolute": 1,
+    "continuous": 1,
+    "prismatic": 1,
+    "universal": 2,
+    "cylindrical": 2,
+    "planar": 3,
+    "spherical": 3,
+}
+"""Degrees of freedom of the joint types, of tree joints and of loops alike."""
+
+
+def coordinates(name: str, kind: str) -> list[str]:
+    """Names of the coordinates of a joint: ``name``, or ``name.0``, ``name.1`` …."""
+    count = DEGREES[kind]
+    return [name] if count == 1 else [f"{name}.{k}" for k in range(count)]

@@ -51,7 +51,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def spatial_regressor(first, last, start, links, moves, V, T, H, N, X):
     """Regressor rows of orders first … last; lower orders of H and N must be in place.
 
@@ -95,7 +95,7 @@ def spatial_regressor(first, last, start, links, moves, V, T, H, N, X):
                         _add_moments(h[a], n[k - a], x, b)
 
 
-@kernel(inline=True)
+@kernel(inline=True, reference_counting=False)
 def _displacement(k, j, V, H):
     """Order k of the displacement: ``k H_k = Σ_{a<k} V̂_a H_{k-1-a}``."""
     for i in range(3):
@@ -113,7 +113,7 @@ def _displacement(k, j, V, H):
             H[k, c, i] /= k
 
 
-@kernel(inline=True)
+@kernel(inline=True, reference_counting=False)
 def _velocity(k, moved, j, w, T, H, N):
     """Order k of the rate ``T̂ H`` of a displacement, and of ``y = Rᵀ ω``."""
     t = T[k, j, w]
@@ -135,7 +135,7 @@ def _velocity(k, moved, j, w, T, H, N):
                 N[4, c] += w0 * h0 + w1 * h1 + w2 * h2
 
 
-@kernel(inline=True)
+@kernel(inline=True, reference_counting=False)
 def _add_moments_at_rest(N, x, b):
     """The term of the moment rows with ``R = 1`` and ``d = 0``."""
     e, y = N[3], N[4]
@@ -155,7 +155,7 @@ def _add_moments_at_rest(N, x, b):
     x[2, b, 9] += y[1]
 
 
-@kernel(inline=True)
+@kernel(inline=True, reference_counting=False)
 def _add_moments(H, N, x, b):
     """Add one term of the Cauchy products of the moment rows ξ."""
     y0, y1, y2 = N[4, 0], N[4, 1], N[4, 2]
@@ -174,7 +174,7 @@ def _add_moments(H, N, x, b):
         x[i, b, 9] += r1 * y2 + r2 * y1
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def planar_regressor(first, last, start, links, moves, V, T, H, N, X):
     """As `spatial_regressor` in the plane: H is ``(cos, sin, d_x, d_y)``, and N is its rate."""
     rays, bodies = V.shape[0], H.shape[1]

@@ -44,7 +44,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
-@kernel(borrows=True)
+@kernel
 def fill_loop_matrix(parent, screws, ends, mimics, S):
     """Put the loop matrix S_0 of all joints, with the mimic relations below, into zeros."""
     dim, base = screws.shape[1], ends.shape[0] * screws.shape[1]
@@ -61,13 +61,13 @@ def fill_loop_matrix(parent, screws, ends, mimics, S):
             S[base + relation, j] = mimics[relation, j]
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def _planar_bracket(V, s, factor, out):
     out[1] += factor * (s[0] * V[2] - V[0] * s[2])
     out[2] += factor * (V[0] * s[1] - s[0] * V[1])
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def _spatial_bracket(V, s, factor, out):
     out[0] += factor * (V[1] * s[2] - V[2] * s[1])
     out[1] += factor * (V[2] * s[0] - V[0] * s[2])
@@ -77,7 +77,7 @@ def _spatial_bracket(V, s, factor, out):
     out[5] += factor * (V[3] * s[1] - V[4] * s[0] + V[0] * s[4] - V[1] * s[3])
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def add_bracket(V, s, factor, out):
     """Add ``factor ad(V) s`` to ``out``; spatial or planar by the number of components."""
     if s.size == 3:
@@ -89,7 +89,7 @@ def add_bracket(V, s, factor, out):
 def _series_kernel(dim):
     """The series for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
-    @kernel(borrows=True)
+    @kernel(reference_counting=False)
     def series(first, last, chain, screws, rays, room):
         """Orders first … last of the series into room, where those before must be.
 

@@ -14,7 +14,7 @@ from kinematics.kernels import kernel
 __all__ = ["invert", "multiply", "place"]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _exponential(s, q, E):
     """Displacement exp(q ŝ) of a unit screw: one formula for every kind of joint."""
     half = np.sin(0.5 * q)
@@ -48,7 +48,7 @@ def _exponential(s, q, E):
         )  # fmt: skip
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def multiply(A, B, out):
     """Matrix product of small square matrices."""
     m = A.shape[0]
@@ -60,7 +60,7 @@ def multiply(A, B, out):
             out[i, j] = total
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _carry(H, s, out):
     """Ad(H) s: the screw s, carried along by the displacement H."""
     if s.size == 3:
@@ -76,7 +76,7 @@ def _carry(H, s, out):
     out[5] += H[0, 3] * out[1] - H[1, 3] * out[0]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def place(parent, screws, q, H, s, E):
     """Displacement of every link, and every screw carried to the pose."""
     for j in range(parent.size):
@@ -90,7 +90,7 @@ def place(parent, screws, q, H, s, E):
             _exponential(screws[j], q[j], H[j])
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def invert(H, out):
     """Inverse of a displacement."""
     m = H.shape[0] - 1

@@ -34,7 +34,7 @@ STEPS = 30
 ROUNDED = 1e-15
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _mismatch(H, ends, gaps, b, dim, spare):
     """Twists (small) from each loop's successor to its end; zero if the loop is closed.
 
@@ -65,7 +65,7 @@ def _mismatch(H, ends, gaps, b, dim, spare):
             b[r + dim - m + 1 + i] = D[i, m - 1]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def close(chain, q, H, s, steps, room):
     """Newton's method on the dependent joints of q, in place.
 
@@ -116,7 +116,7 @@ def close(chain, q, H, s, steps, room):
     return error
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def radius_along(C, ray, rates):
     """Joint rates along a ray (order + 1, n) from C (…, …, width); their `radius`."""
     limit, first = 1.0, 0.0
@@ -134,7 +134,7 @@ def radius_along(C, ray, rates):
     return 1.0 / limit
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def follow_series(chain, start, C, ray, reach, q, H, s, room):
     """A closed pose along the ray; see `follow`.
 

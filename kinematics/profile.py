@@ -150,7 +150,7 @@ def _narrow(
     return [*place, *unused], top, below, right
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def fill(screws, mimics, lines, F):
     """Loop matrix S_0 and mimic relations in the order of a profile, by columns.
 
@@ -172,7 +172,7 @@ def fill(screws, mimics, lines, F):
             F[c, at + i] = sign * screws[j, i]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def factor(F, lines, diagonal):
     """Householder QR in place, within the profile; R's diagonal goes to ``diagonal``."""
     top, below, right = lines[TOP], lines[BELOW], lines[RIGHT]
@@ -215,7 +215,7 @@ def pivots(screws: Array, mimics: Array, lines: IntArray, count: int) -> Array:
     return diagonal
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def solve(F, lines, diagonal, b):
     """Least-squares solution of the factored system, in the head of b; returns the residual.
 

@@ -47,7 +47,7 @@ def room_for(p: int, m: int) -> Array:
     return np.empty((p + m + 1, -(-p // LANES) * LANES))
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def take_factor(R, permutation, F):
     """Put a factor, with columns in their own order, into the head of F."""
     for i in range(R.shape[0]):
@@ -57,7 +57,7 @@ def take_factor(R, permutation, F):
             F[i, j] = 0.0
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def put_factor(F, permutation, rank, R):
     """Put the factor, with its columns in their own order, into the head of R."""
     for i in range(rank):
@@ -65,7 +65,7 @@ def put_factor(F, permutation, rank, R):
             R[i, permutation[j]] = F[i, j]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def take(F, permutation, rank, rows, columns, weight):
     """Put ``weight * rows`` below the factor; of each row, the entries at columns."""
     for i in range(rows.shape[0]):
@@ -75,7 +75,7 @@ def take(F, permutation, rank, rows, columns, weight):
             F[rank + i, j] = 0.0
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def absorb(F, permutation, rank, m, floor, scale):
     """Make the m rows below a triangular factor part of it.
 
@@ -133,7 +133,7 @@ def absorb(F, permutation, rank, m, floor, scale):
     return rank, scale, np.sqrt(remainder)
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _fold(f, P, k, begin, end, diagonal):
     """Reflect row k of the factor and rows begin … end, of which many entries are zero."""
     row = k * P
@@ -157,7 +157,7 @@ def _fold(f, P, k, begin, end, diagonal):
         f[i * P + k] = 0.0
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _reflect(f, P, k, end, diagonal, norms):
     """Reflect rows k … end so that column k ends with its diagonal; norms of what is left."""
     row = k * P
@@ -180,7 +180,7 @@ def _reflect(f, P, k, end, diagonal, norms):
         f[i * P + k] = 0.0
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def implied(F, permutation, rank, rows, columns, weight, floor, scale):
     """Whether ``weight * rows`` follow from the factor.
 
@@ -212,7 +212,7 @@ def implied(F, permutation, rank, rows, columns, weight, floor, scale):
     return np.sqrt(remainder) <= floor * max(scale, np.sqrt(size)) + ROUNDING * growth * scale
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def gather(
     F, permutation, rank, scale, dropped, rows, count, columns, per_ray, width, first, radius,
     fresh, stop, floor, ranks,
@@ -282,7 +282,7 @@ def gather(
     return rank, scale, dropped, done, settled, True
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def anew(R, rows, columns, floor, scale, F, order, out):
     """Factor a factor R and rows, all pivots chosen anew; see `absorbed`.
 
@@ -336,7 +336,7 @@ def follows(
     return found
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def smallest_pivot(R, permutation):
     """Size of the smallest pivot of a triangular factor; infinite without any."""
     size = np.inf

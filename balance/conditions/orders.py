@@ -67,7 +67,7 @@ def generic(begin: int, end: int, width: int) -> Array:
 def _stage_kernel(dim):
     """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
-    @kernel(borrows=True)
+    @kernel(reference_counting=False)
     def stage(
         chain, links, rays, goal, stop, steps, R, permutation, scale, dropped, unknowns, floor,
         done, found, order, out, rooms,

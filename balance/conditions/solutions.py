@@ -16,7 +16,7 @@ IntArray = NDArray[np.int64]
 NOTHING = 2.0**-48
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def null_space(A, m, n, floor, order, out, gap):
     """Orthonormal solutions of m conditions on n unknowns, in the rows of ``out``.
 
@@ -78,7 +78,7 @@ def null_space(A, m, n, floor, order, out, gap):
     return n - rank
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def orthonormal(rows, count, n):
     """Make the first rows, of n entries, orthonormal, each in turn against those before it.
 
@@ -120,7 +120,7 @@ def extend(known: Array, without: IntArray, factor: Array, columns: IntArray) ->
     return rows
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def put_solutions(known, factor, permutation, columns, out):
     """Put orthonormal solutions into the rows of ``out``; see `solutions`."""
     s, count = known.shape

@@ -28,7 +28,7 @@ FIRM = 1e-6
 ROUNDED = 1e-9
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def points_on(screws, near, points):
     """Points of the joint axes nearest to those in ``near`` (n, 3)."""
     for j in range(near.shape[0]):
@@ -41,7 +41,7 @@ def points_on(screws, near, points):
             points[j, i] = foot if turns else near[j, i]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def misfit(given, sliding, helical):
     """The first screw that is not of the kind of its joint, counted through; -1 if none."""
     count, n = given.shape[:2]
@@ -61,7 +61,7 @@ def misfit(given, sliding, helical):
     return -1
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _frame(screws, points, centres, origin):
     """Origin and length of the frame, as in `kinematics.chain.arrange`; 0 for special ones."""
     n = points.shape[0]
@@ -142,7 +142,7 @@ def place(given, near, centres, R, pivots, relations, screws, mimics, origins, l
                 mimics[g, row, j] /= pivot
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _regular(screws, mimics, lines, F, diagonal):
     """Whether the loop matrix determines the dependent joints well."""
     fill(screws, mimics, lines, F)
@@ -153,7 +153,7 @@ def _regular(screws, mimics, lines, F, diagonal):
     return least > REGULAR * largest
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _rest(permutation, known, place, left):
     """Put entries of a permutation after the first ``known`` ones into left, ascending."""
     for k in range(permutation.size):
@@ -168,7 +168,7 @@ def _rest(permutation, known, place, left):
 def _sweep_kernel(dim):
     """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
-    @kernel(borrows=True)
+    @kernel(reference_counting=False)
     def sweep(
         chain, rigid_parts, screws, mimics, links, rigid, rays, fewest, per, size, floors,
         lengths, answers, kept, bases, rooms,

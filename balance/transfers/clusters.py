@@ -48,7 +48,7 @@ def _unite(name: list[int], members: list[list[int]], keep: int, drop: int) -> N
         members[drop] = []
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def cluster(entry, start, parent, node, body, joint, before, target):
     """The joints from a body through one of its joints up to the next bodies.
 

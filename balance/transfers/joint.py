@@ -29,7 +29,7 @@ __all__ = ["SAME", "beyond", "contains", "remove", "transferable"]
 SAME = 2.0**-30
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def _momentum(t, z, h):
     """Momentum h of the parameters z at twist t; without moments if h has no room for them."""
     if t.size == 3:
@@ -50,7 +50,7 @@ def _momentum(t, z, h):
         h[2] = z[8] * t[0] + z[9] * t[1] + z[6] * t[2] + x * t[4] - y * t[3]
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def _rate(s, z, d):
     """Rate d of the parameters z of a body that moves with the twist s: d = L z."""
     d[0] = 0.0
@@ -74,7 +74,7 @@ def _rate(s, z, d):
         d[9] = c * z[8] - a * z[6] + a * z[5] - b * z[7] - y * w - k * v
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def transferable(s, V, size, rows, floor, A, order, out, gap):
     """What can pass a joint with twists V (v, 6) below it; how much it is.
 
@@ -131,7 +131,7 @@ def transferable(s, V, size, rows, floor, A, order, out, gap):
     return count
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def remove(W, x):
     """Take from x its part in the span of the orthonormal rows of W; the size of the rest."""
     for _ in range(2):
@@ -147,7 +147,7 @@ def remove(W, x):
     return np.sqrt(total)
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def beyond(s, V, floor, W, gap):
     """Twists attainable beyond a joint with twists V (v, 6) below it; how many they are.
 
@@ -176,7 +176,7 @@ def beyond(s, V, floor, W, gap):
     return count
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def contains(V, U, x, gap):
     """Whether the span of the rows of V contains that of the orthonormal rows of U.
 

@@ -34,7 +34,7 @@ IntArray = NDArray[np.int64]
 SURE, CLEAR = 0.01, 1e-6
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _keep(found, of, count, owner, shares, combinations, start, target, body, joints, gap):
     """Add what passes a cluster to the transfers of its owner, if not in their span.
 
@@ -78,7 +78,7 @@ def _keep(found, of, count, owner, shares, combinations, start, target, body, jo
     return count
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _share(
     found, of, known, owner, passes, passed, start, target, body, count, before, floor, gap,
     numbers, room,
@@ -123,7 +123,7 @@ def _share(
     return _keep(found, of, known, owner, out, combinations, start, target, body, count, gap)
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def walk(parent, screws, node, body, owner, size, rows, floor, room):
     """Walk through the linkage from the ground, and find its transfers.
 

@@ -35,7 +35,7 @@ __all__ = ["polynomials"]
 Array = NDArray[np.float64]
 
 
-@kernel(borrows=True)
+@kernel
 def _fill_points(parent, screws, cuts, points, pitch):
     """Points of the joints, then of the cuts; a slider has that of the joint before it."""
     n, space = parent.size, points.shape[1]
@@ -59,14 +59,14 @@ def _fill_points(parent, screws, cuts, points, pitch):
             points[n + loop, i] = points[cuts[loop], i] if cuts[loop] >= 0 else 0.0
 
 
-@kernel(borrows=True)
+@kernel
 def _add(factor, G, row, K, lane, width):
     """Add a row of G to that of a lane in K."""
     for d in range(width):
         K[lane * width + d] += factor * G[row * width + d]
 
 
-@kernel(borrows=True)
+@kernel
 def _spatial_responses(G, width, axes, terms, points, pitch, K):
     """Rates of the dependent joints that each product of known parts calls for."""
     for q in range(terms.shape[0]):
@@ -86,7 +86,7 @@ def _spatial_responses(G, width, axes, terms, points, pitch, K):
                 _add(sign * points[j, u], G, row + 3 + v, K, slide + i, width)
 
 
-@kernel(borrows=True)
+@kernel
 def _planar_responses(G, width, axes, terms, K):
     """As `_spatial_responses`, in a plane."""
     for q in range(terms.shape[0]):
@@ -100,7 +100,7 @@ def _planar_responses(G, width, axes, terms, K):
             _add(-sign, G, row + 2, K, slide + 1, width)
 
 
-@kernel(borrows=True)
+@kernel
 def _solve(begin, end, few, lanes, Z, K, dependent, x, rates):
     """Rates of the dependent joints (M, n) from the products of known parts."""
     for t in range(begin, end):
@@ -113,7 +113,7 @@ def _solve(begin, end, few, lanes, Z, K, dependent, x, rates):
             rates[t, dependent[d]] = x[d]
 
 
-@kernel(borrows=True)
+@kernel
 def _planar_vectors(
     k, begin, end, lanes, joints, arms, axes, screws, starts, rates, omega, Z, left, right
 ):
@@ -142,7 +142,7 @@ def _planar_vectors(
             two[x + 1] = two[slide + 1] = part * (w * starts[few + h, 0] + z[x])
 
 
-@kernel(borrows=True)
+@kernel
 def _spatial_vectors(
     k, begin, end, lanes, joints, arms, axes, screws, starts, pitch, rates, omega, Z, left,
     right,
@@ -186,7 +186,7 @@ def _polynomials_kernel(dim):
     """The kernel for screws of ``dim`` components: 6 in space, 3 in a plane."""
     space = 3 if dim == 6 else 2
 
-    @kernel(borrows=True)
+    @kernel
     def fill(whole, real, screws, rates, room):
         """Put the coefficients of q into rates; returns the condition number."""
         sizes = whole[whole[0] : whole[1]]

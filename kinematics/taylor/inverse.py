@@ -10,7 +10,7 @@ from kinematics.lanes import LANES, load, spread, store
 __all__ = ["pseudo_inverse"]
 
 
-@kernel(borrows=True)
+@kernel
 def pseudo_inverse(S, equations, dependent, G, W, v):
     """Pseudo-inverse of rows and columns of the loop matrix S, transposed and padded.
 
@@ -73,7 +73,7 @@ def pseudo_inverse(S, equations, dependent, G, W, v):
     return np.sqrt(size * inverse)
 
 
-@kernel(borrows=True)
+@kernel
 def _refine(S, equations, dependent, lanes, G, E, before):
     """A Newton step for the inverse P of A, transposed in G: ``P + (1 - P A) P``."""
     m, nd = equations.size, dependent.size

@@ -74,7 +74,7 @@ def monomials(width: int, order: int) -> Monomials:
     return Monomials(*(frozen(x, np.int64) for x in (exponents, starts, places, pairs)))
 
 
-@kernel(borrows=True)
+@kernel
 def _list_factors(codes, starts, places, pairs):
     """Sort pairs of factors by their product: count them, or list them if there is room.
 
@@ -99,7 +99,7 @@ def _list_factors(codes, starts, places, pairs):
                         places[t, 0] += 1
 
 
-@kernel(borrows=True)
+@kernel
 def multiply(begin, end, count, lanes, places, pairs, left, right, out):
     """Products of polynomials side by side: their monomials begin … end, into ``out``.
 

@@ -72,23 +72,26 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from kinematics.compilation import register_warm_up
+from kinematics.compiled.background import register_warm_up
 
 if TYPE_CHECKING:
-    from balance.archive import SpaceRecord, load_space
-    from balance.bodies import BodyInertia
+    from balance.certification.certify_space import certify
+    from balance.designs.best_design import Design, design
     from balance.designs.certificate import CertificateCheck, check_certificate
     from balance.designs.feasibility import DesignCheck, Feasibility, check_design, feasible
-    from balance.designs.optimum import Design, design
     from balance.exact.proof import Proof
     from balance.exact.ranks import Exact, exact_ranks
-    from balance.inertia import mass_properties, parameters, pseudo_inertia, violations
-    from balance.meaning.explain import Explanation
-    from balance.meaning.freedoms import Freedom
-    from balance.meaning.multipole import Primitive
-    from balance.momentum import momentum_regressor
-    from balance.motions.momentum import MomentumTaylor, momentum_taylor
-    from balance.screw_lines import (
+    from balance.inertial_parameters.body_inertia import BodyInertia
+    from balance.inertial_parameters.conversions import (
+        mass_properties,
+        parameters,
+        pseudo_inertia,
+        violations,
+    )
+    from balance.inertial_parameters.multipole import Primitive
+    from balance.interpretation.explain import Explanation
+    from balance.interpretation.freedoms import Freedom
+    from balance.momentum.momentum_lines import (
         Meeting,
         ScrewLine,
         common_normal,
@@ -97,16 +100,18 @@ if TYPE_CHECKING:
         momentum_wrenches,
         screw_figure,
     )
+    from balance.momentum.momentum_taylor_series import MomentumTaylor, momentum_taylor
+    from balance.momentum.regressor import momentum_regressor
+    from balance.search.many_geometries import ManySpaces, design_space_many
     from balance.spaces.certainty import Certainty
-    from balance.spaces.certification import certify
-    from balance.spaces.designspace import design_space
-    from balance.spaces.geometries import ManySpaces, design_space_many
-    from balance.spaces.space import DesignSpace
-    from balance.transfers.partition import Transfer
-    from balance.verification.loads import shaking
+    from balance.spaces.compute import design_space
+    from balance.spaces.design_space_result import DesignSpace
+    from balance.spaces.save import SpaceRecord, load_space
+    from balance.transfers.by_joint import Transfer
+    from balance.verification.pinocchio_model import verify
+    from balance.verification.result import Verification
+    from balance.verification.shaking_wrench import shaking
     from balance.verification.trajectory import Trajectory
-    from balance.verification.twin import verify
-    from balance.verification.verdict import Verification
 
 __all__ = [
     "BodyInertia",
@@ -154,48 +159,48 @@ __all__ = [
 ]
 
 _HOMES = {
-    "BodyInertia": "bodies",
+    "BodyInertia": "inertial_parameters.body_inertia",
     "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
-    "Design": "designs.optimum",
+    "Design": "designs.best_design",
     "DesignCheck": "designs.feasibility",
-    "DesignSpace": "spaces.space",
+    "DesignSpace": "spaces.design_space_result",
     "Exact": "exact.ranks",
-    "Explanation": "meaning.explain",
+    "Explanation": "interpretation.explain",
     "Feasibility": "designs.feasibility",
-    "Freedom": "meaning.freedoms",
-    "ManySpaces": "spaces.geometries",
-    "Meeting": "screw_lines",
-    "MomentumTaylor": "motions.momentum",
-    "Primitive": "meaning.multipole",
+    "Freedom": "interpretation.freedoms",
+    "ManySpaces": "search.many_geometries",
+    "Meeting": "momentum.momentum_lines",
+    "MomentumTaylor": "momentum.momentum_taylor_series",
+    "Primitive": "inertial_parameters.multipole",
     "Proof": "exact.proof",
-    "ScrewLine": "screw_lines",
-    "SpaceRecord": "archive",
+    "ScrewLine": "momentum.momentum_lines",
+    "SpaceRecord": "spaces.save",
     "Trajectory": "verification.trajectory",
-    "Transfer": "transfers.partition",
-    "Verification": "verification.verdict",
-    "certify": "spaces.certification",
-    "common_normal": "screw_lines",
+    "Transfer": "transfers.by_joint",
+    "Verification": "verification.result",
+    "certify": "certification.certify_space",
+    "common_normal": "momentum.momentum_lines",
     "check_certificate": "designs.certificate",
     "check_design": "designs.feasibility",
-    "design": "designs.optimum",
-    "design_space": "spaces.designspace",
-    "design_space_many": "spaces.geometries",
+    "design": "designs.best_design",
+    "design_space": "spaces.compute",
+    "design_space_many": "search.many_geometries",
     "exact_ranks": "exact.ranks",
     "feasible": "designs.feasibility",
-    "load_space": "archive",
-    "mass_properties": "inertia",
-    "meeting": "screw_lines",
-    "momentum_lines": "screw_lines",
-    "momentum_regressor": "momentum",
-    "momentum_taylor": "motions.momentum",
-    "momentum_wrenches": "screw_lines",
-    "parameters": "inertia",
-    "pseudo_inertia": "inertia",
-    "screw_figure": "screw_lines",
-    "shaking": "verification.loads",
-    "verify": "verification.twin",
-    "violations": "inertia",
+    "load_space": "spaces.save",
+    "mass_properties": "inertial_parameters.conversions",
+    "meeting": "momentum.momentum_lines",
+    "momentum_lines": "momentum.momentum_lines",
+    "momentum_regressor": "momentum.regressor",
+    "momentum_taylor": "momentum.momentum_taylor_series",
+    "momentum_wrenches": "momentum.momentum_lines",
+    "parameters": "inertial_parameters.conversions",
+    "pseudo_inertia": "inertial_parameters.conversions",
+    "screw_figure": "momentum.momentum_lines",
+    "shaking": "verification.shaking_wrench",
+    "verify": "verification.pinocchio_model",
+    "violations": "inertial_parameters.conversions",
 }
 
 

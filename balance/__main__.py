@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from balance.cli import main
-from kinematics.compilation import begin_command
+from balance.cli.main import main
+from kinematics.compiled.background import begin_command
 
 __all__ = ["command"]
 

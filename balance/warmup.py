@@ -8,18 +8,18 @@ from contextlib import suppress
 import numpy as np
 
 import kinematics.warmup
-from balance.answer import Balance
-from balance.momentum import momentum_regressor
-from balance.motions.momentum import momentum_taylor
-from balance.motions.prediction import predict
-from balance.spaces.certification import certify
-from balance.spaces.designspace import design_space
-from balance.spaces.geometries import design_space_many
-from balance.verification.loads import shaking
+from balance.certification.certify_space import certify
+from balance.momentum.momentum_taylor_series import momentum_taylor
+from balance.momentum.regressor import momentum_regressor
+from balance.search.many_geometries import design_space_many
+from balance.spaces.compute import design_space
+from balance.spaces.result import Balance
+from balance.taylor_poses.prediction import predict
+from balance.verification.shaking_wrench import shaking
 from balance.verification.trajectory import random_motions
 from kinematics.errors import LinkageError
-from kinematics.linkage import Linkage
-from kinematics.taylor import taylor_motion
+from kinematics.model.linkage import Linkage
+from kinematics.taylor.taylor_motion import taylor_motion
 
 __all__ = ["warm_up"]
 

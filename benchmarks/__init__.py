@@ -6,7 +6,7 @@ list ``claims``: a pair of methods and the largest ratio of their times that the
 or one method and the largest value of it. What it tracks may be the seconds of several runs.
 It may have a method ``row``, whose results are printed as a table. Setting up, tracking or a
 row may raise NotImplementedError where a library is missing, and is left out then. Only ratios
-within one run mean anything, since the machine may be shared. The lines of `benchmarks.table`
-are printed at the end of a run. ``python -m benchmarks.against COMMIT`` compares design spaces
-with those of another commit.
+within one run mean anything, since the machine may be shared. The lines of
+`benchmarks.harness.table` are printed at the end of a run. ``python -m benchmarks.against
+COMMIT`` compares design spaces with those of another commit.
 """

@@ -17,14 +17,11 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 
 import numpy as np  # noqa: E402 - after the number of threads is fixed
 
-from benchmarks import table  # noqa: E402
-from benchmarks.show import Markdown, Text, seconds  # noqa: E402
+from benchmarks.harness import table  # noqa: E402
+from benchmarks.harness.show import Markdown, Text, seconds  # noqa: E402
 
 HERE = Path(__file__).parent
-HELPERS = {
-    "__init__", "__main__", "against", "compiled", "geometry", "processes", "profiles",
-    "reference", "rows", "sampling", "show", "table",
-}  # fmt: skip
+CLAIMS = sorted(path.stem for path in (HERE / "claims").glob("[!_]*.py"))
 BASELINE = HERE / "baseline.json"
 # A ratio that grew by more than this is a loss.
 LOSS = 1.3
@@ -35,9 +32,7 @@ def main(argv: list[str] | None = None) -> int:
     options = _options(argv)
     print(_machine())
     known = json.loads(BASELINE.read_text(encoding="utf-8")) if BASELINE.exists() else {}
-    names = sorted(path.stem for path in HERE.glob("*.py") if path.stem not in HELPERS)
-    if options.table:
-        names = table.modules()
+    names = table.modules() if options.table else CLAIMS
     if options.check:
         names = sorted({name.split(":")[0] for name in known})
     run = Run(5 if options.quick else 31, Markdown() if options.markdown else Text())
@@ -59,7 +54,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _options(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("names", nargs="*", help="modules to run; all by default")
+    parser.add_argument("names", nargs="*", help="claims to run; all by default")
     parser.add_argument("--quick", action="store_true", help="few repetitions, to try it out")
     parser.add_argument("--markdown", action="store_true", help="print tables in Markdown")
     parser.add_argument("--table", action="store_true", help="run what the last table needs")
@@ -102,7 +97,7 @@ def _machine() -> str:
 
 def classes(name: str) -> list[type]:
     """The benchmarks of a module: its classes, but for those that others build upon."""
-    module = import_module(f"benchmarks.{name}")
+    module = import_module(f"benchmarks.claims.{name}")
     found = [value for key, value in vars(module).items() if not key.startswith("_")]
     return [cls for cls in found if isinstance(cls, type) and cls.__module__ == module.__name__]
 
@@ -118,7 +113,7 @@ class Run:
 
     def module(self, name: str) -> None:
         """Run the classes of a module."""
-        self.show.claim(name, import_module(f"benchmarks.{name}").__doc__.strip())
+        self.show.claim(name, import_module(f"benchmarks.claims.{name}").__doc__.strip())
         for cls in classes(name):
             self._class(cls, name)
 

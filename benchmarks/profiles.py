@@ -27,7 +27,7 @@ SECONDS, MOST = 0.5, 8
 def main(argv: list[str] | None = None) -> int:
     """Print a profile for each case."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.profiles", description=__doc__)
-    parser.add_argument("names", nargs="+", help="modules of benchmarks")
+    parser.add_argument("names", nargs="+", help="names of claims")
     for name in parser.parse_args(argv).names:
         for cls in classes(name):
             for params in cls.params:

@@ -22,14 +22,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from kinematics.compilation import compile, register_warm_up
+from kinematics.compiled.background import compile, register_warm_up
 
 if TYPE_CHECKING:
-    from kinematics.linkage import Body, Joint, Linkage, Loop, Notice
-    from kinematics.models import gallery, load
-    from kinematics.motion import Motion
-    from kinematics.taylor import TaylorMotion, taylor_motion
-    from kinematics.tools import tool
+    from kinematics.assembly.tool_frame import tool
+    from kinematics.model.linkage import Body, Joint, Linkage, Loop, Notice
+    from kinematics.model.motion import Motion
+    from kinematics.model_gallery import gallery, load
+    from kinematics.taylor.taylor_motion import TaylorMotion, taylor_motion
 
 __all__ = [
     "Body",
@@ -47,12 +47,12 @@ __all__ = [
 ]
 
 _HOMES = {
-    **dict.fromkeys(["Body", "Joint", "Linkage", "Loop", "Notice"], "linkage"),
-    **dict.fromkeys(["gallery", "load"], "models"),
-    **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor"),
-    "Motion": "motion",
+    **dict.fromkeys(["Body", "Joint", "Linkage", "Loop", "Notice"], "model.linkage"),
+    **dict.fromkeys(["gallery", "load"], "model_gallery"),
+    **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor.taylor_motion"),
+    "Motion": "model.motion",
     "__version__": "version",
-    "tool": "tools",
+    "tool": "assembly.tool_frame",
 }
 
 

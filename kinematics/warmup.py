@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
+from kinematics.assembly.tool_frame import tool
 from kinematics.errors import LinkageError
-from kinematics.linkage import Linkage
-from kinematics.models import gallery, load
-from kinematics.taylor import taylor_motion
-from kinematics.tools import tool
+from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import gallery, load
+from kinematics.taylor.taylor_motion import taylor_motion
 
 __all__ = ["smallest_linkages", "warm_up"]
 

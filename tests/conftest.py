@@ -50,14 +50,14 @@ def robot(tmp_path):
 @pytest.fixture
 def read(robot):
     """Write elements to a file and read it."""
-    from kinematics.reader import urdf
+    from kinematics.urdf import read as urdf
 
     return lambda *elements: urdf.read(robot(f'<robot name="r">{"".join(elements)}</robot>'))
 
 
 @pytest.fixture
 def copy(tmp_path):
-    """A copy of what is behind `kinematics.kernels`, with kernels of one line."""
+    """A copy of what is behind `kinematics.compiled.jit`, with kernels of one line."""
     from small_package import make_packages
 
     return make_packages(tmp_path / "site")

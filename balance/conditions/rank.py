@@ -15,15 +15,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.elimination import (
+from kinematics.linalg.null_space import extend, solutions
+from kinematics.linalg.pivoted_qr import (
     FLOOR,
     MARGIN,
     absorbed,
     follows,
     smallest_pivot,
 )
-from balance.conditions.solutions import extend, solutions
-from kinematics.arrays import frozen
+from kinematics.model.arrays import frozen
 
 __all__ = ["Conditions", "Decision", "decompose"]
 

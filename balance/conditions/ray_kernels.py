@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.elimination import absorb, implied, take
-from kinematics.kernels import kernel
+from kinematics.compiled.jit import kernel
+from kinematics.linalg.pivoted_qr import absorb, implied, take
 
 __all__ = ["RaySeries", "gather"]
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from kinematics.kernels import kernel
-from kinematics.lanes import LANES, load, spread, store
+from kinematics.compiled.jit import kernel
+from kinematics.compiled.simd import LANES, load, spread, store
 
 __all__ = ["fold", "reflect"]
 

@@ -25,9 +25,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.designs.cone import Cone, cone_of, given, matrices_of
-from balance.designs.restriction import SAME, Program, Restriction
-from balance.spaces.space import DesignSpace
+from balance.designs.constraints import SAME, Program, Restriction
+from balance.designs.pseudo_inertia_cone import Cone, cone_of, given, matrices_of
+from balance.spaces.design_space_result import DesignSpace
 from kinematics.wording import checked
 
 __all__ = [

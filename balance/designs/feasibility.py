@@ -22,14 +22,14 @@ from balance.designs.certificate import (
     clash,
     judged,
 )
-from balance.designs.cone import counted, from_si, given, matrices_of, to_si
-from balance.designs.conic import Part, minimise
-from balance.designs.limits import reach
-from balance.designs.restriction import Program, Restriction, program
+from balance.designs.clarabel_adapter import Part, minimise
+from balance.designs.constraints import Program, Restriction, program
+from balance.designs.mass_regions import reach
+from balance.designs.pseudo_inertia_cone import counted, from_si, given, matrices_of, to_si
 from balance.designs.verdicts import TOO_NARROW, UNSETTLED, clashing
-from balance.spaces.space import DesignSpace
-from kinematics.arrays import frozen
-from kinematics.inertial import from_pseudo_inertia
+from balance.spaces.design_space_result import DesignSpace
+from kinematics.model.arrays import frozen
+from kinematics.spatial.inertia import from_pseudo_inertia
 from kinematics.wording import checked, paragraph
 
 __all__ = [

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.designs.limits import reach
-from balance.designs.restriction import Restriction
-from balance.spaces.space import DesignSpace
+from balance.designs.constraints import Restriction
+from balance.designs.mass_regions import reach
+from balance.spaces.design_space_result import DesignSpace
 
 __all__ = ["TOO_NARROW", "UNSETTLED", "clashing", "furthest", "limits_of"]
 

@@ -15,12 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.assembly import moving_chain
-from kinematics.chain import loop_joints
+from kinematics.assembly.assemble import moving_chain
 from kinematics.errors import ExactError, InexactPlaneError
-from kinematics.linkage import Linkage
-from kinematics.motion import Motion
-from kinematics.rational import (
+from kinematics.linalg.rational import (
     Vector,
     bracket,
     cross,
@@ -29,7 +26,10 @@ from kinematics.rational import (
     null_space,
     root,
 )
-from kinematics.reader.geometry import Geometry
+from kinematics.model.chain import loop_joints
+from kinematics.model.linkage import Linkage
+from kinematics.model.motion import Motion
+from kinematics.urdf.rational_screws import Geometry
 from kinematics.wording import counted
 
 __all__ = ["ExactChain", "exact_chain", "regular"]

@@ -18,16 +18,16 @@ from itertools import islice
 from math import inf
 from typing import NamedTuple
 
-from balance.answer import Balance
 from balance.exact.chain import ExactChain, exact_chain, regular
 from balance.exact.conditions import Gathering
 from balance.exact.modular import PRIMES
 from balance.exact.series import first_order_mobility, modulo
+from balance.spaces.result import Balance
 from kinematics.errors import ExactError, InexactClosureError
-from kinematics.linkage import Notice
-from kinematics.models import LinkageLike, as_linkage
-from kinematics.motion import Motion, restriction
-from kinematics.reader.geometry import exact_geometry
+from kinematics.model.linkage import Notice
+from kinematics.model.motion import Motion, restriction
+from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.urdf.rational_screws import exact_geometry
 from kinematics.wording import counted, paragraph
 
 __all__ = [

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
-from balance.tensors import MOMENTUM, RATE
-from kinematics.linkage import GROUND
-from kinematics.rational import Vector, bracket, dot, echelon
+from balance.momentum.product_tensors import MOMENTUM, RATE
+from kinematics.linalg.rational import Vector, bracket, dot, echelon
+from kinematics.model.linkage import GROUND
 
 __all__ = ["ExactTransfer", "branches", "exact_transfers"]
 

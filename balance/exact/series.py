@@ -2,7 +2,7 @@
 
 The recursions use sums, products, divisions by the order and one linear system, so they run
 on remainders modulo a prime p as they do on rational numbers. With the tensors of
-`balance.tensors`,
+`balance.momentum.product_tensors`,
 
     V_j        = V_parent + s_j q̇_j
     k s_{j,k}  = Σ_{a<k} ad(V_{parent,a}) s_{j,k-1-a}
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
 from balance.exact.modular import PRIMES, Convolution, eliminate, inverse, product
-from balance.tensors import BRACKET, MOMENTUM, RATE
+from balance.momentum.product_tensors import BRACKET, MOMENTUM, RATE
 
 __all__ = ["Momenta", "Remainders", "Twists", "first_order_mobility", "modulo"]
 

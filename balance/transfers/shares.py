@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.solutions import null_space
-from balance.transfers.joint import SAME
-from kinematics.kernels import kernel
+from balance.transfers.joint_kernels import SAME
+from kinematics.compiled.jit import kernel
+from kinematics.linalg.null_space import null_space
 
 __all__ = ["Cluster", "Found", "keep", "share"]
 

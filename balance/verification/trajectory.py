@@ -2,7 +2,7 @@
 
 The inputs are functions of time; positions of the other joints are predicted by their
 Taylor series and closed by Newton's method, so that errors do not add up. With the series of
-the motion along ``u̇`` (see `kinematics.closure`) the rates are
+the motion along ``u̇`` (see `kinematics.closure.series`) the rates are
 
     q̇ = C_0 u̇        q̈ = C_0 ü + C_1 u̇
 """
@@ -16,15 +16,15 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.verification.table import columns, unfit
-from kinematics.arrays import Chain, frozen
-from kinematics.closure import expand_from
+from balance.verification.csv_motion import columns, unfit
+from kinematics.closure.joint_positions import input_chain, joint_positions
+from kinematics.closure.newton import follow, forward
+from kinematics.closure.series import expand_from
 from kinematics.errors import MotionError, PoseError
-from kinematics.linkage import Linkage
-from kinematics.motion import Motion
-from kinematics.placement import follow, forward
-from kinematics.pose import input_chain, joint_positions
-from kinematics.profile import pivots
+from kinematics.linalg.skyline_qr import pivots
+from kinematics.model.arrays import Chain, frozen
+from kinematics.model.linkage import Linkage
+from kinematics.model.motion import Motion
 
 __all__ = [
     "FIRM", "Trajectory", "driven", "from_csv", "ordered", "random_motions", "rest_to_rest",

@@ -8,8 +8,8 @@ from time import perf_counter
 
 import numpy as np
 
+from benchmarks.harness.show import seconds
 from benchmarks.peers import jobs, library
-from benchmarks.show import seconds
 
 __all__ = ["Against", "Rows", "start", "times"]
 

@@ -12,16 +12,16 @@ from itertools import cycle
 import numpy as np
 
 from benchmarks.peers import jobs
-from kinematics.arrays import frozen
-from kinematics.assembly import assemble, moving_chain
-from kinematics.linkage import Body, Draft, Joint, Linkage, Loop
-from kinematics.motion import Motion, restriction
-from kinematics.screws import revolute
-from kinematics.taylor.expansion import polynomials
+from kinematics.assembly.assemble import assemble, moving_chain
+from kinematics.assembly.tool_frame import tool
+from kinematics.model.arrays import frozen
+from kinematics.model.linkage import Body, Draft, Joint, Linkage, Loop
+from kinematics.model.motion import Motion, restriction
+from kinematics.spatial.screws import revolute
+from kinematics.taylor.expansion_kernels import polynomials
 from kinematics.taylor.layout import layout
-from kinematics.taylor.motion import scaled_chain
-from kinematics.taylor.polynomials import monomials, powers
-from kinematics.tools import tool
+from kinematics.taylor.monomials import monomials, powers
+from kinematics.taylor.taylor_motion import scaled_chain
 
 __all__ = ["LINE", "five_bar", "linkage", "six_r"]
 

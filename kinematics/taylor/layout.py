@@ -1,8 +1,8 @@
 """What the kernel of Taylor expansions needs besides the geometry of a chain.
 
-Turning links carry vectors, which change as they turn (see `kinematics.taylor.expansion`):
-which these are, and in which loops they count, follows from how joints are connected, and
-from which of them turn and which slide.
+Turning links carry vectors, which change as they turn (see
+`kinematics.taylor.expansion_kernels`): which these are, and in which loops they count, follows
+from how joints are connected, and from which of them turn and which slide.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.arrays import Chain, IntArray, frozen
-from kinematics.chain import path
-from kinematics.lanes import padded
-from kinematics.taylor.polynomials import Monomials
+from kinematics.compiled.simd import padded
+from kinematics.model.arrays import Chain, IntArray, frozen
+from kinematics.model.chain import path
+from kinematics.taylor.monomials import Monomials
 
 __all__ = ["Layout", "layout"]
 

@@ -94,7 +94,7 @@ def judge(family: str, seed: int, folder: Path) -> Verdict:
 
 def _asked(case: Linkage, path: Path) -> Answer:
     """The report of the product, with the options of the case."""
-    from balance.cli import main
+    from balance.cli.main import main
 
     if not logging.getLogger().handlers:
         logging.getLogger().addHandler(logging.NullHandler())

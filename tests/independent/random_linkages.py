@@ -19,7 +19,7 @@ from pathlib import Path
 for _name in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{_name}_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[2]
-_PATHS = tuple(str(ROOT / name) for name in ("", "tests", "tests/independent"))
+_PATHS = tuple(str(ROOT / name) for name in ("", "tests/helpers", "tests/independent"))
 sys.path[:0] = [path for path in _PATHS if path not in sys.path]
 
 from families import FAMILIES, linkage  # noqa: E402

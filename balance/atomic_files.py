@@ -1,0 +1,122 @@
+"""Files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from typing import BinaryIO
+
+from kinematics.errors import FileError, UsageError
+
+__all__ = ["check_outputs", "is_stream", "replacing", "replacing_all"]
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """A file to write to, which takes its place at ``path`` once all is written.
+
+    What is not a regular file, such as a pipe or a device, is written to as it is. A file
+    that is replaced hands on its mode.
+
+    Raises:
+        FileError: it cannot be written; what stood there before is left as it was.
+    """
+    target = os.path.realpath(path)
+    if is_stream(target):
+        try:
+            with open(path, "wb") as file:
+                yield file
+        except OSError as error:
+            raise _unwritable(path, error) from None
+        return
+    temporary = os.path.join(os.path.dirname(target), f".{os.urandom(16).hex()}.tmp")
+    try:
+        with open(temporary, "xb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        with suppress(FileNotFoundError):
+            os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
+        os.replace(temporary, target)
+    except OSError as error:
+        with suppress(OSError):
+            os.unlink(temporary)
+        raise _unwritable(path, error) from None
+    except BaseException:
+        with suppress(FileNotFoundError):
+            os.unlink(temporary)
+        raise
+
+
+def replacing_all(contents: Iterable[tuple[str, bytes]]) -> None:
+    """Write several files, of which all appear or none; see `replacing`.
+
+    Args:
+        contents: path of each file, and what it is to hold.
+
+    Raises:
+        FileError: one cannot be written.
+    """
+    with ExitStack() as all_or_none:
+        for path, content in contents:
+            all_or_none.enter_context(replacing(path)).write(content)
+
+
+def check_outputs(
+    outputs: Mapping[str, str], inputs: Iterable[str | os.PathLike[str]], force: bool
+) -> None:
+    """Refuse files to write that are one file, or would replace a file that is read.
+
+    Files are compared, not paths: symbolic and hard links to one file are that file.
+
+    Args:
+        outputs: paths by the option that gives them.
+        inputs: paths of the files that are read; those that are not there do not count.
+        force: whether files that are read may be replaced.
+
+    Raises:
+        UsageError: two outputs are one file; or one is an input, without ``force``.
+    """
+    from kinematics.urdf.xml_tree import shown
+
+    places: dict[str, str] = {}
+    for option, path in outputs.items():
+        place = os.path.realpath(path)
+        if place in places:
+            text = f"{shown(path, 1000)}: both {places[place]} and {option} are to write it"
+            raise UsageError(f"{text}; give each its own file")
+        places[place] = option
+    read = [] if force else [path for path in inputs if os.path.isfile(path)]
+    for option, path in outputs.items():
+        if os.path.isfile(path) and any(os.path.samefile(path, one) for one in read):
+            raise UsageError(
+                f"{shown(path, 1000)}: {option} would replace a file that is read; give "
+                "another path, or --force"
+            )
+
+
+def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
+    from kinematics.urdf.xml_tree import shown
+
+    reason = error.strerror or type(error).__name__
+    return FileError(
+        shown(os.fsdecode(path), 1000), "", f"cannot be written ({reason})",
+        "give a path in a folder that can be written to",
+    )  # fmt: skip
+
+
+def is_stream(target: str) -> bool:
+    """Whether a path is a pipe or a device, or what this process prints to."""
+    try:
+        found = os.stat(target)
+    except OSError:
+        return False
+    if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
+        return True
+    for number in (1, 2):
+        with suppress(OSError):
+            if os.path.samestat(found, os.fstat(number)):
+                return True
+    return False

@@ -1,0 +1,1 @@
+"""Integers of a design space confirmed or corrected by exact arithmetic."""

@@ -1,0 +1,320 @@
+"""Certification of design spaces: exact arithmetic, and poses that were not used."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+
+from balance.certification.changed_numbers import with_changed_numbers
+from balance.certification.compare_integers import add_correction_notice, changes, differences
+from balance.certification.correct import (
+    Evidence,
+    correct,
+    exact_orders,
+    with_idle_joints,
+    with_more_poses,
+)
+from balance.exact.chain import exact_chain, regular
+from balance.exact.conditions import joints_at_rest, orders_closed
+from balance.exact.modular import PRIMES
+from balance.exact.proof import Proof, independent
+from balance.exact.ranks import GIVEN_UP, Exact, ranks_of
+from balance.exact.serial import branches, exact_transfers
+from balance.momentum.regressor import rows_at
+from balance.spaces.certainty import LEVELS, Certainty
+from balance.spaces.design_space_result import DesignSpace
+from kinematics.closure.continuation import walk
+from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
+from kinematics.model.linkage import Notice
+from kinematics.urdf.rational_screws import exact_geometry
+
+__all__ = ["certify"]
+
+# Momentum of a distribution of size 1 that counts as none, relative to the conditions.
+BALANCED = 1e-11
+# Largest such momentum that counts as round-off of small loops on long arms, if exact
+# arithmetic finds no condition at many further orders.
+SMALL = 1e-6
+# Singular values, and momentum at fresh poses, below this are round-off beyond doubt.
+ROUND_OFF, VANISHING = 1e-14, 1e-12
+# Number of rays along which fresh poses are taken, steps each way, and longest step.
+RAYS, STEPS, STEP = 2, 8, 0.237
+# Most rounds of added poses, while fresh poses leave momentum.
+ROUNDS = 3
+# Lowest order up to which the loops of an overconstrained linkage must close exactly, and
+# joints be at rest to count as idle: twice the 14th power of the input with which a gear of
+# three yokes and a dead centre moves a joint.
+CLOSURE_ORDERS = 30
+# Largest angle between parallel axes that double precision may have rounded, radians.
+PARALLEL = 1e-15
+_BELIEVED = (
+    "believe the latter: the digits of the file describe another linkage, which does not move "
+    "so, and the answer is for the linkage that closes"
+)
+_UNSETTLED = "poses further on need more conditions than were found"
+
+
+def certify(space: DesignSpace) -> DesignSpace:
+    """Confirm or correct the integers of a design space, and state how sure they are.
+
+    Exact arithmetic, from the decimals of the file, bounds the rank from below at every
+    order, and inertia transfers in rational numbers bound the nullity from below. Where
+    floating point found other integers, the space is computed again with the exact ones,
+    and the notice ``corrected`` names both. Where fresh poses leave momentum, poses are added.
+    Where exact arithmetic cannot be done, fresh poses alone decide the certainty.
+
+    Args:
+        space: a design space from `design_space`.
+
+    Returns:
+        The space; its ``certainty`` holds for all of its integers.
+
+    Example:
+        >>> import balance, kinematics
+        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> balance.certify(space).certainty.level
+        'proved'
+    """
+    try:
+        found = _gather_evidence(space)
+    except LinkageError as error:
+        rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
+        return _add_rounding_notice(rounded, error)
+    lines = differences(space, found)
+    if (count := found.replaced) and lines:
+        changed = with_changed_numbers(space)
+        if _rests_on_replaced(space, changed):
+            # A difference that these numbers do not explain either comes from round-off.
+            mixed = changed is not None and bool(differences(changed, found))
+            reason = (
+                f"exact arithmetic, with {count} numbers of the file replaced, finds "
+                f"{'; '.join(lines)}; {_BELIEVED}"
+            )
+            return _certify_rounded(space, reason, found, mixed)
+    moving = set(range(len(space.linkage.joints))) - set(found.idle)
+    rested = space
+    if moving != set(space.chain.joints.tolist()):
+        rested = with_idle_joints(space, found.idle)
+    corrected = correct(rested, found)
+    residual, poses = _measure_residual(corrected)
+    for _ in range(ROUNDS):
+        if not _unsettled(corrected, found, residual):
+            break
+        corrected = with_more_poses(corrected)
+        found = _gather_evidence(corrected)
+        corrected = correct(corrected, found)
+        residual, poses = _measure_residual(corrected)
+    certainty = _certainty_of(corrected, found, residual, poses)
+    certified = add_correction_notice(space, replace(corrected, certainty=certainty))
+    certified.check_proved()
+    return certified
+
+
+def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
+    """Whether a special geometry is lost because exact arithmetic replaces numbers.
+
+    Floating point still sees it if its gap is wide, and loses it with other numbers. A narrow
+    gap comes from the numbers in the file, unless other ones have more conditions.
+
+    Args:
+        space: the space by floating point.
+        changed: the same with other numbers for those that are replaced, if it can be had.
+    """
+    if not space.doubts or _moved(space):
+        return changed is None or bool(changes(space, changed))
+    return changed is not None and changed.rank > space.rank
+
+
+def _codes(space: DesignSpace) -> set[str]:
+    """Codes of the notices of the linkage."""
+    return {notice.code for notice in space.linkage.notices}
+
+
+def _moved(space: DesignSpace) -> bool:
+    """Whether the reference pose is not that of the file."""
+    return bool(_codes(space) & {"assembled", "left_singular_pose"})
+
+
+def _gather_evidence(space: DesignSpace) -> Evidence:
+    """Compute ranks, transfers and idle joints of a space by exact arithmetic.
+
+    Raises:
+        LinkageError: exact arithmetic cannot be done.
+    """
+    linkage = space.linkage
+    geometry = exact_geometry(linkage)
+    chain = exact_chain(
+        linkage, geometry, space.motion, space.balance == "force", not space.planar
+    )
+    idle = joints_at_rest(chain, CLOSURE_ORDERS)
+    transfers = tuple(exact_transfers(chain, idle))
+    size = len(chain.links) * len(chain.parameters)
+    most = size - len(independent(chain, transfers, PRIMES[0]))
+    exact = ranks_of(
+        linkage.source, chain, geometry.notices, space.highest_order, space.rank, most
+    )
+    found = independent(chain, transfers, exact.witness.prime)
+    return Evidence(exact, transfers, found, not branches(chain, idle), tuple(idle))
+
+
+def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
+    """Whether fresh poses leave momentum, so that more poses may add conditions."""
+    complete = found.exact.rank + len(found.independent) == found.exact.parameters
+    return residual > BALANCED and not complete and space.highest_order is None
+
+
+def _add_rounding_notice(space: DesignSpace, error: LinkageError) -> DesignSpace:
+    """Add the doubt, or the notice, about rounding that exact arithmetic refused."""
+    doubt, mobility = "", space.linkage.mobility
+    if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
+        doubt = f"its axes are parallel to within {error.deviation:.0e} rad only"
+    if isinstance(error, InexactClosureError) and 0 < error.mobility != mobility:
+        doubt = f"the mobility is {mobility} up to rounding, and {error.mobility} as written"
+    if doubt:
+        certainty = space.certainty
+        doubts = (*certainty.doubts, doubt)
+        return replace(space, certainty=certainty._replace(level="estimated", doubts=doubts))
+    if not isinstance(error, InexactClosureError):
+        return space
+    text = (
+        "loops close only to the rounding of the numbers in the file: the answer is that of "
+        "the linkage that these stand for"
+    )
+    return replace(space, notices=(*space.notices, Notice("inexact_closure", text)))
+
+
+def _certainty_of(
+    space: DesignSpace, found: Evidence, residual: float, poses: int
+) -> Certainty:
+    """The certainty of a space from exact arithmetic and fresh poses."""
+    exact, serial = found.exact, len(found.independent)
+    count = found.replaced
+    replaced = f", with {count} numbers of the file replaced (see --exact)" if count else ""
+    bounds = exact.rank, serial, residual, poses
+    lines = differences(space, found)
+    limited = space.highest_order is not None and not space.decision.conditions.complete
+    if limited and not lines:
+        reason = f"orders up to {space.highest_order} only: more conditions may follow"
+        return Certainty("estimated", reason, *bounds)
+    if lines or not space.settled:
+        reason = "exact arithmetic finds " + "; ".join(lines) if lines else _UNSETTLED
+        return Certainty("estimated", reason, *bounds, (reason,))
+    complete = exact.rank + serial == exact.parameters
+    idle = found.idle
+    free = {j for j in idle if j in exact.chain.dependent or any(exact.chain.columns[j])}
+    if complete and exact.regular and (not free or regular(exact.chain, idle)):
+        proof = Proof(exact.chain, exact.witness, found.independent, tuple(sorted(idle)))
+        reason = "exact lower bounds of rank and nullity add up to the number of parameters"
+        ranks = tuple(order.rank for order in exact_orders(space, exact))
+        return Certainty("proved", reason + replaced, *bounds, (), proof, ranks)
+    order = max(CLOSURE_ORDERS, len(exact.ranks) - 1)
+    if doubt := _unverified(space, found, residual, poses, order):
+        return Certainty("estimated", doubt, *bounds, (doubt,))
+    reason = "balanced at finite poses, and of the same rank by exact arithmetic"
+    if complete:
+        reason = (
+            "exact lower bounds of rank and nullity add up to the number of parameters; loops "
+            f"close exactly up to order {order}, and numerically at {poses} poses"
+        )
+    return Certainty("verified", reason + replaced, *bounds)
+
+
+def _unverified(
+    space: DesignSpace, found: Evidence, residual: float, poses: int, order: int
+) -> str:
+    """Why a space of the exact integers is not verified; empty if it is.
+
+    Args:
+        space: the space.
+        found: the findings of exact arithmetic.
+        residual: largest momentum left at fresh poses.
+        poses: number of fresh poses.
+        order: the order up to which loops must close exactly.
+    """
+    exact = found.exact
+    closes = exact.regular or orders_closed(exact.chain, order) > order
+    resting = found.idle if order == CLOSURE_ORDERS else joints_at_rest(exact.chain, order)
+    if not closes or not set(found.idle) <= set(resting):
+        return f"its loops do not close exactly, or idle joints move, up to order {order}"
+    if not found.use_exact_transfers(space.serial_nullity) and space.doubts:
+        return f"the serial part is that of floating point: {space.doubts[0]}"
+    if not exact.settled:
+        return f"exact arithmetic finds conditions up to order {exact.kmax}: more may follow"
+    if not poses:
+        return "no finite pose was found to check it at"
+    if residual > BALANCED and not (residual <= SMALL and _adds_no_condition(space, exact)):
+        return _momenta_left(residual)
+    return ""
+
+
+def _momenta_left(residual: float) -> str:
+    return f"momenta of {residual:.1e} of the conditions are left at finite poses"
+
+
+def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
+    """Whether many orders further on add no condition, by exact arithmetic."""
+    last = GIVEN_UP + 3 * exact.kmax
+    further = ranks_of(space.linkage.source, exact.chain, exact.notices, last)
+    return further.rank == exact.rank
+
+
+def _certify_rounded(
+    space: DesignSpace, reason: str, found: Evidence | None, doubtful: bool = False
+) -> DesignSpace:
+    """The certainty of a space where floating point alone decides, or is in doubt."""
+    settled, (residual, poses) = space, _measure_residual(space)
+    for _ in range(ROUNDS):
+        if residual <= BALANCED or space.highest_order is not None:
+            break
+        settled = with_more_poses(settled)
+        residual, poses = _measure_residual(settled)
+    bounds: tuple[int | None, int | None] = (None, None)
+    if found is not None:
+        bounds = found.exact.rank, len(found.independent)
+    same = bounds == (settled.rank, settled.serial_nullity)
+    doubts = _doubts(settled, residual)
+    # The file has another pose, so rounding cannot be separated from what the file says.
+    left = found is not None and "left_singular_pose" in _codes(space) and not same
+    if left or doubtful:
+        doubts += (reason,)
+    sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
+    # Without exact arithmetic a condition near round-off cannot be told from none, and axes
+    # that are parallel to within rounding may not be meant to be.
+    tiny = settled.dropped <= ROUND_OFF and residual <= VANISHING
+    parallel = settled.nullity > settled.serial_nullity
+    level = LEVELS[bool(sure and ((tiny and parallel) or same))]
+    seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
+    certainty = Certainty(level, seen + reason, *bounds, residual, poses, doubts)
+    return add_correction_notice(space, replace(settled, certainty=certainty))
+
+
+def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
+    """Reasons why the decisions of floating point may be wrong."""
+    found = list(space.doubts)
+    if not space.settled and space.highest_order is None:
+        found.append(_UNSETTLED)
+    elif residual > BALANCED and space.highest_order is None:
+        found.append(_momenta_left(residual))
+    return tuple(found)
+
+
+def _measure_residual(space: DesignSpace) -> tuple[float, int]:
+    """Largest momentum left at fresh poses, relative to the conditions, and their number.
+
+    The poses lie both ways along generic rays, nearer than those that decided the rank.
+    """
+    chain, force, basis = space.chain, space.balance == "force", space.decision.basis
+    rng = np.random.default_rng(106)
+    worst, poses = 0.0, 0
+    for _ in range(1 if chain.width == 1 else RAYS):
+        ray = rng.standard_normal(chain.width)
+        for sign in (1.0, -1.0):
+            way = walk(chain, sign * ray / np.sqrt(ray @ ray), reach=STEP)
+            for pose in islice(way, STEPS):
+                X = rows_at(chain, pose, force)
+                left = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)
+                worst = max(worst, float(left / (np.linalg.norm(X) or 1.0)))
+                poses += 1
+    return worst, poses

@@ -1,0 +1,55 @@
+"""A design space with other numbers in place of those that exact arithmetic replaces.
+
+An angle has no rational rotation, so exact arithmetic takes one within 2^-64 of it. If that
+has more conditions than floating point finds, either a special geometry needs that angle, and
+is lost, or the file is special but for less than round-off elsewhere, and floating point does
+not see it. Other angles, further away, tell: without them the first loses its special geometry
+for floating point too, and the second keeps it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from balance.search.many_geometries_kernels import points_on
+from balance.spaces.compute import design_space
+from balance.spaces.design_space_result import DesignSpace
+from kinematics.assembly.assemble import assemble
+from kinematics.errors import LinkageError
+from kinematics.model.arrays import frozen
+from kinematics.urdf.rational_screws import changed_screws
+
+__all__ = ["with_changed_numbers"]
+
+
+def with_changed_numbers(space: DesignSpace) -> DesignSpace | None:
+    """The space of the linkage whose replaced numbers are others, by floating point.
+
+    Returns:
+        The space; None if there is none, as where loops close with these numbers only.
+    """
+    linkage = space.linkage
+    screws = changed_screws(linkage)
+    units = np.array([[float(x) for x in screw] for screw in screws])
+    turns = np.any(units[:, :3], axis=1)
+    n = np.where(turns[:, None], units[:, :3], units[:, 3:])
+    units /= np.sqrt(np.sum(n**2, axis=1, keepdims=True))
+    near = np.array([joint.point for joint in linkage.joints])
+    points = np.empty_like(near)
+    points_on(units, near, points)
+    joints = tuple(
+        replace(joint, screw=frozen(screw), point=frozen(point))
+        for joint, screw, point in zip(linkage.joints, units, points, strict=True)
+    )
+    try:
+        moved = assemble(replace(linkage, joints=joints), linkage.inputs, exactly=True)
+        spatial = not space.planar
+        if space.planar and not moved.planar:
+            return None
+        return design_space(
+            moved, space.motion, space.balance, space.highest_order, spatial=spatial
+        )
+    except LinkageError:
+        return None

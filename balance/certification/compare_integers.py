@@ -1,0 +1,62 @@
+"""Differences between the integers of floating point, of exact arithmetic, and of both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from balance.certification.correct import Evidence
+from balance.spaces.design_space_result import DesignSpace
+from kinematics.model.linkage import Notice
+
+__all__ = ["add_correction_notice", "changes", "differences"]
+
+
+def differences(space: DesignSpace, found: Evidence) -> list[str]:
+    """Differences of the integers of a space from the exact ones, a line each."""
+    exact, lines = found.exact, []
+    ranks = [order.rank for order in space.orders]
+    known = exact.ranks + exact.ranks[-1:] * (len(ranks) - len(exact.ranks))
+    apart = [k for k, pair in enumerate(zip(ranks, known, strict=False)) if len({*pair}) > 1]
+    if apart:
+        here, there = ([row[k] for k in apart] for row in (ranks, known))
+        lines.append(f"{_counted('order', apart)}: rank {_list(there)}, not {_list(here)}")
+    if space.rank != exact.rank:
+        lines.append(f"rank {exact.rank}, not {space.rank}")
+    serial = len(found.independent)
+    if serial != space.serial_nullity and found.use_exact_transfers(space.serial_nullity):
+        lines.append(f"serial part {serial}, not {space.serial_nullity}")
+    return lines
+
+
+def _counted(noun: str, numbers: Sequence[int]) -> str:
+    return f"{noun}{'s' if len(numbers) > 1 else ''} {_list(numbers)}"
+
+
+def _list(numbers: Sequence[int]) -> str:
+    return ", ".join(map(str, numbers))
+
+
+def changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
+    """Differences of the integers of two answers on one linkage, a line each."""
+    pairs = [
+        ("rank", space.rank, certified.rank),
+        ("serial part", space.serial_nullity, certified.serial_nullity),
+    ]
+    lines = [f"{name} {there}, not {here}" for name, here, there in pairs if here != there]
+    ranks = {order.order: order.rank for order in certified.orders}
+    for order in space.orders:
+        known = ranks.get(order.order, certified.rank)
+        if known != order.rank:
+            lines.append(f"order {order.order}: rank {known}, not {order.rank}")
+    return lines
+
+
+def add_correction_notice(space: DesignSpace, certified: DesignSpace) -> DesignSpace:
+    """Add a notice of the integers that floating point found instead."""
+    if not (lines := changes(space, certified)):
+        return certified
+    text = f"floating point alone finds other integers; exact arithmetic: {'; '.join(lines)}"
+    codes = ("not_settled",) if certified.settled else ()
+    kept = tuple(notice for notice in certified.notices if notice.code not in codes)
+    return replace(certified, notices=(*kept, Notice("corrected", text)))

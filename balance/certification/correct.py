@@ -1,0 +1,275 @@
+"""A design space with the integers of exact arithmetic, and a basis that belongs to them.
+
+Floating point loses a condition, or an inertia transfer, whose size is below round-off: the
+product of two small angles, say. Exact arithmetic counts them; here the basis is computed again
+with that many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.conditions.collect import Gathered, add_poses, floor_of, gather_conditions
+from balance.conditions.rank import decompose
+from balance.exact.ranks import Exact
+from balance.exact.serial import ExactTransfer
+from balance.inertial_parameters.conversions import basis_from_chain, to_chain
+from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.result import Order, table_of
+from balance.transfers.serial_space import Transfers, transfers
+from kinematics.assembly.assemble import moving_chain
+from kinematics.linalg.rational import combination, dot
+from kinematics.model.arrays import Chain, Frame, frozen
+
+__all__ = ["Evidence", "correct", "exact_orders", "with_idle_joints", "with_more_poses"]
+
+Array = NDArray[np.float64]
+
+# Relative size below which a direction is round-off, where the rank is known.
+NOTHING = 2.0**-64
+# Unit rows with a singular value below this are made independent in rational numbers.
+DEPENDENT = 1e-6
+
+
+class Evidence(NamedTuple):
+    """Findings of exact arithmetic about a design space.
+
+    Attributes:
+        exact: ranks by order, lower bounds of the true ones.
+        transfers: inertia transfers, none of which changes the momentum.
+        independent: a largest independent subset of them.
+        complete: whether they span the serial part; otherwise links without parameters
+            branch, and there may be more.
+        idle: numbers of the joints that do not move.
+    """
+
+    exact: Exact
+    transfers: tuple[ExactTransfer, ...]
+    independent: tuple[ExactTransfer, ...]
+    complete: bool
+    idle: tuple[int, ...]
+
+    def use_exact_transfers(self, known: int) -> bool:
+        """Whether the independent transfers are to be used as the serial part.
+
+        They are if they span it, which is certain where the exact bounds of rank and nullity
+        meet, or if they are more than the ``known`` ones of floating point.
+        """
+        count = len(self.independent)
+        met = self.exact.rank + count == self.exact.parameters
+        return self.complete or met or count > known
+
+    @property
+    def replaced(self) -> int:
+        """Number of entries of the file that are not rational, or that round a root."""
+        return sum(notice.code == "not_exact" for notice in self.exact.notices)
+
+
+def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
+    """Exact ranks by order, up to the order that reaches the rank, or to the one asked for."""
+    last = exact.kmax if space.highest_order is None else len(exact.ranks) - 1
+    return table_of(exact.ranks[: last + 1], exact.parameters)
+
+
+def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
+    """Give a design space the ranks and the serial part of exact arithmetic, with a basis.
+
+    Args:
+        space: the design space by floating-point arithmetic.
+        found: the findings of exact arithmetic.
+
+    Returns:
+        The space with the exact integers; as it is, if exact arithmetic finds a lower rank by
+        orders that are not settled.
+    """
+    exact = found.exact
+    use_transfers = found.use_exact_transfers(space.serial_nullity)
+    serial = len(found.independent) if use_transfers else space.serial_nullity
+    if exact.rank < space.rank and not exact.settled:
+        return space
+    orders = exact_orders(space, exact)
+    if (space.rank, space.serial_nullity) == (exact.rank, serial):
+        return space if space.orders == orders else replace(space, orders=orders)
+    exchanged = space.exchanged
+    known = exchanged.rows
+    if use_transfers:
+        exchanged = _convert_transfers(space.chain, found, space.exchanged)
+        known = _span(space.chain, found.exact, found.independent)
+    gathered = _gather_as_many(space, known, exact)
+    # Where floating point sees fewer conditions, the last directions are the least sure.
+    nullity = exact.parameters - max(exact.rank, gathered.conditions.rank)
+    return _with_conditions(space, gathered, exchanged, orders, nullity)
+
+
+def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
+    """Compute a design space again with other joints idle: the numbers ``idle``."""
+    linkage, force = space.linkage, space.balance == "force"
+    still = np.isin(np.arange(len(linkage.joints)), np.array(idle, dtype=np.int64))
+    chain = moving_chain(linkage, space.motion, not space.planar, idle=still)
+    floor = floor_of(chain)
+    exchanged = transfers(chain, force, floor)
+    gathered = gather_conditions(chain, exchanged.rows, force, floor, space.highest_order)
+    orders = table_of(gathered.ranks, exchanged.rows.shape[1])
+    names = tuple(linkage.joints[j].name for j in idle)
+    moved = replace(space, chain=chain, idle=names)
+    return _with_conditions(moved, gathered, exchanged, orders)
+
+
+def with_more_poses(space: DesignSpace) -> DesignSpace:
+    """Add the conditions of more finite poses to a design space, if they raise the rank."""
+    force, conditions = space.balance == "force", space.decision.conditions
+    more, poses, settled = add_poses(space.chain, force, conditions)
+    if more.rank == conditions.rank:
+        return space
+    gathered = Gathered(more, (), space.poses + poses, settled)
+    return _with_conditions(space, gathered, space.exchanged, space.orders)
+
+
+def _gather_as_many(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
+    """Gather as many conditions as the exact rank, beside known solutions.
+
+    Where floating point finds more, the smallest pivots are round-off and are dropped; where
+    it finds fewer, the largest pivots below its limit are kept too.
+    """
+    chain, force, rank = space.chain, space.balance == "force", exact.rank
+    floor = floor_of(chain)
+    gathered = gather_conditions(chain, known, force, floor, space.highest_order)
+    for limit in (floor, NOTHING):
+        if gathered.conditions.rank >= rank:
+            break
+        conditions = gathered.conditions._replace(floor=limit)
+        if space.highest_order is not None:
+            gathered = gather_conditions(chain, known, force, limit, space.highest_order)
+        else:
+            conditions, poses, settled = add_poses(chain, force, conditions, rank)
+            gathered = Gathered(conditions, (), gathered.poses + poses, settled)
+    conditions = gathered.conditions.first(rank)
+    reached = conditions.rank == rank and exact.settled
+    return gathered._replace(conditions=conditions, settled=gathered.settled or reached)
+
+
+def _with_conditions(
+    space: DesignSpace, gathered: Gathered, exchanged: Transfers, orders: tuple[Order, ...],
+    nullity: int | None = None,
+) -> DesignSpace:  # fmt: skip
+    """Replace the conditions and transfers of a space; ``nullity`` limits its basis."""
+    decision = gathered.conditions.decide()
+    decision = replace(decision, basis=frozen(decision.basis[:, :nullity]))
+    force, known = space.balance == "force", len(gathered.conditions.known)
+    basis = basis_from_chain(decision.basis, space.chain.frame, space.planar, force)
+    complete = basis.shape[1] == known
+    return replace(
+        space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
+        basis=frozen(basis), serial_nullity=known, decision=decision, exchanged=exchanged,
+    )  # fmt: skip
+
+
+def _convert_transfers(chain: Chain, found: Evidence, rounded: Transfers) -> Transfers:
+    """The exact transfers, joint by joint, as `balance.transfers` gives them."""
+    place = {joint: k for k, joint in enumerate(chain.joints.tolist())}
+    groups: dict[int, list[ExactTransfer]] = {}
+    for transfer in found.transfers:
+        part = int(rounded.part[chain.links[transfer.target]])
+        owner = -1 - part
+        if transfer.joints:
+            owner = int(rounded.joints[place[transfer.joints[0]]])
+        groups.setdefault(owner, []).append(transfer)
+    rows = [_span(chain, found.exact, group) for group in groups.values()]
+    owners = [
+        np.full(len(block), owner) for owner, block in zip(groups, rows, strict=True)
+    ]
+    width = rounded.rows.shape[1]
+    return rounded._replace(
+        rows=np.concatenate([np.empty((0, width)), *rows]),
+        owner=np.concatenate([np.empty(0, np.int64), *owners]),
+    )
+
+
+def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Array:
+    """Orthonormal rows that span transfers, in the units of the moving chain.
+
+    Vectors that floating point cannot tell apart are first made independent in rational
+    numbers, by Gauss-Jordan elimination with complete pivoting.
+    """
+    force = len(exact.chain.rows) < (3 if chain.planar else 6)
+    frame = Frame(chain.frame.R, np.zeros(3), chain.frame.length)
+    units = to_chain(np.eye(10), frame, chain.planar, force)
+    vectors = [_vector(chain, exact, units, transfer) for transfer in transfers]
+    width = units.shape[1] * chain.links.size
+    rows = _orthonormalise(np.array(vectors, dtype=np.float64).reshape(-1, width))
+    if rows is None:
+        rows = _orthonormalise(np.array(_reduce(vectors), dtype=np.float64), known=True)
+    assert rows is not None
+    return rows
+
+
+def _orthonormalise(A: Array, known: bool = False) -> Array | None:
+    """Orthonormal rows that span those of A; None if rows are nearly dependent.
+
+    ``known`` says that the rows are independent. Rows that depend on others exactly, up to
+    round-off, are left out.
+    """
+    if not len(A):
+        return A
+    A = A / np.sqrt(np.sum(A**2, axis=1, keepdims=True))
+    _, values, Vt = decompose(A)
+    count = len(A) if known else int(np.sum(values > DEPENDENT))
+    doubtful = np.any((values <= DEPENDENT) & (values > 0.0)) and not known
+    return None if doubtful else Vt[:count]
+
+
+def _vector(
+    chain: Chain, exact: Exact, units: Array, transfer: ExactTransfer
+) -> list[Fraction]:
+    """A transfer as parameters of all bodies, in the units of the moving chain."""
+    origin = [Fraction(x) for x in chain.frame.origin.tolist()]
+    z = _shift_to(origin, combination(transfer.z, exact.chain.parameters))
+    moved = [dot([Fraction(x) for x in row], z) for row in units.T.tolist()]
+    size = len(moved)
+    found = [Fraction(0)] * (size * len(exact.chain.links))
+    for body, sign in ((transfer.target, 1), (transfer.source, -1)):
+        if body >= 0:
+            for p, value in enumerate(moved):
+                found[body * size + p] += sign * value
+    return found
+
+
+def _reduce(vectors: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]:
+    """Independent combinations of vectors, with bounded entries, by complete pivoting."""
+    left = [list(vector) for vector in vectors if any(vector)]
+    done: list[list[Fraction]] = []
+    while left:
+        sizes = [max(map(abs, row)) for row in left]
+        row = left.pop(sizes.index(max(sizes)))
+        pivot = max(range(len(row)), key=lambda c: abs(row[c]))
+        row = [x / row[pivot] for x in row]
+        for group in (left, done):
+            group[:] = [
+                [x - other[pivot] * y for x, y in zip(other, row, strict=True)]
+                if other[pivot] else other
+                for other in group
+            ]  # fmt: skip
+        done.append(row)
+        left = [other for other in left if any(other)]
+    return done
+
+
+def _shift_to(point: Sequence[Fraction], z: Sequence[Fraction]) -> list[Fraction]:
+    """The ten parameters z about another point o: ``mc - m o``, and E by the parallel axes.
+
+    ``E' = E - 2 (mc·o) 1 + mc oᵀ + o mcᵀ + m (o·o 1 - o oᵀ)``.
+    """
+    m, c, o = z[0], z[1:4], point
+    both, square = 2 * dot(c, o), dot(o, o)
+    moments = [z[4 + i] - both + 2 * c[i] * o[i] + m * (square - o[i] * o[i]) for i in range(3)]
+    products = [
+        z[k] + c[i] * o[j] + o[i] * c[j] - m * o[i] * o[j]
+        for k, (i, j) in ((7, (0, 1)), (8, (0, 2)), (9, (1, 2)))
+    ]
+    return [m, *(x - m * y for x, y in zip(c, o, strict=True)), *moments, *products]

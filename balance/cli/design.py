@@ -1,0 +1,137 @@
+"""The command ``balance design``: its options, and what it does with them."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING
+
+from balance.atomic_files import replacing_all
+from balance.cli.arguments import page_path
+
+if TYPE_CHECKING:
+    from balance.designs.best_design import Design
+    from balance.spaces.design_space_result import DesignSpace
+
+__all__ = ["OBJECTIVES", "add_options", "designed", "write_files"]
+
+OBJECTIVES = ("mass", "inertia", "rotor", "change")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``design`` beside those of every command on a model."""
+    parser.add_argument(
+        "--minimise", "--minimize", choices=OBJECTIVES,
+        help="the best design in this respect: total mass, largest inertia, inertia that the "
+        "inputs feel at the reference pose, or change of the masses in the file",
+    )  # fmt: skip
+    parser.add_argument(
+        "--keep", action="append", default=[], metavar="L",
+        help="link whose mass and inertia stay as the file gives them; repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--bounds", action="append", type=_bounds, default=[], metavar="L=LO:HI",
+        help="least and largest mass of a link in kg, either may be left out; repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--anywhere", action="store_true",
+        help="let masses be anywhere, not just within 1.5 lengths of each link from the middle "
+        "of its joints",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", metavar="FILE.urdf",
+        help="write the file of the linkage with the masses of the design",
+    )  # fmt: skip
+    parser.add_argument(
+        "--html", type=page_path, metavar="FILE.html",
+        help="write a page with the linkage and its masses, before and after; it needs no "
+        "network",
+    )  # fmt: skip
+
+
+def designed(arguments: argparse.Namespace, space: DesignSpace) -> Design:
+    """The design that the options ask for.
+
+    Raises:
+        LinkageError: links that are kept or bounded are unknown, or leave nothing to design.
+    """
+    from balance.designs.best_design import design
+    from balance.designs.mass_regions import WITHIN
+
+    limits: dict[str, tuple[float, float]] = {}
+    for name, low, high in arguments.bounds:
+        least, most = limits.get(name, (low, high))
+        limits[name] = max(least, low), min(most, high)
+    within = None if arguments.anywhere else WITHIN
+    return design(
+        space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within
+    )
+
+
+def write_files(arguments: argparse.Namespace, found: Design) -> str:
+    """Write the files that the options name, if there is a design.
+
+    Returns:
+        What to tell the user of them; empty if there is nothing to tell.
+
+    Raises:
+        LinkageError: a file cannot be written, or a library is missing.
+    """
+    asked = [path for path in (arguments.out, arguments.html) if path is not None]
+    if found.z is None:
+        return f"not written, for there is no design: {', '.join(asked)}" if asked else ""
+    contents = []
+    if arguments.out is not None:
+        from balance.designs.write_urdf import with_inertials
+
+        elements = {body.name: body.urdf for body in found.bodies
+                    if body.name not in found.keep and body.urdf}  # fmt: skip
+        contents.append(with_inertials(found.space.linkage, elements))
+    if arguments.html is not None:
+        from balance.report.html.design import page
+
+        contents.append(page(found).encode())
+    replacing_all(zip(asked, contents, strict=True))
+    return f"to verify what was written: {_check(arguments, found)}" if arguments.out else ""
+
+
+def _check(arguments: argparse.Namespace, found: Design) -> str:
+    """The command that verifies the file of a design, with the options it was made with."""
+    import shlex
+
+    words = ["balance", "verify", arguments.out]
+    loops = arguments.loops or _sidecar(found, arguments.out)
+    lists = (("--inputs", arguments.inputs), ("--massless", arguments.massless))
+    pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]
+    pairs += [("--motion", relation) for relation in arguments.motion or ()]
+    words += [word for flag, value in pairs if value for word in (flag, value)]
+    if arguments.at:
+        words += ["--at", ",".join(f"{name}={value!r}" for name, value in arguments.at.items())]
+    words += ["--fix-base"] * arguments.fix_base
+    words += ["--as-written"] * (arguments.angles == "as_written")
+    words += ["--balance", "force"] * (arguments.balance == "force")
+    return shlex.join(words)
+
+
+def _sidecar(found: Design, out: str) -> str | None:
+    """The file beside the model that describes its loops, if it is not beside ``out`` too."""
+    from kinematics.urdf.loop_file import beside
+
+    linkage = found.space.linkage
+    if linkage.document or any(notice.code == "loops_ignored" for notice in linkage.notices):
+        return None
+    file = beside(linkage.source)
+    return None if file == beside(out) else file
+
+
+def _bounds(text: str) -> tuple[str, float, float]:
+    """Name and limits of ``L=LO:HI``."""
+    name, _, limits = text.rpartition("=")
+    low, colon, high = limits.partition(":")
+    try:
+        least, most = float(low or 0.0), float(high or math.inf)
+    except ValueError:
+        least = math.nan
+    if not (name and colon and math.isfinite(least) and not math.isnan(most)):
+        raise argparse.ArgumentTypeError(f"'{text}' is not L=LO:HI, such as crank=0.5:2")
+    return name, least, most

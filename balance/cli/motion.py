@@ -1,0 +1,260 @@
+"""The command ``balance motion``: its options, and what it does with them."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from balance.atomic_files import replacing_all
+from balance.cli.arguments import page_path, picture_path, whole_number
+from balance.cli.rounded_angles import with_both
+from kinematics.errors import CoordinateError, MotionError, PoseError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from balance.taylor_poses.prediction import Predictions
+    from kinematics.model.linkage import Linkage
+    from kinematics.taylor.taylor_motion import TaylorMotion
+
+__all__ = ["DESCRIPTION", "HELP", "Target", "add_options", "foretold"]
+
+HELP = "all joints as polynomials in the inputs, poses that they predict, and their error"
+DESCRIPTION = (
+    "Taylor expansion of the closed motion, of any order: poses that it predicts, the same "
+    "with the loops closed, and their difference. Exits with 0, or with 1 if a pose cannot be "
+    "reached. Masses do not matter: --balance, --spatial, --bodies and --massless change "
+    "nothing here."
+)
+ORDER, HIGHEST = 7, 50
+# Points of a tool are no further from its link, metres.
+WIDEST = 1e6
+
+
+class Target(NamedTuple):
+    """Displacements of inputs, as written.
+
+    Attributes:
+        names: names of the inputs; empty if the displacements are those of all, in order.
+        values: displacements from the reference pose, SI units.
+    """
+
+    names: tuple[str, ...]
+    values: tuple[float, ...]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``motion`` beside those of every command on a model."""
+    parser.add_argument(
+        "--tool", metavar="LINK",
+        help="inverse kinematics: the inputs are displacements of this link, named by --along",
+    )  # fmt: skip
+    parser.add_argument(
+        "--along", metavar="X,Y,…",
+        help="directions of the tool: some of x, y, z, rx, ry, rz; others are held as far as "
+        "that leaves these free",
+    )  # fmt: skip
+    parser.add_argument(
+        "--point", type=_point, metavar="X,Y,Z",
+        help="point of the tool that moves along these directions and about which it turns, in "
+        "metres, in the frame of the link (default: the origin of that frame)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--order", type=whole_number(1, HIGHEST, "an order"), default=ORDER, metavar="K",
+        help=f"order of the expansion (default {ORDER})",
+    )  # fmt: skip
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--to", type=_target, metavar="VALUES",
+        help="pose to predict: displacements of the inputs from the reference pose, SI units, "
+        "by name (u1=0.3,u2=-0.1; inputs not named follow or stay), those of the tool also by "
+        "their directions (x=0.02), or all in order (--to=-0.1,0.3)",
+    )  # fmt: skip
+    where.add_argument(
+        "--path", metavar="FILE.csv",
+        help="poses to predict, one in a row: a column for each input, by its name",
+    )  # fmt: skip
+    parser.add_argument(
+        "--plot", type=picture_path, metavar="FILE.png|.svg",
+        help="write a picture of the error of every order against distance",
+    )  # fmt: skip
+    parser.add_argument(
+        "--html", type=page_path, metavar="FILE.html",
+        help="write a page with these curves; it needs no network",
+    )  # fmt: skip
+    parser.set_defaults(bodies="all")  # a file need not have masses
+
+
+def foretold(arguments: argparse.Namespace, load: Callable[[str], Linkage]) -> Predictions:
+    """Predict the poses that the options describe, and write the pictures that they name.
+
+    Args:
+        arguments: the options.
+        load: gives the linkage for a reading of rounded angles.
+
+    Raises:
+        LinkageError: a linkage, a motion, a pose, a file or a library cannot be used.
+        SystemExit: words of the command exclude each other.
+    """
+    if (arguments.tool is None) != (arguments.along is None):
+        arguments.refuse("--tool and --along go together")
+    if arguments.point is not None and arguments.tool is None:
+        arguments.refuse("--point is a point of the tool: name that by --tool and --along")
+    if arguments.tool is not None and arguments.inputs is not None:
+        arguments.refuse("--inputs: with --tool the inputs are named by --along")
+
+    def build(angles: str) -> Predictions:
+        return _built(arguments, load(angles))
+
+    found = with_both(build, arguments.angles)
+    _write(found, arguments)
+    return found
+
+
+def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
+    """The Taylor motion and the poses."""
+    # The file has been accepted; only now is it worth loading the kernels.
+    from balance.taylor_poses.prediction import Predictions, predict
+    from kinematics.assembly.tool_frame import tool
+    from kinematics.model.linkage import Notice
+    from kinematics.taylor.taylor_motion import taylor_motion
+
+    if arguments.tool is not None:
+        linkage = tool(
+            linkage, arguments.tool, arguments.along, arguments.point, frame="link"
+        )
+    motion = taylor_motion(linkage, arguments.order, arguments.motion)
+    poses = tuple(predict(motion, y) for y in _points(arguments, motion))
+    notices = linkage.notices
+    beyond = sum(pose.distance > motion.radius for pose in poses)
+    if beyond:
+        text = (
+            f"{beyond} of {len(poses)} poses are beyond the estimated radius of convergence "
+            f"({motion.radius:.3g}): there higher orders need not predict better, and there is "
+            "no estimate of the error"
+        )
+        notices = (*notices, Notice("beyond_radius", text))
+    line = arguments.to is not None
+    return Predictions(motion, arguments.tool, line, poses, notices, arguments.point)
+
+
+def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.float64]:
+    """Coordinates of the poses that were asked for (N, w).
+
+    Raises:
+        LinkageError: they are not poses of this motion.
+    """
+    import numpy as np
+
+    from balance.taylor_poses.prediction import coordinates
+    from balance.verification.csv_motion import columns, unfit
+
+    inputs, source = motion.motion.inputs, motion.linkage.source
+    relations, short = ", ".join(motion.motion.relations), _short_names(arguments.tool, inputs)
+    if arguments.path is not None:
+        table = columns(arguments.path, inputs, short=short)
+        points, fits = coordinates(motion, table, range(len(inputs)))
+        if not fits.all():
+            where = f"sample {int(np.argmin(fits)) + 1}"
+            raise unfit(arguments.path, where, f"is not on {relations}")
+        return points
+    if arguments.to is None:
+        return np.empty((0, motion.scales.size))
+    at = _positions(arguments.to, inputs, short, source)
+    points, fits = coordinates(motion, [arguments.to.values], at)
+    if not fits.all():
+        raise MotionError(relations, "does not hold at the pose --to", inputs, source)
+    return points
+
+
+def _short_names(tool: str | None, inputs: tuple[str, ...]) -> dict[str, str]:
+    """Inputs that are coordinates of the tool, by their directions."""
+    from kinematics.assembly.tool_frame import DIRECTIONS, coordinates_of
+
+    if tool is None:
+        return {}
+    pairs = zip(DIRECTIONS, coordinates_of(tool), strict=True)
+    return {direction: name for direction, name in pairs if name in inputs}
+
+
+def _positions(
+    target: Target, inputs: tuple[str, ...], short: Mapping[str, str], source: str
+) -> list[int]:
+    """Which inputs a target displaces.
+
+    Raises:
+        LinkageError: it names others, or has too many or too few displacements.
+    """
+    found: list[str] = []
+    for word in target.names:
+        name = word if word in inputs else short.get(word, word)
+        problem = ""
+        if name not in inputs:
+            problem = "not an independent coordinate"
+        elif name in found:
+            problem = f"named twice, as {name} too"
+        elif word in inputs and word in short and short[word] not in target.names:
+            problem = f"a joint, and a direction of the tool: for the tool write {short[word]}"
+        if problem:
+            raise CoordinateError(source, [word], problem, inputs)
+        found.append(name)
+    if found:
+        return [inputs.index(name) for name in found]
+    if len(target.values) != len(inputs):
+        raise PoseError(
+            f"{source}: --to gives {len(target.values)} displacements, and there are "
+            f"{len(inputs)} inputs ({', '.join(inputs)}); give one for each, or name them"
+        )
+    return list(range(len(inputs)))
+
+
+def _write(found: Predictions, arguments: argparse.Namespace) -> None:
+    """The pictures that were asked for."""
+    from balance.report.html.motion import picture, webpage
+    from balance.taylor_poses.error_curves import curves
+
+    contents = []
+    panels = curves(found) if arguments.plot or arguments.html else []
+    if arguments.plot:
+        image = picture(found, panels, arguments.plot[-3:].lower())
+        contents.append((arguments.plot, image))
+    if arguments.html:
+        contents.append((arguments.html, webpage(found, panels).encode()))
+    replacing_all(contents)
+
+
+def _target(text: str) -> Target:
+    """Displacements of ``u1=0.3,u2=-0.1`` or of ``0.3,-0.1``."""
+    words = [word.rpartition("=") for word in text.split(",")]
+    names = tuple(name.strip() for name, equals, _ in words if equals)
+    try:
+        values = tuple(float(value) for *_, value in words)
+    except ValueError:
+        values = (math.nan,)
+    once = len(set(names)) == len(names) and "" not in names
+    if len(names) not in (0, len(words)) or not once or not all(map(math.isfinite, values)):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not u1=0.3,u2=-0.1 with each input once, nor 0.3,-0.1"
+        )
+    return Target(names, values)
+
+
+def _point(text: str) -> tuple[float, ...]:
+    """A point of ``0.1,0,-0.05``.
+
+    Raises:
+        ArgumentTypeError: it is not of three numbers of a size that a link may have.
+    """
+    try:
+        values = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != 3 or not all(abs(value) <= WIDEST for value in values):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a point such as 0.1,0,-0.05: three numbers, metres, in the frame "
+            "of the link"
+        )
+    return values

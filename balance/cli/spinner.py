@@ -1,0 +1,50 @@
+"""A spinner on the terminal while a command computes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Event, Thread
+
+from kinematics.compiled.background import mode
+
+__all__ = ["spinner"]
+
+# Seconds after which it is shown: most answers are there before.
+PATIENCE = 0.6
+STANDARD_ERROR = 2
+
+
+@contextmanager
+def spinner(text: str) -> Iterator[None]:
+    """Show what a command is doing, and for how long, until it is done.
+
+    Nothing must be printed meanwhile but through `logging`. Where kernels are compiled at
+    once, a bar of their own moves.
+    """
+    if mode() == "now" or not os.isatty(STANDARD_ERROR):
+        yield
+        return
+    done = Event()
+    thread = Thread(target=_show, args=(text, done), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def _show(text: str, done: Event) -> None:
+    """Show the spinner from `PATIENCE` on, until it is done."""
+    if done.wait(PATIENCE):
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
+
+    columns = SpinnerColumn(), "{task.description}", TimeElapsedColumn()
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, redirect_stdout=False) as line:
+        line.add_task(text)
+        done.wait()

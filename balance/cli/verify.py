@@ -1,0 +1,233 @@
+"""The command ``balance verify``: its options, and what it does with them."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from time import monotonic
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from balance.atomic_files import replacing_all
+from balance.cli.arguments import page_path, picture_path, whole_number
+from balance.cli.rounded_angles import with_both
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+    from balance.verification.result import Verification
+    from kinematics.model.linkage import Linkage, Notice
+
+__all__ = ["Verified", "add_options", "progress", "verified"]
+
+# Seconds after which a bar tells how far it is.
+PATIENCE = 2.0
+# Random motions, unless another number is asked for.
+TRAJECTORIES = 10
+# Units of speeds, radians per second.
+UNITS = {
+    "rpm": 2.0 * math.pi / 60.0, "rad/s": 1.0, "deg/s": math.pi / 180.0,
+    **dict.fromkeys(("hz", "1/s", "rev/s"), 2.0 * math.pi),
+}  # fmt: skip
+NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?"
+
+
+class Verified(NamedTuple):
+    """What the command found.
+
+    Attributes:
+        first: the verification of the linkage.
+        second: that of the linkage beside it, if there is one.
+    """
+
+    first: Verification
+    second: Verification | None
+
+    @property
+    def notices(self) -> tuple[Notice, ...]:
+        """What the readers of the files had to tell."""
+        return (*self.first.notices, *(self.second.notices if self.second else ()))
+
+    def to_dict(self) -> dict[str, object]:
+        """The report as plain data, ready for JSON."""
+        against = self.second.to_dict() if self.second else None
+        return self.first.to_dict() | {"against": against}
+
+    def text(self) -> str:
+        """The report as plain text; the second linkage in a column of its own."""
+        from balance.report.text.verification import text
+
+        return text(self.first, self.second)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Options of ``verify`` beside those of every command on a model."""
+    parser.add_argument(
+        "--trajectories", type=whole_number(1, 10_000), metavar="N",
+        help=f"number of random motions (default {TRAJECTORIES})",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seed", type=_seed, help="seed of the random motions (default 0)"
+    )
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument(
+        "--csv", metavar="FILE",
+        help="motion to use instead: columns time and the inputs, displacements in SI units",
+    )  # fmt: skip
+    way.add_argument(
+        "--speed", type=_speed, metavar="[J=]300rpm",
+        help="one revolution of the crank at constant speed instead, without start-up: rpm, "
+        "rad/s, deg/s, hz or rev/s (--speed=-300rpm turns back); J names the crank of several "
+        "inputs, of which the others stand still",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tolerance", type=_tolerance, metavar="T",
+        help="part of the bodies' own inertia forces that counts as balanced (default 1e-9)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--against", metavar="MODEL", help="a second linkage, on the same motions, beside it"
+    )
+    parser.add_argument(
+        "--plot", type=picture_path, metavar="FILE.png|.svg", help="write a picture"
+    )
+    parser.add_argument(
+        "--html", type=page_path, metavar="FILE.html",
+        help="write a page with the curves; it needs no network",
+    )  # fmt: skip
+    parser.add_argument(
+        "--table", metavar="FILE.csv",
+        help="write the plotted motion: time, inputs, and the shaking force and moment of the "
+        "linkage on its base",
+    )  # fmt: skip
+
+
+def verified(
+    arguments: argparse.Namespace,
+    load: Callable[..., Linkage],
+    advance: Callable[[int, int], None],
+) -> Verified:
+    """Verify what the options describe, and write the pictures that they name.
+
+    Args:
+        arguments: the options.
+        load: gives the linkage for a reading of rounded angles; with ``other=`` a path or a
+            name, that one.
+        advance: called with the number of motions done and of all of them.
+
+    Raises:
+        LinkageError: a linkage, a motion, a file or a library cannot be used.
+        SystemExit: words of the command exclude each other.
+    """
+    _refuse_contradictions(arguments)
+    options = _options(arguments) | {"progress": advance}
+
+    def alone(angles: str) -> Verification:
+        linkage = load(angles)
+        # The file has been accepted; only now is it worth loading the kernels.
+        from balance.verification.pinocchio_model import verify
+        from balance.verification.trajectory import from_csv
+        from kinematics.model.motion import restriction
+
+        along = None
+        if arguments.csv:
+            along = [from_csv(linkage, arguments.csv, restriction(linkage, arguments.motion))]
+        return verify(linkage, along=along, **options)
+
+    def second(angles: str) -> Verification:
+        from balance.verification.pinocchio_model import beside
+
+        return beside(first, load(angles, other=arguments.against), **options)
+
+    first = with_both(alone, arguments.angles)
+    found = Verified(first, with_both(second, arguments.angles) if arguments.against else None)
+    _write(found, arguments)
+    return found
+
+
+def _refuse_contradictions(arguments: argparse.Namespace) -> None:
+    """End the command if its words exclude each other."""
+    for name in ("trajectories", "seed"):
+        if arguments.speed is not None and getattr(arguments, name) is not None:
+            arguments.refuse(f"--{name}: not with --speed, whose one motion is not random")
+    if arguments.table is not None and arguments.against is not None:
+        arguments.refuse("--table: not with --against; write a table for each linkage")
+
+
+def _options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Options of `verify` that the words give."""
+    crank, speed = arguments.speed or (None, None)
+    options = {
+        "motion": arguments.motion, "balance": arguments.balance,
+        "trajectories": arguments.trajectories or TRAJECTORIES,
+        "seed": arguments.seed or 0, "speed": speed, "crank": crank,
+    }  # fmt: skip
+    if arguments.tolerance is not None:
+        options["tolerance"] = arguments.tolerance
+    return options
+
+
+def _write(found: Verified, arguments: argparse.Namespace) -> None:
+    """The files that were asked for."""
+    from balance.report.html.verification import picture, table, webpage
+
+    shown = [found.first, *([found.second] if found.second else [])]
+    contents = []
+    if arguments.plot:
+        contents.append((arguments.plot, picture(shown, arguments.plot[-3:].lower())))
+    if arguments.html:
+        contents.append((arguments.html, webpage(shown).encode()))
+    if arguments.table:
+        contents.append((arguments.table, table(found.first).encode()))
+    replacing_all(contents)
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[int, int], None]]:
+    """A bar on a terminal for what takes long; called with what is done and with all."""
+    start, shown = monotonic(), ExitStack()
+    bar: Progress | None = None
+
+    def advance(done: int, total: int) -> None:
+        nonlocal bar
+        if bar is None and monotonic() - start > PATIENCE:
+            from rich.console import Console
+            from rich.progress import Progress
+
+            console = Console(stderr=True)
+            bar = Progress(console=console, transient=True, disable=not console.is_terminal)
+            bar.add_task("motions")
+            shown.enter_context(bar)
+        if bar is not None:
+            bar.update(bar.task_ids[0], completed=done, total=total, refresh=True)
+
+    with shown:
+        yield advance
+
+
+def _seed(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) <= 18):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 up")
+    return int(text)
+
+
+def _speed(text: str) -> tuple[str | None, float]:
+    """Name of the crank, None if it goes without, and its speed in radians per second."""
+    name, equals, word = text.rpartition("=")
+    found = re.fullmatch(rf"\s*([+-]?{NUMBER})\s*([a-z1/]+)\s*", word.lower())
+    if found is None or found[2] not in UNITS or bool(equals) != bool(name.strip()):
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a speed: write 300rpm, 31.4rad/s, 1800deg/s, 5hz or u1=300rpm"
+        )
+    return name.strip() or None, float(found[1]) * UNITS[found[2]]
+
+
+def _tolerance(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < 1.0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0 up to 1")
+    return value

@@ -1,0 +1,150 @@
+"""All the conditions on a linkage: orders at the reference pose, and poses if need be.
+
+Derivatives of one order are gathered along generic rays until another ray adds no condition;
+orders are gathered until the conditions are complete, or until a finite pose that was not
+used adds none. Where the orders that can be computed are not enough, or decide by little,
+poses all around are added.
+"""
+
+from __future__ import annotations
+
+from itertools import islice
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.conditions.order_kernels import FAR, FIRST, NEAR, along_rays, generic
+from balance.conditions.rank import Conditions
+from balance.momentum.regressor import rows_at, rows_per_column
+from kinematics.closure.continuation import wander
+from kinematics.errors import MobilityError
+from kinematics.linalg.pivoted_qr import round_off
+from kinematics.model.arrays import Chain
+
+__all__ = ["Gathered", "add_poses", "floor_of", "gather_conditions"]
+
+Array = NDArray[np.float64]
+
+# Orders to which the motion is expanded, one after the other as they are needed.
+EXPANSIONS = (FIRST, 8, 20)
+# Most poses that are looked at together.
+POSES = 256
+
+
+class Gathered(NamedTuple):
+    """The conditions, and where they come from.
+
+    Attributes:
+        conditions: all of them.
+        ranks: number of independent ones up to order 0, 1, 2 …
+        poses: finite poses that were added.
+        settled: whether they are all there are.
+    """
+
+    conditions: Conditions
+    ranks: tuple[int, ...]
+    poses: int
+    settled: bool
+
+
+def floor_of(chain: Chain) -> float:
+    """Relative size of what counts as round-off in the frame of a chain."""
+    return round_off(chain.frame.origin, chain.frame.length)
+
+
+def gather_conditions(
+    chain: Chain, known: Array, force: bool, floor: float, max_order: int | None
+) -> Gathered:
+    """Conditions until they are all there are.
+
+    Args:
+        chain: the linkage without idle joints.
+        known: rows of parameters that fulfil all conditions.
+        force: whether only linear momentum counts.
+        floor: relative size of round-off.
+        max_order: orders to compute exactly, instead of as many as needed.
+
+    Raises:
+        MobilityError: no finite pose is found to check the conditions at.
+    """
+    none = Conditions.beside(known, floor)
+    last = EXPANSIONS[-1] if max_order is None else max_order
+    rows = chain.width * rows_per_column(chain.planar, force)
+    rays = min(comb(chain.width + 1, 2), 1 - (-known.shape[1] // rows))
+    while True:
+        directions = generic(0, rays, chain.width)
+        found = _along(directions, chain, force, none, last, max_order is None)
+        if found is not None:
+            break
+        rays *= 2
+    conditions, ranks, settled, reach = found
+    poses = 0
+    if max_order is None and not conditions.complete:
+        if not settled or reach < NEAR or conditions.thin:
+            conditions, poses, settled = add_poses(chain, force, conditions)
+    return Gathered(conditions, tuple(ranks), poses, settled)
+
+
+def _along(
+    rays: Array, chain: Chain, force: bool, conditions: Conditions, last: int, stop: bool
+) -> tuple[Conditions, list[int], bool, float] | None:
+    """Conditions along rays: their ranks, settled or not, the radius of convergence.
+
+    None if there are not enough rays.
+    """
+    ranks = np.empty(0, np.int64)
+    settled, reach = False, 1.0
+    for goal in EXPANSIONS if stop else (last,):
+        found = along_rays(chain, rays, force, conditions, ranks, goal, stop)
+        if not found.enough:
+            return None
+        if not found.placed:
+            raise MobilityError(
+                "no closed pose was found near the reference pose to check the conditions at; "
+                "write the file at a pose further from a singularity"
+            )
+        conditions, ranks, settled, reach = found[:4]
+        if settled and stop:
+            break
+    listed: list[int] = ranks.tolist()
+    while settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
+        listed.pop()
+    return conditions, listed, settled, reach
+
+
+def add_poses(
+    chain: Chain, force: bool, conditions: Conditions, least: int = 0
+) -> tuple[Conditions, int, bool]:
+    """Add the conditions at ever more poses, until as many again add none.
+
+    Args:
+        chain: the linkage without idle joints.
+        force: whether only linear momentum counts.
+        conditions: those known before.
+        least: a rank that is known to be reached.
+
+    Returns:
+        The conditions, how many poses were used, and whether that settles them.
+    """
+    poses = wander(chain, generic(101, 101 + chain.width, chain.width))
+    used, batch, settled, before = 0, FAR, False, -1
+    while batch <= POSES:
+        rows = [rows_at(here, pose, force) for here, pose in islice(poses, batch)]
+        if not rows:
+            break
+        used += len(rows)
+        before = conditions.rank
+        # Where a joint is near a dead centre rows are large, and must not drown the others.
+        sizes = [np.linalg.norm(block) or 1.0 for block in rows]
+        block = np.concatenate([block / size for block, size in zip(rows, sizes, strict=True)])
+        conditions = conditions.and_also(block)
+        # As many again make a complete answer a well-conditioned one.
+        stays = conditions.rank == before and conditions.rank >= least
+        if settled or (stays and batch > FAR and not conditions.thin):
+            return conditions, used, True
+        settled = conditions.complete
+        batch *= 2
+    stays = conditions.rank == before and conditions.rank >= least
+    return conditions, used, settled or (stays and not conditions.thin)

@@ -1,0 +1,279 @@
+"""Orders at the reference pose and a finite pose that tells whether they are enough.
+
+One compiled step of `balance.conditions.collect`: closure, momentum and rank without
+leaving the compiled code, for one linkage or for many of one topology.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import cos, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.conditions.rank import Conditions
+from balance.conditions.ray_kernels import RaySeries, gather
+from balance.momentum.regressor import moments_room, parameters_per_body, rows_per_column
+from balance.momentum.regressor_kernels import planar_regressor, spatial_regressor
+from kinematics.closure.newton import follow_series, radius_along, step_room
+from kinematics.closure.series import planar_series, room, spatial_series
+from kinematics.compiled.jit import kernel
+from kinematics.compiled.simd import LANES
+from kinematics.linalg.pivoted_qr import Factor, implied, put_factor, room_for, take_factor
+from kinematics.model.arrays import Chain, frozen
+from kinematics.spatial.displacements import place
+
+__all__ = [
+    "FAR", "FIRST", "NEAR", "Stage", "along_rays", "generic", "planar_stage", "spatial_stage",
+    "stage_room",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# The order to which the motion is expanded first.
+FIRST = 3
+# Series that converge no further than this, in radians, say little.
+NEAR = 1e-2
+# Steps to the pose that decides whether high orders are complete.
+FAR = 4
+
+
+@cache
+def generic(begin: int, end: int, width: int) -> Array:
+    """Unit directions of a fixed sequence without special relations; (count, width)."""
+    if width == 1:
+        return frozen(np.ones((end - begin, 1)))
+    directions = []
+    for i in range(begin, end):
+        ray = [cos((i * width + w + 1.0) ** 2) for w in range(width)]
+        size = sqrt(sum(x * x for x in ray))
+        directions.append([x / size for x in ray])
+    return frozen(np.reshape(directions, (end - begin, width)))
+
+
+def _stage_kernel(dim):
+    """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
+
+    @kernel(reference_counting=False)
+    def stage(chain, links, rays, orders, known, result, rooms):
+        """The orders up to ``goal``, of which as many as done are known.
+
+        A step to a fresh pose is within the radius of convergence, where a condition of high
+        order that is still missing may be too small to see: then several are needed. With
+        one coordinate the series at the reference pose predicts the first step.
+
+        Args:
+            chain: in: arrays of the chain, as `Chain.walked`.
+            links: in: link of each body (bodies,).
+            rays: in: directions (count, width).
+            orders: the highest order; whether to stop at the order that needs no other; how
+                many steps lead to the fresh pose.
+            known: in: the factor of the conditions of lower orders, its permutation, and the
+                parameters that its columns stand for; its largest pivot, and the largest
+                remainder that was cut off; the relative size of round-off; how many orders
+                it holds.
+            result: out: the rank after each order (orders,), of which those of the orders
+                known are in; the permutation (p,); the factor (≥ rank, p).
+            rooms: workspace, as from `stage_room`.
+
+        Returns:
+            The rank, the largest pivot and largest remainder; how many orders are done;
+            whether they are settled; the radius of convergence; the mismatch of the loops;
+            the rate of the slowest joint, relative to the fastest; whether there were enough
+            rays, and whether a finite pose was found.
+        """
+        goal, stop, steps = orders
+        R, permutation, unknowns, scale, dropped, tolerance, done = known
+        found, order, out = result
+        flat, room, (H, N, X, rows), near, (H1, N1, X1, rows1), step_room, poses = rooms
+        parent, screws, _, _, columns, moves, _ = chain
+        start, q, pose, carried, none, ray = poses
+        _, _, _, V, C, T, residual = room
+        count, width, per = rays.shape[0], columns.shape[1], X.shape[3]
+        m, rank = count * width * per, R.shape[0]
+        for k in range(permutation.size):
+            order[k] = permutation[k]
+        p = unknowns.size
+        padded = -(-p // LANES) * LANES
+        F = flat[: (p + m + 1) * padded].reshape((p + m + 1, padded))
+        factor = Factor(F, order, unknowns, tolerance)
+        take_factor(R, order, F)
+        settled, enough, placed, fresh = False, True, True, rows[0, :0]
+        reach = slowest = mismatch = 1.0
+        begin = 0
+        # With several coordinates the last order costs most, and is needed least.
+        for upto in range(goal - 1 if stop and width > 1 else goal, goal + 1):
+            if settled or not (enough and placed):
+                break
+            top = upto if stop else max(upto, FIRST)
+            here, turned = V[:count], T[:count]
+            # Series of the motion, and rows X_k of the regressor, for orders begin … upto.
+            for k in range(begin, upto + 1):
+                for i in range(m):
+                    for j in range(rows.shape[2]):
+                        rows[k, i, j] = 0.0
+            if dim == 3:
+                planar_series(begin, top, chain, screws, rays, room)
+                planar_regressor(begin, upto, none, links, moves, here, turned, H, N, X[begin:])
+            else:
+                spatial_series(begin, top, chain, screws, rays, room)
+                spatial_regressor(
+                    begin, upto, none, links, moves, here, turned, H, N, X[begin:]
+                )
+            begin = upto + 1
+            # mismatch = max_k |residual_k|
+            mismatch = 0.0
+            for k in range(top + 1):
+                mismatch = max(mismatch, residual[k])
+            rates = step_room[2]
+            reach = radius_along(C[0, : top + 1], rays[0], rates)
+            # slowest = min_j |rate_j| / max_j |rate_j|
+            least, largest = np.inf, 0.0
+            for j in range(parent.size):
+                rate = abs(rates[0, j])
+                least, largest = min(least, rate), max(largest, rate)
+            slowest = least / largest
+            while enough and placed and not settled and done <= upto:
+                series = RaySeries(rows[done : upto + 1], m, width * per, width, done, reach)
+                rank, scale, dropped, more, settled, enough = gather(
+                    factor, rank, scale, dropped, series, fresh, stop, found[done:]
+                )
+                done += more
+                stalled = done > 1 and found[done - 1] == found[done - 2]
+                if not enough or settled or fresh.shape[0] > 0:
+                    continue
+                if not stalled and upto < goal:
+                    continue
+                # Steps along the ray to a finite pose, and the rows X_0 there.
+                placed, s = False, screws
+                for j in range(parent.size):
+                    start[j] = 0.0
+                for step in range(steps):
+                    if step == 0 and width == 1:
+                        ahead = C[count - 1, : top + 1]
+                    else:
+                        last = min(FIRST, top)
+                        if dim == 3:
+                            planar_series(0, last, chain, s, ray, near)
+                        else:
+                            spatial_series(0, last, chain, s, ray, near)
+                        ahead = near[4][0, : last + 1]
+                    length = follow_series(
+                        chain, start, ahead, ray[0], np.inf, q, pose, carried, step_room
+                    )
+                    if length == 0.0:
+                        if placed:
+                            place(parent, screws, start, pose, carried, step_room[3][0])
+                        break
+                    placed, s = True, carried
+                    for j in range(parent.size):
+                        start[j] = q[j]
+                if not placed:
+                    continue
+                fresh = rows1[0]
+                for i in range(fresh.shape[0]):
+                    for j in range(fresh.shape[1]):
+                        fresh[i, j] = 0.0
+                if dim == 3:
+                    planar_series(0, 0, chain, s, ray, near)
+                    planar_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
+                else:
+                    spatial_series(0, 0, chain, s, ray, near)
+                    spatial_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
+                settled = implied(factor, rank, fresh, 1.0, scale)
+        put_factor(F, order, rank, out)
+        settled = settled and enough and placed
+        return (
+            rank, scale, dropped, done, settled, reach, mismatch, slowest, enough, placed
+        )  # fmt: skip
+
+    return stage
+
+
+spatial_stage, planar_stage = _stage_kernel(6), _stage_kernel(3)
+
+
+def stage_room(
+    chain: Chain, rays: int, goal: int, per: int, size: int, unknowns: int
+) -> tuple[object, ...]:
+    """Room for a stage.
+
+    Args:
+        chain: the linkage.
+        rays: how many at most.
+        goal: the highest order.
+        per: momentum components of each column.
+        size: parameters of each body.
+        unknowns: columns of the factor.
+    """
+    n, m = chain.parent.size, 3 if chain.planar else 4
+    series, near = room(chain, rays, max(goal, FIRST)), room(chain, 1, FIRST)
+    moments = moments_room(series[3][:, : goal + 1], chain.links, chain.moves, per, size)
+    fresh = moments_room(near[3][:, :1], chain.links, chain.moves, per, size)
+    ahead = (
+        np.empty(n), np.empty(n), np.empty((n, m, m)), np.empty(chain.screws.shape),
+        np.empty((0, m, m)), generic(100, 101, chain.width),
+    )  # fmt: skip
+    flat = room_for(unknowns, rays * chain.width * per).ravel()
+    return flat, series, moments, near, fresh, step_room(chain, max(goal, FIRST) + 1), ahead
+
+
+class Stage(NamedTuple):
+    """The conditions of the orders up to one of them.
+
+    Attributes:
+        conditions: all of them.
+        ranks: number of independent ones after each order.
+        settled: whether no other order is needed.
+        reach: radius of convergence of the series.
+        enough: whether there were enough rays; if not, more are needed.
+        placed: whether a finite pose was found where one was needed.
+    """
+
+    conditions: Conditions
+    ranks: IntArray
+    settled: bool
+    reach: float
+    enough: bool
+    placed: bool
+
+
+def along_rays(
+    chain: Chain, rays: Array, force: bool, conditions: Conditions, ranks: IntArray,
+    goal: int, stop: bool,
+) -> Stage:  # fmt: skip
+    """Add the orders up to ``goal`` to conditions that hold those before.
+
+    Args:
+        chain: the linkage without idle joints.
+        rays: generic directions (count, width).
+        force: whether only linear momentum counts.
+        conditions: those of lower orders.
+        ranks: how many were independent after each of these orders.
+        goal: the highest order.
+        stop: whether to stop at the order that needs no other.
+    """
+    per, size = rows_per_column(chain.planar, force), parameters_per_body(chain.planar, force)
+    unknowns, done = conditions.columns.size, ranks.size
+    found, order = np.zeros(goal + 1, np.int64), np.empty(unknowns, np.int64)
+    found[:done] = ranks
+    out = np.empty((unknowns, unknowns))
+    shape = len(rays), goal, per, size, unknowns
+    rooms = chain.borrow(shape, lambda: stage_room(chain, *shape))
+    stage = planar_stage if chain.planar else spatial_stage
+    known = (
+        conditions.factor, conditions.permutation, conditions.columns, conditions.scale,
+        conditions.dropped, conditions.floor, done,
+    )  # fmt: skip
+    orders = goal, stop, 1 if goal == FIRST else FAR
+    rank, scale, dropped, done, settled, reach, _, _, enough, placed = stage(
+        chain.walked, chain.links, rays, orders, known, (found, order, out), rooms
+    )
+    chain.give_back(shape, rooms)
+    more = conditions._replace(
+        factor=out[:rank], permutation=order, scale=scale, dropped=dropped
+    )
+    return Stage(more, found[:done], settled, reach, enough, placed)

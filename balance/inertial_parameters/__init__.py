@@ -1,0 +1,1 @@
+"""Inertial parameters of one body: conversions, and parts of them."""

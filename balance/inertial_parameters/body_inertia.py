@@ -1,0 +1,225 @@
+"""One mass distribution, body by body, in the terms that a designer edits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.inertial_parameters.conversions import (
+    LABELS,
+    displaced,
+    inertia_tensor,
+    parameters,
+    violations,
+)
+from kinematics.errors import BodyError
+from kinematics.model.arrays import frozen
+from kinematics.model.chain import plane_axes
+from kinematics.wording import vector
+
+__all__ = ["BodyInertia", "body_inertias", "in_link_frames"]
+
+Array = NDArray[np.float64]
+
+# A mass or first moment below this part of the whole distribution is round-off.
+NO_MASS = 1e-12
+# The same for what subtraction leaves of moments.
+NO_MOMENT = 1e-9
+# Coordinates are not squared without overflow above this size, or underflow below its inverse.
+LARGEST = 1e120
+
+
+@dataclass(frozen=True, eq=False)
+class BodyInertia:
+    """Inertial parameters of a body, and what follows from them.
+
+    Vectors and tensors are at the reference pose, in SI units. In the link frame of the
+    file they keep their values when the linkage moves. Links that fixed joints join are one
+    body: its inertia is all of theirs, in the frame of the topmost one.
+
+    Attributes:
+        name: name of its link in the file.
+        z: parameters about the inertial origin, those that count: (10,), planar (4,);
+            without inertia, for force balance, (4,) or planar (3,).
+        mass: kg; exactly 0 where it is round-off.
+        com: centre of mass (3,) in the inertial frame; None if there is no mass. In planar
+            linkages it is put in the plane of the link frame's origin.
+        inertia: tensor (3, 3) about the centre of mass, inertial axes; None for planar
+            parameters and for force balance. Without mass it is the same about every point,
+            or None if there are first moments nevertheless.
+        moment: the same for planar parameters: moment of inertia about the normal.
+        link_com: centre of mass (3,) in the link frame of the file.
+        link_inertia: ``inertia`` in the axes of that frame.
+        element: the element ``<inertial>`` of the link, for a planar body that of a thin
+            disc in the plane, whether or not a body can have it; None where ``inertia`` and
+            ``moment`` are.
+        violated: the inequalities that a body satisfies, and this one does not.
+        source: file of the linkage.
+    """
+
+    name: str
+    z: Array
+    mass: float
+    com: Array | None = None
+    inertia: Array | None = None
+    moment: float | None = None
+    link_com: Array | None = None
+    link_inertia: Array | None = None
+    element: str | None = None
+    violated: tuple[str, ...] = ()
+    source: str = ""
+
+    @property
+    def urdf(self) -> str | None:
+        """The element ``<inertial>`` of a body that can exist; see ``element``.
+
+        Raises:
+            BodyError: no mass distribution has these parameters.
+        """
+        if self.violated:
+            text = f"no body has these masses: {', '.join(self.violated)}"
+            remedy = "take other coordinates, or 'element' for the text without this check"
+            raise BodyError(self.source, self.name, f"{text}; {remedy}")
+        return self.element
+
+    def __repr__(self) -> str:
+        """One line: mass, centre of mass and inertia in the link frame."""
+        if self.mass == 0.0:
+            return f"BodyInertia of {self.name}: no mass"
+        com = vector(self.link_com) if self.link_com is not None else "none"
+        return f"BodyInertia of {self.name}: {self.mass:.4g} kg at {com} m in its link frame"
+
+
+def body_inertias(
+    names: Sequence[str], basis: Array, y: ArrayLike, frames: Array, axes: Array,
+    labels: Sequence[str], length: float, source: str,
+) -> tuple[BodyInertia, ...]:  # fmt: skip
+    """Mass, centre of mass and inertia of every body of the distribution ``basis @ y``.
+
+    Args:
+        names: of the bodies.
+        basis: of a design space (parameters, nullity); its columns are of size 1.
+        y: coordinates (nullity,).
+        frames: poses of the link frames (bodies, 4, 4).
+        axes: rows are the axes of planar parameters (3, 3).
+        labels: names of the parameters of one body.
+        length: the length in units of which the columns are of size 1, metres.
+        source: file of the linkage.
+
+    Raises:
+        ValueError: y has another shape, is not real and finite, or is too large or too small
+            to be computed with.
+    """
+    y = _coordinates(y, basis.shape[1])
+    parts, size = frozen(basis @ y).reshape(len(names), len(labels)), float(np.linalg.norm(y))
+    return tuple(
+        replace(_body(name, part, frame, axes, labels, size, length), source=source)
+        for name, part, frame in zip(names, parts, frames, strict=True)
+    )
+
+
+def _coordinates(y: ArrayLike, count: int) -> Array:
+    """Coordinates (count,) as real numbers.
+
+    Raises:
+        ValueError: they are not; see `body_inertias`.
+    """
+    given = np.asarray(y)
+    wanted = f"give {count} finite numbers, one per dimension of the design space"
+    if given.dtype.kind not in "biufO":
+        raise ValueError(f"coordinates y of type {given.dtype}: {wanted}")
+    try:
+        numbers = given.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"coordinates y of type {given.dtype}: {wanted}") from None
+    if numbers.shape != (count,) or not np.isfinite(numbers).all():
+        raise ValueError(f"coordinates y of shape {numbers.shape}: {wanted}")
+    largest = float(np.abs(numbers).max(initial=0.0))
+    if largest and not 1.0 / LARGEST < largest < LARGEST:
+        limits = f"{1.0 / LARGEST:.0e} to {LARGEST:.0e}"
+        raise ValueError(
+            f"coordinates y of size {largest:.1e}: give numbers whose largest is from {limits}"
+        )
+    return numbers
+
+
+def in_link_frames(basis: Array, frames: Array, axes: Array, labels: Sequence[str]) -> Array:
+    """The basis, each body's parameters about the origin and in the axes of its link.
+
+    Args and shape are those of `body_inertias` and of ``basis``. A planar body gets the
+    axes that `kinematics.model.chain.plane_axes` finds for the normal in its link frame.
+    """
+    changes = np.array([_change(frame, axes, labels) for frame in frames])
+    parts = basis.reshape(*changes.shape[:2], basis.shape[1])
+    return frozen((changes @ parts).reshape(basis.shape))
+
+
+def _body(
+    name: str, z: Array, frame: Array, axes: Array, labels: Sequence[str], size: float,
+    length: float,
+) -> BodyInertia:  # fmt: skip
+    planar, n = "mcz" not in labels, axes[2]
+    moments = z[1:3] if planar else z[1:4]
+    R, origin = frame[:3, :3], frame[:3, 3]
+    mass, c, com, link_com = 0.0, np.zeros(moments.size), None, None
+    if abs(z[0]) > NO_MASS * size:
+        mass = float(z[0])
+        c = moments / mass
+        com = frozen(c @ axes[:2] + (n @ origin) * n if planar else c)
+        link_com = frozen(R.T @ (com - origin))
+    elif np.abs(moments).max() > NO_MASS * size * length:
+        return BodyInertia(name, z, mass)
+    at = np.zeros(3) if link_com is None else link_com
+    if "Ezz" not in labels:
+        return BodyInertia(name, z, mass, com, link_com=link_com)
+    moment = inertia = local = None
+    if planar:
+        moment, m = float(z[3] - mass * (c @ c)), R.T @ n
+        whole = 0.5 * moment * (np.eye(3) + np.outer(m, m))
+    else:
+        inertia = frozen(inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
+        whole = local = frozen(R.T @ inertia @ R)
+    element = _element(mass, at, whole)
+    about = NO_MOMENT * float(np.abs(z[3:] if planar else z[4:]).max())
+    unreal = violations(
+        parameters(mass, np.zeros(3), whole), floor=max(about, NO_MASS * size * length**2)
+    )
+    return BodyInertia(
+        name, z, mass, com, inertia, moment, link_com, local, element, tuple(unreal)
+    )
+
+
+def _element(mass: float, com: Array, inertia: Array) -> str:
+    """Element ``<inertial>``: tensor about the centre of mass, in the axes of the link."""
+    xyz = " ".join(repr(float(value)) for value in com)
+    i, j = np.triu_indices(3)
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    moments = " ".join(
+        f'{name}="{float(value)!r}"' for name, value in zip(names, inertia[i, j], strict=True)
+    )
+    return (
+        "<inertial>\n"
+        f'  <origin xyz="{xyz}" rpy="0 0 0"/>\n'
+        f'  <mass value="{mass!r}"/>\n'
+        f"  <inertia {moments}/>\n"
+        "</inertial>"
+    )
+
+
+def _change(frame: Array, axes: Array, labels: Sequence[str]) -> Array:
+    """Matrix from the parameters of a body in the inertial frame to those in its link's."""
+    count, R, origin = len(labels), frame[:3, :3], frame[:3, 3]
+    if "mcz" in labels:
+        back = np.eye(4)
+        back[:3, :3], back[:3, 3] = R.T, -R.T @ origin
+        return displaced(np.eye(len(LABELS)), back).T[:count, :count]
+    turn = plane_axes(R.T @ axes[2])[:2] @ R.T @ axes[:2].T
+    x, y = axes[:2] @ origin
+    G = np.eye(4)
+    G[1:3, 1:3] = turn
+    G[1:3, 0] = -turn @ (x, y)
+    G[3, :3] = x * x + y * y, -2.0 * x, -2.0 * y
+    return G[:count, :count]

@@ -1,0 +1,114 @@
+"""What a design space means, joint by joint, and what the loops add, in words."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import NamedTuple
+
+from balance.interpretation.freedoms import (
+    Freedom,
+    parallel_freedoms,
+    summary,
+    transfer_freedoms,
+)
+from balance.interpretation.named_points import Described
+from balance.transfers.by_joint import Transfer
+from kinematics.wording import counted, paragraph
+
+__all__ = ["ExplainedTransfer", "Explanation", "explain"]
+
+
+class ExplainedTransfer(NamedTuple):
+    """What may be moved across one joint, as primitives.
+
+    Attributes:
+        title: the joint, by its name in the file, and the bodies in one phrase.
+        joints: see `Transfer`.
+        bodies: see `Transfer`.
+        freedoms: one for each dimension of the transfer.
+    """
+
+    title: str
+    joints: tuple[str, ...]
+    bodies: tuple[str, ...]
+    freedoms: tuple[Freedom, ...]
+
+    def __repr__(self) -> str:
+        """One line in words."""
+        return f"ExplainedTransfer across {self.title}: {self.words}"
+
+    @property
+    def dimension(self) -> int:
+        """How many independent transfers there are."""
+        return len(self.freedoms)
+
+    @property
+    def words(self) -> str:
+        """All of it in one line."""
+        return summary(self.freedoms) or "nothing"
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data, ready for JSON."""
+        return {
+            "joints": list(self.joints),
+            "bodies": list(self.bodies),
+            "dimension": self.dimension,
+            "freedoms": [freedom.to_dict() for freedom in self.freedoms],
+        }
+
+
+class Explanation(NamedTuple):
+    """A design space in terms of point masses, displacements and pure-inertia rods.
+
+    Attributes:
+        transfers: joint by joint, what may be moved across it.
+        freedoms: what only the closure of the loops frees.
+    """
+
+    transfers: tuple[ExplainedTransfer, ...]
+    freedoms: tuple[Freedom, ...]
+
+    def __repr__(self) -> str:
+        """Up to six lines: transfers by joint, and what the loops free."""
+        lines = [f"{item.title}: {item.words}" for item in self.transfers]
+        lines += [f"freed by the loops: {freedom.words}" for freedom in self.freedoms]
+        head = (
+            f"Explanation: {counted(len(self.transfers), 'transfer')}, "
+            f"{counted(len(self.freedoms), 'freedom')}"
+        )
+        return paragraph(head, *lines)
+
+    def to_dict(self) -> dict[str, object]:
+        """The entries ``transfers`` and ``freedoms`` of the report."""
+        return {
+            "transfers": [item.to_dict() for item in self.transfers],
+            "freedoms": [freedom.to_dict() for freedom in self.freedoms],
+        }
+
+
+def explain(space: Described, transfers: tuple[Transfer, ...]) -> Explanation:
+    """The transfers and the parallel part of a design space in readable form."""
+    explained = (
+        ExplainedTransfer(
+            _title(space, item), item.joints, item.bodies, transfer_freedoms(space, item)
+        )
+        for item in transfers
+    )
+    return Explanation(tuple(explained), parallel_freedoms(space))
+
+
+def _title(space: Described, transfer: Transfer) -> str:
+    """The joints and bodies of a transfer in one phrase."""
+    if not transfer.joints:
+        how = "at rest" if transfer.ground else "rigidly joined"
+        return f"{', '.join(transfer.bodies)} ({how})"
+    around = ", ".join([*(["ground"] if transfer.ground else []), *transfer.bodies])
+    return f"{', '.join(_joints(space, transfer))} ({around})"
+
+
+def _joints(space: Described, transfer: Transfer) -> list[str]:
+    """Names of the joints; that in the file where several degrees of one joint move."""
+    joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
+    counts = Counter(joint.whole for joint in joints)
+    found = [joint.whole if counts[joint.whole] > 1 else joint.name for joint in joints]
+    return list(dict.fromkeys(found))

@@ -1,0 +1,172 @@
+"""Readable bases: what joints transfer and closed loops free, as primitives with a meaning.
+
+Any basis of a design space is right, but one of singular vectors moves every parameter of
+every body. A transfer is written in the frame of its joint instead; what loops free, with as
+few terms as are found.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.inertial_parameters.multipole import Primitive
+from balance.interpretation.joint_frame_terms import elements
+from balance.interpretation.named_points import Described
+from balance.interpretation.sparse_basis import Search
+from balance.interpretation.terms import Term, in_words, simple, vectors, vocabulary
+from balance.transfers.by_joint import Transfer
+from kinematics.model.arrays import frozen
+from kinematics.wording import paragraph
+
+__all__ = ["Freedom", "parallel_freedoms", "summary", "transfer_freedoms"]
+
+Array = NDArray[np.float64]
+
+# Pivots below this part of unit columns are round-off.
+PIVOT = 1e-11
+# Part of the largest value by which others miss simple fractions through round-off.
+ROUNDING = 1e-12
+NUMBERS = ("no", "a", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+PLURALS = {
+    "point mass": "point masses", "displacement": "displacements", "rod": "rods",
+    "± pair": "± pairs",
+}  # fmt: skip
+
+
+class Freedom(NamedTuple):
+    """One way to change the masses of a linkage that leaves it balanced.
+
+    Attributes:
+        primitives: what is added to which body.
+        words: the same in words.
+        vector: the same in the rows of ``DesignSpace.basis`` (parameters,), SI units.
+    """
+
+    primitives: tuple[Primitive, ...]
+    words: str
+    vector: Array
+
+    def __repr__(self) -> str:
+        """One line in words."""
+        return paragraph(f"Freedom: {self.words}")
+
+    def to_dict(self) -> dict[str, object]:
+        """Words and primitives as plain data, ready for JSON."""
+        return {"words": self.words, "primitives": [p.to_dict() for p in self.primitives]}
+
+
+def _combined(space: Described, terms: Sequence[Term], words: str) -> Freedom:
+    """The freedom that terms with their values add up to."""
+    primitives = tuple(p for term in terms for p in term.primitives)
+    vector = vectors(space, primitives, False).sum(axis=1)
+    return Freedom(primitives, words, frozen(vector))
+
+
+def transfer_freedoms(space: Described, transfer: Transfer) -> tuple[Freedom, ...]:
+    """What may be moved across a joint, one freedom per column of the transfer.
+
+    A freedom adds to the first of the bodies and takes from the others, or from the ground.
+    For a revolute joint whose axis is parallel to those below it these are a point mass on
+    the axis, a displacement and a rod along it, and two ± pairs of rods across it.
+    """
+    if not transfer.dimension:
+        return ()
+    found = [_reading(space, transfer, terms) for terms in elements(space, transfer)]
+    # Of equally short readings the last one, which names the axis.
+    best = min(reversed(found), key=_length)
+    return tuple(
+        _combined(space, terms, " with a ".join(dict.fromkeys(t.name for t in terms)))
+        for terms in best
+    )
+
+
+def _length(reading: Sequence[Sequence[Term]]) -> int:
+    """Number of primitives in a reading."""
+    return sum(len(term.primitives) for terms in reading for term in terms)
+
+
+def _reading(space: Described, transfer: Transfer, own: Sequence[Term]) -> list[list[Term]]:
+    """A basis of a transfer in terms on each body, every one with terms of its own."""
+    terms = [term.on(body) for body in transfer.bodies for term in own]
+    D = _columns(space, terms)
+    scale = np.linalg.norm(D, axis=0)
+    columns = transfer.scaled
+    coordinates = np.linalg.lstsq(D / scale, columns / np.linalg.norm(columns, axis=0))[0]
+    return [_with_values(terms, _relative(x / scale)) for x in _echelon(coordinates.T)]
+
+
+def _echelon(rows: Array) -> Array:
+    """Reduced row echelon form of independent rows; what round-off leaves is zero."""
+    A, top = rows.copy(), 0
+    for column in range(A.shape[1]):
+        if top == len(A):
+            break
+        pivot = top + int(np.argmax(np.abs(A[top:, column])))
+        if abs(A[pivot, column]) > PIVOT:
+            A[[top, pivot]] = A[[pivot, top]]
+            A[top] /= A[top, column]
+            others = np.arange(len(A)) != top
+            A[others] -= np.outer(A[others, column], A[top])
+            top += 1
+    A[np.abs(A) <= PIVOT * np.abs(A).max(axis=1, keepdims=True)] = 0.0
+    return A
+
+
+def summary(freedoms: Sequence[Freedom]) -> str:
+    """The words of freedoms in one line, the same ones counted."""
+    counts = Counter(freedom.words for freedom in freedoms)
+    return ", ".join(_counted(words, n) for words, n in counts.items())
+
+
+def _counted(words: str, count: int) -> str:
+    """``a point mass on the axis``, ``two ± pairs of rods across the axis``."""
+    if count == 1:
+        return f"a {words}"
+    number = NUMBERS[count] if count < len(NUMBERS) else str(count)
+    noun = next(noun for noun in PLURALS if words.startswith(noun))
+    return f"{number} {PLURALS[noun]}{words[len(noun) :]}"
+
+
+def parallel_freedoms(space: Described) -> tuple[Freedom, ...]:
+    """What only the closure of the loops frees, one freedom per column of ``parallel``.
+
+    Together with ``serial`` they span the design space. Those of fewer terms come first;
+    the values in each are relative to the largest, and the first is positive.
+    """
+    count = space.basis.shape[1] - space.serial_nullity
+    if count == 0:
+        return ()
+    terms = vocabulary(space)
+    D = _columns(space, terms)
+    scale = np.linalg.norm(D, axis=0)
+    costs = np.array([term.cost for term in terms])
+    search = Search.of(space.scaled_basis, space.serial_nullity, D / scale, costs)
+    return tuple(
+        _combined(space, some, in_words(some))
+        for x in search.independent()
+        for some in [_with_values(terms, _relative(x / scale))]
+    )
+
+
+def _columns(space: Described, terms: Sequence[Term]) -> Array:
+    """Parameters of terms in the units of the chain (parameters, terms)."""
+    first = np.cumsum([0, *(len(term.primitives) for term in terms[:-1])])
+    D = vectors(space, [p for term in terms for p in term.primitives], True)
+    return np.add.reduceat(D, first, axis=1)
+
+
+def _with_values(terms: Sequence[Term], x: Array) -> list[Term]:
+    """The terms whose values are not zero, with these values."""
+    return [terms[k].times(float(x[k])) for k in np.flatnonzero(x).tolist()]
+
+
+def _relative(values: Array) -> Array:
+    """Values divided by the largest, the first of them positive; round-off is taken off."""
+    values = values / np.abs(values).max()
+    values *= np.sign(values[np.flatnonzero(values)[0]])
+    return np.array([simple(value, ROUNDING) for value in values])

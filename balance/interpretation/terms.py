@@ -1,0 +1,209 @@
+"""What can be put on the bodies of a linkage at places and in directions that have names.
+
+Point masses at the centres of joints, displacements from there, and rods along links, along
+the axes of joints, and across both: what a designer would draw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.inertial_parameters.conversions import to_chain
+from balance.inertial_parameters.multipole import UNITS, Primitive
+from balance.interpretation.named_points import (
+    Described,
+    Direction,
+    Site,
+    directions,
+    distinct,
+    sites,
+)
+from kinematics.model.arrays import Frame
+
+__all__ = ["Term", "in_words", "simple", "vectors", "vocabulary"]
+
+Array = NDArray[np.float64]
+
+# Sines of angles, and ranks, that count as zero.
+SAME = 1e-9
+# Part of the largest by which a value that is written as a simple fraction may miss it.
+SIMPLE = 1e-9
+# What a term costs in the search for few: the plainer, the cheaper.
+PLAIN, CROSSING, OBLIQUE = 1.0, 1.02, 1.05
+
+
+class Term(NamedTuple):
+    """Primitives on one body that go together, and what to call them.
+
+    Attributes:
+        name: such as ``"point mass at j2"``, ``"rod along j1-j2"``; ``"rod"`` in a plane.
+        primitives: one; or two rods of opposite values.
+        cost: in the search for few terms.
+        value: factor of the primitives.
+    """
+
+    name: str
+    primitives: tuple[Primitive, ...]
+    cost: float = PLAIN
+    value: float = 1.0
+
+    def times(self, value: float) -> Term:
+        """The term with all its primitives multiplied."""
+        primitives = (p._replace(value=value * p.value) for p in self.primitives)
+        return Term(self.name, tuple(primitives), self.cost, value * self.value)
+
+    def on(self, body: str) -> Term:
+        """The term on another body."""
+        return self._replace(primitives=tuple(p._replace(body=body) for p in self.primitives))
+
+
+def vectors(space: Described, primitives: Iterable[Primitive], scaled: bool) -> Array:
+    """Parameters of primitives in the rows of ``basis``; (parameters, primitives).
+
+    Args:
+        space: the design space whose parameters count.
+        primitives: on bodies of the space.
+        scaled: in the units of the chain, where the columns of ``basis`` are orthonormal,
+            instead of SI units.
+    """
+    some = list(primitives)
+    # Measured from the middle of the mechanism from the start: nothing large cancels.
+    found = [_scaled(p, space.chain.frame) if scaled else p for p in some]
+    z = np.array([primitive.parameters() for primitive in found]).reshape(-1, 10)
+    z = to_chain(z, Frame(space.axes), space.planar, space.balance == "force")
+    out = np.zeros((len(some), len(space.bodies), z.shape[1]))
+    at = {name: b for b, name in enumerate(space.bodies)}
+    out[np.arange(len(some)), [at[primitive.body] for primitive in some]] = z
+    return out.reshape(len(some), -1).T
+
+
+def _scaled(primitive: Primitive, frame: Frame) -> Primitive:
+    """A primitive in lengths of the chain, from its origin."""
+    power = {"mass": 0, "displacement": 1, "rod": 2}[primitive.kind]
+    point = primitive.point
+    return primitive._replace(
+        value=primitive.value / frame.length**power,
+        point=None if point is None else (point - frame.origin) / frame.length,
+    )
+
+
+def vocabulary(space: Described) -> list[Term]:
+    """Every term on the bodies that move, body by body; they span all parameters."""
+    found: list[Term] = []
+    for b, name in enumerate(space.bodies):
+        if space.chain.links[b] >= 0:
+            found += _of_body(space, name, sites(space, b))
+    return found
+
+
+def _of_body(space: Described, body: str, places: Sequence[Site]) -> list[Term]:
+    """Masses and displacements at joints, and rods; enough for all parameters of the body."""
+    named = [directions(space, k, places) for k in range(len(places))]
+    found = _all(space, body, places, named)
+    own = [p for term in found for p in term.primitives]
+    if np.linalg.matrix_rank(vectors(space, own, True), SAME) < len(space.labels):
+        axes = [Direction(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
+        axes = axes[:2] if space.planar else axes
+        origin = Site("the origin", np.zeros(3), space.axes[0], "x")
+        known = {term.name for term in found}
+        more = _all(space, body, places[:1] or [origin], [axes])
+        found += [term for term in more if term.name not in known]
+    return found
+
+
+def _all(
+    space: Described, body: str, places: Sequence[Site], named: Sequence[Sequence[Direction]]
+) -> list[Term]:  # fmt: skip
+    """All terms at these places and in these directions, of which each place has its own."""
+    found = [
+        Term(f"point mass at {site.name}", (Primitive("mass", body, 1.0, site.point),))
+        for site in places
+    ]
+    if space.balance == "force":
+        # The place of a displacement does not matter to the linear momentum.
+        some = distinct([d for group in named for d in group])
+        return found + _displacements(body, places[0].point, "displacement", some)
+    for site, group in zip(places, named, strict=True):
+        found += _displacements(body, site.point, f"displacement at {site.name}", group)
+    return found + _rods(body, named, space.planar)
+
+
+def _displacements(
+    body: str, point: Array, name: str, some: Sequence[Direction]
+) -> list[Term]:  # fmt: skip
+    """Displacements from a point in some directions."""
+    return [
+        Term(
+            f"{name} {d.adverb}", (Primitive("displacement", body, 1.0, point, d.along),),
+            CROSSING if d.normal else PLAIN,
+        )
+        for d in some
+    ]  # fmt: skip
+
+
+def _rods(body: str, named: Sequence[Sequence[Direction]], planar: bool) -> list[Term]:
+    """Rods in all directions, and ± pairs between those at a joint that are perpendicular.
+
+    In a plane all rods are the same.
+    """
+    some = sorted(distinct([d for group in named for d in group]), key=lambda d: d.normal)
+    if planar:
+        return [Term("rod", (Primitive("rod", body, 1.0, None, d.along),)) for d in some[:1]]
+    found = [
+        Term(
+            f"rod {d.adverb}", (Primitive("rod", body, 1.0, None, d.along),),
+            CROSSING if d.normal else PLAIN,
+        )
+        for d in some
+    ]  # fmt: skip
+    known = np.empty((0, 3, 3))
+    for one, other in (pair for group in named for pair in combinations(group, 2)):
+        product = np.outer(one.along, other.along) + np.outer(other.along, one.along)
+        off = np.minimum(*(abs(known + s * product).max(axis=(1, 2)) for s in (1.0, -1.0)))
+        if abs(one.along @ other.along) < SAME and off.min(initial=1.0) > SAME:
+            known = np.concatenate([known, product[None]])
+            found.append(_pair(body, one, other))
+    return found
+
+
+def _pair(body: str, one: Direction, other: Direction) -> Term:
+    """Rods halfway between perpendicular directions a and b: + along a + b, - along a - b."""
+    sides = ((1.0, one.along + other.along), (-1.0, one.along - other.along))
+    rods = (Primitive("rod", body, sign, None, v / 2.0**0.5) for sign, v in sides)
+    second = other.name.replace(one.name, "it")
+    return Term(f"± pair of rods between {one.name} and {second}", tuple(rods), OBLIQUE)
+
+
+def in_words(terms: Sequence[Term]) -> str:
+    """Terms with their values, those of one name together.
+
+    Values carry their units where kinds are mixed; otherwise only ratios matter.
+    """
+    mixed = len({term.primitives[0].kind for term in terms}) > 1
+    groups: dict[str, list[str]] = {}
+    for term in terms:
+        first = term.primitives[0]
+        unit = f" {UNITS[first.kind]}" if mixed else ""
+        text = f"{_number(term.value)}{unit} on the {first.body}"
+        groups.setdefault(term.name, []).append(text)
+    return "; ".join(f"{name} {', '.join(values)}" for name, values in groups.items())
+
+
+def simple(value: float, tolerance: float) -> float:
+    """The fraction with a denominator up to 12 that is this near a number, or the number."""
+    fraction = float(Fraction(value).limit_denominator(12))
+    return fraction if abs(fraction - value) <= tolerance else value
+
+
+def _number(value: float) -> str:
+    """A signed number, as a simple fraction if it reads as one."""
+    fraction = Fraction(value).limit_denominator(12)
+    if fraction and abs(float(fraction) - value) <= SIMPLE:
+        return f"{'-' if value < 0 else '+'}{abs(fraction)}"
+    return f"{value:+.6g}"

@@ -1,0 +1,1 @@
+"""Momentum as a linear function of the inertial parameters."""

@@ -1,0 +1,142 @@
+"""Mixed partial derivatives of the momentum regressor, to any order.
+
+    h(u, u̇) = Σ_w u̇_w X_w(u) z          X_w(u) = Σ_α X_{w,α} u^α
+
+Along a ray ``u = t δ`` the coefficient of order k is a homogeneous polynomial of degree k in
+δ: its values along enough rays, from the kernels of the momentum, determine ``X_{w,α}``. The
+multi-indices α and their order are those of `kinematics.taylor.monomials`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import factorial
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.momentum.regressor import RegressorSeries
+from kinematics.closure.joint_positions import si_chain
+from kinematics.closure.series import expand
+from kinematics.model.arrays import IntArray, frozen
+from kinematics.model.motion import Motion, restriction
+from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.taylor.monomials import monomials, powers
+from kinematics.taylor.taylor_motion import scaled_chain
+from kinematics.wording import counted, listed
+
+__all__ = ["MomentumTaylor", "momentum_taylor"]
+
+Array = NDArray[np.float64]
+
+# Rays for each monomial of the highest degree.
+RAYS = 2
+SEED = 11
+
+
+@dataclass(frozen=True, eq=False)
+class MomentumTaylor:
+    """The momentum regressor as a Taylor polynomial about the reference pose.
+
+    Points u are as in `kinematics.taylor.TaylorMotion`. Rows are ``[ξ; p]`` about the inertial
+    origin in inertial axes, or ``[ξz, px, py]`` in the axes of the plane; SI units.
+
+    Attributes:
+        motion: the motion that was expanded.
+        exponents: multi-indices α (M, w), by degree.
+        coefficients: ``X_{w,α}`` (M, w, rows, parameters).
+    """
+
+    motion: Motion
+    exponents: IntArray
+    coefficients: Array
+
+    def __repr__(self) -> str:
+        """One line: degree, inputs, size."""
+        rows, parameters = self.coefficients.shape[2:]
+        order = int(self.exponents.sum(axis=1).max(initial=0))
+        return (
+            f"MomentumTaylor: order {order} in {listed(self.motion.inputs)}, "
+            f"{rows} rows of {counted(parameters, 'parameter')}"
+        )
+
+    @property
+    def derivatives(self) -> Array:
+        """Mixed partial derivatives ``α! X_{w,α}`` at the reference pose, as `coefficients`."""
+        products = [np.prod([factorial(a) for a in row]) for row in self.exponents.tolist()]
+        return np.array(products)[:, None, None, None] * self.coefficients
+
+    def evaluate(self, u: ArrayLike) -> Array:
+        """The regressor at points u (..., w); shape (..., w, rows, parameters)."""
+        points = powers(self.exponents, np.asarray(u, dtype=np.float64))
+        return np.tensordot(points, self.coefficients, axes=1)
+
+    def momentum(self, z: ArrayLike) -> Array:
+        """Coefficients of the momentum of bodies z (parameters,) for unit rates of inputs.
+
+        Shape (M, w, rows).
+        """
+        found: Array = self.coefficients @ np.asarray(z, dtype=np.float64)
+        return found
+
+
+def momentum_taylor(
+    linkage: LinkageLike,
+    order: int,
+    motion: str | Sequence[str] | Motion | None = None,
+    *,
+    spatial: bool | None = None,
+) -> MomentumTaylor:
+    """Expand the momentum regressor of a linkage about its reference pose.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        order: highest degree in the inputs, at least 0.
+        motion: restriction of the inputs, as relations or as a `Motion`.
+        spatial: six rows and ten parameters per body; by default only if the linkage is
+            not planar.
+
+    Raises:
+        MotionError: the motion is not one of this linkage's inputs.
+        LinkageError: there are too many coefficients.
+    """
+    linkage = as_linkage(linkage)
+    motion = restriction(linkage, motion) or Motion.free(linkage.inputs)
+    chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)
+    chain, scales = scaled_chain(chain, linkage, motion)
+    table = monomials(chain.width, order)
+    count = np.diff(table.starts)
+    rays = np.random.default_rng(SEED).standard_normal((RAYS * int(count[-1]), chain.width))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    X = RegressorSeries(chain, expand(chain, rays, order)).rows(order)
+    parts = [
+        _fitted(table.exponents[a:b], rays, values)
+        for a, b, values in zip(table.starts[:-1], table.starts[1:], X, strict=True)
+    ]
+    units = powers(table.exponents, 1.0 / scales)
+    found = np.concatenate(parts) * units[:, None, None, None] / scales[:, None, None]
+    return MomentumTaylor(motion, table.exponents, frozen(found))
+
+
+def _fitted(exponents: IntArray, rays: Array, values: Array) -> Array:
+    """Coefficients of the homogeneous polynomial that takes given values along rays.
+
+    Monomials are weighted by the roots of their multinomial coefficients, with which no
+    rotation of the variables changes their sum of squares.
+
+    Args:
+        exponents: its multi-indices (N, w).
+        rays: unit vectors (rays, w).
+        values: shape (rays, …).
+
+    Returns:
+        Shape (N, …).
+    """
+    degree = int(exponents[0].sum())
+    products = [np.prod([factorial(a) for a in row]) for row in exponents.tolist()]
+    weights = np.sqrt(factorial(degree) / np.array(products))
+    flat = values.reshape(len(rays), -1)
+    fit = np.linalg.lstsq(powers(exponents, rays) * weights, flat, rcond=None)[0]
+    found: Array = (weights[:, None] * fit).reshape(len(exponents), *values.shape[1:])
+    return found

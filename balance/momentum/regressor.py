@@ -1,0 +1,158 @@
+"""The momentum regressor as a power series; `balance.momentum.regressor_kernels` computes it.
+
+The momentum of all bodies about the origin of the inertial frame, for a unit rate of
+coordinate w, is linear in their inertial parameters: ``h_w = X_w z``. With the displacement
+``H = [[R, d], [0, 1]]`` of a body, its column twist ``[ω; v]``, and
+
+    e = v + ω × d        velocity of the body's origin,
+    N = ω̂ R              rate of R,
+    y = Rᵀ ω             angular velocity in body axes,
+
+the momentum ``[ξ; p] = ∫ [ρ × ρ̇; ρ̇] dm`` of the points ``ρ = R r + d`` is
+
+    p = m e + N mc,
+    ξ = m (d × e) + Σ_c (R_c × e + d × N_c) mc_c + Σ_cb E_cb R_c y_b.
+
+Every product is a Cauchy product of series; H itself follows from the twist along the ray,
+``k H_k = Σ_{a<k} V̂_a H_{k-1-a}``. A body has the parameters ``[m, mcx, mcy, mcz, Exx, Eyy,
+Ezz, Exy, Exz, Eyz]`` and the rows ``[ξ; p]``; in a plane ``[m, mcx, mcy, Ezz]`` and
+``[ξz, px, py]``; for force balance only m, mc and p. (J. J. de Jong, PhD thesis, University
+of Twente, chapter 5, writes the same regressor with adjoint matrices.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.momentum.regressor_kernels import planar_regressor, spatial_regressor
+from kinematics.closure.joint_positions import joint_positions, si_chain
+from kinematics.closure.newton import Pose, expand_at, forward
+from kinematics.closure.series import Series
+from kinematics.model.arrays import Chain
+from kinematics.model_gallery import LinkageLike, as_linkage
+
+__all__ = [
+    "RegressorSeries",
+    "moments_room",
+    "momentum_regressor",
+    "parameters_per_body",
+    "regressor",
+    "room",
+    "rows_at",
+    "rows_per_column",
+]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def regressor(
+    first: int, last: int, start: Array, links: IntArray, moves: NDArray[np.bool_], V: Array,
+    T: Array, room: tuple[Array, Array], X: Array,
+) -> None:  # fmt: skip
+    """Add the rows of orders first … last to X (orders, rays, width, rows, parameters).
+
+    ``room`` keeps what the next orders need; see `room`.
+    """
+    bodies = links.size
+    x = X.reshape((*X.shape[:4], bodies, X.shape[4] // max(bodies, 1)))
+    add = planar_regressor if V.shape[3] == 3 else spatial_regressor
+    add(first, last, start, links, moves, V, T, *room, x)
+
+
+def room(V: Array, links: IntArray, moves: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Room for the displacements of the bodies, and their rates, of all orders of V."""
+    rays, orders = V.shape[:2]
+    displacement, rate = ((4,), (4,)) if V.shape[3] == 3 else ((4, 3), (5, 3))
+    return (
+        np.empty((rays, links.size, orders, *displacement)),
+        np.empty((rays, links.size, moves.shape[1], orders, *rate)),
+    )
+
+
+def moments_room(
+    V: Array, links: IntArray, moves: NDArray[np.bool_], per: int, size: int
+) -> tuple[Array, Array, Array, Array]:
+    """As `room`, then the regressor, by bodies and as rows of each order; both zero."""
+    rays, orders = V.shape[:2]
+    width, bodies = moves.shape[1], links.size
+    X = np.zeros((orders, rays, width, per, bodies, size))
+    return *room(V, links, moves), X, X.reshape(orders, rays * width * per, bodies * size)
+
+
+def parameters_per_body(planar: bool, force: bool) -> int:
+    """Inertial parameters that count: 10, in a plane 4; for force balance 4, in a plane 3."""
+    return (3 if force else 4) if planar else (4 if force else 10)
+
+
+def rows_per_column(planar: bool, force: bool) -> int:
+    """Momentum components that count: 6, in a plane 3; for force balance 3, in a plane 2."""
+    return (2 if force else 3) if planar else (3 if force else 6)
+
+
+class RegressorSeries:
+    """The regressor of the total momentum, order by order, in the frame of the chain."""
+
+    def __init__(
+        self, chain: Chain, series: Series, force: bool = False, pose: Pose | None = None
+    ) -> None:
+        """Start at the reference pose, or at a finite pose with its own series."""
+        self._chain, self._series = chain, series
+        self._next = 0
+        self._start = np.empty((0, 4, 4)) if pose is None else pose.H
+        self._room = room(series.V, chain.links, chain.moves)
+        rows = rows_per_column(chain.planar, force)
+        parameters = chain.links.size * parameters_per_body(chain.planar, force)
+        self._shape = (series.V.shape[0], chain.width, rows, parameters)
+
+    def rows(self, last: int) -> Array:
+        """Rows of the orders up to ``last`` that were not asked for before.
+
+        Returns:
+            Shape (orders, rays, width, rows per column, parameters).
+        """
+        chain, series, first = self._chain, self._series, self._next
+        assert first <= last <= series.order
+        self._next = last + 1
+        X = np.zeros((last + 1 - first, *self._shape))
+        regressor(
+            first, last, self._start, chain.links, chain.moves, series.V, series.T, self._room,
+            X,
+        )  # fmt: skip
+        return X
+
+
+def rows_at(chain: Chain, pose: Pose, force: bool = False) -> Array:
+    """The regressor at a finite pose, all columns below each other; (rows, parameters)."""
+    rows = RegressorSeries(chain, expand_at(chain, pose), force, pose).rows(0)
+    return rows.reshape(-1, rows.shape[-1])
+
+
+def momentum_regressor(
+    linkage: LinkageLike, q: ArrayLike | Mapping[str, float], *, spatial: bool | None = None
+) -> Array:
+    """Regressor X of the total momentum at a finite pose: ``h = Σ_w u̇_w X[w] z``.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        q: displacements from the reference pose, of all joints or of the inputs alone; see
+            `kinematics.closure.joint_positions.joint_positions`.
+        spatial: six rows and ten parameters per body; by default only if the linkage is
+            not planar.
+
+    Returns:
+        Shape (mobility, 6, 10 bodies), rows ``[ξ; p]`` about the inertial origin in inertial
+        axes; or (mobility, 3, 4 bodies), rows ``[ξz, px, py]`` in the axes of the plane.
+        Parameters are those of the reference pose, as in `Body.inertia`; SI units.
+
+    Raises:
+        PoseError: the pose does not close the loops, or cannot be reached.
+    """
+    linkage = as_linkage(linkage)
+    chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)
+    pose = forward(chain, joint_positions(linkage, q)[chain.joints])
+    X = rows_at(chain, pose)
+    return X.reshape(chain.width, -1, X.shape[1])

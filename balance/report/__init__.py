@@ -1,0 +1,1 @@
+"""Answers to read: as text and as HTML."""

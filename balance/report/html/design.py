@@ -1,0 +1,103 @@
+"""A design as one page of HTML: the linkage in motion with its masses, before and after.
+
+A body is drawn as the homogeneous solid ellipsoid of its mass and its inertia: with the
+second moments ``Σ = ½ tr(I) 1 - I`` about its centre of mass, whose eigenvalues are σ, the
+semi-axes are ``√(5 σ / m)`` along the eigenvectors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.designs.best_design import Design
+from balance.inertial_parameters.body_inertia import BodyInertia
+from balance.inertial_parameters.conversions import mass_properties
+from balance.report.html import render as html
+from balance.report.html.scene import scene
+from balance.report.text.design import facts, rows
+from kinematics.model.arrays import frozen
+
+__all__ = ["ellipsoid", "page"]
+
+Array = NDArray[np.float64]
+
+# In the order in which they build on each other.
+SCRIPTS = ("shapes", "linkage", "masses", "figure", "controls", "weights")
+MINIMISED = {
+    "mass": "total mass",
+    "inertia": "largest inertia",
+    "rotor": "inertia felt by the inputs",
+    "change": "change of the masses in the file",
+}
+# Second moments that are negative by no more than this part of the largest are round-off.
+ROUND_OFF = 1e-9
+
+
+def ellipsoid(z: Array) -> dict[str, object] | None:
+    """The homogeneous ellipsoid of parameters z (10,), None if there is no such body.
+
+    Returns:
+        ``mass`` in kg, ``centre`` (3,) and ``axes``, whose rows are the three semi-axes
+        (3, 3), in metres, in the frame and about the origin of z.
+    """
+    if not z[0] > 0.0:
+        return None
+    mass, centre, inertia = mass_properties(z)
+    sigma, directions = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
+    if sigma[0] < -ROUND_OFF * sigma[2]:
+        return None
+    axes = np.sqrt(5.0 * np.clip(sigma, 0.0, None) / mass)[:, None] * directions.T
+    return {"mass": mass, "centre": centre.tolist(), "axes": axes.tolist()}
+
+
+def page(design: Design) -> str:
+    """A design as the text of one HTML file.
+
+    It shows the linkage in 3D, moved by a slider for each degree of freedom of the motion,
+    with the masses of the design and those of the file as ellipsoids and centres of mass;
+    and all that `Design.to_dict` holds, which is also in the element ``report`` as JSON.
+
+    Args:
+        design: a design; there must be one.
+
+    Raises:
+        PackageError: Plotly is missing.
+    """
+    assert design.z is not None
+    given = [body.inertia for body in design.space.linkage.bodies]
+    shapes = [
+        {"name": name, "given": ellipsoid(before), "designed": ellipsoid(after)}
+        for name, before, after in zip(design.space.bodies, given, design.z, strict=True)
+    ]
+    return html.render(
+        "design.html",
+        title=design.space.linkage.name,
+        summary=_summary(design),
+        report=design.to_dict(),
+        data={"scene": scene(design.space), "masses": shapes},
+        scripts=SCRIPTS,
+        facts=html.facts(facts(design)),
+        designed=_table(design.bodies),
+        given=_table(replace(design, z=frozen(given)).bodies),
+    )
+
+
+def _summary(design: Design) -> str:
+    """The page in one sentence."""
+    motion = design.space.motion
+    when = f"with {', '.join(motion.relations)}" if motion else "in every motion"
+    wrench = "force and moment" if design.space.balance == "dynamic" else "force"
+    best = f", with the least {MINIMISED[design.minimise]}" if design.minimise else ""
+    return f"Masses that bodies can have and that exert no shaking {wrench} {when}{best}."
+
+
+def _table(bodies: Sequence[BodyInertia]) -> str:
+    """Mass, centre of mass and principal moments of each body."""
+    head, *lines = rows(bodies)
+    cells = [[escape(name), *(x.replace("-", "−") for x in rest)] for name, *rest in lines]
+    return html.table([name.capitalize() for name in head], cells, [1, 2, 3])

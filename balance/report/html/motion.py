@@ -1,0 +1,226 @@
+"""Pictures of a Taylor motion: the error of every order against distance.
+
+As a Matplotlib figure, or as a page of HTML that needs no network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from balance.report.html import render as html
+from balance.report.html.plot_style import GRID, LAYOUT, image, short, tidy
+from balance.report.text.motion import facts, measure, tables
+from balance.taylor_poses.error_curves import Curves
+from balance.taylor_poses.prediction import Predictions
+
+__all__ = ["picture", "webpage"]
+
+# Ends of the error axis: below is round-off, above are predictions without any worth.
+LOW, HIGH = 1e-16, 1e2
+# Well above the axis: errors beyond this are drawn there, some being too large to be drawn.
+ABOVE = 1e30
+# Low orders are light, high ones dark; what is estimated is warm.
+LIGHT, DARK, WARM = (0x9C, 0xC3, 0xE4), (0x08, 0x26, 0x4A), "#b8550a"
+SHADE, INK = "#f0f1f3", "#1b1e22"
+# Most poses in the table.
+ROWS = 20
+
+
+def _colours(count: int) -> list[str]:
+    """Colours of the orders."""
+    shares = np.linspace(0.0, 1.0, count) if count > 1 else np.ones(1)
+    mixed = np.round(np.outer(1.0 - shares, LIGHT) + np.outer(shares, DARK)).astype(int)
+    return ["#{:02x}{:02x}{:02x}".format(*rgb) for rgb in mixed.tolist()]
+
+
+def _limits(panels: Sequence[Curves]) -> tuple[float, float]:
+    """Common ends of the error axes."""
+    values = np.concatenate([panel.errors.ravel() for panel in panels])
+    values = values[values > 0.0]
+    if values.size == 0:
+        return LOW, 1.0
+    return max(LOW, 0.5 * float(values.min())), min(HIGH, 2.0 * float(values.max()))
+
+
+def picture(found: Predictions, panels: Sequence[Curves], kind: str = "png") -> bytes:
+    """The panels as an image.
+
+    Args:
+        found: the predictions.
+        panels: from `balance.taylor_poses.error_curves.curves`.
+        kind: ``"png"`` or ``"svg"``.
+
+    Raises:
+        PackageError: Matplotlib is missing.
+    """
+    columns = min(2, len(panels))
+    lines = -(-len(panels) // columns)
+    size = (1.5 + 5.0 * columns, 1.2 + 3.2 * lines)
+    return image(size, kind, partial(_drawn, found, panels, (lines, columns)))
+
+
+def _drawn(
+    found: Predictions, panels: Sequence[Curves], shape: tuple[int, int], figure: Any
+) -> None:
+    """The panels on a Matplotlib figure, with one legend below."""
+    axes = figure.subplots(*shape, sharey=True, squeeze=False)
+    figure.suptitle(_heading(found), x=0.01, ha="left", fontsize=11)
+    for ax in axes.flat[len(panels) :]:
+        ax.set_visible(False)
+    for ax, panel in zip(axes.flat, panels, strict=False):
+        _draw(ax, panel, f"{panel.axis} ({measure(found)})")
+        ax.set_ylim(_limits(panels))
+    for ax in axes[:, 0]:
+        ax.set_ylabel("error")
+    named: dict[str, Any] = {}
+    for ax in axes.flat:
+        lines, names = ax.get_legend_handles_labels()
+        named |= dict(zip(names, lines, strict=True))
+    figure.legend(named.values(), named.keys(), loc="outside lower left", ncols=4 * shape[1],
+                  frameon=False, fontsize=8)  # fmt: skip
+
+
+def _draw(ax: Any, panel: Curves, axis: str) -> None:
+    """One panel on Matplotlib axes."""
+    colours = _colours(len(panel.errors))
+    for k, (line, colour) in enumerate(zip(panel.errors, colours, strict=True), 1):
+        seen = np.minimum(line, ABOVE)
+        ax.plot(panel.x, seen, color=colour, linewidth=1.3, label=f"order {k}")
+    ax.plot(panel.x, panel.estimate, color=WARM, linewidth=1.6, linestyle=":",
+            label=f"order {len(colours)}, estimated")  # fmt: skip
+    for first, last in panel.beyond:
+        ax.axvspan(first, last, color=SHADE, linewidth=0.0, zorder=0, label="beyond the radius")
+    for x in panel.closed:
+        ax.axvline(x, color=INK, linewidth=1.4, label="the loops close no further")
+    if panel.target is not None:
+        ax.axvline(panel.target, color=INK, linewidth=0.9, linestyle="--", label="target")
+    ax.set_yscale("log", nonpositive="mask")
+    ax.set_xlabel(axis)
+    ax.set_title(panel.title, loc="left", fontsize=9)
+    ax.margins(x=0.0)
+    tidy(ax)
+
+
+def _heading(found: Predictions) -> str:
+    """Name, order and radius."""
+    radius = found.motion.radius
+    circle = f", radius of convergence {radius:.3g}" if np.isfinite(radius) else ""
+    return f"{found.linkage.name}: orders 1 to {found.motion.order}{circle}"
+
+
+def webpage(found: Predictions, panels: Sequence[Curves]) -> str:
+    """The facts, the poses and the panels as the text of one HTML file.
+
+    Raises:
+        PackageError: Plotly is missing.
+    """
+    limits, unit = _limits(panels), measure(found)
+    figures = [_figure(panel, f"{panel.axis} ({unit})", limits) for panel in panels]
+    return html.render(
+        "motion.html",
+        title=found.linkage.name,
+        summary=_summary(found),
+        report=found.to_dict(),
+        data={"figures": figures},
+        scripts=["curves"],
+        facts=html.facts(facts(found)),
+        poses=_poses(found),
+        legend=_legend(panels),
+        curves="\n".join(
+            f'<div class="traces low" id="traces{k}" role="img" aria-label="Error of every '
+            f'order against distance, {escape(panel.title)}"></div>'
+            for k, panel in enumerate(panels)
+        ),
+    )
+
+
+def _summary(found: Predictions) -> str:
+    """The page in a sentence."""
+    count = found.motion.scales.size
+    size = f"{count} coordinate{'' if count == 1 else 's'}"
+    degree = found.motion.order
+    return f"All joints as polynomials of degree {degree} in {size}, and their error."
+
+
+def _poses(found: Predictions) -> str:
+    """The joints of the one pose, or the first poses of a path and their joints."""
+    whole = tables(found, ROWS)
+    titles = ["Joints at the target"]
+    if found.line and found.poses[0].reason:
+        titles = ["Joints at the furthest pose on the way to the target"]
+    elif not found.line and whole:
+        count = len(whole[0]) - 1
+        titles = [f"Poses of the path: {count} of {len(found.poses)}", "Joints at these poses"]
+    firsts = [2] if found.line else [1, 2]
+    sections = zip(titles, whole, firsts, strict=False)
+    return "\n".join(_section(title, table, first) for title, table, first in sections)
+
+
+def _section(title: str, table: Sequence[Sequence[str]], first: int) -> str:
+    """A table under its title; its columns from the first one on hold numbers."""
+    head, *lines = table
+    cells = [[escape(name), *(x.strip().replace("-", "−") for x in rest)]
+             for name, *rest in lines]  # fmt: skip
+    body = html.table([escape(x) for x in head], cells, range(first, len(head)))
+    return f'<section>\n<h2>{title}</h2>\n<div class="scroll wide">\n{body}\n</div>\n</section>'
+
+
+def _legend(panels: Sequence[Curves]) -> str:
+    """What lines and shades mean, as items of a list."""
+    count = len(panels[0].errors)
+    marks = [(f"order {k}", colour, "") for k, colour in enumerate(_colours(count), 1)]
+    marks.append((f"order {count}, estimated", WARM, "2 3"))
+    if any(panel.closed for panel in panels):
+        marks.append(("the loops close no further", INK, ""))
+    if panels[0].target is not None:
+        marks.append(("target", INK, "5 3"))
+    items = [
+        f'<svg width="24" height="10" aria-hidden="true"><path d="M0 5h24" fill="none" '
+        f'stroke="{colour}" stroke-width="2" stroke-dasharray="{dash}"/></svg>{name}'
+        for name, colour, dash in marks
+    ]
+    if any(panel.beyond for panel in panels):
+        items.append(f'<svg width="24" height="10" aria-hidden="true"><rect width="24" '
+                     f'height="10" fill="{SHADE}"/></svg>beyond the radius')  # fmt: skip
+    return "\n".join(f"<li>{item}</li>" for item in items)
+
+
+def _figure(panel: Curves, axis: str, limits: tuple[float, float]) -> dict[str, object]:
+    """Traces and layout of Plotly for one panel."""
+    x, colours = short(panel.x), _colours(len(panel.errors))
+    lines = enumerate(zip(panel.errors, colours, strict=True), 1)
+    kinds = [(f"order {k}", line, colour, "solid") for k, (line, colour) in lines]
+    kinds.append(("estimated", panel.estimate, WARM, "dot"))
+    traces = [
+        {"type": "scatter", "mode": "lines", "name": name, "showlegend": False, "x": x,
+         "y": short(line),
+         "line": {"color": colour, "dash": dash, "width": 1.6}, "hovertemplate": "%{y:.1e}"}
+        for name, line, colour, dash in kinds
+    ]  # fmt: skip
+    solid, dashed = ({"color": INK, "width": 1.5, "dash": dash} for dash in ("solid", "dash"))
+    shapes = [_shape("rect", a, b, fillcolor=SHADE, line={"width": 0}, layer="below")
+              for a, b in panel.beyond]  # fmt: skip
+    shapes += [_shape("line", a, a, line=solid) for a in panel.closed]
+    if panel.target is not None:
+        shapes.append(_shape("line", panel.target, panel.target, line=dashed))
+    layout = {
+        "margin": {"l": 64, "r": 12, "t": 40, "b": 48}, "hovermode": "x", **LAYOUT,
+        "title": {"text": escape(panel.title), "x": 0.0, "font": {"size": 15}},
+        "xaxis": {"title": {"text": axis}, "gridcolor": GRID, "zeroline": False,
+                  "hoverformat": ".3g"},
+        "yaxis": {"title": {"text": "error"}, "type": "log", "gridcolor": GRID, "nticks": 8,
+                  "range": np.log10(limits).tolist(), "exponentformat": "power"},
+        "shapes": shapes,
+    }  # fmt: skip
+    return {"data": traces, "layout": layout}
+
+
+def _shape(kind: str, first: float, last: float, **style: object) -> dict[str, object]:
+    """What spans the panel from bottom to top."""
+    place = {"x0": first, "x1": last, "yref": "paper", "y0": 0, "y1": 1}
+    return {"type": kind, **place, **style}

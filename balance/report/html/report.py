@@ -1,0 +1,149 @@
+"""The report on a design space as one page of HTML, with the linkage to move and look at.
+
+What is counted is in tables; what moves is drawn from poses computed here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.inertial_parameters.multipole import NOUNS, UNITS, Primitive
+from balance.interpretation.explain import ExplainedTransfer, Explanation
+from balance.interpretation.freedoms import Freedom
+from balance.report.html import render as html
+from balance.report.html.scene import scene
+from balance.report.text.report import facts, table
+from balance.spaces.compute import design_space
+from balance.spaces.design_space_result import DesignSpace
+from kinematics.model.linkage import Notice
+
+__all__ = ["page"]
+
+# In the order in which they build on each other.
+SCRIPTS = ("shapes", "linkage", "freedoms", "figure", "controls", "choice", "momentum",
+           "spectrum", "start")  # fmt: skip
+# Components of a vector below this part of the largest are not worth a digit.
+TINY = 1e-9
+
+
+def page(space: DesignSpace, explanation: Explanation | None = None) -> str:
+    """The report on a design space as the text of one HTML file.
+
+    It shows the linkage in 3D, moved by a slider for each degree of freedom of the motion;
+    on it the masses, displacements and rods of any freedom; the singular values by order;
+    and all that `DesignSpace.to_dict` holds, which is also in the element ``report`` as
+    JSON.
+
+    Args:
+        space: the design space.
+        explanation: what ``space.explain()`` gave, if it is at hand.
+
+    Raises:
+        PackageError: Plotly is missing.
+    """
+    explanation = explanation or space.explain()
+    drawing = scene(space) | {
+        "titles": [transfer.title for transfer in explanation.transfers],
+        "spectra": _spectra(space),
+    }
+    return html.render(
+        "page.html",
+        title=space.linkage.name,
+        summary=_summary(space),
+        report=space.to_dict(explanation),
+        data={"scene": drawing},
+        scripts=SCRIPTS,
+        warnings=_warnings(space.warnings),
+        facts=html.facts(facts(space)),
+        orders=_orders(space),
+        transfers=_transfers(explanation.transfers),
+        freedoms=_freedoms(explanation.freedoms),
+    )
+
+
+def _spectra(space: DesignSpace) -> list[dict[str, object]]:
+    """The singular values of all conditions up to each order, relative to the largest."""
+    found = []
+    for order in space.orders:
+        known = space
+        if order.order < space.orders[-1].order:
+            known = design_space(
+                space.linkage, space.motion, space.balance, order.order,
+                spatial=not space.planar,
+            )  # fmt: skip
+        found.append({
+            "order": order.order,
+            "values": [float(f"{value:.4g}") for value in known.singular_values],
+            "kept": known.kept,
+            "dropped": known.dropped,
+        })  # fmt: skip
+    return found
+
+
+def _summary(space: DesignSpace) -> str:
+    """The page in one sentence."""
+    algebra = "planar" if space.planar else "spatial"
+    momentum = "momentum" if space.balance == "dynamic" else "linear momentum"
+    when = f"with {', '.join(space.motion.relations)}" if space.motion else "in every motion"
+    return (
+        f"Mass distributions for which the total {momentum} vanishes {when}: "
+        f"{space.nullity} dimensions of {space.rank + space.nullity} {algebra} parameters."
+    )
+
+
+def _orders(space: DesignSpace) -> str:
+    """Rank and nullity by order."""
+    head, *rows = table(space)
+    return html.table([name.capitalize() for name in head], rows, range(len(head)))
+
+
+def _warnings(notices: Sequence[Notice]) -> str:
+    """The warnings, if there are any."""
+    if not notices:
+        return ""
+    lines = [f"<li><code>{escape(n.code)}</code> {escape(n.message)}</li>" for n in notices]
+    return f'<section class="warnings"><h2>Warnings</h2><ul>{"".join(lines)}</ul></section>'
+
+
+def _transfers(transfers: Sequence[ExplainedTransfer]) -> str:
+    """What may be moved across each joint, in words."""
+    rows = [
+        (escape(item.title), str(item.dimension), html.bullets(f.words for f in item.freedoms))
+        for item in transfers
+    ]
+    if not rows:
+        return "<p>None: no inertia can be moved across a joint.</p>"
+    return html.table(["Joint", "Dim.", "What may be moved across it"], rows, [1])
+
+
+def _freedoms(freedoms: Sequence[Freedom]) -> str:
+    """The freedoms that only loop closure opens, with their primitives."""
+    rows = [
+        (str(number), escape(freedom.words), html.bullets(map(_primitive, freedom.primitives)))
+        for number, freedom in enumerate(freedoms, 1)
+    ]
+    if not rows:
+        return "<p>None: nothing is free beyond the transfers.</p>"
+    return html.table(["No.", "In words", "Primitives"], rows, [0])
+
+
+def _primitive(p: Primitive) -> str:
+    """A primitive in words: value, unit, kind, body, and where."""
+    where = "" if p.point is None else f" at {_vector(p.point)} m"
+    along = "" if p.direction is None else f" along {_vector(p.direction)}"
+    return f"{_signed(p.value)} {UNITS[p.kind]} {NOUNS[p.kind]} on {p.body}{where}{along}"
+
+
+def _signed(value: float) -> str:
+    """A number with its sign."""
+    return f"{value:+.4g}".replace("-", "−")
+
+
+def _vector(vector: NDArray[np.float64]) -> str:
+    """Three numbers, without those that are round-off."""
+    kept = np.where(np.abs(vector) > TINY * np.abs(vector).max(), vector, 0.0)
+    return "(" + ", ".join(f"{x:.4g}" for x in kept).replace("-", "−") + ")"

@@ -1,0 +1,115 @@
+"""What a design says, as text; nothing here prints.
+
+The same as data is `Design.to_dict`, the contract of ``balance design --json``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.designs.best_design import Design
+from balance.inertial_parameters.body_inertia import BodyInertia
+
+__all__ = ["facts", "rows", "text"]
+
+Array = NDArray[np.float64]
+
+UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
+# Digits of masses, and of the largest component of a vector.
+DIGITS = 6
+
+
+def facts(design: Design) -> list[tuple[str, str]]:
+    """The outcome without its table, as pairs of a label and a value."""
+    space = design.space
+    algebra = "planar" if space.planar else "spatial"
+    pairs = [("linkage", f"{space.linkage.name}, {algebra}, {space.balance} balance")]
+    if space.linkage.at:
+        pairs.append(("pose", space.linkage.pose))
+    if space.motion:
+        pairs.append(("motion", ", ".join(space.motion.relations)))
+    count = space.rank + space.nullity
+    size = f"{space.nullity} of {count} dimensions, {space.certainty.level}"
+    pairs += [("design space", size), ("verdict", design.words)]
+    if design.minimise:
+        value = "" if design.value is None else f": {design.value:.{DIGITS}g}"
+        unit = _unit(design) if value else ""
+        pairs.append(("minimised", f"{design.minimise}{value}{unit}"))
+    if design.keep:
+        pairs.append(("kept", ", ".join(design.keep)))
+    if design.bounds:
+        limits = (f"{name} {_range(*pair)} kg" for name, pair in design.bounds.items())
+        pairs.append(("bounds", ", ".join(limits)))
+    pairs.append(("limits", _limits(design)))
+    if design.residuals:
+        named = [item for item in design.residuals._asdict().items() if item[0] != "accepted"]
+        pairs.append(("residuals", ", ".join(f"{name} {x:.1e}" for name, x in named)))
+    return pairs
+
+
+def rows(bodies: Sequence[BodyInertia]) -> list[tuple[str, ...]]:
+    """The bodies as a table, its head first."""
+    head = ("body", "mass (kg)", "centre of mass, link frame (m)", "principal moments (kg m²)")
+    return [head, *(_row(body) for body in bodies)]
+
+
+def text(design: Design) -> str:
+    """The outcome as plain text."""
+    lines = [f"{label:<13} {value}" for label, value in facts(design)]
+    if design.bodies:
+        table = rows(design.bodies)
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        cells = ("  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
+                 for row in table)  # fmt: skip
+        lines += ["", *(line.rstrip() for line in cells)]
+    return "\n".join(lines)
+
+
+def _limits(design: Design) -> str:
+    """Where masses were to be."""
+    if design.within is None:
+        return "none: masses may be anywhere"
+    flat = ", seen in the plane" if design.space.planar else ""
+    return (
+        f"the mass of each link within {design.within:g} lengths of the link from the middle "
+        f"of its joints{flat} (--anywhere lifts this)"
+    )
+
+
+def _unit(design: Design) -> str:
+    """The unit of the value of a design, after a blank."""
+    assert design.minimise is not None
+    space, unit = design.space, UNITS[design.minimise]
+    slides = [
+        joint.name
+        for joint in space.linkage.joints
+        if joint.kind == "prismatic" and joint.name in {*space.inputs} - {*space.idle}
+    ]
+    if design.minimise == "rotor" and slides:
+        return f"{unit}, {', '.join(slides)} in lengths of {space.length:.{DIGITS}g} m"
+    return unit
+
+
+def _range(low: float, high: float) -> str:
+    """Limits of a mass."""
+    if np.isinf(high):
+        return f"at least {low:g}"
+    return f"{low:g} to {high:g}" if low else f"at most {high:g}"
+
+
+def _row(body: BodyInertia) -> tuple[str, ...]:
+    """One body; its principal moments are those about its centre of mass."""
+    com = "" if body.link_com is None else _vector(body.link_com)
+    inertia = body.link_inertia
+    moments = "" if inertia is None else _vector(np.asarray(np.linalg.eigvalsh(inertia)))
+    return body.name, f"{body.mass:.{DIGITS}g}", com, moments
+
+
+def _vector(vector: Array) -> str:
+    """Numbers, all to the place of the last digit of the largest."""
+    largest = float(np.abs(vector).max())
+    place = DIGITS - 1 - int(np.floor(np.log10(largest))) if largest else 0
+    return ", ".join(f"{x + 0.0:.{DIGITS}g}" for x in np.round(vector, place))

@@ -1,0 +1,1 @@
+"""Design spaces of one topology in many geometries."""

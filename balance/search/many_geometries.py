@@ -1,0 +1,296 @@
+"""Design spaces of many geometries of one topology, for sweeps and searches.
+
+One compiled loop per core places the joints, finds the transfers, expands the motion and
+decides the rank, as `balance.design_space` does for one linkage. What the loop does not
+settle is left to that function: geometries that need higher orders or finite poses, that are
+singular or next to it, or that close only within round-off.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from math import comb
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.conditions.order_kernels import generic
+from balance.inertial_parameters.conversions import displaced, from_chain, to_chain
+from balance.momentum.regressor import parameters_per_body, rows_per_column
+from balance.search.many_geometries_kernels import (
+    misfit,
+    place,
+    planar_sweep,
+    points_on,
+    spatial_sweep,
+    sweep_room,
+)
+from balance.spaces.compute import design_space
+from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.result import Balance
+from balance.transfers.rigid_parts import parts
+from balance.transfers.serial_space import transfers
+from kinematics.assembly.assemble import assemble
+from kinematics.errors import LinkageError
+from kinematics.linalg.pivoted_qr import FLOOR, round_off
+from kinematics.model.arrays import Frame, frozen
+from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.wording import counted, listed, paragraph
+
+__all__ = ["ManySpaces", "design_space_many"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Geometries that a thread takes at a time.
+CHUNK = 128
+
+
+@dataclass(frozen=True, eq=False)
+class ManySpaces:
+    """What `design_space` finds, geometry by geometry.
+
+    Attributes:
+        rank: number of conditions (count,); -1 where the linkage cannot be assembled.
+        nullity: dimension of the space (count,); -1 there.
+        serial_nullity: of the part that joints explain (count,); -1 there.
+        kmax: highest order that adds a condition (count,); -1 where no order reaches the
+            rank, and there.
+        kept: smallest pivot of the conditions, relative to the largest (count,).
+        refused: why a linkage cannot be assembled, by number of the geometry.
+        unsure: why integers of a geometry may be wrong, by its number: a decision is near
+            round-off. `balance.certify` decides exactly, for a linkage from a file.
+        bases: orthonormal bases in the units of the frames, as rows; those of a geometry are
+            the first ``nullity`` (count, parameters, parameters), or (0, …).
+        origins: middle of the mechanism (count, 3), metres.
+        lengths: characteristic length (count,), metres.
+        R: axes of the frames, the last of which is the normal of a planar linkage (3, 3).
+        planar: whether bodies have four parameters, those of a plane.
+        force: whether only linear momentum counts.
+    """
+
+    rank: IntArray
+    nullity: IntArray
+    serial_nullity: IntArray
+    kmax: IntArray
+    kept: Array
+    refused: Mapping[int, str]
+    unsure: Mapping[int, str]
+    bases: Array = field(repr=False)
+    origins: Array = field(repr=False)
+    lengths: Array = field(repr=False)
+    R: Array = field(repr=False)
+    planar: bool
+    force: bool
+
+    def __repr__(self) -> str:
+        """Two lines: how many geometries, refused and unsure ones, ranks."""
+        algebra = "planar" if self.planar else "spatial"
+        balance = "force" if self.force else "dynamic"
+        ranks = sorted(set(self.rank[self.rank >= 0].tolist()))
+        return paragraph(
+            f"ManySpaces: {counted(self.rank.size, 'geometry')}, {algebra}, {balance} balance; "
+            f"{len(self.refused)} refused, {len(self.unsure)} unsure",
+            f"ranks {listed([str(rank) for rank in ranks])}",
+        )
+
+    def basis(self, number: int) -> Array:
+        """Basis (parameters, nullity) of a geometry, as `SpaceRecord.basis`, in SI units."""
+        frame = Frame(self.R, self.origins[number], float(self.lengths[number]))
+        G = from_chain(frame, self.planar, self.force)
+        rows = self.bases[number, : max(0, int(self.nullity[number]))]
+        return (rows.reshape(-1, len(G)) @ G.T).reshape(rows.shape).T
+
+
+def design_space_many(
+    linkage: LinkageLike,
+    geometries: ArrayLike,
+    balance: Balance = "dynamic",
+    *,
+    spatial: bool = False,
+    bases: bool = False,
+    threads: int | None = None,
+) -> ManySpaces:
+    """Design spaces of one topology in many geometries, on all cores.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts: its joints, loops,
+            bodies and inputs are those of all.
+        geometries: joint screws at the reference pose, in which the loops are closed;
+            (count, joints, 6), as `Joint.screw`: ``[n; r × n + λ n]`` or ``[0; n]``, SI units.
+        balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
+        spatial: count all ten parameters per body, even if the linkage is planar.
+        bases: whether to return bases of the spaces too.
+        threads: how many to use; one per core by default.
+
+    Raises:
+        LinkageError: a screw is not of the kind of its joint.
+        ValueError: an option has no such value, or the array no such shape.
+    """
+    linkage = as_linkage(linkage)
+    if balance not in ("dynamic", "force"):
+        raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
+    screws = _checked(linkage, geometries)
+    work = _Work(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
+    if not linkage.idle:
+        starts = range(0, len(screws), CHUNK)
+        if threads == 1:
+            list(map(work.sweep, starts))
+        else:
+            with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+                list(pool.map(work.sweep, starts))
+    refused, unsure = {}, {}
+    for number in np.flatnonzero(work.answers[:, 0] < 0).tolist():
+        try:
+            doubts = work.look_twice(number)
+        except LinkageError as error:
+            refused[number] = str(error)
+        else:
+            if doubts:
+                unsure[number] = "; ".join(doubts)
+    return work.result(refused, unsure)
+
+
+def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
+    """The joint screws as an array; LinkageError if one is not of the kind of its joint."""
+    screws = frozen(geometries)
+    count = len(linkage.joints)
+    if screws.ndim != 3 or screws.shape[1:] != (count, 6):
+        raise ValueError(f"geometries must have the shape (count, {count}, 6)")
+    sliding, helical = (
+        np.array([joint.kind == kind for joint in linkage.joints])
+        for kind in ("prismatic", "helical")
+    )
+    wrong = int(misfit(screws, sliding, helical))
+    if wrong >= 0:
+        number, j = divmod(wrong, count)
+        joint = linkage.joints[j]
+        raise LinkageError(
+            f"{linkage.source}: joint '{joint.name}': its screw in geometry {number} is not "
+            f"that of a {joint.kind} joint; see Joint.screw"
+        )
+    return screws
+
+
+class _Work:
+    """Arrays of all geometries, filled in chunk by chunk."""
+
+    def __init__(
+        self, linkage: Linkage, screws: Array, force: bool, spatial: bool, bases: bool
+    ) -> None:
+        """Room for the answers."""
+        self.linkage, self.screws, self.force, self.spatial = linkage, screws, force, spatial
+        self.chain = chain = linkage.spatial_chain if spatial else linkage.chain
+        self.per = rows_per_column(chain.planar, force)
+        self.size = parameters_per_body(chain.planar, force)
+        count, unknowns = len(screws), self.size * chain.links.size
+        self.answers = np.full((count, 4), -1)
+        self.kept = np.zeros(count)
+        self.bases = np.zeros((count if bases else 0, unknowns, unknowns))
+        self.origins, self.lengths = np.zeros((count, 3)), np.ones(count)
+        self.near = np.array([joint.point for joint in linkage.joints])
+        massive = [body.inertia for body in linkage.bodies if body.inertia[0] > 0.0]
+        self.centres = np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
+        known = transfers(chain, force)
+        self.rigid = known.rows[known.owner < 0]
+        # As many rays as a linkage without transfers needs, and then more.
+        self.fewest = min(comb(chain.width + 1, 2), 1 - (-unknowns // (chain.width * self.per)))
+        self.rays = generic(0, 8 * self.fewest, chain.width)
+
+    def sweep(self, start: int) -> None:
+        """The geometries of a chunk that need no second look."""
+        part = slice(start, min(start + CHUNK, len(self.screws)))
+        chain, count = self.chain, part.stop - part.start
+        screws = np.empty((count, *chain.screws.shape))
+        mimics = np.empty((count, *chain.mimics.shape))
+        relations = chain.mimics / chain.units
+        pivots = np.argmax(relations != 0.0, axis=1)
+        place(
+            self.screws[part], self.near, self.centres, chain.frame.R, pivots, relations,
+            screws, mimics, self.origins[part], self.lengths[part],
+        )  # fmt: skip
+        screws.flags.writeable = mimics.flags.writeable = False
+        floors = [
+            round_off(origin, length) if length > 0.0 else FLOOR
+            for origin, length in zip(self.origins[part], self.lengths[part], strict=True)
+        ]
+        shape = len(self.rays), len(self.rigid), self.per, self.size
+        sweep = planar_sweep if chain.planar else spatial_sweep
+        rooms = chain.borrow(shape, lambda: sweep_room(chain, *shape))
+        sweep(
+            (chain.walked, chain.once(parts), chain.links, self.rigid, self.rays),
+            (screws, mimics, np.array(floors), self.lengths[part]),
+            (self.fewest, self.per, self.size),
+            (self.answers[part], self.kept[part], self.bases[part]),
+            rooms,
+        )
+        chain.give_back(shape, rooms)
+
+    def look_twice(self, number: int) -> tuple[str, ...]:
+        """Compute one geometry by `design_space`.
+
+        Returns:
+            Why its integers may be wrong, a line each.
+
+        Raises:
+            LinkageError: it cannot be assembled.
+        """
+        points, linkage = np.empty_like(self.near), self.linkage
+        points_on(self.screws[number], self.near, points)
+        joints = tuple(
+            replace(joint, screw=frozen(screw), point=frozen(point))
+            for joint, screw, point in zip(
+                linkage.joints, self.screws[number], points, strict=True
+            )
+        )
+        moved = assemble(replace(linkage, joints=joints), linkage.inputs)
+        if not self.spatial and not moved.planar:
+            raise LinkageError(
+                f"{linkage.source}: geometry {number} leaves the plane; ask for spatial "
+                "parameters"
+            )
+        balance: Balance = "force" if self.force else "dynamic"
+        space = design_space(moved, None, balance, spatial=self.spatial and moved.planar)
+        frame = space.chain.frame
+        self.origins[number], self.lengths[number] = frame.origin, frame.length
+        kmax = -1 if space.kmax is None else space.kmax
+        self.answers[number] = space.rank, space.nullity, space.serial_nullity, kmax
+        self.kept[number] = space.kept
+        if len(self.bases):
+            self.bases[number, : space.nullity] = _move_back(space, linkage)
+        unsettled = () if space.settled else ("not all conditions were found",)
+        return (*unsettled, *space.doubts)
+
+    def result(self, refused: dict[int, str], unsure: dict[int, str]) -> ManySpaces:
+        """The answers, read-only."""
+        rank, nullity, serial, kmax = (frozen(a, np.int64) for a in self.answers.T)
+        return ManySpaces(
+            rank, nullity, serial, kmax, frozen(self.kept), MappingProxyType(refused),
+            MappingProxyType(unsure), frozen(self.bases), frozen(self.origins),
+            frozen(self.lengths), self.chain.frame.R, self.chain.planar, self.force,
+        )  # fmt: skip
+
+
+def _move_back(space: DesignSpace, linkage: Linkage) -> Array:
+    """Basis of a space, as orthonormal rows in its frame, at the pose of a linkage.
+
+    Assembly leaves a singular pose along the motion, so the space is that of a pose further
+    on. Its parameters are displaced back with their bodies.
+    """
+    away = space.frames @ np.linalg.inv(linkage.frames)
+    if np.abs(away - np.eye(4)).max(initial=0.0) == 0.0:
+        return space.scaled_basis.T
+    force = space.balance == "force"
+    # Of the ten parameters only those that count matter: no displacement that keeps the plane
+    # maps the others to them.
+    lift = np.linalg.pinv(to_chain(np.eye(10), Frame(space.axes), space.planar, force))
+    z = space.basis.T.reshape(space.nullity, -1, len(lift)) @ lift
+    here = displaced(z, np.linalg.inv(away))
+    scaled = to_chain(here.reshape(-1, 10), space.chain.frame, space.planar, force)
+    Q, _ = np.linalg.qr(scaled.reshape(space.nullity, -1).T)
+    return np.asarray(Q.T)

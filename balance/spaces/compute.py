@@ -1,0 +1,111 @@
+"""The design space: every mass distribution that leaves a linkage balanced.
+
+The total momentum vanishes in every motion if and only if, for every coordinate w, all
+derivatives of ``h_w = X_w z`` vanish at the reference pose. What the opened linkage allows is
+known before (`balance.transfers`); the rest is a matter of rank. (J. J. de Jong, PhD thesis,
+University of Twente, chapter 5.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from balance.conditions.collect import Gathered, floor_of, gather_conditions
+from balance.conditions.rank import Decision
+from balance.inertial_parameters.conversions import basis_from_chain
+from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.result import Balance, table_of
+from balance.transfers.serial_space import Transfers, transfers
+from kinematics.assembly.assemble import moving_chain
+from kinematics.errors import MobilityError
+from kinematics.model.arrays import Chain, frozen
+from kinematics.model.linkage import Linkage, Notice, names
+from kinematics.model.motion import Motion, restriction
+from kinematics.model_gallery import LinkageLike, as_linkage
+
+__all__ = ["design_space"]
+
+# Highest order that may be asked for.
+HIGHEST = 50
+
+
+def design_space(
+    linkage: LinkageLike,
+    motion: Motion | str | Sequence[str] | None = None,
+    balance: Balance = "dynamic",
+    max_order: int | None = None,
+    *,
+    spatial: bool = False,
+) -> DesignSpace:
+    """The space of balanced mass distributions of a linkage, by floating-point arithmetic.
+
+    `balance.certify` compares its integers with those of exact arithmetic.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        motion: restriction of the inputs, as a `Motion`, as a relation such as ``"j4=j7"``
+            or as several of them; free by default.
+        balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
+        max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
+        spatial: count all ten parameters per body, even if the linkage is planar.
+
+    Raises:
+        MotionError: a relation is wrong, or the motion is that of other inputs.
+        MobilityError: the linkage cannot follow the motion.
+        ValueError: an option has no such value.
+    """
+    linkage = as_linkage(linkage)
+    if balance not in ("dynamic", "force"):
+        raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
+    if max_order is not None and not (isinstance(max_order, int) and 0 <= max_order <= HIGHEST):
+        raise ValueError(f"max_order must be a whole number from 0 to {HIGHEST}")
+    motion = restriction(linkage, motion)
+    chain, force = moving_chain(linkage, motion, spatial), balance == "force"
+    floor = floor_of(chain)
+    exchanged = transfers(chain, force, floor)
+    try:
+        gathered = gather_conditions(chain, exchanged.rows, force, floor, max_order)
+    except MobilityError as error:
+        raise MobilityError(f"{linkage.source}: {error}") from None
+    return _result(linkage, chain, motion, balance, max_order, exchanged, gathered)
+
+
+def _result(
+    linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
+    highest: int | None, exchanged: Transfers, gathered: Gathered,
+) -> DesignSpace:  # fmt: skip
+    """Everything that the conditions tell, in SI units."""
+    decision = gathered.conditions.decide()
+    basis = basis_from_chain(decision.basis, chain.frame, chain.planar, balance == "force")
+    return DesignSpace(
+        source=linkage.source, linkage=linkage, motion=motion, balance=balance,
+        planar=chain.planar, bodies=names(linkage.bodies), inputs=linkage.inputs,
+        idle=_idle(linkage, chain), poses=gathered.poses, settled=gathered.settled,
+        orders=table_of(gathered.ranks, len(basis)), basis=frozen(basis),
+        serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
+        frames=linkage.frames, length=chain.frame.length,
+        notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),
+        highest_order=highest, decision=decision, chain=chain, exchanged=exchanged,
+    )  # fmt: skip
+
+
+def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
+    """Names of the joints that the chain does without."""
+    if chain.joints.size == len(linkage.joints):
+        return ()
+    moving = set(chain.joints.tolist())
+    return tuple(joint.name for j, joint in enumerate(linkage.joints) if j not in moving)
+
+
+def _notices(chain: Chain, settled: bool, decision: Decision) -> list[Notice]:
+    """Remarks on the motion and on the decision."""
+    found = []
+    if max(chain.links.tolist()) < 0:
+        found.append(Notice("nothing_moves", "no body with mass moves: nothing to balance"))
+    if not settled:
+        text = "poses further on need more conditions than were found: the rank may be too low"
+        found.append(Notice("not_settled", text))
+    if decision.thin:
+        text = f"the smallest singular value kept, {decision.kept:.1e}, is near round-off"
+        found.append(Notice("thin_margin", text))
+    return found

@@ -1,0 +1,127 @@
+"""How far a geometry is from one of lower rank, to first order.
+
+The smallest singular value that counts, σ, vanishes where the geometry is special in one
+more way. Its derivative along a change of geometry is ``uᵀ (∂X/∂g) v`` with its singular
+vectors u and v (G. W. Stewart and J.-G. Sun, 1990), so the nearest such geometry is about
+``σ / |∂σ/∂g|`` away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.conditions.rank import decompose
+from balance.momentum.regressor import RegressorSeries, parameters_per_body, rows_per_column
+from balance.spaces.condition_gradients import Slopes
+from kinematics.closure.newton import radius
+from kinematics.closure.series import expand
+from kinematics.model.arrays import Chain
+from kinematics.model.linkage import Linkage
+
+__all__ = ["nearest_drop", "rates_of_changes", "spanning_rays"]
+
+Array = NDArray[np.float64]
+
+# A change that is found to first order, and is larger than this, means nothing.
+LARGE = 0.3
+# Part of a change by which loops may open: beyond it, the change is not one of the linkage.
+OPEN = 1e-3
+# Rows times squared columns of the conditions: more take more than a few seconds.
+COSTLY = 3e9
+# Joints closer than this part of the size are at one point, axes as close are one.
+SAME = 1e-9
+
+
+def nearest_drop(linkage: Linkage, chain: Chain, force: bool, order: int, rank: int) -> float:
+    """Smallest change of geometry that lowers the rank, to first order.
+
+    The joints at one point are moved together, and those on one axis are turned together,
+    where the loops still close.
+
+    Args:
+        linkage: the linkage.
+        chain: its joints that move.
+        force: whether only linear momentum counts.
+        order: of the derivatives that decide the rank.
+        rank: of the conditions.
+
+    Returns:
+        Root of the sum of squares of the changes, in characteristic lengths and radians;
+        infinite if there is none near, or the conditions are too many to decompose.
+    """
+    columns = chain.links.size * parameters_per_body(chain.planar, force)
+    rows = chain.width * rows_per_column(chain.planar, force)
+    rays = spanning_rays(chain.width, order, 2 - (-columns // rows))
+    if len(rays) * (order + 1) * rows * columns**2 > COSTLY:
+        return np.inf
+    series = expand(chain, rays, order)
+    weights = radius(series.C[0] @ rays[0]) ** np.arange(order + 1.0)
+    X = RegressorSeries(chain, series, force).rows(order)
+    X *= weights.reshape(-1, 1, 1, 1, 1)
+    U, values, Vt = decompose(X.reshape(-1, columns))
+    if not 0 < rank <= values.size:
+        return np.inf
+    u, v = U[:, rank - 1].reshape(X.shape[:-1]), Vt[rank - 1].reshape(chain.links.size, -1)
+    slopes, changes = Slopes(chain, rays, series, force), rates_of_changes(linkage, chain)
+    opening = np.einsum("gnd,fnd->gf", changes, slopes.of_closure(weights))
+    closed = np.sqrt(np.sum(opening**2, axis=1)) <= OPEN
+    along = slopes.of_momentum(u * weights.reshape(-1, 1, 1, 1), v)
+    square = float(np.sum(np.einsum("gnd,nd->g", changes[closed], along) ** 2))
+    nearest = float(values[rank - 1]) / square**0.5 if square > 0.0 else np.inf
+    return nearest if nearest < LARGE else np.inf
+
+
+def spanning_rays(width: int, order: int, enough: int) -> Array:
+    """Generic rays of length 1 (rays, w), as many as span all derivatives, or ``enough``."""
+    count = min(comb(width + order, order + 1), enough)
+    rays = np.random.default_rng(107).standard_normal((count, width))
+    return np.asarray(rays / np.sqrt(np.sum(rays**2, axis=1, keepdims=True)))
+
+
+def rates_of_changes(linkage: Linkage, chain: Chain) -> Array:
+    """Rates of all screws for each change of the geometry (changes, n, 6 or 3)."""
+    return np.reshape(list(_changes(linkage, chain)), (-1, *chain.screws.shape))
+
+
+def _changes(linkage: Linkage, chain: Chain) -> Iterator[Array]:
+    """Rates of all screws (n, 6 or 3), change by change."""
+    frame, planar = chain.frame, chain.planar
+    points = np.array([linkage.joints[j].point for j in chain.joints])
+    points = (points - frame.origin) @ frame.R.T / frame.length
+    spatial = np.zeros((len(points), 6))
+    spatial[:, slice(2, 5) if planar else slice(0, 6)] = chain.screws
+    for group in _groups(points):
+        for axis in np.eye(3)[: 2 if planar else 3]:
+            yield _rates(spatial, group, np.concatenate([np.zeros(3), axis]), planar)
+    turning = np.where(np.any(spatial[:, :3] != 0.0, axis=1)[:, None], spatial, np.nan)
+    for group in [] if planar else _groups(turning):
+        n = spatial[group[0], :3]
+        for axis in np.linalg.svd(n[None])[2][1:]:
+            twist = np.concatenate([axis, np.cross(points[group[0]], axis)])
+            yield _rates(spatial, group, twist, planar)
+
+
+def _groups(rows: Array) -> list[list[int]]:
+    """Indices of rows that are equal; those with NaN belong to none."""
+    groups: list[list[int]] = []
+    for i, row in enumerate(rows):
+        same = next((g for g in groups if np.abs(rows[g[0]] - row).max() <= SAME), None)
+        if same is not None:
+            same.append(i)
+        elif not np.isnan(row).any():
+            groups.append([i])
+    return groups
+
+
+def _rates(spatial: Array, group: list[int], twist: Array, planar: bool) -> Array:
+    """Rates of the screws if those of a group move with a twist."""
+    out = np.zeros_like(spatial)
+    w, v = twist[:3], twist[3:]
+    for j in group:
+        n, m = spatial[j, :3], spatial[j, 3:]
+        out[j] = np.concatenate([np.cross(w, n), np.cross(v, n) + np.cross(w, m)])
+    return out[:, 2:5] if planar else out

@@ -1,0 +1,181 @@
+"""What is known of a design space, whether it was computed or comes from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.inertial_parameters.body_inertia import BodyInertia, body_inertias, in_link_frames
+from balance.inertial_parameters.conversions import parameter_labels
+from kinematics.model.linkage import Notice
+from kinematics.model.motion import Motion
+from kinematics.wording import counted
+
+__all__ = ["Answer", "Balance", "Order", "table_of"]
+
+Array = NDArray[np.float64]
+Balance = Literal["dynamic", "force"]
+
+COMPARED = "balance planar bodies inputs rank nullity serial_nullity kmax".split()
+# Spaces whose largest angle has a smaller sine count as one.
+SAME = 1e-6
+
+
+class Order(NamedTuple):
+    """Rank and nullity after all conditions up to an order."""
+
+    order: int
+    rank: int
+    nullity: int
+
+
+def table_of(ranks: Sequence[int], parameters: int) -> tuple[Order, ...]:
+    """The table of ranks up to order 0, 1, 2 …, with the nullities that belong to them."""
+    return tuple(Order(k, rank, parameters - rank) for k, rank in enumerate(ranks))
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a design space and the record of one have in common.
+
+    Attributes:
+        source: file of the linkage.
+        balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
+        planar: whether planar parameters are counted.
+        bodies: names of the bodies, in the order of the parameters.
+        inputs: names of the independent coordinates, whether or not the motion moves them.
+        idle: names of joints that do not move in the motion.
+        motion: the motion asked of the linkage, None if every input is free.
+        orders: rank and nullity by order of derivative.
+        poses: how many finite poses were added, because the orders were not enough.
+        settled: whether the conditions are all there are: nothing is left to be conditioned,
+            or finite poses that were not used add nothing.
+        basis: null-space basis (parameters, nullity): per body the parameters named by
+            ``labels``, about the inertial origin at the reference pose, SI units. Its
+            columns are orthonormal when lengths are measured from the middle of the
+            mechanism in units of ``length``.
+        serial_nullity: how many columns of the basis, the first ones, span the serial part:
+            the inertia transfers of its joints, with all loops opened.
+        axes: rows are the axes in which planar parameters are expressed (3, 3).
+        frames: poses of the link frames of the bodies (bodies, 4, 4).
+        length: characteristic length of the mechanism, metres.
+        notices: remarks.
+    """
+
+    source: str
+    balance: Balance
+    planar: bool
+    bodies: tuple[str, ...]
+    inputs: tuple[str, ...]
+    idle: tuple[str, ...]
+    motion: Motion | None
+    orders: tuple[Order, ...]
+    poses: int
+    settled: bool
+    basis: Array
+    serial_nullity: int
+    axes: Array
+    frames: Array
+    length: float
+    notices: tuple[Notice, ...]
+
+    @property
+    def rank(self) -> int:
+        """Number of independent conditions."""
+        return len(self.basis) - self.nullity
+
+    @property
+    def nullity(self) -> int:
+        """Dimension of the space."""
+        return self.basis.shape[1]
+
+    @property
+    def parts(self) -> str:
+        """Rank, nullity and the two parts of the space, in words."""
+        algebra = "planar" if self.planar else "spatial"
+        return (
+            f"rank {self.rank} of {counted(len(self.basis), algebra + ' parameter')}, "
+            f"{self.balance} balance, nullity {self.nullity} = {self.serial_nullity} serial + "
+            f"{self.nullity - self.serial_nullity} parallel"
+        )
+
+    @property
+    def serial(self) -> Array:
+        """The columns of the basis that the linkage has with its loops opened."""
+        return self.basis[:, : self.serial_nullity]
+
+    @property
+    def parallel(self) -> Array:
+        """The other columns: what only the closure of the loops opens."""
+        return self.basis[:, self.serial_nullity :]
+
+    @property
+    def kmax(self) -> int | None:
+        """First order at which the rank has its final value; None if no order reaches it."""
+        return next((order.order for order in self.orders if order.rank == self.rank), None)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the parameters of one body."""
+        return parameter_labels(self.planar, self.balance == "force")
+
+    def bodies_of(self, y: ArrayLike) -> tuple[BodyInertia, ...]:
+        """The mass distribution ``basis @ y``, body by body, as a designer edits it.
+
+        Args:
+            y: coordinates in the basis (nullity,); they need not give physical bodies.
+
+        Returns:
+            Mass, centre of mass and inertia about it, in the inertial frame at the
+            reference pose, in the link frame of the file, and as the file's element, which
+            is told apart where no body can have it; see `BodyInertia`.
+
+        Raises:
+            ValueError: y is not so many real, finite numbers, or they are too large or small.
+        """
+        return body_inertias(
+            self.bodies, self.basis, y, self.frames, self.axes, self.labels, self.length,
+            self.source,
+        )  # fmt: skip
+
+    def basis_in_link_frames(self) -> Array:
+        """The basis (parameters, nullity), each body about the origin of its link frame.
+
+        Parameters are those of ``labels``, in the axes of the link frame of the file, SI
+        units; they keep their values when the linkage moves. Planar ones are in the axes
+        ``kinematics.model.chain.plane_axes(n)``, n being the normal in that frame: x and y if
+        it is the z axis.
+        """
+        return in_link_frames(self.basis, self.frames, self.axes, self.labels)
+
+    def differences(self, other: Answer) -> tuple[str, ...]:
+        """One line per respect in which another design space differs; none if they agree.
+
+        Spaces are compared as such, not their bases; files are not compared.
+        """
+        found = [
+            f"{name}: {mine} here, {its} there"
+            for name in COMPARED
+            if (mine := getattr(self, name)) != (its := getattr(other, name))
+        ]
+        if self.basis.shape == other.basis.shape:
+            sine = _sine(self.basis, other.basis, self.labels)
+            if not sine <= SAME:
+                found.append(f"basis: the spaces are apart by an angle with sine {sine:.1e}")
+        return tuple(found)
+
+
+def _sine(one: Array, other: Array, labels: Sequence[str]) -> float:
+    """Sine of the largest angle between spaces of one dimension, in any unit of length."""
+    kinds = np.array([label.rstrip("xyz") for label in labels] * (len(one) // len(labels)))
+    scale = np.ones((len(one), 1))
+    for kind in set(kinds):
+        size = max(np.abs(basis[kinds == kind]).max(initial=0.0) for basis in (one, other))
+        scale[kinds == kind] = size or 1.0
+    P, Q = np.linalg.qr(one / scale)[0], np.linalg.qr(other / scale)[0]
+    outside = Q - P @ (P.T @ Q)
+    return float(np.linalg.norm(outside, 2)) if outside.size else 0.0

@@ -1,0 +1,218 @@
+"""Design spaces on disk: what is known of one, without the linkage it came from.
+
+A file is one ``.npz``: the arrays, and a JSON text ``header`` that says where they come
+from. Nothing in it is ever unpickled.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import suppress
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.atomic_files import replacing
+from balance.spaces.result import Answer, Balance, Order
+from kinematics.errors import FileError
+from kinematics.model.arrays import frozen
+from kinematics.model.linkage import Notice
+from kinematics.model.motion import Motion
+from kinematics.urdf.xml_tree import shown
+from kinematics.wording import listed, paragraph
+
+__all__ = ["SpaceRecord", "digest", "load_space"]
+
+Array = NDArray[np.float64]
+
+FORMAT = "balance.space/2"
+# Files that unpack to more bytes are refused.
+LARGEST = 2**30
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceRecord(Answer):
+    """A design space as data, without the linkage it came from.
+
+    Attributes:
+        singular_values: of all conditions, relative to the largest (rank,).
+        kept: the smallest singular value that counts; 1 if there are none.
+        dropped: upper bound of the largest one that does not.
+        sha256: of the file when the record was made; None if it was no file.
+        version: of the package that made the record.
+    """
+
+    singular_values: Array
+    kept: float
+    dropped: float
+    sha256: str | None
+    version: str
+
+    def __repr__(self) -> str:
+        """Up to four lines: the space, its parts, its origin."""
+        bodies, source = f"bodies {listed(self.bodies)}", f"from {self.source}"
+        return paragraph(f"SpaceRecord: {self.parts}", bodies, source)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the record to one ``.npz`` file, which `load_space` reads.
+
+        The file appears whole or not at all. Its entry ``header`` is a JSON text with the
+        version, the SHA-256 of the linkage's file and all options.
+
+        Raises:
+            FileError: it cannot be written.
+        """
+        arrays = {name: getattr(self, name) for name in _shapes(self)}
+        if self.motion:
+            arrays["motion"] = self.motion.basis
+        with replacing(path) as file:
+            np.savez(
+                file, allow_pickle=False, header=np.array(json.dumps(_header(self))), **arrays
+            )
+
+
+def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
+    """Read a design space that `DesignSpace.save` or `SpaceRecord.save` wrote.
+
+    Raises:
+        FileError: it is not such a file, is damaged, or has another format.
+    """
+    try:
+        header, arrays = _read(path)
+        record = _record(header, arrays) if header["format"] == FORMAT else None
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror or type(error).__name__})"
+    except Exception:  # a damaged archive may raise anything
+        problem = "not a saved design space, or damaged"
+    else:
+        if record is not None:
+            return record
+        problem = f"its format is {str(header['format'])[:40]!r}, not {FORMAT!r}"
+    raise FileError(
+        shown(os.fsdecode(path), 1000), "", problem, "give a file that DesignSpace.save wrote"
+    ) from None
+
+
+def digest(source: str) -> str | None:
+    """SHA-256 of a file, None if there is no such file."""
+    with suppress(OSError, ValueError):
+        return sha256(Path(source).read_bytes()).hexdigest()
+    return None
+
+
+def _shapes(record: SpaceRecord) -> dict[str, tuple[int, ...]]:
+    """The arrays of a record and their shapes."""
+    return {
+        "basis": (len(record.bodies) * len(record.labels), record.nullity),
+        "axes": (3, 3),
+        "frames": (len(record.bodies), 4, 4),
+        "singular_values": (record.rank,),
+    }
+
+
+def _header(record: SpaceRecord) -> dict[str, object]:
+    """All of a record but its arrays; ``options`` repeats the computation."""
+    return {
+        "format": FORMAT,
+        "version": record.version,
+        "source": record.source,
+        "sha256": record.sha256,
+        "directions": "deterministic",
+        "options": {
+            "inputs": record.inputs,
+            "motion": record.motion.relations if record.motion else None,
+            "balance": record.balance,
+            "max_order": None if record.poses else record.orders[-1].order,
+            "spatial": not record.planar,
+        },
+        "bodies": record.bodies,
+        "idle": record.idle,
+        "orders": record.orders,
+        "serial_nullity": record.serial_nullity,
+        "poses": record.poses,
+        "settled": record.settled,
+        "length": record.length,
+        "kept": record.kept,
+        "dropped": record.dropped,
+        "notices": record.notices,
+    }
+
+
+def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Header and arrays as they stand in the file."""
+    with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
+        if sum(member.file_size for member in archive.zip.infolist()) > LARGEST:
+            raise ValueError("too large")
+        arrays = {name: archive[name] for name in archive.files}
+    return json.loads(arrays.pop("header").item()), arrays
+
+
+def _record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
+    """The record, if everything has its type and fits together."""
+    options, motion = header["options"], None
+    inputs = _texts(options["inputs"])
+    if options["motion"] is not None:
+        basis = _array(arrays.pop("motion"), (len(inputs), -1))
+        motion = Motion(inputs, _texts(options["motion"]), basis)
+    record = SpaceRecord(
+        source=_a(str, header["source"]),
+        sha256=None if header["sha256"] is None else _a(str, header["sha256"]),
+        version=_a(str, header["version"]),
+        balance=options["balance"],
+        planar=not _a(bool, options["spatial"]),
+        bodies=_texts(header["bodies"]),
+        inputs=inputs,
+        idle=_texts(header["idle"]),
+        motion=motion,
+        orders=tuple(Order(*(_a(int, n) for n in order)) for order in header["orders"]),
+        serial_nullity=_a(int, header["serial_nullity"]),
+        poses=_a(int, header["poses"]),
+        settled=_a(bool, header["settled"]),
+        length=_a(float, header["length"]),
+        kept=_a(float, header["kept"]),
+        dropped=_a(float, header["dropped"]),
+        notices=tuple(Notice(*_texts(notice)) for notice in header["notices"]),
+        **arrays,
+    )
+    shapes = _shapes(record)
+    sums = {record.rank + record.nullity, *(o.rank + o.nullity for o in record.orders)}
+    last = record.orders[-1].rank
+    fits = (
+        record.balance in get_args(Balance)
+        and sums == {shapes["basis"][0]}
+        and [order.order for order in record.orders] == list(range(len(record.orders)))
+        and 0 <= record.serial_nullity <= record.nullity
+        and (last == record.rank if record.poses == 0 else last <= record.rank)
+    )
+    if not fits or record.poses < 0:
+        raise ValueError("header")
+    for name, shape in shapes.items():
+        object.__setattr__(record, name, _array(arrays[name], shape))
+    return record
+
+
+def _a(kind: type, value: Any) -> Any:
+    """The value, if it is of that type."""
+    if type(value) is not kind:
+        raise TypeError(kind.__name__)
+    return value
+
+
+def _texts(values: Any) -> tuple[str, ...]:
+    """A list of texts as a tuple."""
+    return tuple(_a(str, value) for value in _a(list, values))
+
+
+def _array(array: Array, shape: tuple[int, ...]) -> Array:
+    """A read-only copy, if the array holds finite numbers and has that shape (-1: any)."""
+    fits = len(shape) == array.ndim and all(
+        n in (m, -1) for n, m in zip(shape, array.shape, strict=True)
+    )
+    if not fits or array.dtype != np.float64 or not np.isfinite(array).all():
+        raise ValueError("array")
+    return frozen(array)

@@ -1,0 +1,102 @@
+"""The serial design space joint by joint: which bodies may exchange what."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.inertial_parameters.conversions import from_chain
+from balance.transfers.serial_space import Transfers
+from kinematics.model.arrays import Chain, frozen
+from kinematics.model.linkage import Linkage, names
+from kinematics.wording import listed
+
+__all__ = ["Transfer", "by_joint"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+# Parameters of a transfer of size 1 that are smaller are round-off.
+NOTHING = 1e-12
+
+
+class Transfer(NamedTuple):
+    """What may be exchanged across one joint.
+
+    Attributes:
+        joints: names of the joints of one degree of freedom that it passes through, in the
+            linkage's order: several for a joint of several, and where links without
+            parameters lie between; none where bodies are rigidly joined, or do not move.
+        bodies: names of the bodies that take part, in their order.
+        ground: whether the ground takes part too, which can take any inertia.
+        basis: mass distributions of all bodies (parameters, dimension), one column per
+            transfer, in the rows and units of `SpaceRecord.basis`.
+        scaled: the same in the units of the chain, where columns are orthonormal.
+    """
+
+    joints: tuple[str, ...]
+    bodies: tuple[str, ...]
+    ground: bool
+    basis: Array
+    scaled: Array
+
+    def __repr__(self) -> str:
+        """One line: how many transfers across which joints between which bodies."""
+        bodies = [*(["ground"] if self.ground else []), *self.bodies]
+        where = f"across {listed(self.joints)}" if self.joints else "between rigid parts"
+        return f"Transfer {where} ({listed(bodies)}): {self.dimension} independent"
+
+    @property
+    def dimension(self) -> int:
+        """How many independent transfers there are."""
+        return self.basis.shape[1]
+
+
+def by_joint(
+    linkage: Linkage, chain: Chain, found: Transfers, force: bool
+) -> tuple[Transfer, ...]:
+    """The transfers of every joint that moves, in SI units, and then those of rigid parts.
+
+    Args:
+        linkage: the linkage.
+        chain: the chain that the transfers are of.
+        found: the transfers.
+        force: whether they are those of force balance.
+    """
+    G = from_chain(chain.frame, chain.planar, force)
+    all_joints = names(linkage.joints)
+    all_bodies = names(linkage.bodies)
+    result = []
+    for owner in dict.fromkeys([*found.joints.tolist(), *found.owner.tolist()]):
+        rows = found.rows[found.owner == owner].reshape(-1, len(all_bodies), len(G))
+        scaled = np.where(np.abs(rows) <= NOTHING, 0.0, rows)
+        basis = np.einsum("pq,cbq->bpc", G, scaled)
+        joints = np.flatnonzero(found.joints == owner).astype(np.int64)
+        result.append(
+            Transfer(
+                tuple(all_joints[j] for j in chain.joints[joints]),
+                tuple(all_bodies[b] for b in _taking_part(chain, found, joints, owner)),
+                _touches_ground(chain, found, joints, owner),
+                frozen(basis.reshape(len(all_bodies) * len(G), len(rows))),
+                frozen(scaled.reshape(len(rows), len(all_bodies) * len(G)).T),
+            )
+        )
+    return tuple(result)
+
+
+def _taking_part(chain: Chain, found: Transfers, joints: IntArray, owner: int) -> list[int]:
+    """Bodies on the rigid parts that the joints join: one of each; or all of one part."""
+    part = found.part[chain.links].tolist()
+    if not joints.size:
+        return [b for b, p in enumerate(part) if p == -1 - owner]
+    joined = {*found.part[joints].tolist(), *found.part[chain.parent[joints]].tolist()}
+    moving = joined - {found.joints.size}
+    return sorted(part.index(p) for p in moving if p in part)
+
+
+def _touches_ground(chain: Chain, found: Transfers, joints: IntArray, owner: int) -> bool:
+    """Whether one of the joints is at the ground, or the rigid part is the ground."""
+    ground = found.joints.size
+    around = [*found.part[joints].tolist(), *found.part[chain.parent[joints]].tolist()]
+    return ground in around or owner == -1 - ground

@@ -1,0 +1,196 @@
+"""A crank at constant speed: one revolution in steady state, and how far a crank can turn.
+
+With the crank angle ``θ(t) = ω t`` all other joints follow from the loops:
+
+    q̇ = C_0 ω        q̈ = C_1 ω
+
+Forces grow with ω². There is no start-up: the motion begins and ends at full speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import replace
+from math import degrees, pi
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.verification.trajectory import Trajectory, driven, ordered
+from kinematics.closure.continuation import walk
+from kinematics.closure.joint_positions import input_chain
+from kinematics.closure.newton import Pose
+from kinematics.errors import CoordinateError, MotionError, PoseError
+from kinematics.model.arrays import frozen
+from kinematics.model.linkage import Linkage
+from kinematics.model.motion import Motion
+
+__all__ = ["Crank", "revolution"]
+
+Array = NDArray[np.float64]
+
+TURN = 2.0 * pi
+# Steps of a revolution: half a degree each.
+STEPS = 720
+# Rates are not determined where branches of the motion meet, and the loops hold by less than
+# this. If a sample hits such a pose, all samples move on by part of a step.
+SINGULAR, PHASES = 1e-6, (0.0, 0.4)
+# Speeds whose forces neither underflow nor overflow, radians per second.
+SLOWEST, FASTEST = 1e-6, 1e6
+# Joints that are nearer to where they began, in radians and characteristic lengths, are back.
+BACK = 1e-8
+# A walk whose steps turn the crank by less, in radians, has come to its end.
+STALLED = 1e-7
+# How far a crank at rest may be from the relations of a motion.
+OFF = 1e-9
+
+
+class Crank(NamedTuple):
+    """A joint that turns at constant speed.
+
+    Attributes:
+        joint: name of the joint.
+        speed: radians per second; negative turns against the axis of the joint.
+        periodic: whether one revolution brings every joint back to where it began.
+    """
+
+    joint: str
+    speed: float
+    periodic: bool
+
+    @property
+    def rpm(self) -> float:
+        """Revolutions per minute."""
+        return self.speed * 60.0 / TURN
+
+
+def revolution(
+    linkage: Linkage, speed: float, joint: str | None = None, motion: Motion | None = None
+) -> tuple[Trajectory, Crank]:
+    """One revolution of a crank at constant speed, both ends included.
+
+    Args:
+        linkage: an assembled linkage.
+        speed: radians per second; negative turns against the axis of the joint.
+        joint: the crank, a revolute input; by default the only input. Other inputs stand
+            still, or follow if the motion relates them to the crank.
+        motion: restriction of the inputs; free by default.
+
+    Returns:
+        The motion in time, which begins at the reference pose, and the crank.
+
+    Raises:
+        CoordinateError: the joint is no revolute input, or the crank is not named.
+        MotionError: the motion does not let the crank turn.
+        PoseError: the crank cannot turn fully, and the message names the limits; or the
+            speed is not from 1e-6 to 1e6 rad/s in size.
+    """
+    if not SLOWEST <= abs(speed) <= FASTEST:
+        raise PoseError(
+            f"{linkage.source}: {speed:g} rad/s is no speed of a crank; give one from "
+            f"{SLOWEST:g} to {FASTEST:g} rad/s either way"
+        )
+    joint = _crank(linkage, joint)
+    rates = _rates(linkage, joint, motion)
+    for phase in PHASES:
+        with suppress(PoseError):
+            way = _turn(linkage, speed, rates, phase)
+            if way.firmness > SINGULAR:
+                return way, Crank(joint, speed, _is_periodic(linkage, way))
+    raise PoseError(f"{linkage.source}: {_limits(linkage, joint, rates)}")
+
+
+def _turn(linkage: Linkage, speed: float, rates: Array, phase: float) -> Trajectory:
+    """One revolution from a crank angle of ``phase`` steps on."""
+    time = (np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed))
+    u, ud = (np.outer(x, rates) for x in (speed * time, np.full(time.size, speed)))
+    return driven(linkage, time, u, ud, np.zeros_like(u))
+
+
+def _crank(linkage: Linkage, joint: str | None) -> str:
+    """The name of the joint that turns.
+
+    Raises:
+        CoordinateError: it is no revolute input, or one of several that is not named.
+    """
+    kinds = {item.name: item.kind for item in linkage.joints}
+    turning = [name for name, kind in kinds.items() if kind == "revolute"]
+    cranks = [name for name in linkage.inputs if name in turning]
+    if joint is None and len(linkage.inputs) == 1:
+        joint = linkage.inputs[0]
+    if joint is None:
+        problem = "which is the crank? Name it, as in u1=300rpm; the others stand still"
+        raise CoordinateError(linkage.source, linkage.inputs, problem, cranks)
+    if joint not in linkage.inputs:
+        problem = "not an input, so not the crank; --inputs makes it one"
+        raise CoordinateError(linkage.source, [joint], problem, cranks)
+    if joint not in cranks:
+        problem = f"{kinds[joint]}, not revolute, so not a crank; --inputs names another"
+        raise CoordinateError(linkage.source, [joint], problem, turning)
+    return joint
+
+
+def _rates(linkage: Linkage, joint: str, motion: Motion | None) -> Array:
+    """Rates of the inputs (mobility,) for a unit rate of the crank.
+
+    Raises:
+        MotionError: the crank stands still, or cannot turn while other inputs stand still.
+    """
+    at = linkage.inputs.index(joint)
+    alone: Array = np.eye(linkage.mobility)[at]
+    if motion is None:
+        return alone
+    basis = ordered(motion, linkage)
+    if basis.shape[1] == 1 and basis[at, 0] != 0.0:
+        related: Array = basis[:, 0] / basis[at, 0]
+        return related
+    Q = np.linalg.qr(basis)[0]
+    if np.abs(alone - Q @ (Q.T @ alone)).max() > OFF:
+        problem = f"does not let {joint} turn while other inputs stand still"
+        raise MotionError(", ".join(motion.relations), problem, linkage.inputs, linkage.source)
+    return alone
+
+
+def _limits(linkage: Linkage, joint: str, rates: Array) -> str:
+    """How far the crank can turn either way from the reference pose, in words."""
+    chain = input_chain(linkage)
+    column = chain.columns @ (rates / chain.units[linkage.positions_of(linkage.inputs)])
+    crank = int(linkage.positions_of([joint])[0])
+    alone = replace(
+        chain, columns=frozen(column[:, None]),
+        moves=frozen(chain.moves.any(axis=1, keepdims=True), np.bool_),
+    )  # fmt: skip
+    low, high = (
+        sign * degrees(_farthest(walk(alone, np.array([sign]), reach=TURN / STEPS), crank))
+        for sign in (-1.0, 1.0)
+    )
+    return (
+        f"the crank {joint} cannot turn fully: only from {low:.2f}° to {high:.2f}° about the "
+        "reference pose; choose a joint that can with --inputs, or give a motion by --csv"
+    )
+
+
+def _farthest(way: Iterable[Pose], joint: int) -> float:
+    """Largest displacement of a joint along a walk, within one revolution.
+
+    Steps shrink towards a dead centre, where the walk need not end.
+    """
+    farthest = 0.0
+    for pose in way:
+        angle = abs(float(pose.q[joint]))
+        if angle >= TURN:
+            return TURN
+        if angle - farthest < STALLED:
+            break
+        farthest = angle
+    return farthest
+
+
+def _is_periodic(linkage: Linkage, way: Trajectory) -> bool:
+    """Whether all joints end where they began, revolute ones up to full turns."""
+    turns = np.array([item.kind == "revolute" for item in linkage.joints])
+    left = way.q[-1] - way.q[0]
+    left = np.where(turns, left - TURN * np.round(left / TURN), left)
+    return bool(np.all(np.abs(left) <= BACK * input_chain(linkage).units))

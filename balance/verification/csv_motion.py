@@ -1,0 +1,79 @@
+"""Motions as tables: files of comma-separated values, checked."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from os import PathLike, fsdecode
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.errors import FileError
+from kinematics.urdf.xml_tree import shown
+
+__all__ = ["columns", "unfit"]
+
+Array = NDArray[np.float64]
+
+# Most samples.
+MOST = 100_000
+REMEDY = "write a line of names, then one line of numbers per sample"
+
+
+def unfit(
+    path: str | PathLike[str], where: str, problem: str, remedy: str = REMEDY
+) -> FileError:
+    """The error of a table that cannot be used, to be raised.
+
+    Args:
+        path: its file.
+        where: the line or sample at fault, or an empty string.
+        problem: what is wrong.
+        remedy: what to do about it.
+    """
+    return FileError(shown(fsdecode(path), 1000), where, problem, remedy)
+
+
+def columns(
+    path: str | PathLike[str],
+    wanted: Sequence[str],
+    fewest: int = 1,
+    short: Mapping[str, str] | None = None,
+) -> Array:
+    """The wanted columns of a file of comma-separated values, in order; (rows, columns).
+
+    Args:
+        path: a file whose first line holds the wanted names in any order, and no others.
+        wanted: the names.
+        fewest: how many rows there must be.
+        short: other names that some of them may have there, and what these stand for.
+
+    Raises:
+        FileError: the file cannot be read as such a table.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            lines = list(islice(csv.reader(file), MOST + 2))
+    except (OSError, UnicodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "it is not text of comma-separated values"
+        raise unfit(path, "", f"cannot be read ({reason})") from None
+    lines = [line for line in lines if any(cell.strip() for cell in line)]
+    names = [name.strip() for name in lines[0]] if lines else []
+    other = short or {}
+    names = [name if name in wanted else other.get(name, name) for name in names]
+    if sorted(names) != sorted(wanted):
+        raise unfit(path, "line 1", f"the columns must be {', '.join(wanted)}")
+    if not fewest < len(lines) <= MOST + 1:
+        raise unfit(path, "", f"holds {len(lines) - 1} samples, not {fewest} to {MOST}")
+    order = [names.index(name) for name in wanted]
+    rows = np.empty((len(lines) - 1, len(wanted)))
+    for number, line in enumerate(lines[1:]):
+        try:
+            rows[number] = [float(line[column]) for column in order]
+        except (ValueError, IndexError):
+            raise unfit(path, f"sample {number + 1}", "cannot be read as numbers") from None
+    if not np.isfinite(rows).all():
+        raise unfit(path, "", "holds numbers that are not finite")
+    return rows

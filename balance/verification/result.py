@@ -1,0 +1,333 @@
+"""What a verification found: loads along the motions, the verdict, and the report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.spaces.result import Balance
+from balance.verification.crank_revolution import Crank
+from balance.verification.trajectory import Trajectory
+from kinematics.model.linkage import Linkage, Notice
+from kinematics.wording import counted, paragraph
+
+__all__ = ["AGREE", "SCHEMA", "Run", "Verification"]
+
+Array = NDArray[np.float64]
+
+SCHEMA = "balance.verify/1"
+# Both programs must agree to this part of the inertia forces for a verdict.
+AGREE = 1e-9
+# Where loops hold by less, relative to the reference pose, round-off shows.
+SINGULAR = 0.02
+# Components of a wrench.
+PARTS = {"force": slice(3, 6), "moment": slice(0, 3)}
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Loads along one motion; wrenches are ``[moment; force]`` in inertial axes, SI units.
+
+    Attributes:
+        trajectory: the motion.
+        shaking: base reaction from Pinocchio, about the inertial origin (N, 6).
+        own: the same from our own series (N, 6).
+        momentum: total momentum ``[ξ; p]`` from Pinocchio (N, 6).
+        middle: ``shaking`` with moments about the middle of the mechanism (N, 6).
+        rate_difference: ``shaking - own``, likewise about the middle (N, 6).
+        momentum_difference: momentum from Pinocchio less ours, likewise (N, 6).
+        inertia: sum over the bodies of the sizes of their own inertia wrenches, moments
+            about the middle divided by the characteristic length (N,), newtons.
+        impulse: the same of their momenta (N,), newton seconds.
+        bearing: forces in the joints (N, n), newtons.
+        open: components of the loop wrenches that rigid bodies leave undetermined.
+    """
+
+    trajectory: Trajectory
+    shaking: Array
+    own: Array
+    momentum: Array
+    middle: Array
+    rate_difference: Array
+    momentum_difference: Array
+    inertia: Array
+    impulse: Array
+    bearing: Array
+    open: int
+
+    def sizes(self, part: str) -> Array:
+        """Size of the shaking ``"force"``, or ``"moment"`` about the middle (N,), N or N m."""
+        found: Array = np.linalg.norm(self.middle[:, PARTS[part]], axis=1)
+        return found
+
+    def peak(self, part: str) -> float:
+        """Largest of these sizes."""
+        return float(self.sizes(part).max(initial=0.0))
+
+    def rms(self, part: str) -> float:
+        """Root of the mean of their squares over the time of the motion."""
+        time = self.trajectory.time
+        mean = np.trapezoid(self.sizes(part) ** 2, time) / (time[-1] - time[0])
+        return float(np.sqrt(mean))
+
+    def __repr__(self) -> str:
+        """Two lines in words."""
+        force, moment = self.peak("force"), self.peak("moment")
+        return paragraph(
+            f"Run: {self.trajectory!r}",
+            f"shaking force {force:.3g} N, shaking moment {moment:.3g} N m",
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Verification:
+    """The verdict of `verify` and what it rests on.
+
+    Attributes:
+        linkage: the linkage.
+        balance: ``"dynamic"``, or ``"force"`` if only the force counts.
+        tolerance: residuals up to this one count as balanced.
+        length: characteristic length, metres.
+        seed: seed of the random motions; None if the motions were given.
+        runs: the loads along each motion.
+        notices: what the reader had to tell.
+        crank: the joint that turns at constant speed, if one does; its one revolution is
+            the one motion.
+        shown: number of the motion to be plotted; by default the worst one.
+    """
+
+    linkage: Linkage
+    balance: Balance
+    tolerance: float
+    length: float
+    seed: int | None
+    runs: tuple[Run, ...]
+    notices: tuple[Notice, ...]
+    crank: Crank | None = None
+    shown: int | None = None
+
+    def __repr__(self) -> str:
+        """Four lines in words: the motions, the peaks, the verdict."""
+        count = counted(len(self.runs), "motion")
+        return paragraph(
+            f"Verification of {self.model}, {self.balance} balance, over {count}",
+            f"shaking force {self.force:.3g} N, {self.force_residual:.1e} of inertia",
+            f"shaking moment {self.moment:.3g} N m, {self.moment_residual:.1e} of inertia",
+            f"{self.verdict} (tolerance {self.tolerance:.1e})",
+        )
+
+    @property
+    def model(self) -> str:
+        """Name of the linkage."""
+        return self.linkage.name
+
+    @cached_property
+    def scale(self) -> float:
+        """Peak of the sum of the sizes of the bodies' own inertia wrenches, newtons."""
+        return self._largest("inertia")
+
+    @property
+    def force(self) -> float:
+        """Peak shaking force, newtons."""
+        return self._peak("middle", PARTS["force"])
+
+    @property
+    def moment(self) -> float:
+        """Peak shaking moment about the middle of the mechanism, N m."""
+        return self._peak("middle", PARTS["moment"])
+
+    @property
+    def force_residual(self) -> float:
+        """Peak shaking force relative to ``scale``."""
+        return self._relative(self.force)
+
+    @property
+    def moment_residual(self) -> float:
+        """Peak shaking moment relative to ``scale`` times the characteristic length."""
+        return self._relative(self.moment / self.length)
+
+    @property
+    def bearing(self) -> float:
+        """Peak force in any joint, newtons."""
+        return self._largest("bearing")
+
+    @property
+    def force_ratio(self) -> float:
+        """Peak shaking force over peak bearing force; 0 if no joint carries a force."""
+        return self.force / self.bearing if self.bearing > 0.0 else 0.0
+
+    @property
+    def moment_ratio(self) -> float:
+        """Peak shaking moment over peak bearing force times characteristic length."""
+        return self.moment / (self.bearing * self.length) if self.bearing > 0.0 else 0.0
+
+    @property
+    def closure(self) -> float:
+        """Largest mismatch of the loops, radians and characteristic lengths."""
+        return max((run.trajectory.closure for run in self.runs), default=0.0)
+
+    @property
+    def agreement(self) -> float:
+        """Largest difference of Pinocchio and our series, in momentum or in its rate.
+
+        Relative to the sum of the sizes of the bodies' parts at its peak.
+        """
+        found = [0.0]
+        for name, size in (("rate", "inertia"), ("momentum", "impulse")):
+            moment = self._peak(f"{name}_difference", PARTS["moment"])
+            force = self._peak(f"{name}_difference", PARTS["force"])
+            if (scale := self._largest(size)) > 0.0:
+                found.append(max(moment / self.length, force) / scale)
+        return max(found)
+
+    @property
+    def agreed(self) -> bool:
+        """Whether both programs agree to 1e-9."""
+        return self.agreement <= AGREE
+
+    @property
+    def balanced(self) -> bool:
+        """Whether what shakes the base is within the tolerance."""
+        moment = self.moment_residual if self.balance == "dynamic" else 0.0
+        return max(self.force_residual, moment) <= self.tolerance
+
+    @property
+    def verdict(self) -> str:
+        """``"balanced"``, ``"not balanced"``, or ``"no verdict"`` if the programs disagree."""
+        if not self.agreed:
+            return "no verdict"
+        return "balanced" if self.balanced else "not balanced"
+
+    @property
+    def brief(self) -> str:
+        """The answer in short, in words."""
+        return (
+            f"{self.verdict}, shaking force {self.force_residual:.1e} and moment "
+            f"{self.moment_residual:.1e} of inertia"
+        )
+
+    def worst(self, part: str) -> int:
+        """Index of the motion with the peak of the shaking ``"force"`` or ``"moment"``."""
+        return int(np.argmax([run.peak(part) for run in self.runs]))
+
+    @property
+    def plotted(self) -> int:
+        """Index of the motion that figures show: the one that decides the verdict.
+
+        It has the largest force, or moment over the characteristic length.
+        """
+        if self.shown is not None:
+            return self.shown
+        if self.balance == "force" or self.force_residual >= self.moment_residual:
+            return self.worst("force")
+        return self.worst("moment")
+
+    @property
+    def duration(self) -> float:
+        """Time that the longest motion takes, seconds."""
+        return max(run.trajectory.duration for run in self.runs)
+
+    @property
+    def amplitude(self) -> dict[str, float]:
+        """Largest displacement of each input from the reference pose, radians or metres."""
+        peaks = np.max([np.abs(run.trajectory.u).max(axis=0) for run in self.runs], axis=0)
+        return dict(zip(self.linkage.inputs, peaks.tolist(), strict=True))
+
+    def _peak(self, name: str, part: slice) -> float:
+        """Largest size of a part of a wrench in any run."""
+        sizes = (np.linalg.norm(getattr(run, name)[:, part], axis=1) for run in self.runs)
+        return max((float(size.max(initial=0.0)) for size in sizes), default=0.0)
+
+    def _largest(self, name: str) -> float:
+        """Largest number of that name in any run."""
+        found = (float(getattr(run, name).max(initial=0.0)) for run in self.runs)
+        return max(found, default=0.0)
+
+    def _relative(self, force: float) -> float:
+        return force / self.scale if self.scale > 0.0 else 0.0
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What the user should know of the bearing forces and of the routes."""
+        found = []
+        if self.scale == 0.0:
+            found.append("nothing with mass moves")
+        if self.runs and self.runs[0].open:
+            found.append(
+                f"the linkage is overconstrained: {self.runs[0].open} components of its loop "
+                "wrenches are not determined by rigid bodies; bearing forces are those of "
+                "least norm"
+            )
+        if min((run.trajectory.firmness for run in self.runs), default=1.0) < SINGULAR:
+            found.append(
+                "the motion passes near a singularity, where round-off is amplified: what "
+                "little is left to shake there may be no more than that"
+            )
+        if self.crank is not None and not self.crank.periodic:
+            found.append(
+                f"one revolution of {self.crank.joint} does not bring all joints back: the "
+                "next one may shake otherwise"
+            )
+        if not self.agreed:
+            found.append(f"Pinocchio and our series differ by {self.agreement:.1e}: no verdict")
+        return tuple(found)
+
+    def to_dict(self) -> dict[str, object]:
+        """The report as plain data, ready for JSON.
+
+        ``balance/schemas/verify.schema.json`` describes it.
+        """
+        return {
+            "schema": SCHEMA,
+            "model": self.model,
+            "file": self.linkage.source,
+            "at": self.linkage.at,
+            "balance": self.balance,
+            "balanced": self.balanced if self.agreed else None,
+            "tolerance": self.tolerance,
+            "trajectories": len(self.runs),
+            "samples": sum(run.trajectory.time.size for run in self.runs),
+            "seed": self.seed,
+            "inputs": list(self.linkage.inputs),
+            "duration": self.duration,
+            "amplitude": self.amplitude,
+            "speed": self._speed(),
+            "length": self.length,
+            "shaking": {"force": self.force, "moment": self.moment},
+            "worst": {part: self.worst(part) + 1 for part in PARTS},
+            "plotted": {
+                "motion": self.plotted + 1,
+                **{part: self.runs[self.plotted].peak(part) for part in PARTS},
+            },
+            "residual": {"force": self.force_residual, "moment": self.moment_residual},
+            "inertia": self.scale,
+            "bearing": {
+                "force": self.bearing,
+                "joint": self.most_loaded(),
+                "undetermined": self.runs[0].open if self.runs else 0,
+            },
+            "ratio": {"force": self.force_ratio, "moment": self.moment_ratio},
+            "agreement": self.agreement,
+            "closure": self.closure,
+            "remarks": list(self.remarks),
+            "warnings": [notice._asdict() for notice in self.notices],
+        }
+
+    def most_loaded(self) -> str | None:
+        """Name of the joint with the largest force; None if no joint carries one."""
+        if self.bearing == 0.0:
+            return None
+        peaks = np.max([run.bearing.max(axis=0) for run in self.runs], axis=0)
+        return self.linkage.joints[int(np.argmax(peaks))].name
+
+    def _speed(self) -> dict[str, object] | None:
+        """The entry ``speed`` of the report."""
+        if self.crank is None:
+            return None
+        (run,) = self.runs
+        loads = {part: {"peak": run.peak(part), "rms": run.rms(part)} for part in PARTS}
+        crank = {"input": self.crank.joint, "rate": self.crank.speed, "rpm": self.crank.rpm}
+        return {**crank, "periodic": self.crank.periodic, **loads}

@@ -1,0 +1,187 @@
+"""The shaking wrench from our own series: the rate of change of the total momentum.
+
+With the momentum regressor along the ray ``u(t) = u + t u̇`` (see `balance.momentum.regressor`)
+
+    h = Σ_w u̇_w X_{w,0} z        ḣ = Σ_w (ü_w X_{w,0} + u̇_w X_{w,1}) z
+
+ḣ is the wrench that the base exerts on the linkage, gravity apart; the linkage exerts the
+opposite one on its base.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.inertial_parameters.conversions import to_chain
+from balance.momentum.regressor import RegressorSeries
+from kinematics.closure.joint_positions import input_chain, joint_positions
+from kinematics.closure.newton import forward
+from kinematics.closure.series import expand_from
+from kinematics.errors import LinkageError, PoseError
+from kinematics.model.arrays import Chain, Frame
+from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import LinkageLike, as_linkage
+
+__all__ = ["Loads", "inertia_loads", "masses", "shaking", "to_si"]
+
+Array = NDArray[np.float64]
+
+# Rates of all joints must fulfil the loops to this part of the largest.
+CONSISTENT = 1e-6
+
+
+class Loads(NamedTuple):
+    """Momentum and its rate along a motion, in the frame and units of a spatial chain.
+
+    Attributes:
+        momentum: ``[ξ; p]`` of each body (N, bodies, 6), about the origin of the chain.
+        rate: its derivative in time, the wrench that moves the body (N, bodies, 6).
+        screws: joint screws at each sample (N, n, 6).
+    """
+
+    momentum: Array
+    rate: Array
+    screws: Array
+
+
+def masses(linkage: Linkage, z: ArrayLike | None = None) -> Array:
+    """Ten parameters of each body (bodies, 10) about the inertial origin, SI units.
+
+    Args:
+        linkage: an assembled linkage.
+        z: parameters; those of the file by default. Per body 10; or, as in the design space
+            for force balance, 4: ``[m, mcx, mcy, mcz]``. Of a planar linkage 10; or, as in
+            its design space, 4: ``[m, mcx, mcy, Ezz]``, or 3: ``[m, mcx, mcy]``, in the axes
+            of its plane: bodies are then thin, in the plane through the inertial origin.
+
+    Raises:
+        LinkageError: there are not as many numbers as parameters.
+    """
+    count = len(linkage.bodies)
+    if z is None:
+        return np.array([body.inertia for body in linkage.bodies]).reshape(count, 10)
+    given = np.asarray(z, dtype=np.float64)
+    size = given.size // max(count, 1)
+    known = (3, 4, 10) if linkage.planar else (4, 10)
+    if given.size != size * count or (count and size not in known):
+        raise LinkageError(
+            f"{linkage.source}: got {given.size} inertial parameters for {count} bodies; "
+            f"give {' or '.join(map(str, known))} for each"
+        )
+    given = given.reshape(count, -1)
+    if not np.isfinite(given).all():
+        raise LinkageError(f"{linkage.source}: inertial parameters must be finite numbers")
+    if size == 10:
+        return given.copy()
+    full = np.zeros((count, 10))
+    if linkage.planar:
+        R = linkage.chain.frame.R
+        full[:, 0] = given[:, 0]
+        full[:, 1:4] = given[:, 1:3] @ R[:2]
+        if size == 4:
+            E = 0.5 * (np.eye(3) + np.outer(R[2], R[2]))
+            entries = [E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]]
+            full[:, 4:] = np.outer(given[:, 3], entries)
+    else:
+        full[:, :4] = given
+    return full
+
+
+def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Loads:
+    """Momentum of each body, and its rate, along a motion.
+
+    Args:
+        chain: all joints of a spatial chain, its columns the inputs; see `input_chain`.
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+        q: positions of all joints (N, n), in the units of the chain, closing the loops.
+        ud: velocities of the inputs (N, mobility), in the units of the chain.
+        udd: their accelerations.
+    """
+    own = to_chain(z, chain.frame, False, False)
+    found = np.zeros((2, len(q), len(own), 6))
+    screws = np.empty((len(q), *chain.screws.shape))
+    for k, (position, speed, change) in enumerate(zip(q, ud, udd, strict=True)):
+        pose = forward(chain, position)
+        screws[k] = pose.screws
+        series = expand_from(chain, pose.screws, speed[None], 1)
+        X = RegressorSeries(chain, series, pose=pose).rows(1)[:, 0]
+        steady, changing = X.reshape(2, speed.size, -1)
+        both = np.stack([speed @ steady, change @ steady + speed @ changing])
+        parts = both.reshape(2, 6, *own.shape)
+        found[:, k] = np.einsum("kibp,bp->kbi", parts, own)
+    return Loads(found[0], found[1], screws)
+
+
+def to_si(wrenches: Array, frame: Frame) -> Array:
+    """Wrenches or momenta (..., 6) of a spatial chain about the inertial origin, SI units.
+
+    Forces scale with the length of the chain, moments with its square.
+    """
+    force = frame.length * wrenches[..., 3:]
+    moment = frame.length**2 * wrenches[..., :3] + np.cross(frame.origin, force)
+    return np.concatenate([moment, force], axis=-1)
+
+
+def shaking(
+    linkage: LinkageLike,
+    q: ArrayLike | Mapping[str, float],
+    qd: ArrayLike,
+    qdd: ArrayLike,
+    z: ArrayLike | None = None,
+) -> Array:
+    """Shaking wrench ``ḣ = [moment; force]`` about the inertial origin; (6,) or (N, 6).
+
+    It is the wrench of the base on the linkage, in inertial axes, N m and N, without
+    gravity: all six components, also of a planar linkage. No other library is needed.
+
+    Args:
+        linkage: an assembled linkage, or what `kinematics.load` accepts.
+        q: displacements from the reference pose, of the inputs (mobility,) or of all joints
+            (n,), which must close the loops; or one such row for each of N samples.
+        qd: velocities of the inputs or of all joints.
+        qdd: accelerations of the inputs or of all joints.
+        z: inertial parameters of the bodies; those of the file by default. See `masses`.
+
+    Raises:
+        PoseError: a pose or a velocity does not fulfil the loops, or cannot be reached.
+        LinkageError: there are not as many parameters as the bodies need.
+    """
+    linkage = as_linkage(linkage)
+    chain = input_chain(linkage)
+    inputs = linkage.positions_of(linkage.inputs)
+    rates = [np.asarray(x, dtype=np.float64) for x in (qd, qdd)]
+    single = isinstance(q, Mapping) or np.ndim(q) < 2
+    poses = [q] if single else list(np.asarray(q, dtype=np.float64))
+    ud, udd = (x[None] if single else x for x in rates)
+    allowed = [(len(poses), linkage.mobility), (len(poses), len(linkage.joints))]
+    if ud.shape not in allowed or udd.shape not in allowed:
+        raise PoseError(
+            f"{linkage.source}: give {linkage.mobility} (the inputs) or {len(linkage.joints)} "
+            "(all joints) velocities and accelerations for each pose"
+        )
+    positions = np.array([joint_positions(linkage, pose) for pose in poses]) / chain.units
+    if ud.shape[1] > linkage.mobility:
+        _check(linkage, chain, positions, ud / chain.units)
+    ud, udd = (x if x.shape[1] == linkage.mobility else x[:, inputs] for x in (ud, udd))
+    scale = chain.units[inputs]
+    loads = inertia_loads(chain, masses(linkage, z), positions, ud / scale, udd / scale)
+    found = to_si(loads.rate.sum(axis=1), chain.frame)
+    return found[0] if single else found
+
+
+def _check(linkage: Linkage, chain: Chain, q: Array, qd: Array) -> None:
+    """Refuse velocities of all joints that open the loops."""
+    inputs = linkage.positions_of(linkage.inputs)
+    for position, speed in zip(q, qd, strict=True):
+        screws = forward(chain, position).screws
+        C = expand_from(chain, screws, np.zeros((1, chain.width)), 0).C[0, 0]
+        off = np.abs(C @ speed[inputs] - speed).max()
+        if not off <= CONSISTENT * np.abs(speed).max():
+            raise PoseError(
+                f"{linkage.source}: these joint velocities open the loops; give those of the "
+                f"inputs alone ({', '.join(linkage.inputs)})"
+            )

@@ -1,0 +1,1 @@
+"""Claims: one file each, named by the claim that it tests."""

@@ -1,0 +1,36 @@
+"""Claim: a whole design space costs at most six pivoted QRs of its stacked regressor.
+
+The geometries are general ones near the model's, and have the rank that exact arithmetic finds
+from the decimals of its file.
+"""
+
+from __future__ import annotations
+
+from itertools import cycle
+
+from balance import design_space
+from balance.exact.ranks import exact_ranks
+from benchmarks.claims.kernel_costs_half_a_qr import KernelCostsHalfAQr
+from benchmarks.inputs.geometry import variants
+from kinematics.model_gallery import load
+
+
+class AnswerCostsSixQr(KernelCostsHalfAQr):
+    """From an assembled linkage to rank by order, null space and gap."""
+
+    claims = (("time_design_space", "time_pivoted_qr", 6.0), ("track_wrong_ranks", 0.0))
+
+    def setup(self, model: str, order: int) -> None:
+        """As for the kernels, and the linkages themselves."""
+        super().setup(model, order)
+        self.copies = variants(model, 24, seed=2)
+        self.linkages = cycle(self.copies)
+
+    def time_design_space(self, model: str, order: int) -> None:
+        """The public call, on one more geometry."""
+        assert design_space(next(self.linkages)).kept > 0.0
+
+    def track_wrong_ranks(self, model: str, order: int) -> int:
+        """How many of the geometries have another rank."""
+        exact = exact_ranks(load(model)).rank
+        return sum(design_space(copy).rank != exact for copy in self.copies)

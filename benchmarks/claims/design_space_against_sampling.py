@@ -1,0 +1,98 @@
+"""Claim: a design space costs a tenth of what sampling with Pinocchio costs, for the same rank.
+
+The peer is what one would write today: momentum regressors of Pinocchio at random closed
+poses, below each other, and a QR with pivots above 1e-8 as in figaroh's base parameters. Its
+loops are closed by Newton's method with Pinocchio's Jacobians, or, as a gift, its poses and
+joint rates are given beforehand; a planar linkage is told to keep the parameters of the
+plane. It gets as many poses as its rank needs, found out by doubling beforehand. Exact
+arithmetic is the judge.
+"""
+
+from __future__ import annotations
+
+from itertools import cycle
+from time import perf_counter
+
+import numpy as np
+
+from balance import design_space
+from balance.exact.ranks import exact_ranks
+from benchmarks.inputs.geometry import resized
+from benchmarks.inputs.sampling import Sampling
+from kinematics.model_gallery import load
+
+# Poses that the peer gets at most.
+MOST = 64
+
+
+class DesignSpaceAgainstSampling:
+    """Linkages that need many poses, each in several sizes and places for us."""
+
+    params = (("four_bar_general",), ("five_bar",), ("three_rsr",), ("four_rrr",))
+    claims = (("time_ours", "time_sampling", 0.1), ("track_wrong_ranks", 0.0))
+
+    def setup(self, model: str) -> None:
+        """Find out how many poses the peer needs."""
+        linkage = load(model)
+        self.exact = exact_ranks(linkage).rank
+        self.copies = resized(model, 8)
+        self.linkages = cycle(self.copies)
+        self.peer = Sampling(linkage, linkage.planar)
+        self.amplitude = 0.1 * linkage.chain.units[linkage.chain.joints == self.peer.inputs[0]]
+        self.count = 1
+        self.found = -1
+        while self.found != self.exact and self.count < MOST:
+            self.count *= 2
+            self.given = self._poses(self.count)
+            self.found = self.peer.rank(self.given)
+        # A rank is not known beforehand: fewer poses may do, down to half as many.
+        for count in range(self.count // 2 + 1, self.count):
+            if self.peer.rank(self.given[:count]) == self.exact:
+                self.count, self.given = count, self.given[:count]
+                break
+
+    def _poses(self, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Random closed poses and the joint rates there."""
+        rng, found = np.random.default_rng(7), []
+        size = float(self.amplitude[0])
+        for u in size * rng.uniform(-1.0, 1.0, (count, self.peer.inputs.size)):
+            q = self.peer.closed(u)
+            found.append((q, self.peer.rates(q)))
+        return found
+
+    def time_ours(self, model: str) -> None:
+        """The public call: rank by order, null space, transfers."""
+        design_space(next(self.linkages))
+
+    def time_sampling(self, model: str) -> None:
+        """Poses closed by Newton's method, regressors, QR."""
+        self.peer.rank(self._poses(self.count))
+
+    def poses_given(self) -> float:
+        """Seconds that the peer takes if its poses and joint rates are given to it."""
+        times = []
+        for _ in range(9):
+            start = perf_counter()
+            self.peer.rank(self.given)
+            times.append(perf_counter() - start)
+        return float(np.median(times))
+
+    def track_wrong_ranks(self, model: str) -> int:
+        """How many of our ranks, in all sizes and places, are not the exact one."""
+        return sum(design_space(copy).rank != self.exact for copy in self.copies)
+
+    def row(self, model: str) -> dict[str, int]:
+        """Exact rank, ours, the peer's, its poses; its time with poses given, microseconds."""
+        ours = design_space(next(self.linkages)).rank
+        given = round(1e6 * self.poses_given())
+        return {
+            "exact": self.exact, "ours": ours, "peer": self.found, "poses": self.count,
+            "µs, poses given": given,
+        }  # fmt: skip
+
+
+class WhereFewPosesDo(DesignSpaceAgainstSampling):
+    """Linkages that sampling treats best: so few conditions that two or three poses do."""
+
+    params = (("bennett",), ("slider_crank",))
+    claims = (("time_ours", "time_sampling", 1.0), ("track_wrong_ranks", 0.0))

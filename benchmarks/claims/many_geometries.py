@@ -1,0 +1,76 @@
+"""Claim: four-bar design spaces come at a fifteenth of the rate of the bare kernels in C.
+
+And two cores give 1.8 times as many as one. The kernels in C are closure and momentum to the
+order that the general four-bar needs, 3, without transfers, ranks or checks. Ranks are judged
+by exact arithmetic, and bases by momentum at finite poses.
+"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from balance import design_space_many, momentum_regressor
+from balance.exact.ranks import exact_ranks
+from benchmarks.inputs.geometry import resized, variants
+from benchmarks.references import compiled
+from kinematics.model_gallery import load
+
+COUNT = 2000
+
+
+class ManyGeometries:
+    """Geometries of one topology: all different, or all of one special kind."""
+
+    params = (("four_bar_general", "any"), ("four_bar_kite", "kites"))
+    repetitions = 15
+    claims = (
+        ("time_one_core", "time_kernels_in_c", 15.0),
+        ("time_two_cores", "time_one_core", 1.0 / 1.8),
+        ("track_wrong_ranks", 0.0),
+        ("track_momentum", 1e-13),
+    )
+
+    def setup(self, model: str, kind: str) -> None:
+        """Joint screws, and the same in the units of chains for C."""
+        if (os.cpu_count() or 1) < 2:
+            raise NotImplementedError("there is one core only")
+        self.linkage = load(model)
+        copies = (
+            variants(model, 200, seed=6, size=0.05) if kind == "any" else resized(model, 200)
+        )
+        self.copies = copies[:40]
+        chains = [copy.chain for copy in copies]
+        self.chain = chains[0]
+        given = np.array([[joint.screw for joint in copy.joints] for copy in copies])
+        self.geometries = np.tile(given, (COUNT // 200, 1, 1))
+        self.screws = np.tile([chain.screws for chain in chains], (COUNT // 200, 1, 1))
+        self.X = np.zeros((4, 1, 1, 3, 12))
+        self.time_kernels_in_c(model, kind)
+
+    def time_one_core(self, model: str, kind: str) -> None:
+        """The public call on one thread."""
+        design_space_many(self.linkage, self.geometries, threads=1)
+
+    def time_two_cores(self, model: str, kind: str) -> None:
+        """The public call on two."""
+        design_space_many(self.linkage, self.geometries, threads=2)
+
+    def time_kernels_in_c(self, model: str, kind: str) -> None:
+        """Closure and momentum alone, of as many geometries."""
+        compiled.both_kernels(self.chain, self.screws, 3, self.X)
+
+    def track_wrong_ranks(self, model: str, kind: str) -> float:
+        """How many ranks are not the one that exact arithmetic finds for the model."""
+        found = design_space_many(self.linkage, self.geometries[: len(self.copies)])
+        return float(np.sum(found.rank != exact_ranks(self.linkage).rank))
+
+    def track_momentum(self, model: str, kind: str) -> float:
+        """Largest momentum of a basis at a finite pose, over what its bodies have alone."""
+        number, copy = len(self.copies) // 2, self.copies[len(self.copies) // 2]
+        found = design_space_many(self.linkage, self.geometries[: number + 1], bases=True)
+        rows = momentum_regressor(copy, {copy.inputs[0]: 0.2})[0]
+        basis = found.basis(number)
+        size = np.abs(rows) @ np.abs(basis)
+        return float((np.abs(rows @ basis) / size).max())

@@ -1,0 +1,52 @@
+"""Claim: to certify a design space, with the proof if there is one, takes at most two seconds.
+
+The checker of the tests, which shares no code with the package, checks every proof.
+"""
+
+from __future__ import annotations
+
+import json
+import runpy
+import sys
+
+from balance import certify, design_space
+from benchmarks.harness.processes import ROOT
+from kinematics.model_gallery import gallery, load
+
+LEVELS = ("proved", "verified", "estimated")
+
+
+class ProofsTakeTwoSeconds:
+    """Exact ranks modulo two primes, exact inertia transfers, and fresh poses."""
+
+    params = tuple((name,) for name in gallery())
+    claims = (("time_certainty", 2.0), ("track_refused", 0.0))
+    total = True
+    repetitions = 5
+
+    def setup(self, model: str) -> None:
+        """The space, whose kernels are compiled by now."""
+        self.space = design_space(load(model))
+
+    def time_certainty(self, model: str) -> None:
+        """From a space by floating-point arithmetic."""
+        self.certainty = certify(self.space).certainty
+
+    def track_refused(self, model: str) -> int:
+        """1 if there is a proof that the checker rejects, otherwise 0."""
+        certainty = certify(self.space).certainty
+        if certainty.proof is None:
+            return 0
+        folder = ROOT / "tests" / "independent"
+        if str(folder) not in sys.path:
+            sys.path.append(str(folder))  # the checker imports modules beside it
+        checker = runpy.run_path(str(folder / "checker.py"))
+        try:
+            checker["check"](json.loads(json.dumps(certainty.proof.to_dict())))
+        except checker["Rejected"]:
+            return 1
+        return 0
+
+    def row(self, model: str) -> dict[str, int]:
+        """1 for the level of certainty, 0 for the others."""
+        return {level: int(self.certainty.level == level) for level in LEVELS}

@@ -1,0 +1,202 @@
+"""Claim: our decision finds every rank; rules with a tolerance on stacked derivatives do not.
+
+Every rule with a tolerance sees the derivatives of one linkage up to one order, in SI units
+about the origin of the file; our decision is the public call. The linkages of the gallery
+stand there in three sizes, at the origin and a thousand lengths from it, with joints as in
+the file and, where that leaves the linkage what it is, rounded to six decimals. Exact
+arithmetic on the decimals of the files is the judge.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from decimal import Decimal
+from functools import partial
+from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from balance import design_space
+from balance.exact.ranks import Exact, exact_ranks
+from balance.momentum.regressor import RegressorSeries
+from benchmarks.inputs.geometry import placed
+from kinematics.closure.joint_positions import si_chain
+from kinematics.closure.series import expand
+from kinematics.errors import LinkageError
+from kinematics.model.linkage import Joint, Linkage
+from kinematics.model_gallery import gallery, load
+
+Array = NDArray[np.float64]
+
+SIZES = (1e-3, 1.0, 1e3)
+OFFSETS = (0.0, 1e3)
+HIGHEST = 10
+DECIMALS = 6
+INERTIAL = (
+    '<inertial><mass value="1"/>'
+    '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+LIMIT = '<limit effort="1" velocity="1" lower="-1" upper="1"/>'
+
+
+def _pivoted_qr(A: Array) -> int:
+    """Pivots above 1e-8, in whatever units the rows are."""
+    R = scipy.linalg.qr(A, mode="r", pivoting=True)[0]
+    return int(np.sum(np.abs(np.diag(R)) > 1e-8))
+
+
+def _unpivoted_qr(A: Array) -> int:
+    """Diagonal entries above 1e-8, the columns as they come."""
+    return int(np.sum(np.abs(np.diag(np.linalg.qr(A, mode="r"))) > 1e-8))
+
+
+def _svd(tolerance: float, A: Array) -> int:
+    """Singular values above a part of the largest."""
+    values = np.linalg.svd(A, compute_uv=False)
+    return int(np.sum(values > tolerance * values[0]))
+
+
+RULES: dict[str, Callable[[Array], int]] = {
+    "pivoted QR": _pivoted_qr,
+    "unpivoted QR": _unpivoted_qr,
+    "SVD 1e-6": partial(_svd, 1e-6),
+    "SVD 1e-9": partial(_svd, 1e-9),
+    "SVD 1e-12": partial(_svd, 1e-12),
+}
+
+
+class RankRulesCompared:
+    """How many ranks each rule finds, of a model in all its sizes, places and orders."""
+
+    params = tuple((name,) for name in gallery())
+    claims = (("track_wrong", 0.0),)
+    total = True
+
+    def setup(self, model: str) -> None:
+        """Count the ranks that are right."""
+        self.linkage = load(model)
+        exact = exact_ranks(self.linkage)
+        self.rays, self.kmax = len(exact.witness.rays), exact.kmax
+        self.right = Counter(dict.fromkeys(("cases", "ours", *RULES), 0))
+        with TemporaryDirectory() as folder:
+            for linkage, exact in _judged(model, Path(folder)):
+                for size, offset in product(SIZES, OFFSETS):
+                    moved = _away(linkage, size, offset)
+                    for order in _orders(exact):
+                        self._compare(moved, exact, order)
+
+    def time_ours(self, model: str) -> None:
+        """Our decision, conditions included."""
+        design_space(self.linkage)
+
+    def time_svd(self, model: str) -> None:
+        """A rule with a tolerance, from the joint screws too."""
+        RULES["SVD 1e-9"](_stacked(self.linkage, self.rays, self.kmax))
+
+    def _compare(self, linkage: Linkage, exact: Exact, order: int) -> None:
+        """One case."""
+        ranks = {design_space(linkage, max_order=order).rank}
+        if order == exact.kmax:
+            ranks.add(design_space(linkage).rank)
+        rows = _stacked(linkage, len(exact.witness.rays), order)
+        self.right["cases"] += 1
+        self.right["ours"] += ranks == {exact.rank}
+        for name, rule in RULES.items():
+            self.right[name] += rule(rows) == exact.rank
+
+    def track_wrong(self, model: str) -> float:
+        """How many ranks our decision misses."""
+        return self.right["cases"] - self.right["ours"]
+
+    def row(self, model: str) -> dict[str, int]:
+        """Ranks, and how many each rule finds."""
+        return dict(self.right)
+
+
+def _judged(model: str, folder: Path) -> Iterator[tuple[Linkage, Exact]]:
+    """The model, and the same with rounded joints if it still is what it was."""
+    linkage = load(model)
+    exact = exact_ranks(linkage)
+    yield linkage, exact
+    path = folder / "rounded.urdf"
+    path.write_text(_rounded(linkage), encoding="utf-8")
+    rounded = load(path)
+    try:
+        found = exact_ranks(rounded)
+    except LinkageError:  # An overconstrained linkage that its decimals do not close.
+        return
+    if found.ranks == exact.ranks:
+        yield rounded, found
+
+
+def _orders(exact: Exact) -> Iterator[int]:
+    """Orders at which the rank is known to be the final one."""
+    yield from range(exact.kmax, max(exact.kmax, HIGHEST) + 1, 4)
+
+
+def _away(linkage: Linkage, size: float, offset: float) -> Linkage:
+    """A linkage ``size`` times as large, and ``offset`` of its lengths away."""
+    shift = size * offset * linkage.chain.frame.length * np.array([2.0, -1.0, 2.0]) / 3.0
+    return placed(linkage, size, shift)
+
+
+def _stacked(linkage: Linkage, rays: int, order: int) -> Array:
+    """Derivatives of the momentum of the orders 0 … order; SI units, inertial origin."""
+    chain = si_chain(linkage, not linkage.planar)
+    directions = np.random.default_rng(4).standard_normal((rays, chain.width))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    X = RegressorSeries(chain, expand(chain, directions, order)).rows(order)
+    return X.reshape(-1, X.shape[-1])
+
+
+def _rounded(linkage: Linkage) -> str:
+    """A file with the same joints, at places rounded to six decimals of a power of ten.
+
+    A planar linkage is turned in its plane before, for most places in the gallery have few
+    decimals. Every joint becomes one of the tree, and every loop a weld.
+    """
+    turn = np.eye(3)
+    if linkage.planar:
+        turn = Rotation.from_rotvec(0.3 * linkage.chain.frame.R[2]).as_matrix()
+    unit = int(np.floor(np.log10(linkage.chain.frame.length))) - DECIMALS
+    points = [np.rint(turn @ joint.point / 10.0**unit) for joint in linkage.joints]
+    places = np.array([*points, np.zeros(3)]).astype(int).tolist()
+
+    def origin(link: int, parent: int) -> str:
+        steps = (a - b for a, b in zip(places[link], places[parent], strict=True))
+        return f'<origin xyz="{" ".join(str(Decimal(x).scaleb(unit)) for x in steps)}"/>'
+
+    massive = {body.link for body in linkage.bodies}
+    text = ['<robot name="rounded">', '<link name="l-1"/>']
+    for k, joint in enumerate(linkage.joints):
+        text.append(f'<link name="l{k}">{INERTIAL if k in massive else ""}</link>')
+        text.append(_joint(joint, k, origin(k, joint.parent), turn, linkage.inputs))
+    for loop in linkage.loops:
+        text.append(
+            f'<loop name="loop{loop.end}" type="fixed"><predecessor link="l{loop.end}"/>'
+            f'<successor link="l{loop.successor}">{origin(loop.end, loop.successor)}'
+            "</successor></loop>"
+        )
+    return "\n".join([*text, "</robot>"])
+
+
+def _joint(joint: Joint, k: int, origin: str, turn: Array, inputs: tuple[str, ...]) -> str:
+    """Joint k as an element, between the links of the same numbers."""
+    n, v = turn @ joint.screw[:3], turn @ joint.screw[3:]
+    kind, axis, rest = "continuous", n, ""
+    if joint.kind == "prismatic":
+        kind, axis, rest = "prismatic", v, LIMIT
+    elif joint.kind == "helical":
+        rest = f'<screw_thread_pitch value="{2.0 * np.pi * float(n @ v)!r}"/>'
+    mark = 'independent="true"' if joint.name in inputs else ""
+    return (
+        f'<joint name="{joint.name}" type="{kind}" {mark}>'
+        f'<parent link="l{joint.parent}"/><child link="l{k}"/>'
+        f'{origin}<axis xyz="{" ".join(map(repr, axis.tolist()))}"/>{rest}</joint>'
+    )

@@ -1,0 +1,198 @@
+"""Claim: the first answer comes at once, and later ones take what their libraries take.
+
+Processor time of whole processes, of the command alone and of an empty process that imports
+the same libraries. Cold: nothing is compiled, and the process that compiles in the background
+does not count, for nobody waits for it. Warm: all kernels are on the disk. The error is that of
+the answer: models that are not listed; the nullity, against exact arithmetic; loads, of our
+series against Pinocchio; momentum that is left by a design, and how far a predicted and
+corrected pose leaves the loop open, both against poses in mpmath.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from balance.exact.ranks import exact_ranks
+from benchmarks.harness.processes import ROOT, python
+from benchmarks.references import reference
+from kinematics.closure.joint_positions import si_chain
+from kinematics.model_gallery import load
+
+# Run a command, and list the libraries that are loaded then.
+LIST = """
+import io, json, sys
+from contextlib import redirect_stdout
+from importlib.metadata import packages_distributions
+from kinematics.compiled.background import begin_command
+begin_command()
+from balance.cli.main import main
+with redirect_stdout(io.StringIO()):
+    main(sys.argv[1:])
+ours = {"balance", "kinematics", "urdf_models"}
+roots = {name for name in sys.modules if "." not in name} & set(packages_distributions())
+print(json.dumps(sorted(name for name in roots - ours if not name.startswith("_"))))
+"""
+COMMANDS = {
+    "--help": ["--help"],
+    "--version": ["--version"],
+    "models": ["models"],
+    "report": ["report", "four_bar_general"],
+    "verify": ["verify", "four_bar_antiparallelogram_balanced", "--trajectories", "2"],
+    "design": ["design", "four_bar_antiparallelogram"],
+    "motion": ["motion", "four_bar_general", "--to", "u1=0.3"],
+}
+
+
+class _Commands:
+    """Whole processes of a command, in a folder of their own."""
+
+    runs = 5
+
+    def setup(self, *words: str) -> None:
+        """Find out what the command loads, and have all kernels compiled."""
+        python("-c", "import balance, kinematics; kinematics.compile()")
+        command = COMMANDS.get(words[0], ["report", *words])
+        loaded = self._run("-c", LIST, *command).splitlines()[-1]
+        self.imports = "import " + ", ".join(["sys", *json.loads(loaded)])
+
+    def _run(self, *words: str, **variables: str) -> str:
+        with TemporaryDirectory() as folder:
+            return python(*words, cwd=folder, **variables)
+
+    def _seconds(self, *words: str, cold: bool = False) -> np.ndarray:
+        """Processor time of processes; cold: each with an empty cache of its own."""
+        found = []
+        for _ in range(self.runs):
+            with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+                cache = {"NUMBA_CACHE_DIR": folder} if cold else {}
+                before = os.times()
+                self._run(*words, **cache)
+                after = os.times()
+            user = after.children_user - before.children_user
+            found.append(user + after.children_system - before.children_system)
+        return np.array(found)
+
+    def track_imports(self, *words: str) -> np.ndarray:
+        """An empty process that loads the same libraries."""
+        return self._seconds("-c", self.imports)
+
+
+class Warm(_Commands):
+    """Commands, kernels from the disk cache."""
+
+    params = tuple((name,) for name in COMMANDS)
+    claims = (("track_command", "track_imports", 4), ("track_error", 1e-9))
+
+    def track_command(self, command: str) -> np.ndarray:
+        """The command, its answer included."""
+        return self._seconds("-m", "balance", *COMMANDS[command])
+
+    def track_error(self, command: str) -> float:
+        """Of the answer."""
+        if command == "models":
+            found = self._run("-m", "balance", "models").splitlines()
+            return abs(len(found) - len(list(ROOT.glob("urdf_models/*.urdf"))))
+        if command not in ERRORS:
+            return 0.0
+        words = COMMANDS[command]
+        answer = json.loads(self._run("-m", "balance", *words, "--json"))
+        return float(ERRORS[command](words[1], answer))
+
+
+class WarmReport(Warm):
+    """The report on a four-bar."""
+
+    params = (("report",),)
+    claims = (("track_command", 0.55),)
+
+
+class WarmHelp(Warm):
+    """What needs no linkage."""
+
+    params = (("--help",),)
+    claims = (("track_command", 0.1),)
+
+
+class _Cold(_Commands):
+    """The first report on a machine."""
+
+    def track_first(self, *words: str) -> np.ndarray:
+        """The report, its answer included, with nothing compiled."""
+        return self._seconds("-m", "balance", "report", *words, cold=True)
+
+    def track_difference(self, *words: str) -> float:
+        """Whole numbers of the answer that are not those of compiled kernels."""
+        told = []
+        for way in ("never", "now"):
+            text = self._run("-m", "balance", "report", *words, "--json", BALANCE_COMPILE=way)
+            told.append(json.loads(text))
+        names = ("orders", "rank", "nullity", "serial", "parallel", "mobility", "certainty")
+        first, second = ([answer.get(name) for name in names] for answer in told)
+        return float(_integers(first) != _integers(second))
+
+
+class ColdFourBar(_Cold):
+    """A planar linkage with one loop."""
+
+    params = (("four_bar_general",),)
+    claims = (
+        ("track_first", 2.5), ("track_first", "track_imports", 4), ("track_difference", 0),
+    )  # fmt: skip
+
+
+class ColdThreeRsr(_Cold):
+    """The linkage of the README, whole and on its plane of symmetry."""
+
+    params = (("three_rsr",), ("three_rsr", "--motion", "u2=u3"))
+    claims = (
+        ("track_first", 7), ("track_first", "track_imports", 5), ("track_difference", 0),
+    )  # fmt: skip
+
+
+class ColdParallelRobots(_Cold):
+    """Six loops or three legs of four bars."""
+
+    runs = 3
+    params = (("delta",), ("stewart_6ups",))
+    claims = (
+        ("track_first", 20), ("track_first", "track_imports", 15), ("track_difference", 0),
+    )  # fmt: skip
+
+
+def _integers(found: object) -> list[int]:
+    """The whole numbers of an answer, in their order."""
+    if isinstance(found, dict):
+        found = list(found.values())
+    if isinstance(found, list):
+        return [number for item in found for number in _integers(item)]
+    return [found] if isinstance(found, int) else []
+
+
+def _report(model: str, answer: dict) -> float:
+    return abs(answer["nullity"] - exact_ranks(load(model)).nullity)
+
+
+def _verify(model: str, answer: dict) -> float:
+    return answer["agreement"]
+
+
+def _design(model: str, answer: dict) -> float:
+    """Relative to the momentum of the bodies by themselves."""
+    z = np.concatenate([body["z"] for body in answer["bodies"]])
+    X = reference.momentum(si_chain(load(model), True), np.ones(1), 3)
+    return max((np.abs(x @ z) / (np.abs(x) @ np.abs(z)).max()).max() for x in X)
+
+
+def _motion(model: str, answer: dict) -> float:
+    linkage = load(model)
+    chain, names = si_chain(linkage, True), [joint.name for joint in linkage.joints]
+    told = [joint["name"] for joint in answer["joints"]]
+    pose = dict(zip(told, answer["poses"][0]["corrected"], strict=True))
+    return reference.gap(chain, np.array([pose[names[j]] for j in chain.joints]))
+
+
+ERRORS = {"report": _report, "verify": _verify, "design": _design, "motion": _motion}

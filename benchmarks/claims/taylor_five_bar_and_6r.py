@@ -1,0 +1,137 @@
+"""Claim: Taylor motions cost little more than those of compilers made for one mechanism.
+
+Inverse kinematics of a five-bar, two inputs, and of a 6R arm along a line, one input: all
+coefficients. The time is at most 3 times heyoka's at orders 5 and 7 of the five-bar, 2.5 times
+at order 10 of both, a thirtieth of daceypy's, and 1/5000 of that of Kronecker products; in a
+new process, 1.2 times heyoka's, which has its equations by hand, ours from the assembled
+linkage on. Ours, from joint screws to coefficients, has another geometry at every call, as has
+none of the others. Errors are relative, the largest of a coefficient, against mpmath with 110
+digits.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.harness.processes import python
+from benchmarks.peers import jobs, library
+from benchmarks.peers.measured import Against, Rows, start
+
+# Seconds from after the imports to the first coefficients.
+FIRST = """
+import time
+{before}
+start = time.perf_counter()
+{call}
+print(time.perf_counter() - start)
+"""
+IMPORTS = "from benchmarks.peers.ours import linkage; from kinematics import taylor_motion"
+OURS = (f"{IMPORTS}; made = linkage('five_bar')", "taylor_motion(made, {order})")
+ASSEMBLED = (IMPORTS, "taylor_motion(linkage('five_bar'), {order})")
+HEYOKA = (
+    "import heyoka; from benchmarks.peers.heyoka_jets import five_bar",
+    "five_bar({order})[0]()",
+)
+
+
+class Kronecker(Against):
+    """Full tensors in NumPy."""
+
+    peer = "kronecker"
+    params = (("five_bar", 10),)
+    claims = (("time_ours", "time_kronecker", 1 / 5000),)
+    repetitions = 5
+
+    def time_kronecker(self, job: str, order: int) -> None:
+        """All derivatives."""
+        self.theirs[0]()
+
+
+class Error:
+    """Largest relative error of a coefficient."""
+
+    params = (("five_bar", 10), ("six_r", 10))
+    claims = (("track_error", 2e-14),)
+
+    def setup(self, job: str, order: int) -> None:
+        self.run, self.read = start("ours", job, order)
+
+    def track_error(self, job: str, order: int) -> float:
+        return jobs.error(job, self.read(self.run()), order)
+
+
+class HeyokaAtLowOrders(Against):
+    """Jets along a batch of directions, and one product."""
+
+    peer = "heyoka_jets"
+    params = (("five_bar", 5), ("five_bar", 7))
+    claims = (("time_ours", "time_heyoka", 3.0),)
+
+    def time_heyoka(self, job: str, order: int) -> None:
+        """All coefficients once more."""
+        self.theirs[0]()
+
+
+class HeyokaAtOrderTen(HeyokaAtLowOrders):
+    """The same; the geometry of the 6R arm at run time."""
+
+    params = (("five_bar", 10), ("six_r", 10))
+    claims = (("time_ours", "time_heyoka", 2.5),)
+
+
+class Daceypy(Against):
+    """Truncated polynomials."""
+
+    peer = "dace"
+    params = (("five_bar", 10),)
+    claims = (("time_ours", "time_daceypy", 1 / 30),)
+
+    def time_daceypy(self, job: str, order: int) -> None:
+        """All coefficients once more."""
+        self.theirs[0]()
+
+
+class FirstCall:
+    """A new process each: from the equations, or the linkage, to the first coefficients."""
+
+    params = (("five_bar", 7),)
+    claims = (("track_ours", "track_heyoka", 1.2),)
+    count = 5
+
+    def setup(self, job: str, order: int) -> None:
+        library("heyoka")
+
+    def _seconds(self, task: tuple[str, str], order: int) -> np.ndarray:
+        code = FIRST.format(before=task[0], call=task[1].format(order=order))
+        return np.array([float(python("-c", code)) for _ in range(self.count)])
+
+    def track_ours(self, job: str, order: int) -> np.ndarray:
+        """Seconds from the assembled linkage; kernels from the disk cache."""
+        return self._seconds(OURS, order)
+
+    def track_ours_with_assembly(self, job: str, order: int) -> np.ndarray:
+        """From the joints: the linkage is analysed and given its tool first."""
+        return self._seconds(ASSEMBLED, order)
+
+    def track_heyoka(self, job: str, order: int) -> np.ndarray:
+        """The equations, their compilation without a disk cache, and one step."""
+        return self._seconds(HEYOKA, order)
+
+    def track_error(self, job: str, order: int) -> float:
+        """Of ours, as in `Error`."""
+        run, read = start("ours", job, order)
+        return jobs.error(job, read(run()), order)
+
+
+class FiveBarByOrder(Rows):
+    """Every library, as far as it is there and as its expressions can be compiled."""
+
+    peers = ("ours", "heyoka_jets", "casadi_derivatives", "jax_jets", "dace", "kronecker")
+    params = tuple(("five_bar", order) for order in range(1, 11))
+
+
+class SixRByOrder(Rows):
+    """The same for the arm."""
+
+    peers = ("ours", "heyoka_jets", "dace")
+    params = tuple(("six_r", order) for order in range(1, 11))

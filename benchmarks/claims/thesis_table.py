@@ -1,0 +1,111 @@
+"""Claim: the expansions of Table 4.1 of de Jong's thesis take at most a tenth of its time.
+
+Mean seconds of the Taylor expansion of a serial robot along a line, a five-bar and a Bennett
+linkage, orders 1 to 7, as printed (J. J. de Jong, PhD thesis, University of Twente, 2019; on a
+PC of 2014, in Matlab), and ours on this machine: of the public call, from an assembled linkage
+to all coefficients, and of its kernel alone, from joint screws. The lengths of the first two
+are not printed; ours are those of the other Taylor jobs. The claim is about the public call,
+the geometric mean of orders 2 to 7. The error is that of the polynomials along a direction,
+against finite poses in mpmath, relative to the largest coefficient of each degree.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from benchmarks.harness.show import seconds
+from benchmarks.peers.measured import times
+from benchmarks.peers.ours import LINE, linkage
+from benchmarks.references.reference import off, positions
+from kinematics import load, taylor_motion
+from kinematics.model.arrays import frozen
+from kinematics.model.linkage import Linkage
+from kinematics.taylor.expansion_kernels import polynomials
+from kinematics.taylor.layout import layout
+from kinematics.taylor.monomials import monomials, powers
+from kinematics.taylor.taylor_motion import TaylorMotion
+
+# Seconds, by order; the Bennett linkage with the closure of rotations only, and with all.
+PRINTED = {
+    "serial": (0.56e-3, 6.9e-3, 11e-3, 28e-3, 85e-3, 0.35, 2.6),
+    "five_bar": (49e-6, 1.5e-3, 3.1e-3, 11e-3, 47e-3, 0.47, 5.4),
+    "bennett_rotations": (2.1e-3, 3.6e-3, 4.7e-3, 11e-3, 27e-3, 38e-3, 81e-3),
+    "bennett": (2.1e-3, 3.4e-3, 3.4e-3, 11e-3, 19e-3, 48e-3, 85e-3),
+}
+
+Job = tuple[Linkage, tuple[str, ...] | None, tuple[int, ...] | None]
+
+
+def _job(name: str) -> Job:
+    """A linkage, its motion, and the equations that are solved."""
+    if name == "serial":
+        return linkage("six_r"), LINE, None
+    if name == "five_bar":
+        return linkage("five_bar"), None, None
+    return load("bennett"), None, (0, 1, 2) if name == "bennett_rotations" else None
+
+
+class ThesisTable:
+    """The share of the printed time, over the orders."""
+
+    params = tuple((name,) for name in PRINTED)
+    claims = (("track_share", 0.1),)
+
+    def setup(self, name: str) -> None:
+        self.job = _job(name)
+
+    def time_order_seven(self, name: str) -> None:
+        """The public call."""
+        _expanded(self.job, 7)
+
+    def track_share(self, name: str) -> float:
+        """Ours over the printed time."""
+        ours = [np.median(times(partial(_expanded, self.job, k))) for k in range(2, 8)]
+        return float(np.exp(np.log(np.array(ours) / PRINTED[name][1:]).mean()))
+
+    def track_error(self, name: str) -> float:
+        """Of order 7."""
+        return _error(_expanded(self.job, 7))
+
+
+class ThesisTableByOrder:
+    """Ours beside the printed times."""
+
+    params = tuple((name, order) for name in PRINTED for order in range(1, 8))
+    repetitions = 3
+
+    def setup(self, name: str, order: int) -> None:
+        self.job = _job(name)
+        self.found = _expanded(self.job, order)
+        chain, equations = self.found.chain, self.job[2]
+        chosen = None if equations is None else frozen(equations, np.int64)
+        self.layout = layout(chain, monomials(chain.width, order), chosen)
+
+    def time_kernel(self, name: str, order: int) -> None:
+        """From joint screws."""
+        polynomials(self.found.chain.screws, self.layout)
+
+    def row(self, name: str, order: int) -> dict[str, str]:
+        """Seconds as printed; of the public call, and of its kernel; the error."""
+        return {
+            "printed": f"{PRINTED[name][order - 1]:.1e} s",
+            "public call": seconds(times(partial(_expanded, self.job, order))).strip(),
+            "kernel": seconds(times(partial(self.time_kernel, name, order))).strip(),
+            "error": f"{_error(self.found):.0e}",
+        }
+
+
+def _expanded(job: Job, order: int) -> TaylorMotion:
+    made, motion, equations = job
+    return taylor_motion(made, order, motion, equations=equations)
+
+
+def _error(found: TaylorMotion) -> float:
+    """Of all joints along a direction."""
+    chain, ray = found.chain, np.linspace(1.0, 0.6, found.scales.size)
+    terms = powers(found.exponents, ray * found.scales)[:, None] * found.coefficients
+    degree = found.exponents.sum(axis=1)
+    series = [terms[degree == k].sum(axis=0)[chain.joints] for k in range(1, found.order + 1)]
+    return off(np.array(series) / chain.units, positions(chain, ray, found.order))

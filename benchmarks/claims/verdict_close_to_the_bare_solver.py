@@ -1,0 +1,142 @@
+"""Claim: a checked verdict takes at most half as long again as the bare solver's answer.
+
+The bare solver gets the same cone program, its matrices ready made, and its answer is neither
+polished nor checked. The error is that of the verdict at finite poses: momentum that a design
+leaves; or, of a certificate, a functional that is not negative on bodies that can be built,
+what lies outside of the rows of momentum, where it would say nothing of balanced bodies.
+Either is infinite if a matrix is not positive as it must be.
+"""
+
+from __future__ import annotations
+
+from itertools import cycle
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import clarabel
+import numpy as np
+from scipy.sparse import csc_matrix
+
+from balance import design_space
+from balance.designs.clarabel_adapter import Part
+from balance.designs.constraints import Restriction, program
+from balance.designs.feasibility import Feasibility, feasible, least_traces
+from balance.designs.pseudo_inertia_cone import counted, from_si
+from balance.inertial_parameters.conversions import pseudo_inertia
+from balance.momentum.regressor import rows_at
+from balance.spaces.design_space_result import DesignSpace
+from benchmarks.inputs.geometry import resized
+from kinematics.closure.newton import forward, newton
+from kinematics.model_gallery import load
+from kinematics.spatial.inertia import from_pseudo_inertia
+
+# Fresh poses at which verdicts are tested, and how far they may be: on the same branch.
+POSES, SIZE = 16, 0.1
+
+
+def _spaces(model: str) -> list[DesignSpace]:
+    """Design spaces of several sizes, or of one arm of so many links."""
+    if not model.isdigit():
+        name, _, motion = model.partition("+")
+        return [design_space(a, motion or None) for a in resized(name, 8, seed=5)]
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.urdf"
+        path.write_text(_arm(int(model)), encoding="utf-8")
+        return [design_space(load(path))]
+
+
+class VerdictCloseToTheBareSolver:
+    """Spatial linkages of 3, 7, 13 and 30 bodies, with designs and without."""
+
+    params = (
+        (3, "bennett"), (7, "three_rsr"), (7, "three_rsr+u2=u3"), (13, "stewart_6ups"),
+        (30, "30"),
+    )  # fmt: skip
+    claims = (("time_verdict", "time_bare", 1.5), ("track_error", 1e-9))
+
+    def setup(self, bodies: int, model: str) -> None:
+        """Design spaces, and their programs as the solver takes them."""
+        spaces = _spaces(model)
+        assert {len(space.bodies) for space in spaces} == {bodies}
+        self.own, self.spaces = spaces, cycle(spaces)
+        self.programs = cycle([_bare(space) for space in spaces])
+
+    def time_verdict(self, bodies: int, model: str) -> None:
+        """The public call."""
+        feasible(next(self.spaces))
+
+    def time_bare(self, bodies: int, model: str) -> None:
+        """Only the solver."""
+        clarabel.DefaultSolver(*next(self.programs)).solve()
+
+    def track_error(self, bodies: int, model: str) -> float:
+        """The largest of some sizes."""
+        return max(_error(space, feasible(space)) for space in self.own[:3])
+
+
+class PlanarVerdictAddsAFewTenthsOfAMillisecond(VerdictCloseToTheBareSolver):
+    """Planar linkages of three bodies, without a design and with one.
+
+    The solver takes 0.1 ms for them, less than the polish and the check of any answer, which
+    take 0.3 ms: the claim of the spatial ones cannot hold here.
+    """
+
+    params = ((3, "four_bar_general"), (3, "four_bar_antiparallelogram"))
+    claims = (("time_verdict", "time_bare", 8.0), ("track_error", 1e-9))
+
+
+def _bare(space: DesignSpace) -> tuple:
+    """Arguments of the solver."""
+    q, rows, offset, parts = least_traces(program(space, Restriction()))
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    cones = [_cone(part) for part in parts]
+    return csc_matrix((q.size, q.size)), q, csc_matrix(-rows), offset, cones, settings
+
+
+def _error(space: DesignSpace, found: Feasibility) -> float:
+    """What is left of a design or a certificate at poses that were not used."""
+    chain = space.chain
+    poses = SIZE * np.random.default_rng(8).uniform(-1.0, 1.0, (POSES, chain.width))
+    closed = [newton(chain, chain.columns @ v)[0] for v in poses]
+    X = np.concatenate([rows_at(chain, forward(chain, q)) for q in closed])
+    if found.z is not None:
+        P = from_si(found.z, chain.frame)
+        z = from_pseudo_inertia(P)[:, counted(space)].reshape(-1)
+        left = np.abs(X @ z).max() / (np.abs(X) @ np.abs(z)).max()
+        return float(left) if np.linalg.eigvalsh(P).min() > 0.0 else np.inf
+    if found.certificate is None:
+        return np.inf
+    Z = np.array(found.certificate)
+    if np.linalg.eigvalsh(Z).min() < -1e-12 * np.abs(Z).max():
+        return np.inf
+    c = _functional(Z).reshape(-1)
+    y = np.linalg.lstsq(X.T, c, rcond=1e-13)[0]
+    return float(np.abs(X.T @ y - c).max() / np.abs(c).max())
+
+
+def _functional(Z: np.ndarray) -> np.ndarray:
+    """``<Z, P>`` of unit parameters; in a plane the trace of the second moments is Ezz."""
+    if Z.shape[1] == 3:
+        return np.column_stack([Z[:, 2, 2], 2.0 * Z[:, 0, 2], 2.0 * Z[:, 1, 2], Z[:, 0, 0]])
+    units = [pseudo_inertia(unit) for unit in np.eye(10)]
+    return np.einsum("bij,pij->bp", Z, units)
+
+
+def _cone(part: Part) -> object:
+    kinds = {"matrix": clarabel.PSDTriangleConeT, "lorentz": clarabel.SecondOrderConeT}
+    return kinds[part.kind](part.size)
+
+
+def _arm(count: int) -> str:
+    """A file with a serial arm whose hinges are square to each other in turn."""
+    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    links = ['<link name="l0"/>']
+    for k in range(1, count + 1):
+        axis = " ".join("1" if k % 3 == i else "0.3" for i in range(3))
+        links.append(
+            f'<link name="l{k}"><inertial><mass value="1"/>{inertia}</inertial></link>'
+            f'<joint name="j{k}" type="continuous"><parent link="l{k - 1}"/>'
+            f'<child link="l{k}"/><origin xyz="0.3 0.1 0.2"/><axis xyz="{axis}"/></joint>'
+        )
+    return "\n".join(['<robot name="arm">', *links, "</robot>"])

@@ -1,0 +1,1 @@
+"""How benchmarks run and print: processes, lines, the table."""

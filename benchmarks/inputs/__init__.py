@@ -1,0 +1,1 @@
+"""Linkages and poses that several benchmarks use."""

@@ -1,0 +1,70 @@
+"""Long rows of bodies, straight as arrays: serial chains, and coupled four-bars."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinematics.model.arrays import Chain, Frame, frozen
+
+__all__ = ["coupled_four_bars", "serial"]
+
+
+def serial(bodies: int, width: int = 1, seed: int = 0) -> Chain:
+    """A spatial chain of revolute joints that ``width`` coordinates move together."""
+    rng = np.random.default_rng(seed)
+    axes = rng.standard_normal((bodies, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    points = np.cumsum(rng.standard_normal((bodies, 3)), axis=0) / bodies
+    screws = np.concatenate([axes, np.cross(points, axes)], axis=1)
+    columns = rng.standard_normal((bodies, width)) / np.sqrt(bodies)
+    return _chain(np.arange(-1, bodies - 1), screws, [], [], columns, bodies)
+
+
+def coupled_four_bars(count: int, seed: int = 0) -> Chain:
+    """Planar four-bars, nearly parallelograms: the rocker of each is the crank of the next.
+
+    Joints of the tree come first, then the loops' joints, as from a file; 2 count + 1 bodies.
+    """
+    rng = np.random.default_rng(seed)
+    parent, points, ends, foot = [-1], [np.zeros(2)], [], np.zeros(2)
+    angle = rng.uniform(0.0, 2.0 * np.pi, count)
+    base = np.column_stack([np.cos(angle), np.sin(angle)])
+    between = rng.uniform(0.8, 2.2, (2, count + 1))
+    crank, loops = 0, []
+    tips = [None] * (count + 1)
+    tips[0] = _turned(base[0], between[0, 0])
+    for k in range(count):
+        rocker = _turned(base[k], between[0, k] + 0.02 * between[1, k])
+        parent += [crank, -1]
+        points += [foot + tips[k], foot + base[k]]
+        loops.append((2 * k + 1, foot + base[k] + rocker, 2 * k + 2))
+        foot, crank = foot + base[k], 2 * k + 2
+        tips[k + 1] = _turned(base[min(k + 1, count - 1)], between[0, k + 1])
+    bodies = len(parent)
+    for coupler, point, rocker in loops:
+        ends.append((len(parent), rocker))
+        parent.append(coupler)
+        points.append(point)
+    x, y = (np.array(points) - np.mean(points, axis=0)).T
+    columns = np.zeros((len(parent), 1))
+    columns[0] = 1.0
+    screws = np.column_stack([np.ones(len(parent)), y, -x])
+    return _chain(parent, screws, ends, range(1, len(parent)), columns, bodies)
+
+
+def _turned(vector: np.ndarray, angle: float) -> np.ndarray:
+    """A vector of the plane turned by an angle."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]]) @ vector
+
+
+def _chain(parent, screws, ends, dependent, columns, bodies) -> Chain:
+    """A chain without frame and mimics, all of whose links may move."""
+    n, whole = len(parent), np.int64
+    return Chain(
+        frame=Frame(), joints=frozen(range(n), whole), units=frozen(np.ones(n)),
+        parent=frozen(parent, whole), screws=frozen(screws),
+        ends=frozen(np.reshape(ends, (-1, 2)), whole), mimics=frozen(np.zeros((0, n))),
+        dependent=frozen(dependent, whole), columns=frozen(columns),
+        moves=frozen(np.ones(columns.shape), np.bool_), links=frozen(range(bodies), whole),
+    )  # fmt: skip

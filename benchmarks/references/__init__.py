@@ -1,0 +1,1 @@
+"""Other routes to the same numbers, to compare times and errors with."""

@@ -1,0 +1,1 @@
+"""From a draft to a linkage: closed loops, axes, coordinates, reference pose."""

@@ -1,0 +1,234 @@
+"""From a draft to a linkage: loops closed, mobility known, coordinates chosen.
+
+Mobility is decided at first order at the reference pose, by the rank of the loop matrix of
+each part whose joints depend on one another, and then put to the test: along a generic
+direction the series must close at every order computed, and a finite pose must exist there.
+The same finite pose shows which joints are idle, because an analytic joint motion that
+vanishes at a generic pose vanishes everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.assembly import close_loops as closing
+from kinematics.assembly.repair_axes import (
+    has_near_zero_singular_values,
+    repair_axes,
+    repair_part,
+)
+from kinematics.assembly.singular_pose import CLOSED, crowded, generic, settled
+from kinematics.closure.newton import Pose
+from kinematics.errors import CoordinateError, MobilityError, MotionError
+from kinematics.mobility.components import Component, components, freedoms
+from kinematics.mobility.independent_coordinates import coordinates
+from kinematics.model.arrays import Chain, frozen
+from kinematics.model.chain import arrange, move, plane_normal, reduce
+from kinematics.model.linkage import Draft, Linkage, Notice
+from kinematics.model.motion import Motion
+
+__all__ = ["assemble", "moving_chain"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Axes that deviate by less from those of a planar linkage (radians) were probably rounded.
+NEARLY = 1e-4
+
+
+def assemble(
+    draft: Draft, inputs: Sequence[str] | None = None, *, exactly: bool = False
+) -> Linkage:
+    """Close the loops of a draft and choose its independent coordinates.
+
+    Args:
+        draft: the linkage as its file describes it.
+        inputs: names of joints to use as coordinates, instead of those that the file marks
+            or, where neither does, of well-conditioned ones. Fewer than the mobility are
+            completed with passive joints; a notice says which.
+        exactly: whether axes count as written, even where overconstrained loops close with
+            them only to rounding; otherwise they are moved until the loops close.
+
+    Raises:
+        OpenLoopError: a loop does not close.
+        MobilityError: nothing can move, or it moves only infinitesimally, or several
+            branches of motion meet at the pose of the file.
+        CoordinateError: an input is unknown or depends on the others.
+    """
+    draft = closing.welded(closing.closed(draft, None if exactly else repair_part))
+    wanted = tuple(inputs) if inputs is not None else draft.named_inputs
+    try:
+        linkage, rounded, near = _assembled(draft, wanted)
+    except (CoordinateError, MobilityError) as error:
+        better = _better(draft, not exactly, error)
+    else:
+        if not rounded and not near:
+            return linkage
+        better = _better(draft, rounded and not exactly)
+        if better is draft:
+            return linkage
+    return _assembled(better, wanted)[0]
+
+
+def _better(
+    draft: Draft, mend: bool, problem: CoordinateError | MobilityError | None = None
+) -> Draft:
+    """The draft with axes that were rounded put right, or at a pose that is not singular.
+
+    Raises:
+        MobilityError: that cannot be done, or nothing tells how.
+        CoordinateError: there is nothing to do: the problem given is another.
+    """
+    found = repair_axes(draft) if mend else ""
+    if not isinstance(found, str):
+        return found
+    regular = settled(draft)
+    if regular is draft and problem is not None:
+        if found:
+            raise MobilityError(f"{draft.source}: its loops do not close: {found}") from None
+        raise problem
+    return regular
+
+
+def _assembled(draft: Draft, wanted: Sequence[str]) -> tuple[Linkage, bool, bool]:
+    """The linkage at the pose of a draft.
+
+    Also whether its axes look rounded, and whether a singular pose is near.
+    """
+    chain, parts = arrange(draft), components(draft)
+    free, spectra = freedoms(parts, len(draft.joints))
+    mobility = free.shape[1]
+    if mobility == 0:
+        raise MobilityError(
+            f"{draft.source}: the linkage is rigid: its loops leave no joint free to move; "
+            "check the axes of the joints along them"
+        )
+    independent, notices = coordinates(draft, free, wanted)
+    chain = move(chain, independent, np.eye(mobility))
+    idle, poses = _still(draft, chain, parts)
+    near = any(
+        pose is not None and crowded(part.with_columns(chain), values, pose)
+        for part, values, pose in zip(parts, spectra, poses, strict=True)
+    )
+    spatial, flat = reduce(chain, idle)
+    notices += _nearly_planar(flat)
+    linkage = Linkage(
+        **{f.name: getattr(draft, f.name) for f in fields(Draft) if f.name != "notices"},
+        notices=(*draft.notices, *notices),
+        mobility=mobility,
+        inputs=tuple(draft.joints[j].name for j in independent),
+        idle=tuple(draft.joints[j].name for j in np.flatnonzero(idle)),
+        frames=frozen(np.reshape([body.frame for body in draft.bodies], (-1, 4, 4))),
+        chain=flat,
+        spatial_chain=spatial,
+    )
+    rounded = any(has_near_zero_singular_values(values, flat.planar) for values in spectra)
+    return linkage, rounded, near
+
+
+def moving_chain(
+    linkage: Linkage,
+    motion: Motion | None = None,
+    spatial: bool = False,
+    *,
+    idle: NDArray[np.bool_] | None = None,
+) -> Chain:
+    """The arrays of a linkage under a motion, without the joints that it leaves idle.
+
+    Args:
+        linkage: an assembled linkage.
+        motion: subspace of the inputs, the whole space by default.
+        spatial: whether to keep all components of a planar linkage.
+        idle: which joints are idle (n,), if that is known; otherwise those that do not move
+            up to a finite pose.
+
+    Raises:
+        MotionError: the motion is not one of this linkage's inputs.
+        MobilityError: the linkage cannot follow it.
+    """
+    if motion is None and idle is None:
+        return linkage.spatial_chain if spatial else linkage.chain
+    motion = Motion.free(linkage.inputs) if motion is None else motion
+    if problem := _unfit(linkage, motion):
+        text = ", ".join(motion.relations)
+        raise MotionError(text, problem, linkage.inputs, linkage.source)
+    full = arrange(linkage)
+    independent = linkage.positions_of(motion.inputs)
+    scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
+    moved = move(full, independent, scaled)
+    if idle is None:
+        idle, _ = _still(linkage, moved, components(linkage))
+    reduced, flat = reduce(moved, idle)
+    return reduced if spatial else flat
+
+
+def _unfit(linkage: Linkage, motion: Motion) -> str:
+    """Why a motion does not fit the linkage; empty if it does."""
+    if sorted(motion.inputs) != sorted(linkage.inputs):
+        return f"made for the inputs {', '.join(motion.inputs)}"
+    basis = np.asarray(motion.basis, dtype=np.float64)
+    if basis.ndim != 2 or len(basis) != len(motion.inputs) or not np.isfinite(basis).all():
+        return f"its basis must be {len(motion.inputs)} rows of finite numbers"
+    if basis.shape[1] == 0 or np.linalg.matrix_rank(basis) < basis.shape[1]:
+        return "the columns of its basis must be independent"
+    return ""
+
+
+def _nearly_planar(chain: Chain) -> list[Notice]:
+    """A remark if the linkage would be planar, were its axes not rounded."""
+    if chain.planar or plane_normal(chain, NEARLY) is None:
+        return []
+    text = (
+        f"the axes are parallel to within {NEARLY:.0e} rad, but not exactly, so the linkage is "
+        "taken as spatial; write angles such as π/2 with 16 digits if it is meant to be planar"
+    )
+    return [Notice("nearly_planar", text)]
+
+
+def _still(
+    draft: Draft, chain: Chain, parts: Sequence[Component]
+) -> tuple[NDArray[np.bool_], list[Pose | None]]:
+    """Find the joints that do not move up to a generic pose, and so in no motion.
+
+    Args:
+        draft: the linkage.
+        chain: its arrays, with a motion.
+        parts: its components; see `kinematics.mobility.components`.
+
+    Returns:
+        Whether each joint is idle (n,), and a generic pose of each part, None if no joint of
+        it moves.
+
+    Raises:
+        MobilityError: closure fails at a higher order or at a finite pose.
+    """
+    still: NDArray[np.bool_] = np.all(chain.columns == 0.0, axis=1)
+    poses: list[Pose | None] = []
+    for part in parts:
+        local = part.with_columns(chain)
+        pose = _moved(draft, part, local) if local.width else None
+        poses.append(pose)
+        if pose is not None:
+            still[part.joints] = np.abs(pose.q) <= CLOSED * np.abs(pose.q).max()
+    return still, poses
+
+
+def _moved(draft: Draft, part: Component, chain: Chain) -> Pose:
+    """A finite pose of a part in a generic direction of the chain's columns.
+
+    Raises:
+        MobilityError: closure fails at a higher order or at a finite pose.
+    """
+    order, pose = generic(chain)
+    if pose is None:
+        moving = part.joints[np.any(chain.columns != 0.0, axis=1)]
+        raise MobilityError(
+            f"{draft.source}: its loops do not close at order {order} of a motion of "
+            f"{', '.join(draft.joints[j].name for j in moving)}; choose another motion",
+            order=order,
+        )
+    return pose

@@ -1,0 +1,348 @@
+"""Closing the loops of a file whose pose leaves them open.
+
+Newton steps of least norm close a pose that is nearly closed without moving it along its
+freedoms. Where they fail, damped steps on all joints first bring the two sides of every weld
+together, from the pose of the file and then from seeded poses ever further away from it. The
+pose found becomes the reference pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.closure.newton import Pose, forward, mismatch
+from kinematics.closure.series import loop_matrix
+from kinematics.errors import OpenLoopError
+from kinematics.mobility.components import Component, components
+from kinematics.model.arrays import Chain, frozen
+from kinematics.model.chain import arrange, extent, paths
+from kinematics.model.full_turns import measured, within_turn
+from kinematics.model.linkage import Draft, Notice, Place
+from kinematics.spatial.inertia import displaced
+from kinematics.spatial.screws import Ad, hat
+
+__all__ = ["NEARBY", "closed", "moved", "neighbours", "welded"]
+
+Array = NDArray[np.float64]
+Mend = Callable[[Draft, Sequence[int], float, float], Draft | str]
+
+# Mismatch, in radians and characteristic lengths, at which loops count as closed.
+CLOSED = 1e-11
+# Loops that stay open by no more may be meant to close, but for rounded axes.
+ALMOST = 1e-2
+# Starts: the pose of the file, then so many from each of these distances (radians, lengths).
+DISTANCES = (0.1, 0.3, 1.0, 3.0)
+PER_DISTANCE = 8
+SEED = 0
+# A pose is another than the reference pose if a joint has moved by more (radians, lengths).
+NEARBY = 0.2
+
+
+def closed(draft: Draft, mend: Mend | None = None) -> Draft:
+    """The draft at a pose that closes its loops; the draft itself if its own pose does.
+
+    Components are closed one by one, with tolerances relative to their own size. A notice
+    states how far the loops were open, which start led to the solution, and which joint moved
+    furthest.
+
+    Args:
+        draft: the linkage as its file describes it.
+        mend: repair of a component whose loops almost close, such as
+            `kinematics.assembly.repair_axes.repair_part`. Its arguments are the draft with
+            welds moved to close the loops, the joints of the component, and the largest angle
+            (rad) and distance (m) by which welds were moved; it returns a draft, or why it
+            cannot.
+
+    Raises:
+        OpenLoopError: no start leads to a closed pose.
+        MobilityError: a component is too small for double precision.
+    """
+    if all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops):
+        return draft
+    parts = components(draft)
+    loose = set(range(len(draft.loops))).difference(*(part.loops for part in parts))
+    if any(not np.array_equal(draft.loops[k].gap, np.eye(4)) for k in loose):
+        raise _error(draft, "")
+    found = [_closed_part(part, mend) for part in parts]
+    for each in found:
+        if isinstance(each, str):
+            raise _error(draft, each)
+    closings = [each for each in found if isinstance(each, _Closing)]
+    chain = arrange(draft)
+    q = np.zeros(len(draft.joints))
+    for each in closings:
+        q += each.part.all_positions(each.q, chain.units)
+    furthest = max(closings, key=_distance)
+    there = replace(moved(draft, chain, q), notices=(*draft.notices, *_told(furthest)))
+    for each in closings:
+        if each.open and mend is not None:
+            better = mend(there, each.part.joints.tolist(), *each.open)
+            if isinstance(better, str):
+                raise _error(draft, better)
+            there = better
+    return there
+
+
+class _Closing(NamedTuple):
+    """A closed pose of a component.
+
+    Attributes:
+        part: the component.
+        q: positions of its joints, in its own units.
+        start: number of the start that led there.
+        open: angle and distance (metres) by which welds stay open; empty if they do not.
+    """
+
+    part: Component
+    q: Array
+    start: int
+    open: tuple[float, ...] = ()
+
+
+def _distance(closing: _Closing) -> float:
+    """How far joints moved, unless welds were moved instead."""
+    q, _ = within_turn(closing.part.draft.joints, closing.q)
+    size = float(np.abs(q).max())
+    return size if size > ALMOST or not closing.open else 0.0
+
+
+def _closed_part(part: Component, mend: Mend | None) -> _Closing | str:
+    """Close the loops of a component; if no pose does, return a hint for the user."""
+    gaps, hint = _gaps(part), ""
+    for number, start in enumerate(_starts(part.joints.size)):
+        q = _solved(part.chain, gaps, start)
+        if q is not None:
+            return _Closing(part, q, number)
+        if number == 0 and mend is not None:
+            found = _almost(part, mend)
+            if not isinstance(found, str):
+                return found
+            hint = found
+    return hint
+
+
+def _gaps(part: Component) -> Array:
+    """Displacements of the welds of a part in its coordinates; (loops, 4, 4)."""
+    gaps = [_in_frame(part.chain, loop.gap) for loop in part.draft.loops]
+    return np.reshape(gaps, (-1, 4, 4))
+
+
+def neighbours(chain: Chain) -> Iterator[Array]:
+    """Joint positions of closed poses some way from the reference pose, which is closed."""
+    gaps = np.tile(np.eye(4), (len(chain.ends), 1, 1))
+    for start in _starts(chain.parent.size):
+        q = _solved(chain, gaps, start)
+        if q is not None and np.abs(q).max() > NEARBY:
+            yield q
+
+
+def welded(draft: Draft) -> Draft:
+    """The draft with every two bodies that a loop without a joint welds together as one.
+
+    A body that is welded to the ground is dropped. The loops must be closed.
+    """
+    bodies, notices = list(draft.bodies), list(draft.notices)
+    for loop in draft.loops:
+        if draft.joints[loop.end].in_loop:
+            continue
+        pair = [body for body in bodies if body.link in (loop.end, loop.successor)]
+        if not pair or (len(pair) == 1 and loop.successor >= 0):
+            continue
+        bodies = [body for body in bodies if body not in pair]
+        joined = "the ground"
+        if loop.successor >= 0:
+            first, second = pair
+            total = frozen(first.inertia + second.inertia)
+            bodies.append(replace(first, inertia=total))
+            bodies.sort(key=lambda body: body.link)
+            joined, pair = first.name, [second]
+        text = f"loop '{loop.name}' makes '{pair[0].name}' one body with {joined}"
+        notices.append(Notice("welded", text))
+    return replace(draft, bodies=tuple(bodies), notices=tuple(notices))
+
+
+def _starts(joints: int) -> Iterator[Array]:
+    """The pose of the file, then random poses ever further from it."""
+    yield np.zeros(joints)
+    rng = np.random.default_rng(SEED)
+    for distance in DISTANCES:
+        for _ in range(PER_DISTANCE):
+            yield rng.uniform(-distance, distance, joints)
+
+
+def _solved(chain: Chain, gaps: Array, start: Array) -> Array | None:
+    """Joint positions near ``start`` that close the loops, or None."""
+    if (q := _polished(chain, gaps, start)) is not None:
+        return q
+    return _polished(chain, gaps, _damped(chain, gaps, start))
+
+
+def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
+    """Joint positions near ``start`` that leave the loops open as little as possible."""
+    from scipy.optimize import least_squares
+
+    before = paths(chain.parent)
+    q: Array = least_squares(
+        lambda q: _openness(chain, gaps, forward(chain, q)), start,
+        lambda q: _opening(chain, gaps, before, forward(chain, q)), max_nfev=200,
+    ).x  # fmt: skip
+    return q
+
+
+def _almost(part: Component, mend: Mend) -> _Closing | str:
+    """Close a component up to a small gap, for repair; returns why if repair fails.
+
+    Steps leave out directions in which the loops hardly open: those are freedoms that
+    rounded axes block.
+    """
+    scaled = part.in_frame(extent(part.draft))
+    chain, gaps, home = scaled.chain, _gaps(scaled), np.zeros(part.joints.size)
+    for far in (False, True):
+        q = _damped(chain, gaps, home) if far else home
+        for _ in range(10):
+            pose = forward(chain, q)
+            b = mismatch(chain, pose.H, q, gaps)
+            step = np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-3)[0]
+            q = q - step * min(1.0, 0.5 / max(float(np.abs(step).max()), 1e-300))
+        D = _openness(chain, gaps, forward(chain, q))[: 12 * len(gaps)].reshape(-1, 3, 4)
+        angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
+        if max(angle, distance) <= ALMOST:
+            left = angle, distance * chain.frame.length
+            better = mend(moved(part.draft, chain, q), range(q.size), *left)
+            return better if isinstance(better, str) else _Closing(scaled, q, 0, left)
+    return ""
+
+
+def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
+    """Newton's method with steps of least norm, as long as they shrink; None if they fail.
+
+    Loops that a step has closed are closed to round-off by another one.
+    """
+    last, first = 0.5, True
+    for _ in range(10):
+        pose = forward(chain, q)
+        closed = np.abs(_openness(chain, gaps, pose)).max() <= CLOSED
+        if closed and (first or last <= CLOSED):
+            return q
+        first = False
+        b = mismatch(chain, pose.H, q, gaps)
+        step = np.linalg.lstsq(loop_matrix(chain, pose.screws), b, rcond=1e-9)[0]
+        size = float(np.abs(step).max())
+        if size > last:
+            return None
+        q, last = q - step, size
+    return None
+
+
+def _openness(chain: Chain, gaps: Array, pose: Pose) -> Array:
+    """Entries of ``D - 1`` for every loop, D carrying its successor side to its end side.
+
+    Unlike the twist of D they vanish at no other pose than a closed one, not even where D
+    is half a turn; then the errors of mimic joints.
+    """
+    D = _across(chain, gaps, pose)
+    return np.concatenate([(D - np.eye(4))[:, :3].ravel(), chain.mimics @ pose.q])
+
+
+def _opening(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
+    """Derivatives of the openness by joint position: ``s D`` on the end's way, less ``D s``.
+
+    ``before`` is that of `kinematics.model.chain.paths`.
+    """
+    D, s = _across(chain, gaps, pose)[:, None], hat(pose.screws)
+    ends, successors = (before[side][..., None, None] for side in chain.ends.T)
+    entries = (ends * (s @ D) - successors * (D @ s))[..., :3, :]
+    return np.concatenate([entries.transpose(0, 2, 3, 1).reshape(-1, len(s)), chain.mimics])
+
+
+def _across(chain: Chain, gaps: Array, pose: Pose) -> Array:
+    """Displacements D of every loop, from its successor side to its end side."""
+    padded = np.concatenate([pose.H, np.eye(4)[None]])  # link -1 is the ground
+    ends, successors = padded[chain.ends[:, 0]], padded[chain.ends[:, 1]]
+    D: Array = ends @ np.linalg.inv(gaps) @ np.linalg.inv(successors)
+    return D
+
+
+def _told(found: _Closing) -> list[Notice]:
+    """What the user should know of the pose that was found."""
+    if _distance(found) <= 1e-9:
+        return []
+    chain, number, joints = found.part.chain, found.start, found.part.draft.joints
+    q, _ = within_turn(joints, found.q)
+    home = forward(chain, np.zeros(q.size))
+    open_by = np.abs(_openness(chain, _gaps(found.part), home)).max()
+    furthest = int(np.argmax(np.abs(q)))
+    joint = joints[furthest]
+    start = "the pose of the file" if number == 0 else f"random start {number} (seed {SEED})"
+    text = (
+        f"the loops were open by {open_by:.2g} (radians, characteristic lengths); closed from "
+        f"{start}; joint '{joint.name}' moved furthest, by "
+        f"{measured(joint, q[furthest] * chain.units[furthest])}"
+    )
+    return [Notice("assembled", text)]
+
+
+def _error(draft: Draft, hint: str) -> OpenLoopError:
+    """The error for the loop that is furthest open in the file."""
+    worst, distance, angle = draft.loops[0], 0.0, 0.0
+    for loop in draft.loops:
+        p = draft.joints[loop.end].point
+        gap = float(np.linalg.norm(loop.gap[:3, :3] @ p + loop.gap[:3, 3] - p))
+        cosine = 0.5 * (np.trace(loop.gap[:3, :3]) - 1.0)
+        turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        if gap + turn > distance + angle:
+            worst, distance, angle = loop, gap, turn
+    starts = 1 + len(DISTANCES) * PER_DISTANCE
+    return OpenLoopError(draft.source, worst.name, distance, angle, starts, hint)
+
+
+def _in_frame(chain: Chain, H: Array) -> Array:
+    """A displacement of inertial space, in the coordinates of the chain."""
+    out, o = H.copy(), chain.frame.origin
+    out[:3, 3] = (H[:3, :3] @ o + H[:3, 3] - o) / chain.frame.length
+    return out
+
+
+def _from_frame(chain: Chain, H: Array) -> Array:
+    """A displacement in the coordinates of the chain, as one of inertial space."""
+    out, o = H.copy(), chain.frame.origin
+    out[:3, 3] = chain.frame.length * H[:3, 3] + o - H[:3, :3] @ o
+    return out
+
+
+def moved(draft: Draft, chain: Chain, q: Array) -> Draft:
+    """The draft with the joint positions q as its reference pose and its gaps closed."""
+    H = np.array([_from_frame(chain, h) for h in forward(chain, q).H])
+    before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
+    joints = tuple(
+        replace(
+            joint,
+            screw=frozen(Ad(h) @ joint.screw),
+            point=frozen(h[:3, :3] @ joint.point + h[:3, 3]),
+        )
+        for joint, h in zip(draft.joints, before, strict=True)
+    )
+    bodies = tuple(
+        replace(
+            body,
+            inertia=frozen(displaced(body.inertia, H[body.link])),
+            frame=frozen(H[body.link] @ body.frame),
+        )
+        for body in draft.bodies
+    )
+    places = {
+        name: place if place.link < 0 else Place(place.link, frozen(H[place.link] @ place.pose))
+        for name, place in draft.places.items()
+    }
+    positions = draft.displaced
+    if q.any():
+        positions = frozen(q * chain.units + (0.0 if positions is None else positions))
+    return replace(
+        draft, joints=joints, bodies=bodies, places=places, displaced=positions,
+        loops=tuple(replace(loop, gap=frozen(np.eye(4))) for loop in draft.loops),
+    )  # fmt: skip

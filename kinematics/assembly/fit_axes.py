@@ -1,0 +1,274 @@
+"""Fit of the axes of overconstrained loops: the nearest axes with which the loops close.
+
+A loop that moves although its joints leave it no freedom in general, such as a spherical
+one, does so because its axes fulfil relations; axes with rounded decimals fulfil them to
+round-off only. Here the axes are moved by as little as possible until the loops close at
+several finite poses at once, by the Gauss-Newton method with steps of least norm. Moving
+axis j by the small displacement δ_j turns and shifts the end of its loop by
+
+    Ad(H_parent(j)) (1 - Ad(exp(q_j ŝ_j))) δ_j
+
+at a finite pose, for every kind of joint. The part of the residual that joint displacements can
+remove is projected out at each pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.closure.newton import forward, mismatch
+from kinematics.closure.series import loop_matrix
+from kinematics.mobility.first_order import DEPENDENT, spectrum
+from kinematics.model.arrays import Chain, frozen
+from kinematics.model.chain import arrange, extent, paths
+from kinematics.model.linkage import Draft, Joint
+from kinematics.spatial.screws import Ad, exp, skew
+
+__all__ = ["CLOSED", "LARGEST", "Fit", "fit_axes"]
+
+Array = NDArray[np.float64]
+
+# Largest change of an axis that counts as rounding, in radians or in parts of the size of the
+# linkage: four decimals.
+LARGEST = 1e-4
+# Largest change of an axis that is tried, to find out how far it is from closing the loops.
+FAR = 1e-2
+# Opening of the loops after the fit, at poses that were not used for it.
+CLOSED = 1e-12
+# Poses that are looked at: how far away, and how many of them for each freedom and one more.
+NEAREST, FURTHEST, POSES = 0.15, 0.75, 8
+SEED = 6
+
+
+class Fit(NamedTuple):
+    """Axes near those of a draft that let its loops move.
+
+    Attributes:
+        draft: the linkage with these axes.
+        angle: largest change of a direction, in radians.
+        shift: largest shift of an axis, in metres.
+        size: of the linkage, in metres, amid its joints.
+        change: the larger of the two, with the shift in parts of the size of the linkage.
+        freedom: degrees of freedom that the loops have.
+        gap: opening of the loops with the axes as given, once joints close them as well as
+            they can, at the poses looked at; in radians and parts of the size.
+    """
+
+    draft: Draft
+    angle: float
+    shift: float
+    size: float
+    change: float
+    freedom: int
+    gap: float
+
+
+def fit_axes(draft: Draft, normal: Array | None = None) -> Fit | None:
+    """Find the axes nearest to those of a linkage that let its loops move.
+
+    Args:
+        draft: a linkage whose joints depend on one another, with its loops closed at the
+            reference pose.
+        normal: normal (3,) of the plane in which the whole linkage moves but for rounding, if
+            there is one.
+
+    Returns:
+        The fit; None if no axes nearby let the loops move.
+    """
+    chain = arrange(draft, extent(draft))
+    size = chain.frame.length
+    rank = _rank(chain)
+    poses = _poses(chain, rank) if 0 < rank < chain.parent.size else []
+    if 4 * len(poses) < 3 * POSES * (chain.parent.size - rank + 1):
+        return None
+    fresh, used = poses[::4], [q for i, q in enumerate(poses) if i % 4]
+    gap = max(np.abs(_left(chain, q, rank)[1]).max() for q in fresh)
+    if gap <= CLOSED:
+        return Fit(draft, 0.0, 0.0, size, 0.0, chain.parent.size - rank, float(gap))
+    points = np.array([joint.point for joint in draft.joints])
+    points = (points - chain.frame.origin) / size
+    for groups in (_parallel(chain), [[j] for j in range(len(points))]):
+        aligned, moves = _aligned(chain, groups, points, normal), _moves(groups, points)
+        moved = _moved(aligned, used, rank, moves)
+        if moved and max(np.abs(_left(moved, q, rank)[1]).max() for q in fresh) <= CLOSED:
+            break
+    else:
+        return None
+    new = _written(draft, moved)
+    pairs = list(zip(draft.joints, new.joints, strict=True))
+    angle = max(float(np.linalg.norm(_at_point(a)[0] - _at_point(b, a)[0])) for a, b in pairs)
+    shift = max(float(np.linalg.norm(_at_point(a)[1] - _at_point(b, a)[1])) for a, b in pairs)
+    change = max(angle, shift / size)
+    return Fit(new, angle, shift, size, change, chain.parent.size - rank, float(gap))
+
+
+def _at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Array]:
+    """Direction of a joint, and for a turning one its moment about the point of ``other``."""
+    n, m = joint.screw[:3], joint.screw[3:]
+    if joint.kind == "prismatic":
+        return m, np.zeros(3)
+    return n, m + np.cross(n, (other or joint).point)
+
+
+def _parallel(chain: Chain) -> list[list[int]]:
+    """Joints in groups whose axes are parallel but for rounding."""
+    n = chain.parent.size
+    directions = np.where(np.any(chain.screws[:, :3], axis=1)[:, None],
+                          chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
+    groups: list[list[int]] = []
+    for j in range(n):
+        near = [
+            group for group in groups
+            if np.linalg.norm(np.cross(directions[group[0]], directions[j])) <= 2 * LARGEST
+        ]  # fmt: skip
+        if near:
+            near[0].append(j)
+        else:
+            groups.append([j])
+    return groups
+
+
+def _aligned(
+    chain: Chain, groups: list[list[int]], points: Array, normal: Array | None = None
+) -> Chain:
+    """The chain with the axes of each group in their mean direction, at the same points.
+
+    If the linkage is planar but for rounding, turning axes are along its normal.
+    """
+    screws = chain.screws.copy()
+    for group in (g for g in groups if len(g) > 1):
+        turning = [bool(chain.screws[j, :3].any()) for j in group]
+        ns = np.array([chain.screws[j, :3] if t else chain.screws[j, 3:]
+                       for j, t in zip(group, turning, strict=True)])  # fmt: skip
+        signs = np.sign(ns @ ns[0])
+        mean = signs @ ns
+        if normal is not None and all(turning):
+            mean = np.sign(mean @ normal) * normal
+        mean /= np.linalg.norm(mean)
+        for j, t, sign in zip(group, turning, signs, strict=True):
+            n, p = sign * mean, points[j]
+            pitch = chain.screws[j, :3] @ chain.screws[j, 3:]
+            screws[j] = np.concatenate([n, pitch * n - np.cross(n, p)] if t else [0 * n, n])
+    return replace(chain, screws=frozen(screws))
+
+
+def _moves(groups: list[list[int]], points: Array) -> Array:
+    """Twists of the axes (6 n) for turns common to each group and shifts of each axis."""
+    n = len(points)
+    T = np.zeros((n, 6, 3 * len(groups) + 3 * n))
+    for k, group in enumerate(groups):
+        for j in group:
+            T[j, :3, 3 * k : 3 * k + 3] = np.eye(3)
+            T[j, 3:, 3 * k : 3 * k + 3] = skew(points[j])
+    for j in range(n):
+        T[j, 3:, 3 * (len(groups) + j) : 3 * (len(groups) + j) + 3] = np.eye(3)
+    return T.reshape(6 * n, -1)
+
+
+def _rank(chain: Chain) -> int:
+    """Rank of the loop matrix of the linkage that is meant, by the widest gap below."""
+    values, _ = spectrum(loop_matrix(chain))
+    values = values / max(values[0], 1e-300)
+    rank = int(np.sum(values > DEPENDENT))
+    choices = [r for r in range(1, rank) if values[r] < FAR]
+    return max(choices, key=lambda r: values[r - 1] / values[r], default=rank)
+
+
+def _poses(chain: Chain, rank: int) -> list[Array]:
+    """Joint positions in many directions that close the loops as well as they can."""
+    _, Vt = spectrum(loop_matrix(chain))
+    N, rng, found = Vt[rank:].T, np.random.default_rng(SEED), []
+    for reach in np.linspace(NEAREST, FURTHEST, POSES * (N.shape[1] + 1)):
+        v = N @ rng.standard_normal(N.shape[1])
+        start = reach * v / np.linalg.norm(v)
+        q, left = _left(chain, start, rank)
+        if np.abs(left).max() <= FAR and np.linalg.norm(q - start) <= 0.7 * reach:
+            found.append(q)
+    return found
+
+
+def _left(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
+    """Joint positions next to q that close the loops best, and the opening that is left."""
+    b = np.empty(0)
+    for _ in range(12):
+        pose = forward(chain, q)
+        b = mismatch(chain, pose.H, q)
+        step = _truncated(loop_matrix(chain, pose.screws), rank)[0] @ b
+        q = q - step
+        if np.abs(step).max() <= 1e-15:
+            break
+    return q, b
+
+
+def _truncated(A: Array, rank: int) -> tuple[Array, Array]:
+    """Pseudo-inverse of a matrix taken to have a rank, and what it cannot reach (rows, c)."""
+    U, values, Vt = np.linalg.svd(A)
+    return (Vt[:rank].T / values[:rank]) @ U[:, :rank].T, U[:, rank:]
+
+
+def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain | None:
+    """The chain with its axes moved until its loops close at the poses; None if they do not."""
+    best, size, moved = chain, np.inf, chain
+    for _ in range(12):
+        blocks, openings, solved = [], [], []
+        for q in poses:
+            q, b = _left(moved, q, rank)
+            pose = forward(moved, q)
+            apart = _truncated(loop_matrix(moved, pose.screws), rank)[1]
+            blocks.append(apart.T @ _effect(moved, q))
+            openings.append(apart.T @ b)
+            solved.append(q)
+        b = np.concatenate(openings)
+        left = float(np.abs(b).max())
+        if not left < 0.5 * size:
+            break
+        best, size, poses = moved, left, solved
+        if left <= 1e-15:
+            break
+        # Singular values of what is left open are not those of the relations to be met.
+        rcond = float(np.clip(100 * left, 1e-9, 1e-5))
+        A = np.concatenate(blocks) @ moves
+        small = (moves @ np.linalg.lstsq(A, -b, rcond=rcond)[0]).reshape(-1, 6)
+        moved = replace(moved, screws=frozen([
+            Ad(_displacement(d)) @ s for d, s in zip(small, moved.screws, strict=True)
+        ]))  # fmt: skip
+        if np.abs(moved.screws - chain.screws).max() > 2 * FAR:
+            break
+    return best if size <= CLOSED else None
+
+
+def _effect(chain: Chain, q: Array) -> Array:
+    """Derivatives of the loop residual by displacements of the axes at a pose; (rows, 6 n)."""
+    pose = forward(chain, q)
+    n, before = q.size, paths(chain.parent)
+    signs = before[chain.ends[:, 0]] - before[chain.ends[:, 1]]
+    J = np.zeros((len(chain.ends), 6, n, 6))
+    for j in range(n):
+        H = pose.H[chain.parent[j]] if chain.parent[j] >= 0 else np.eye(4)
+        turn = Ad(H) @ (np.eye(6) - Ad(exp(chain.screws[j], q[j])))
+        J[:, :, j] = signs[:, j, None, None] * turn
+    return np.concatenate([
+        J.reshape(-1, 6 * n), np.zeros((len(chain.mimics), 6 * n))
+    ])  # fmt: skip
+
+
+def _displacement(small: NDArray[np.floating]) -> Array:
+    """Displacement ``exp(δ)`` of a small twist (6,); shape (4, 4)."""
+    size = float(np.linalg.norm(small[:3]))
+    return exp(small / size, size) if size > 0.0 else exp(small, 1.0)
+
+
+def _written(draft: Draft, chain: Chain) -> Draft:
+    """The draft with the axes of the chain."""
+    o, length = chain.frame.origin, chain.frame.length
+    joints = []
+    for joint, s in zip(draft.joints, chain.screws, strict=True):
+        screw = s.copy()
+        if joint.kind != "prismatic":
+            screw[3:] = length * s[3:] - np.cross(s[:3], o)
+        joints.append(replace(joint, screw=frozen(screw)))
+    return replace(draft, joints=tuple(joints))

@@ -1,0 +1,133 @@
+"""Repair of overconstrained loops that close only to the decimals of their file.
+
+Components of loops that depend on one another are repaired one by one: tolerances are relative
+to the size of the component.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.assembly.fit_axes import CLOSED, LARGEST, fit_axes
+from kinematics.mobility.components import component, components
+from kinematics.mobility.first_order import DEPENDENT
+from kinematics.model.arrays import frozen
+from kinematics.model.chain import arrange, plane_normal
+from kinematics.model.linkage import Draft, Joint, Notice
+
+__all__ = ["has_near_zero_singular_values", "repair_axes", "repair_part"]
+
+Array = NDArray[np.float64]
+
+# Smallest relative singular value of a loop matrix that twelve digits of a file can resolve.
+EXACT = 1e-11
+
+
+def has_near_zero_singular_values(values: Array, planar: bool) -> bool:
+    """Whether a singular value of a loop matrix may be zero but for rounded axes.
+
+    Args:
+        values: singular values of the spatial chain (n,), in any unit.
+        planar: whether the linkage was reduced to its plane; what leaves the plane was dropped
+            then, so that only values above ``DEPENDENT`` count.
+    """
+    relative = values / max(values.max(initial=0.0), 1e-300)
+    least = DEPENDENT if planar else EXACT
+    return bool(np.any((relative > least) & (relative < LARGEST)))
+
+
+def repair_axes(draft: Draft) -> Draft | str:
+    """Move axes within rounding so that the loops move, component by component.
+
+    Args:
+        draft: a linkage whose loops are closed at the reference pose.
+
+    Returns:
+        The repaired draft, or a text as of `repair_part` if no component was repaired.
+
+    Raises:
+        MobilityError: a component is too small for double precision.
+    """
+    better, texts = draft, []
+    for part in components(draft):
+        found = repair_part(better, part.joints.tolist())
+        if isinstance(found, str):
+            texts.append(found)
+        else:
+            better = found
+    return max(texts, key=len, default="") if better is draft else better
+
+
+def repair_part(
+    draft: Draft, joints: Sequence[int], angle: float = 0.0, distance: float = 0.0
+) -> Draft | str:
+    """Move the axes of one component within rounding so that its loops move.
+
+    Args:
+        draft: a linkage whose loops are closed at the reference pose.
+        joints: the joints of the component.
+        angle: largest angle by which its loops were open before their welds were moved, rad.
+        distance: largest distance by which they were open then, m.
+
+    Returns:
+        The repaired draft, with a notice; or a text that states how far the axes are from
+        closing the loops, empty if the loops close as they are or no axes nearby let them
+        close.
+
+    Raises:
+        MobilityError: the component is too small for double precision.
+    """
+    normal = _normal(draft)
+    fit = fit_axes(component(draft, joints).draft, normal)
+    if fit is None:
+        return ""
+    gap = max(angle, distance / fit.size, fit.gap)
+    if gap <= CLOSED:
+        return ""
+    turn, shift = max(angle, fit.angle), max(distance, fit.shift)
+    by = f"by up to {turn:.2g} rad and {shift:.2g} m"
+    degrees = f"{fit.freedom} degree{'s' if fit.freedom > 1 else ''} of freedom"
+    if max(fit.change, gap) > LARGEST:
+        return (
+            f"as written they stay open by {gap:.2g} (radians, parts of the size of the "
+            f"linkage); with axes and welds moved {by} they would close and have {degrees}, "
+            f"but more than {LARGEST:.0e} is no rounding: correct the axes along them"
+        )
+    text = (
+        f"overconstrained loops close only to rounding: as written they stay open by "
+        f"{gap:.2g} (radians, parts of the size of the linkage; up to {LARGEST:.0e} counts as "
+        f"rounding); their axes and welds were moved {by}, after which they close exactly and "
+        f"have {degrees}"
+    )
+    notices = (*draft.notices, Notice("closes_to_rounding", text))
+    new = [joint if normal is None else _levelled(joint, normal) for joint in draft.joints]
+    for j, joint in zip(joints, fit.draft.joints, strict=True):
+        new[j] = replace(draft.joints[j], screw=joint.screw)
+    return replace(draft, joints=tuple(new), notices=notices)
+
+
+def _normal(draft: Draft) -> Array | None:
+    """Mean direction of all axes of rotation, if the linkage is planar but for rounding."""
+    chain = arrange(draft)
+    near = plane_normal(chain, LARGEST)
+    if near is None:
+        return None
+    turning = chain.screws[np.any(chain.screws[:, :3], axis=1), :3]
+    mean = np.sign(turning @ near) @ turning if len(turning) else near
+    return np.array(mean / np.linalg.norm(mean))
+
+
+def _levelled(joint: Joint, normal: Array) -> Joint:
+    """A joint whose axis is exactly along a normal, or across it if it slides."""
+    n, m = joint.screw[:3], joint.screw[3:]
+    if joint.kind == "prismatic":
+        flat = m - (m @ normal) * normal
+        screw = np.concatenate([n, flat / np.linalg.norm(flat)])
+    else:
+        upright = np.sign(n @ normal) * normal
+        screw = np.concatenate([upright, np.cross(joint.point, upright) + (n @ m) * upright])
+    return replace(joint, screw=frozen(screw))

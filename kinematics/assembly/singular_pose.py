@@ -1,0 +1,267 @@
+"""A pose with more freedom at first order than the linkage has: left, or refused.
+
+Loops that share no joint, and no mimic relation, are looked at one group after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.assembly import close_loops as closing
+from kinematics.closure.newton import Pose, follow
+from kinematics.closure.series import Series, expand, loop_matrix
+from kinematics.errors import MobilityError
+from kinematics.mobility.components import Component, components
+from kinematics.mobility.first_order import (
+    DEPENDENT,
+    away,
+    conditioning,
+    first_order,
+    independent,
+    nullity,
+    onward,
+)
+from kinematics.mobility.higher_order import ORDERS, Local, examine
+from kinematics.model.arrays import Chain
+from kinematics.model.chain import arrange, move
+from kinematics.model.full_turns import within_turn
+from kinematics.model.linkage import Draft, Notice
+
+__all__ = ["CLOSED", "crowded", "generic", "settled"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Closure to round-off, at series orders and at finite poses.
+CLOSED = 1e-9
+# The least singular value that counts of a loop matrix, relative to the largest: poses below
+# the first may be near a singular one; those below the second cannot be told from it.
+NEAR, AT = 0.05, 1e-3
+# Groups of more joints are not searched for branches.
+LARGE = 120
+# Joints, and branches, that a message names.
+NAMED = 6
+
+
+class _Group(NamedTuple):
+    """Joints that move together, what they can do, and poses on their branches."""
+
+    part: Component
+    local: Local
+    poses: list[Array]
+
+
+def generic(chain: Chain) -> tuple[int, Pose | None]:
+    """A finite pose in a generic direction of the columns of a chain, if its loops allow.
+
+    Returns:
+        The order at which the loops do not close, 0 if they do; and a closed pose further
+        on, None if there is none.
+    """
+    ray = np.random.default_rng(2).standard_normal(chain.width)
+    ray /= np.linalg.norm(ray)
+    series = expand(chain, ray[None], 4)
+    if order := _fails(series):
+        return order, None
+    pose, step = follow(chain, np.zeros(chain.parent.size), series, ray)
+    return (len(series.residual) + 1, None) if step == 0.0 else (0, pose)
+
+
+def _fails(series: Series) -> int:
+    """The first order of motion at which loops do not close; 0 if they do."""
+    sizes = np.abs(series.C[0]).max(axis=(1, 2))
+    for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
+        if residual > CLOSED * max(1.0, size, sizes[0] ** (order + 1)):
+            return order + 1
+    return 0
+
+
+def crowded(chain: Chain, values: Array, pose: Pose) -> bool:
+    """Whether a regular pose is near a singular one: loops open better at the next one.
+
+    Args:
+        chain: the linkage as arrays.
+        values: singular values of its loop matrix.
+        pose: a closed pose further on.
+    """
+    freedom = int(np.sum(values <= DEPENDENT * values.max(initial=0.0)))
+    if freedom == values.size:
+        return False
+    here = float(values[values.size - freedom - 1] / values[0])
+    return here < NEAR and conditioning(chain, pose.q, freedom) > 1.5 * here
+
+
+def settled(draft: Draft) -> Draft:
+    """The draft at a regular pose: its own, or one on the only branch that leaves it.
+
+    Args:
+        draft: a linkage whose loops are closed.
+
+    Raises:
+        MobilityError: joints move only infinitesimally, or several branches of motion meet
+            at the pose of the file.
+    """
+    chain = arrange(draft)
+    parts = components(draft)
+    groups = [g for part in parts if (g := _singular(part))]
+    if not groups:
+        return draft
+    if meeting := [g for g in groups if len(g.poses) > 1]:
+        raise _bifurcation(draft, chain, meeting)
+    q = np.zeros(len(draft.joints))
+    for group in groups:
+        q += group.part.all_positions(group.poses[0], chain.units)
+    if not q.any():
+        return draft
+    outside = q.size - sum(part.joints.size for part in parts)
+    here, there = (
+        outside + sum(nullity(p.chain, p.own_positions(at, chain.units)) for p in parts)
+        for at in (np.zeros(q.size), q)
+    )
+    text = (
+        "the pose of the file is nearly singular; the reference pose is further along the "
+        f"motion, away from it, by {_positions(draft, chain, q)}"
+    )
+    if here > there:
+        text = (
+            f"the pose of the file is singular: {_degrees(here)} there at first order, {there} "
+            "elsewhere; a single branch of motion leaves it, and the reference pose is further "
+            f"along it, by {_positions(draft, chain, q)}"
+        )
+    notices = (*draft.notices, Notice("left_singular_pose", text))
+    return replace(closing.moved(draft, chain, q), notices=notices)
+
+
+def _singular(group: Component) -> _Group | None:
+    """What joints can do that move together, if their pose is singular; otherwise None.
+
+    Raises:
+        MobilityError: they move only infinitesimally.
+    """
+    draft, part = group.draft, group.chain
+    joints = range(len(draft.joints))
+    free, values = first_order(loop_matrix(part))
+    freedom = free.shape[1]
+    pose = _ahead(part, free) if freedom else None
+    if pose is None and freedom and len(joints) > LARGE:
+        raise MobilityError(
+            f"{draft.source}: singular at the pose of the file: not all of the "
+            f"{_degrees(freedom)} that joints {_listed(draft, joints)} have at first order are "
+            f"motions, and with {len(joints)} joints in loops the branches were not looked "
+            "for; write the file at another pose",
+            joints=[draft.joints[j].name for j in joints],
+        )
+    if pose is not None:
+        if not crowded(part, values, pose):
+            return None
+        here = float(values[values.size - freedom - 1] / values[0])
+        local = examine(part, 2 * here) if here < AT else None
+        if local is None or len(local.branches) < 2:
+            return _Group(group, Local(freedom, freedom, 0, free.T), [away(part, free)])
+    elif freedom == 0:
+        return None
+    else:
+        local = examine(part)
+    if local.mobility == 0:
+        raise _rigid(group, local)
+    if local.mobility >= local.freedom:
+        raise MobilityError(
+            f"{draft.source}: part of the linkage moves only infinitesimally: joints "
+            f"{_listed(draft, joints)} have {_degrees(local.freedom)} at first order at every "
+            "pose nearby, but cannot follow them all; replace that part by one rigid link",
+            joints=[draft.joints[j].name for j in joints],
+        )
+    return _Group(group, local, [onward(part, q) for q in local.branches])
+
+
+def _ahead(chain: Chain, free: Array) -> Pose | None:
+    """A pose in a generic direction of the freedoms at first order (n, f), if there is one."""
+    return generic(move(chain, independent(free), np.eye(free.shape[1])))[1]
+
+
+def _rigid(group: Component, local: Local) -> MobilityError:
+    """The error for joints that move only infinitesimally."""
+    draft, chain = group.draft, group.chain
+    joints = range(len(draft.joints))
+    order = f"at order {local.order}" if local.order <= ORDERS else f"beyond order {ORDERS}"
+    remedy = "it is a structure: check the origins and axes along its loops"
+    for far in closing.neighbours(chain):
+        q, _ = within_turn(draft.joints, far)
+        there = arrange(closing.moved(draft, chain, q))
+        free, _ = first_order(loop_matrix(there))
+        if np.abs(q).max() > closing.NEARBY and free.shape[1] and _ahead(there, free):
+            where = _positions(draft, chain, q)
+            remedy = f"it moves at other poses: write the file at one, such as {where}"
+            break
+    return MobilityError(
+        f"{draft.source}: the linkage moves only infinitesimally: joints "
+        f"{_listed(draft, joints)} have {_degrees(local.freedom)} at first order, but are not "
+        f"mobile {order}; {remedy}",
+        order=local.order, joints=[draft.joints[j].name for j in joints],
+    )  # fmt: skip
+
+
+def _bifurcation(draft: Draft, chain: Chain, groups: Sequence[_Group]) -> MobilityError:
+    """The error for a pose at which branches of motion meet."""
+    group = groups[0]
+    here, there = group.local.freedom, group.local.mobility
+    poses = []
+    for choice in range(2):
+        q = np.zeros(len(draft.joints))
+        for each in groups:
+            q += each.part.all_positions(each.poses[choice], chain.units)
+        poses.append(_positions(draft, chain, q))
+    joints = group.part.joints
+    names = [draft.joints[j].name for j in joints]
+    how = f"several branches of motion meet there, of joints {_listed(draft, joints)}"
+    if there == 1:
+        ratios, names = _parting(group)
+        count = len(group.poses) if len(group.poses) <= NAMED else "many"
+        how = f"{count} branches of motion meet there: {ratios}"
+    return MobilityError(
+        f"{draft.source}: singular at the pose of the file: {_degrees(here)} there, {there} at "
+        f"other poses; {how}; nothing tells which is meant: write the file at a pose on the "
+        f"one that is, such as {poses[0]}, or {poses[1]}",
+        joints=names,
+    )
+
+
+def _parting(group: _Group) -> tuple[str, list[str]]:
+    """Which joints move differently on the branches of a group, and their names."""
+    joints = group.part.draft.joints
+    rates = group.local.branches * group.part.chain.units
+    least = np.abs(group.local.branches).min(axis=0)
+    lead = int(np.flatnonzero(least >= 0.3 * least.max())[0])
+    ratios = rates / rates[:, lead, None]
+    differ = np.flatnonzero(np.ptp(ratios, axis=0) > 0.05 * np.abs(ratios).max(axis=0))
+    told = []
+    for column in differ[:NAMED]:
+        values = list(dict.fromkeys(f"{x:.2g}" for x in ratios[:, column]))
+        told.append(f"{joints[column].name} by {' or '.join(values)}")
+    names = [joints[column].name for column in (lead, *differ)]
+    return f"for each unit of {names[0]} move {', '.join(told)}", names
+
+
+def _degrees(count: int) -> str:
+    return f"{count} degree{'s' if count > 1 else ''} of freedom"
+
+
+def _listed(draft: Draft, joints: Sequence[int] | IntArray) -> str:
+    """Names of joints, the first few of many."""
+    more = ["…"] if len(joints) > NAMED else []
+    return ", ".join([draft.joints[j].name for j in joints[:NAMED]] + more)
+
+
+def _positions(draft: Draft, chain: Chain, q: Array) -> str:
+    """Positions of the joints of the tree within one turn, as far as they move."""
+    within, _ = within_turn(draft.joints, q * chain.units)
+    return ", ".join(
+        f"{joint.name}={value:.3g}"
+        for joint, value in zip(draft.joints, within, strict=True)
+        if not joint.in_loop and abs(value) > 1e-3
+    )

@@ -1,0 +1,169 @@
+"""Virtual joints from the ground to a tool, with which inverse kinematics is nothing special.
+
+A weld of the tool to the far end of prismatic and revolute joints makes one more loop; with
+those joints as inputs, the joints of the robot follow from it like those of any other linkage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinematics.assembly.assemble import assemble
+from kinematics.closure.series import expand
+from kinematics.errors import BodyError, CoordinateError
+from kinematics.model.arrays import frozen
+from kinematics.model.chain import arrange, move
+from kinematics.model.linkage import GROUND, Draft, Joint, Linkage, Loop, Place, names
+from kinematics.spatial.screws import prismatic, revolute
+
+__all__ = ["DIRECTIONS", "coordinates_of", "tool"]
+
+Array = NDArray[np.float64]
+
+# Shifts along the inertial axes; then turns about x, about the y that it carries along, and
+# about the z that both carry along.
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+# Frames in which a point may be given.
+FRAMES = ("inertial", "link")
+# What is left of the freedom of a direction, once others are given, in radians and
+# characteristic lengths.
+DEPENDENT = 1e-8
+
+
+def tool(
+    linkage: Linkage,
+    link: str,
+    directions: str | Sequence[str],
+    point: ArrayLike | None = None,
+    *,
+    frame: str = "inertial",
+) -> Linkage:
+    """The linkage with coordinates of a tool as its inputs: its inverse kinematics.
+
+    Directions that are not named are held where they are, one after the other, as far as
+    that leaves those named free to move; the others follow. So a robot with six joints moves
+    along ``"x"`` without turning, and the tip of a five-bar along ``"x,y"`` while it turns.
+
+    Args:
+        linkage: an assembled linkage.
+        link: name of the link that is the tool, with or without mass.
+        directions: of `DIRECTIONS`, the new inputs in this order: ``"x,y"`` or a sequence.
+        point: the point of the tool that moves and about which it turns (3,), metres; the
+            origin of the link's frame by default.
+        frame: in which frame the point is given: ``"inertial"``, at the reference pose, or
+            ``"link"``, that of the link in the file, with which the point moves.
+
+    Returns:
+        The linkage with inputs ``link.x`` …; where it has more freedom than the tool can
+        use, completed with joints of its own, as a notice says.
+
+    Raises:
+        BodyError: there is no such link, it is a tool already, or the point is not of three
+            finite numbers.
+        CoordinateError: there is no such direction, or it cannot be an input, for the link
+            cannot move that way or others determine it.
+        ValueError: there is no such frame.
+    """
+    if frame not in FRAMES:
+        raise ValueError(f"the frame of a point is one of {', '.join(FRAMES)}, not {frame!r}")
+    carrier, at = _carrier(linkage, link, point, frame)
+    named = _named(linkage, directions)
+    held = _held(linkage, carrier, at, named)
+    screws = [prismatic(axis) for axis in np.eye(3)]
+    screws += [revolute(axis, at) for axis in np.eye(3)]
+    joints, last = list(linkage.joints), GROUND
+    coordinates = coordinates_of(link)
+    for k, name in enumerate(coordinates):
+        if k not in held:
+            kind = "prismatic" if k < 3 else "revolute"
+            joints.append(Joint(name, kind, last, frozen(screws[k]), frozen(at), True))
+            last = len(joints) - 1
+    draft = Draft(**{f.name: getattr(linkage, f.name) for f in fields(Draft)})
+    draft = replace(
+        draft,
+        joints=tuple(joints),
+        loops=(*linkage.loops, Loop(f"{link}.tool", last, carrier)),
+        tree=None,
+    )
+    return assemble(draft, [coordinates[k] for k in named])
+
+
+def coordinates_of(link: str) -> tuple[str, ...]:
+    """Names of the coordinates of a tool, in the order of `DIRECTIONS`."""
+    return tuple(f"{link}.{direction}" for direction in DIRECTIONS)
+
+
+def _carrier(
+    linkage: Linkage, link: str, point: ArrayLike | None, frame: str
+) -> tuple[int, Array]:
+    """The rigid body that carries the tool, and the tool's point (3,), inertial."""
+    bodies = {body.name: Place(body.link, body.frame) for body in linkage.bodies}
+    moving = bodies | {n: place for n, place in linkage.places.items() if place.link != GROUND}
+    if link not in moving:
+        raise BodyError(linkage.source, link, "no moving link of this name", list(moving))
+    if set(coordinates_of(link)) & set(names(linkage.joints)):
+        raise BodyError(linkage.source, link, "is a tool already; give another link")
+    carrier, pose = moving[link]
+    if point is None:
+        return carrier, pose[:3, 3]
+    at = np.asarray(point, dtype=np.float64)
+    if at.shape != (3,) or not np.isfinite(at).all():
+        problem = f"its point is not of three finite numbers; give metres, in the {frame} frame"
+        raise BodyError(linkage.source, link, problem)
+    return carrier, pose[:3, :3] @ at + pose[:3, 3] if frame == "link" else at
+
+
+def _named(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:
+    """Numbers of directions, in the order in which they are named."""
+    words = directions.split(",") if isinstance(directions, str) else list(directions)
+    words = [word.strip() for word in words]
+    for k, word in enumerate(words):
+        if word not in DIRECTIONS or word in words[:k]:
+            problem = "named twice" if word in DIRECTIONS else "no direction of a tool"
+            raise CoordinateError(linkage.source, [word], problem, DIRECTIONS)
+    if not words:
+        raise CoordinateError(linkage.source, ["tool"], "no direction is named", DIRECTIONS)
+    return [DIRECTIONS.index(word) for word in words]
+
+
+def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[int]:
+    """Directions not named that can be held, at first order at the reference pose.
+
+    Raises:
+        CoordinateError: a direction that is named depends on those before it.
+    """
+    rates = _rates(linkage, link, at)
+    size = float(np.abs(rates).max(initial=0.0))
+    basis = np.empty((0, rates.shape[1]))
+    free = [k for k in range(6) if np.abs(rates[k]).max(initial=0.0) > DEPENDENT * size]
+    held = []
+    for k in (*named, *(k for k in range(6) if k not in named)):
+        rest = rates[k] - (rates[k] @ basis.T) @ basis
+        left = float(np.linalg.norm(rest))
+        if left > DEPENDENT * size:
+            basis = np.vstack([basis, rest / left])
+            if k not in named:
+                held.append(k)
+        elif k in named:
+            problem = "the tool cannot move this way at the reference pose"
+            if k in free:
+                others = ", ".join(DIRECTIONS[i] for i in named[: list(named).index(k)])
+                problem = f"depends on {others} at the reference pose"
+            raise CoordinateError(
+                linkage.source, [DIRECTIONS[k]], problem, [DIRECTIONS[i] for i in free]
+            )
+    return held
+
+
+def _rates(linkage: Linkage, link: int, at: Array) -> Array:
+    """Velocity of the tool's point, then angular velocity, for unit inputs (6, mobility)."""
+    independent = linkage.positions_of(linkage.inputs)
+    chain = move(arrange(linkage), independent, np.eye(linkage.mobility))
+    twists = expand(chain, np.zeros((1, chain.width)), 0).T[0, 0, link].T
+    point = (at - chain.frame.origin) / chain.frame.length
+    velocity = twists[3:] + np.cross(twists[:3], point[:, None], axis=0)
+    return np.concatenate([velocity, twists[:3]])

@@ -1,0 +1,85 @@
+"""Closed poses one after the other, away from the reference pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import cycle
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.closure.newton import Pose, follow
+from kinematics.closure.series import Series, expand, expand_from
+from kinematics.model.arrays import Chain
+from kinematics.model.chain import move
+
+__all__ = ["walk", "wander"]
+
+Array = NDArray[np.float64]
+
+# Order of the series that predict the next pose.
+ORDER = 3
+
+
+def walk(
+    chain: Chain, ray: Array, known: Series | None = None, reach: float = np.inf
+) -> Iterator[Pose]:
+    """Closed poses along a ray, each predicted by its predecessor's series.
+
+    The walk ends where no further pose is found on the same branch.
+
+    Args:
+        chain: the linkage at its reference pose.
+        ray: direction in the coordinates of the chain (w,).
+        known: series along the ray at the reference pose, if there is one already.
+        reach: longest step.
+    """
+    series = expand(chain, ray[None], ORDER) if known is None else known
+    q = np.zeros(chain.parent.size)
+    while True:
+        pose, step = follow(chain, q, series, ray, reach)
+        if step == 0.0:
+            return
+        yield pose
+        q = pose.q
+        series = expand_from(chain, pose.screws, ray[None], ORDER)
+
+
+def wander(chain: Chain, rays: Array) -> Iterator[tuple[Chain, Pose]]:
+    """Poses along rays (count, w) and against them in turn, ever further away.
+
+    Where one joint moves all others, the fastest is the coordinate, chosen anew at each
+    pose, so that no dead centre ends the way.
+
+    Returns:
+        Poses, each with the chain in the coordinates that were used there.
+    """
+    ways = [sign * ray for ray in rays for sign in (1.0, -1.0)]
+    if chain.dependent.size == chain.parent.size - 1:
+        walks = [_along_the_curve(chain, way) for way in ways]
+    else:
+        walks = [((chain, pose) for pose in walk(chain, way)) for way in ways]
+    ended = 0
+    for path in cycle(walks):
+        found = next(path, None)
+        ended = ended + 1 if found is None else 0
+        if ended == len(walks):
+            return
+        if found is not None:
+            yield found
+
+
+def _along_the_curve(chain: Chain, ray: Array) -> Iterator[tuple[Chain, Pose]]:
+    """The only motion there is, one way."""
+    q, screws, here = np.zeros(chain.parent.size), chain.screws, chain
+    while True:
+        rates = expand_from(here, screws, ray[None], 0).C[0, 0] @ ray
+        fastest = np.argmax(np.abs(rates))
+        here = move(chain, np.array([fastest]), np.eye(1))
+        ray = np.sign(rates[fastest : fastest + 1])
+        series = expand_from(here, screws, ray[None], ORDER)
+        pose, step = follow(here, q, series, ray)
+        if step == 0.0:
+            return
+        yield here, pose
+        q, screws = pose.q, pose.screws

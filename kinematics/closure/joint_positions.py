@@ -1,0 +1,140 @@
+"""Finite poses: joint positions that close the loops, reached from the reference pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import hypot
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinematics.closure.newton import follow, forward
+from kinematics.closure.series import expand_from
+from kinematics.errors import PoseError, UnreachedError
+from kinematics.model.arrays import Chain, Frame
+from kinematics.model.chain import arrange, flatten, lock, move
+from kinematics.model.linkage import Linkage, names
+
+__all__ = ["followed", "input_chain", "joint_positions", "si_chain"]
+
+Array = NDArray[np.float64]
+
+# Loops that are open by more, in radians and characteristic lengths, are not closed.
+OPEN = 1e-8
+# Poses followed on the way to another: most of them, and the order of the series that predict
+# them.
+STEPS, ORDER = 2000, 6
+
+
+def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array:
+    """Positions of all joints, in the order of ``linkage.joints``; SI units, (n,).
+
+    Args:
+        linkage: an assembled linkage.
+        q: displacements from the reference pose: of the inputs, in their order
+            (mobility,), or by name, inputs that are not named staying at 0: the other
+            joints then follow along the straight line of input displacements, without a
+            change of branch; or of all joints (n,), which must close the loops.
+
+    Raises:
+        PoseError: the joints do not close the loops, or the loops cannot be closed.
+    """
+    all_names = names(linkage.joints)
+    if isinstance(q, Mapping):
+        unknown = [name for name in q if name not in linkage.inputs]
+        if unknown:
+            raise PoseError(
+                f"{linkage.source}: joint {unknown[0]} is not an input; "
+                f"the inputs are {', '.join(linkage.inputs)}"
+            )
+        q = [q.get(name, 0.0) for name in linkage.inputs]
+    values = np.asarray(q, dtype=np.float64)
+    if not np.isfinite(values).all():
+        raise PoseError(f"{linkage.source}: joint positions must be finite numbers")
+    if values.shape == (linkage.mobility,):
+        chain = input_chain(linkage)
+        point = values / chain.units[linkage.positions_of(linkage.inputs)]
+        goal = zip(linkage.inputs, values, strict=True)
+        return followed(chain, point, linkage.source, goal) * chain.units
+    if values.shape == (len(all_names),):
+        return _checked(linkage, values)
+    raise PoseError(
+        f"{linkage.source}: got {values.size} joint positions; "
+        f"give {linkage.mobility} (the inputs) or {len(all_names)} (all joints)"
+    )
+
+
+def input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:
+    """All joints as a spatial chain whose columns are the inputs.
+
+    Args:
+        linkage: an assembled linkage.
+        frame: coordinates to use; by default those of `kinematics.model.chain.arrange`.
+    """
+    independent = linkage.positions_of(linkage.inputs)
+    return move(arrange(linkage, frame), independent, np.eye(linkage.mobility))
+
+
+def si_chain(linkage: Linkage, spatial: bool) -> Chain:
+    """All joints as a chain in SI units about the inertial origin, planar unless ``spatial``.
+
+    The axes of a planar chain are those of the plane.
+    """
+    chain = input_chain(linkage, Frame())
+    if spatial or not linkage.planar:
+        return chain
+    moving = lock(chain, np.isin(names(linkage.joints), linkage.idle))
+    return flatten(moving, linkage.chain.frame.R[2])
+
+
+def _checked(linkage: Linkage, q: Array) -> Array:
+    """The given positions, if they close the loops."""
+    chain = arrange(linkage)
+    error = forward(chain, q / chain.units).error
+    if not error <= OPEN:
+        raise PoseError(
+            f"{linkage.source}: these joint positions leave the loops open by {error:.2g} "
+            "(radians and characteristic lengths); give the inputs alone to have them closed"
+        )
+    return q
+
+
+def followed(
+    chain: Chain, point: Array, source: str, goal: Iterable[tuple[str, float]]
+) -> Array:
+    """Positions reached along the straight line from the reference pose to a point.
+
+    At each step the linkage is expanded anew, as far as its series carries, so that the
+    branch does not change.
+
+    Args:
+        chain: the linkage at its reference pose.
+        point: coordinates of the chain (w,), in its units.
+        source: file of the linkage, for the error.
+        goal: inputs and their displacements there, for the error.
+
+    Returns:
+        Positions of the joints of the chain (n,), in its units.
+
+    Raises:
+        UnreachedError: the loops cannot be closed all the way, or it takes too many steps.
+    """
+    if chain.dependent.size == 0:
+        return chain.columns @ point
+    q, screws = np.zeros(chain.parent.size), chain.screws
+    length = left = hypot(*point)
+    used_up = 0
+    for _ in range(STEPS):
+        # Counted down, so that nothing of the way is left to rounding.
+        if left == 0.0:
+            return q
+        ray = point / length
+        series = expand_from(chain, screws, ray[None], ORDER)
+        pose, step = follow(chain, q, series, ray, left)
+        if step == 0.0:
+            break
+        q, screws, left = pose.q, pose.screws, left - step
+    else:
+        used_up = STEPS
+    where = ", ".join(f"{name}={value:.4g}" for name, value in goal)
+    raise UnreachedError(source, where, 1.0 - left / length, q.tolist(), used_up)

@@ -1,0 +1,1 @@
+"""Kernels: functions compiled by Numba, and the cache of compiled kernels."""

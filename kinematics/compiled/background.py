@@ -1,0 +1,219 @@
+"""When kernels are compiled: at once, beside a command, or never.
+
+A command on a small linkage is answered sooner by kernels that Python runs as they are than
+Numba loads, and the first command on a machine must not wait for a compiler. A command
+begins uncompiled. Once its kernels have run as long as it takes to load compiled ones, it
+goes on with these; where they are not there yet, one process per user compiles them beside
+it, at low priority, for the rest of this command and for later ones. Sessions of Python
+compile at once. ``BALANCE_COMPILE=now|background|never`` overrides both.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import monotonic
+from typing import NamedTuple
+
+from kinematics.compiled.cache_contents import ALL, cache_folder, note, ready
+from kinematics.errors import UsageError
+
+__all__ = [
+    "begin_command",
+    "compile",
+    "compile_in_background",
+    "kernel_time",
+    "mode",
+    "register_warm_up",
+]
+
+logger = logging.getLogger(__name__)
+
+VARIABLE = "BALANCE_COMPILE"
+MODES = ("now", "background", "never")
+# Seconds of uncompiled kernels after which it is worth loading compiled ones: Numba takes
+# 0.3 s to import, and thirty kernels 0.4 s to load (`python -m benchmarks start_up`).
+WORTH = 0.5
+# Seconds between two looks at whether another process has compiled the kernels.
+PAUSE = 0.2
+# The process beside a command takes the lock before it imports anything heavy.
+CHILD = (
+    "import {}; from kinematics.compiled.background import compile_in_background; "
+    "raise SystemExit(compile_in_background())"
+)
+STARTED = (
+    "kernels are compiled in the background for later runs; this one does not wait "
+    f"({VARIABLE}={'|'.join(MODES)})"
+)
+NO_FOLDER = (
+    "no folder to cache compiled kernels in: they are not compiled; set NUMBA_CACHE_DIR to a "
+    f"folder that can be written to, or {VARIABLE}=now to compile them in every process"
+)
+
+
+class _WarmUp(NamedTuple):
+    """What runs every kernel: the module that registers it when it is imported, its stages."""
+
+    module: str
+    stages: Callable[[], Iterator[None]]
+
+    @property
+    def package(self) -> Path:
+        """The folder of the package."""
+        return Path(str(sys.modules[self.module.split(".")[0]].__file__)).parent
+
+
+class _Choice:
+    """What was chosen for this process."""
+
+    default = "now"
+    warm_up: _WarmUp | None = None
+
+
+def begin_command() -> None:
+    """Let kernels be compiled in the background, if the environment does not say otherwise.
+
+    Call it before any kernel is imported, in a process that runs one command.
+    """
+    _Choice.default = "background"
+
+
+def mode() -> str:
+    """When this process compiles: ``"now"``, ``"background"`` or ``"never"``.
+
+    Raises:
+        UsageError: the environment asks for something else.
+    """
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return "never"
+    chosen = os.environ.get(VARIABLE) or _Choice.default
+    if chosen not in MODES:
+        raise UsageError(f"{VARIABLE}={chosen!r}: choose from {', '.join(MODES)}")
+    return chosen
+
+
+def register_warm_up(module: str, stages: Callable[[], Iterator[None]]) -> None:
+    """Name what runs all kernels of a package and of those below it, stage by stage.
+
+    Args:
+        module: whose import, which is to cost little, calls this function.
+        stages: yields after each stage, when its kernels have been compiled.
+    """
+    _Choice.warm_up = _WarmUp(module, stages)
+
+
+def compile() -> None:
+    """Compile all kernels of the packages that are imported, and cache them on disk.
+
+    It takes a while once per machine, user and version, and next to nothing after that.
+    Without it, a session of Python compiles each kernel when it is first called. Where
+    kernels are never compiled (``BALANCE_COMPILE=never``), nothing happens.
+    """
+    if mode() == "never" or _Choice.warm_up is None:
+        return
+    from kinematics.compiled.numba_compiler import compiled_kernels
+
+    kernel_time.compile_all()
+    folder, package = cache_folder(), _Choice.warm_up.package
+    for _ in _Choice.warm_up.stages():
+        if folder is not None and not folder.exists():
+            return  # somebody has taken the cache away
+        note(package, compiled_kernels())
+    note(package, [*compiled_kernels(), ALL])
+
+
+class _KernelTime:
+    """How long kernels have run uncompiled in this process, and which ones still do."""
+
+    def __init__(self) -> None:
+        """Nothing has run."""
+        self._compiled: frozenset[str] = frozenset()
+        self._seconds = 0.0
+        self._next = 0.0
+        self._asked = False
+
+    def runs_compiled(self, kernel: str) -> bool:
+        """Whether a kernel is to be called compiled."""
+        return kernel in self._compiled or ALL in self._compiled
+
+    def compile_all(self) -> None:
+        """Call all kernels compiled from now on."""
+        self._compiled = frozenset([ALL])
+
+    def add(self, seconds: float) -> None:
+        """Note that a kernel has run so long; change to compiled ones when it is time."""
+        self._seconds += seconds
+        if self._seconds < WORTH or monotonic() < self._next or mode() != "background":
+            return
+        assert _Choice.warm_up is not None  # who imports a package registers it
+        self._compiled = ready(_Choice.warm_up.package)
+        if ALL not in self._compiled and not self._asked:
+            self._asked = True
+            _start_background()
+        self._next = monotonic() + PAUSE
+
+
+kernel_time = _KernelTime()
+
+
+def _start_background() -> None:
+    """Start the process that compiles, unless there is one or no place for what it makes."""
+    import subprocess
+
+    from filelock import FileLock, Timeout
+
+    folder = cache_folder()
+    if folder is None or _Choice.warm_up is None:
+        logger.warning(NO_FOLDER)
+        return
+    logger.warning(STARTED)
+    try:
+        with FileLock(folder / "kernels.lock", timeout=0):
+            pass
+    except (Timeout, OSError, NotImplementedError):  # or a file system without locks
+        return
+    above = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
+    own = {"PYTHONPATH": os.pathsep.join(filter(None, above)), VARIABLE: "now"}
+    try:
+        subprocess.Popen(
+            [sys.executable, "-P", "-c", CHILD.format(_Choice.warm_up.module)], cwd=folder,
+            env=os.environ | own | {"OPENBLAS_NUM_THREADS": "1"}, stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            # Interrupts of the command are not for it. In a session of its own, Linux might
+            # give it as much of the processor as the command.
+            process_group=0 if os.name == "posix" else None,
+            creationflags=getattr(subprocess, "IDLE_PRIORITY_CLASS", 0),
+        ).returncode = 0  # nobody waits for it  # fmt: skip
+    except OSError as error:
+        logger.debug("no process to compile kernels: %s", error)
+
+
+def compile_in_background() -> int:
+    """Compile all kernels in a process of its own, if no other does; returns its exit code.
+
+    The lock goes with the process, however it ends. A failure is told in ``kernels.log``,
+    and the next command tries again.
+    """
+    from filelock import FileLock, Timeout
+
+    lower = getattr(os, "nice", None)
+    if lower is not None:
+        lower(19)
+    folder = cache_folder()
+    if folder is None or _Choice.warm_up is None:
+        return 1
+    try:
+        with FileLock(folder / "kernels.lock", timeout=0):
+            if ALL not in ready(_Choice.warm_up.package):
+                compile()
+    except Timeout:
+        return 0
+    except Exception:
+        import traceback
+
+        (folder / "kernels.log").write_text(traceback.format_exc(), encoding="utf-8")
+        return 1
+    return 0

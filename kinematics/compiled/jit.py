@@ -1,0 +1,104 @@
+"""Kernels: functions of numbers and arrays, compiled by Numba or run as they are.
+
+    from kinematics.compiled.jit import kernel
+
+A kernel may use functions and constants of files that hold kernels, and of no others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property, partial, update_wrapper
+from threading import local
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from kinematics.compiled.background import kernel_time, mode
+from kinematics.compiled.cache_contents import name_of
+
+__all__ = ["kernel"]
+
+
+def kernel(
+    function: Callable[..., Any] | None = None,
+    *,
+    inline: bool = False,
+    reference_counting: bool = True,
+) -> Any:
+    """Make a kernel of ``function``: compiled at its first call, or not at all.
+
+    See `kinematics.compiled.background` for which it is.
+
+    Args:
+        function: a function of numbers and arrays.
+        inline: put the code into that of its callers. A call with array arguments costs as
+            much as dozens of multiplications.
+        reference_counting: False if the kernel neither makes arrays, nor returns any, nor
+            keeps one that another kernel returns; checked when it is compiled. It is then
+            spared atomic instructions for every array argument, which makes the sweep of
+            `balance.design_space_many` twice to three times as fast, single answers a sixth.
+    """
+    if function is None:
+        return partial(kernel, inline=inline, reference_counting=reference_counting)
+    found = _Kernel(function, inline, reference_counting)
+    return found.compiled if mode() == "now" else found
+
+
+class _Within(local):
+    """Whether a kernel is running in this thread, without a compiler."""
+
+    kernel = False
+
+
+_within = _Within()
+
+
+class _Kernel:
+    """A kernel that runs without a compiler, until a compiled one is worth loading.
+
+    It takes the arguments of a compiled one and returns the same results: Python numbers
+    instead of NumPy scalars. Division by zero gives an infinity or a NaN without a warning.
+    """
+
+    def __init__(
+        self, function: Callable[..., Any], inline: bool, reference_counting: bool
+    ) -> None:
+        """Keep what a compiler needs to know."""
+        update_wrapper(self, function)
+        self.py_func, self._options = function, (inline, reference_counting)
+        self._name = name_of(function)
+
+    def __call__(self, *args: Any) -> Any:
+        """The results of the function."""
+        if _within.kernel:
+            return self.py_func(*args)
+        if kernel_time.runs_compiled(self._name):
+            return self.compiled(*args)
+        _within.kernel, start = True, perf_counter()
+        try:
+            with np.errstate(all="ignore"):
+                numbers = (np.float64(x) if type(x) is float else x for x in args)
+                return _unboxed(self.py_func(*numbers))
+        finally:
+            _within.kernel = False
+            kernel_time.add(perf_counter() - start)
+
+    @cached_property
+    def compiled(self) -> Any:
+        """The same function, to be compiled at its first call or loaded from the disk."""
+        from kinematics.compiled.numba_compiler import compile_kernel, let_kernels_call
+
+        let_kernels_call(_Kernel)
+        return compile_kernel(self.py_func, *self._options)
+
+
+def _unboxed(found: Any) -> Any:
+    """The same with numbers of Python in the place of scalars of NumPy, in tuples too."""
+    if isinstance(found, np.generic):
+        return found.item()
+    if isinstance(found, tuple):
+        items = map(_unboxed, found)
+        return type(found)(*items) if hasattr(found, "_fields") else tuple(items)
+    return found

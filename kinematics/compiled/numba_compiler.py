@@ -1,0 +1,258 @@
+"""Numba compiles kernels once per machine, cached on disk, for `kinematics.compiled.jit`."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numba
+from filelock import FileLock
+from numba.core import event, ir
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.errors import NumbaTypeError
+from numba.core.typed_passes import NopythonTypeInference
+from numba.extending import typeof_impl
+
+import kinematics.compiled.simd_types  # noqa: F401  (Numba learns of lanes)
+from kinematics.compiled.cache_contents import kernel_folder, name_of, package_of
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+__all__ = ["compile_kernel", "compiled_kernels", "let_kernels_call"]
+
+logger = logging.getLogger(__name__)
+
+# All private names of Numba that this project uses; they stand in this file alone.
+# _cache: the disk cache of one function, whose reading and writing are guarded.
+# _name: what Numba calls a compiler pass in its messages.
+# _nrt: the option that turns the reference counting of arrays off.
+PRIVATE = ("_cache", "_name", "_nrt")
+
+FIRST = "compiling kernels (the first time only; they are cached on disk)"
+# Seconds to wait for another process that saves a kernel.
+PATIENCE = 10.0
+
+
+def compile_kernel(function: Callable[..., Any], inline: bool, reference_counting: bool) -> Any:
+    """A function that Numba compiles at its first call, or loads from the disk cache.
+
+    Sums may be reordered and contracted, so that loops vectorise; infinities and NaNs keep
+    their meaning. Other threads run meanwhile. Where no folder can be written to, nothing is
+    cached.
+
+    Args:
+        function: a function of numbers and arrays.
+        inline: whether its callers contain its code.
+        reference_counting: whether arrays are counted; see `kinematics.compiled.jit.kernel`.
+    """
+    options = {} if reference_counting else {"_nrt": False, "pipeline_class": _WithoutCounts}
+    compiled = numba.njit(
+        nogil=True, forceinline=inline, error_model="numpy",
+        fastmath={"reassoc", "contract", "nsz"}, **options,
+    )(function)  # fmt: skip
+    _for_any_number(compiled)
+    _cache_on_disk(compiled)
+    _events.kernels[function] = compiled
+    return compiled
+
+
+def compiled_kernels() -> list[str]:
+    """Names of the kernels that this process has compiled or loaded."""
+    return [name_of(k.py_func) for k in _events.kernels.values() if k.signatures]
+
+
+@cache
+def let_kernels_call(kind: type) -> None:
+    """Let compiled kernels call objects of a class by what they have as ``compiled``."""
+
+    @typeof_impl.register(kind)
+    def _(value: Any, context: Any) -> Any:
+        return typeof_impl(value.compiled, context)
+
+
+def _for_any_number(compiled: Any) -> None:
+    """Compile a kernel once for all numbers of one type.
+
+    Numba would specialise it for every literal number with which another kernel calls it.
+    """
+    typed, plain = compiled.get_call_template, numba.types.unliteral
+    compiled.get_call_template = lambda args, kws: typed(
+        [plain(arg) for arg in args], {name: plain(arg) for name, arg in kws.items()}
+    )
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _RefuseArrays(FunctionPass):
+    """Refuse a kernel without reference counting that returns arrays, or is given new ones.
+
+    Numba would free an argument that is returned while it is in use, and never free an array
+    that a callee returns.
+    """
+
+    _name = "refuse_arrays_without_reference_counting"
+
+    def __init__(self) -> None:
+        """A pass that keeps nothing."""
+
+    def run_pass(self, state: Any) -> bool:
+        """Look at the types that Numba has found; nothing is changed."""
+        models, name = state.targetctx.data_model_manager, state.func_id.func_qualname
+        if models[state.return_type].contains_nrt_meminfo():
+            raise NumbaTypeError(
+                f"kernel {name} returns {state.return_type}: a kernel with "
+                "reference_counting=False must not return arrays; let it fill one of its "
+                "arguments, or count references"
+            )
+        for call, signature in state.calltypes.items():
+            if not isinstance(call, ir.Expr) or call.op != "call":
+                continue
+            callee = state.typemap[call.func.name]
+            if isinstance(callee, numba.types.Dispatcher) and (
+                models[signature.return_type].contains_nrt_meminfo()
+            ):
+                raise NumbaTypeError(
+                    f"kernel {name} is given {signature.return_type} by "
+                    f"{callee.dispatcher.py_func.__qualname__}: with reference_counting=False "
+                    "nobody would free it"
+                )
+        return False
+
+
+class _WithoutCounts(CompilerBase):
+    """Numba's compiler with a check of kernels whose arrays are not counted."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes of Numba, and the check once types are known."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(_RefuseArrays, NopythonTypeInference)
+        passes.finalize()
+        return [passes]
+
+
+def _cache_on_disk(compiled: Any) -> None:
+    """Cache a kernel in the folder of its sources; say so if there is none."""
+    folder, usual = kernel_folder(package_of(compiled.py_func)), numba.config.CACHE_DIR
+    if folder is None:
+        _events.cannot_cache()
+        return
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        compiled.enable_caching()
+    except RuntimeError:
+        _events.cannot_cache()
+    finally:
+        numba.config.CACHE_DIR = usual
+    # Where Numba's cache looks different inside, it is used as it is.
+    with suppress(AttributeError):
+        _guard(compiled._cache)
+
+
+def _guard(store: Any) -> None:
+    """Let one process at a time save kernels of a folder, and ignore damaged files.
+
+    Numba numbers the signatures of a kernel as they come, in an index: two processes that save
+    at once would lose one, or call one as the other. Files are replaced as a whole, so reading
+    needs no lock.
+    """
+    load, save, lock = store.load_overload, store.save_overload, Path(store.cache_path, "lock")
+
+    def load_undamaged(signature: Any, context: Any) -> Any:
+        try:
+            return load(signature, context)
+        except Exception:  # a file cut short by a crash or a full disk may raise anything
+            return None
+
+    def save_alone(signature: Any, data: Any) -> None:
+        try:
+            with FileLock(lock, PATIENCE, poll_interval=0.01):
+                try:
+                    save(signature, data)
+                except OSError:
+                    raise
+                except Exception:  # the index is damaged
+                    store.flush()
+                    save(signature, data)
+        except (OSError, NotImplementedError):  # no room, no folder, or no locks there
+            _events.cannot_cache()
+
+    store.load_overload, store.save_overload = load_undamaged, save_alone
+
+
+class _Events(event.Listener):
+    """Says that kernels are being compiled, with a bar on a terminal, or cannot be cached."""
+
+    def __init__(self) -> None:
+        """Nothing said yet, and no kernel known."""
+        self.kernels: dict[Callable[..., Any], Any] = {}
+        self._done: set[Callable[..., Any]] = set()
+        self._told: set[str] = set()
+        self._depth = 0
+        self._bar: Progress | None = None
+
+    def on_start(self, event: Any) -> None:
+        """Called when Numba starts to compile a function (not when it loads one)."""
+        if event.data["dispatcher"].py_func not in self.kernels:
+            return
+        if self._depth == 0:
+            self._open()
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        """Called when Numba has compiled a function."""
+        function = event.data["dispatcher"].py_func
+        if function not in self.kernels:
+            return
+        self._done.add(function)
+        self._depth -= 1
+        if self._bar is not None:
+            self._bar.update(self._bar.task_ids[0], completed=len(self._done))
+        if self._depth == 0 and self._bar is not None:
+            self._bar.stop()
+
+    def cannot_cache(self) -> None:
+        """Called when there is no folder for the disk cache, or no room in it."""
+        self._tell(
+            "no folder to cache compiled kernels in: they are compiled anew in every process; "
+            "set NUMBA_CACHE_DIR to a folder that can be written to"
+        )
+
+    def _open(self) -> None:
+        """Show the bar on a terminal; elsewhere, say once what is going on."""
+        if self._bar is None and not self._told:
+            self._bar = _bar()
+            if self._bar is None:
+                self._tell(FIRST)
+        if self._bar is None:
+            return
+        task = self._bar.task_ids[0]
+        self._bar.update(task, completed=len(self._done), total=len(self.kernels))
+        self._bar.start()
+
+    def _tell(self, text: str) -> None:
+        if text not in self._told:
+            self._told.add(text)
+            logger.warning(text)
+
+
+def _bar() -> Progress | None:
+    """A bar that counts kernels, on standard error, or None if that is no terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if not (console.is_terminal or console.is_jupyter):
+        return None
+    columns = "{task.description}", BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    bar = Progress(*columns, console=console, transient=True)
+    bar.add_task("compiling kernels")
+    return bar
+
+
+_events = _Events()
+event.register("numba:compile", _events)

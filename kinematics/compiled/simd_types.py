@@ -1,0 +1,104 @@
+"""The compiled form of `kinematics.compiled.simd`: vector registers."""
+
+from __future__ import annotations
+
+import operator
+
+from llvmlite import ir
+from numba.core import types
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, models, overload, register_model
+
+from kinematics.compiled.simd import LANES, load, spread, store
+
+__all__: list[str] = []
+
+_VECTOR = ir.VectorType(ir.DoubleType(), LANES)
+
+
+class _Lanes(types.Type):
+    """The type of what `load` returns, in compiled code."""
+
+
+_lanes = _Lanes("lanes")
+
+
+@register_model(_Lanes)
+class _Model(models.PrimitiveModel):
+    """It is a vector register, or several."""
+
+    def __init__(self, manager: object, lanes: object) -> None:
+        """Of LLVM's own type."""
+        super().__init__(manager, lanes, _VECTOR)
+
+
+def _arithmetic(operation: object, instruction: str) -> None:
+    """Let an operator of Python be an instruction of LLVM on lanes."""
+
+    @infer_global(operation)
+    class Signature(AbstractTemplate):
+        """Lanes and lanes give lanes."""
+
+        def generic(self, args: tuple, kws: dict) -> object:
+            """The signature, or None for other arguments."""
+            return signature(_lanes, *args) if args == (_lanes, _lanes) else None
+
+    @lower_builtin(operation, _lanes, _lanes)
+    def lower(context, builder, sig, args):
+        return getattr(builder, instruction)(*args, flags=("contract",))
+
+
+_arithmetic(operator.add, "fadd")
+_arithmetic(operator.mul, "fmul")
+
+
+def _place(context, builder, kind, array, at):
+    """Pointer to the lanes that begin at an element of a flat array."""
+    data = context.make_array(kind)(context, builder, array).data
+    return builder.bitcast(builder.gep(data, [at]), _VECTOR.as_pointer())
+
+
+@intrinsic
+def _load(typing, array, at):
+    def generate(context, builder, sig, args):
+        found = builder.load(_place(context, builder, sig.args[0], *args))
+        found.align = 8
+        return found
+
+    return _lanes(array, types.intp), generate
+
+
+@intrinsic
+def _store(typing, array, at, values):
+    def generate(context, builder, sig, args):
+        place = _place(context, builder, sig.args[0], *args[:2])
+        builder.store(args[2], place).align = 8
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, values), generate
+
+
+@intrinsic
+def _spread(typing, value):
+    def generate(context, builder, sig, args):
+        none = ir.Constant(_VECTOR, ir.Undefined)
+        first = builder.insert_element(none, args[0], ir.Constant(ir.IntType(32), 0))
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+        return builder.shuffle_vector(first, none, zeros)
+
+    return _lanes(types.float64), generate
+
+
+@overload(load)
+def _(array, at):
+    return lambda array, at: _load(array, at)
+
+
+@overload(store)
+def _(array, at, values):
+    return lambda array, at, values: _store(array, at, values)
+
+
+@overload(spread)
+def _(value):
+    return lambda value: _spread(value)

@@ -1,0 +1,1 @@
+"""Linear algebra: one algorithm a file."""

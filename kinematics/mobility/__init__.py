@@ -1,0 +1,1 @@
+"""Mobility to first and to higher order, and independent coordinates."""

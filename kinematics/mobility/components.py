@@ -1,0 +1,173 @@
+"""Components of a linkage: joints that depend on one another, in coordinates of their own.
+
+Loops that share no joint and no mimic relation move independently. Tolerances in a loop are
+relative to the size of its component, not to that of the linkage: a four-bar at the end of a
+long arm has the mobility that it has without the arm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.closure.series import loop_matrix
+from kinematics.errors import MobilityError
+from kinematics.mobility.first_order import first_order
+from kinematics.model.arrays import Chain, Frame
+from kinematics.model.chain import arrange, clusters, extent, move
+from kinematics.model.linkage import GROUND, Draft, Mimic
+
+__all__ = ["Component", "component", "components", "freedoms"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Smallest size of a component over its distance from the ground that leaves enough digits in
+# double precision; below the second ratio its joints coincide but for round-off.
+LEAST, COINCIDENT = 4e-9, 1e-14
+
+
+class Component(NamedTuple):
+    """Joints that depend on one another, without the rest of the linkage.
+
+    Attributes:
+        joints: their numbers in the linkage (n,), ascending.
+        draft: a linkage of these joints alone; all others are locked.
+        chain: its arrays, in its own coordinates and units of its own size.
+        loops: numbers of its loops in the linkage.
+    """
+
+    joints: IntArray
+    draft: Draft
+    chain: Chain
+    loops: tuple[int, ...]
+
+    def with_columns(self, whole: Chain) -> Chain:
+        """Its chain with the independent joints and the columns of the whole chain."""
+        own = np.flatnonzero(~np.isin(self.joints, whole.dependent))
+        joints = self.joints[own]
+        ratio = whole.units[joints] / self.chain.units[own]
+        basis = ratio[:, None] * whole.columns[joints]
+        return move(self.chain, own, basis[:, np.any(basis != 0.0, axis=0)])
+
+    def in_frame(self, frame: Frame) -> Component:
+        """The same component in other coordinates."""
+        return self._replace(chain=arrange(self.draft, frame))
+
+    def own_positions(self, q: Array, units: Array) -> Array:
+        """Positions of its joints (n,), in its own units, from those of the linkage.
+
+        Args:
+            q: positions of all joints of the linkage, in the units of its chain.
+            units: unit of each of them, in metres or radians; `Chain.units`.
+        """
+        out: Array = q[self.joints] * units[self.joints] / self.chain.units
+        return out
+
+    def all_positions(self, q: Array, units: Array) -> Array:
+        """Positions of all joints of the linkage, 0 for those of other components.
+
+        Args:
+            q: positions of the joints of the component (n,), in its own units.
+            units: unit of each joint of the linkage, in metres or radians; `Chain.units`.
+        """
+        out = np.zeros(units.size)
+        out[self.joints] = q * self.chain.units / units[self.joints]
+        return out
+
+
+def components(draft: Draft) -> list[Component]:
+    """Split a linkage into its components.
+
+    Raises:
+        MobilityError: a component is too small for double precision, beside its distance from
+            the ground.
+    """
+    return [component(draft, group) for group in clusters(arrange(draft)) if group]
+
+
+def component(draft: Draft, joints: Sequence[int]) -> Component:
+    """One component of a linkage.
+
+    Args:
+        draft: the linkage.
+        joints: numbers of its joints, ascending: a group of `kinematics.model.chain.clusters`.
+
+    Raises:
+        MobilityError: it is too small for double precision.
+    """
+    number = {joint: k for k, joint in enumerate(joints)}
+
+    def carried(link: int) -> int:
+        while link != GROUND and link not in number:
+            link = draft.joints[link].parent
+        return number.get(link, GROUND)
+
+    ends = {k: (carried(x.end), carried(x.successor)) for k, x in enumerate(draft.loops)}
+    loops = tuple(k for k, (end, successor) in ends.items() if end != successor)
+    part = replace(
+        draft,
+        joints=tuple(
+            replace(draft.joints[j], parent=carried(draft.joints[j].parent)) for j in joints
+        ),
+        bodies=tuple(
+            replace(body, link=number[body.link])
+            for body in draft.bodies if body.link in number
+        ),
+        loops=tuple(
+            replace(draft.loops[k], end=ends[k][0], successor=ends[k][1]) for k in loops
+        ),
+        mimics=tuple(
+            Mimic(number[x.joint], number[x.source], x.ratio)
+            for x in draft.mimics if x.joint in number
+        ),
+        places={},
+        displaced=None,
+    )  # fmt: skip
+    _check_size(part)
+    return Component(np.array(joints, dtype=np.int64), part, arrange(part), loops)
+
+
+def _check_size(part: Draft) -> None:
+    """Refuse a component so small, beside its distance from the ground, that digits are lost.
+
+    Raises:
+        MobilityError: it is too small for double precision.
+    """
+    size = extent(part).length
+    far = max(float(np.abs(joint.point).max()) for joint in part.joints)
+    if COINCIDENT * far < size < LEAST * far:
+        names = ", ".join(f"'{loop.name}'" for loop in part.loops[:3])
+        raise MobilityError(
+            f"{part.source}: the joints of loop {names} are {size:.1e} m apart, {far:.1e} m "
+            "from the ground: too small for double precision there; write the file in a "
+            "frame near that loop",
+            joints=[joint.name for joint in part.joints],
+        )
+
+
+def freedoms(parts: Sequence[Component], count: int) -> tuple[Array, list[Array]]:
+    """Null space of the loop matrix of a linkage, component by component.
+
+    Args:
+        parts: the components of the linkage.
+        count: number of its joints; those in no component are free.
+
+    Returns:
+        Orthonormal joint rates that close the loops (count, freedom); singular values of the
+        loop matrix of each component.
+    """
+    outside = np.ones(count, dtype=bool)
+    blocks, spectra = [], []
+    for part in parts:
+        outside[part.joints] = False
+        free, values = first_order(loop_matrix(part.chain))
+        block = np.zeros((count, free.shape[1]))
+        block[part.joints] = free
+        blocks.append(block)
+        spectra.append(values)
+    return np.hstack([np.eye(count)[:, outside], *blocks]), spectra

@@ -1,0 +1,258 @@
+"""Mobility beyond the first order: which motions leave a pose, and how many.
+
+Joint rates that close the loops at first order span the freedoms F of a pose. Where they are
+more than the linkage really has, the poses it can take are not a smooth surface there: near
+that pose they form a cone, whose section by a small sphere in F, its *link*, tells the
+branches (J. Milnor, "Singular points of complex hypersurfaces", 1968; A. Müller, "Local
+kinematic analysis of closed-loop linkages", 2019). The link is found by solving for closed
+poses at a given distance from many starts. A branch with one degree of freedom meets it in
+two points, one for each sense of the motion. If it is empty, no pose is left: the linkage
+moves only infinitesimally, up to the order at which the loops stop closing, which is the
+exponent k of the least opening ``c ε^k`` at the distance ε.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.closure.newton import forward, mismatch
+from kinematics.closure.series import expand, loop_matrix
+from kinematics.mobility.first_order import DEPENDENT, first_order, nullity
+from kinematics.model.arrays import Chain
+from kinematics.model.chain import move
+
+__all__ = ["ORDERS", "Local", "examine"]
+
+Array = NDArray[np.float64]
+
+# Distances of the sphere from the pose (radians, characteristic lengths): the first two at
+# which the same is found count.
+REACHES = (0.06, 0.02, 0.006)
+# Highest order that is looked at.
+ORDERS = 8
+# Openings of loops that are round-off: along a series, and at a pose near the singular one.
+CLOSES, SHUT = 1e-9, 1e-12
+# Starts: at most so many, and fewer for many joints.
+MOST, WORK = 240, 400_000
+SEED = 4
+
+
+class Local(NamedTuple):
+    """What a linkage can do near a pose; n joints.
+
+    Attributes:
+        freedom: degrees of freedom at first order.
+        mobility: most degrees of freedom of a branch that leaves the pose, 0 without one.
+        order: at which the loops stop closing if no branch leaves the pose, otherwise 0.
+        branches: closed poses near the pose (branches, n), one on each branch; of a branch
+            of several degrees of freedom any one. With a single one, the way to leave is
+            not in doubt.
+    """
+
+    freedom: int
+    mobility: int
+    order: int
+    branches: Array
+
+
+def examine(chain: Chain, tolerance: float = DEPENDENT) -> Local:
+    """The branches that leave the reference pose of a chain, at which its loops close.
+
+    Args:
+        chain: joints that one another's motion depends on; spatial, nothing chosen as
+            independent.
+        tolerance: relative size of singular values of the loop matrix that count as zero.
+    """
+    N, _ = first_order(loop_matrix(chain), tolerance)
+    freedom = N.shape[1]
+    empty = np.empty((0, len(N)))
+    if freedom == 0:
+        return Local(0, 0, 1, empty)
+    if freedom == 1:
+        order = _order_of_one(chain, N)
+        if order or _closest(chain, N, REACHES[0], N[:, 0])[1] > SHUT:
+            return Local(1, 0, order or ORDERS, empty)
+        return Local(1, 1, 0, REACHES[0] * N.T)
+    seen = None
+    for reach in REACHES:
+        mobility, branches = _leaving(chain, N, reach)
+        if seen == (mobility, len(branches)):
+            break
+        seen = mobility, len(branches)
+    if mobility == 0:
+        return Local(freedom, 0, _order(chain, N), empty)
+    return Local(freedom, mobility, 0, branches)
+
+
+def _order_of_one(chain: Chain, N: Array) -> int:
+    """The order at which a single freedom stops closing the loops; 0 if none is found."""
+    joint = int(np.argmax(np.abs(N[:, 0])))
+    moved = move(chain, np.array([joint]), np.eye(1))
+    series = expand(moved, np.ones((1, 1)), ORDERS - 1)
+    sizes = np.abs(series.C[0]).max(axis=(1, 2))
+    for order, residual in enumerate(series.residual):
+        if residual > CLOSES * max(1.0, sizes[order], sizes[0] ** (order + 1)):
+            return order + 1
+    return 0
+
+
+def _starts(N: Array) -> Iterator[Array]:
+    """Directions in the freedoms of a pose, evenly in two of them, at random in more."""
+    rng = np.random.default_rng(SEED)
+    freedom = N.shape[1]
+    if freedom == 2:
+        for angle in np.linspace(0.0, 2 * np.pi, 32, endpoint=False) + 0.05:
+            yield N @ [np.cos(angle), np.sin(angle)]
+        return
+    for _ in range(min(48 * (freedom - 1), MOST, WORK // len(N) ** 2)):
+        v = N @ rng.standard_normal(freedom)
+        yield v / np.linalg.norm(v)
+
+
+def _closest(
+    chain: Chain, N: Array, reach: float, start: Array, fixed: Array | None = None
+) -> tuple[Array, float]:
+    """A pose at a distance from the reference pose whose loops are as closed as can be.
+
+    Levenberg-Marquardt steps, damped by the size of what is left (N. Yamashita and M.
+    Fukushima, 2001). At a distance ε, what joint rates can close of the opening is of the
+    size ε, and the rest of ε²: each is scaled by its own.
+
+    Args:
+        chain: the linkage as arrays.
+        N: orthonormal freedoms (n, f).
+        reach: length of the part in N of the joint positions.
+        start: direction from which to start (n,).
+        fixed: directions (n, d) in which the start is kept, instead of the length alone.
+
+    Returns:
+        Joint positions, and the size of the opening there.
+    """
+    U = np.linalg.svd(loop_matrix(chain))[0][:, : len(N) - N.shape[1]]
+    W = np.eye(len(U)) / reach**2 + (U @ U.T) * (1.0 / reach - 1.0 / reach**2)
+
+    def opening(x: Array) -> tuple[Array, Array]:
+        pose = forward(chain, reach * x)
+        b = W @ mismatch(chain, pose.H, reach * x)
+        A = reach * W @ loop_matrix(chain, pose.screws)
+        if fixed is None:
+            u = N.T @ x
+            more, row = (u @ u - 1.0)[None], 2.0 * (N @ u)[None]
+        else:
+            more, row = fixed.T @ (x - start), fixed.T
+        return np.concatenate([b, more]), np.concatenate([A, row])
+
+    x, damping = start, 0.1
+    b, A = opening(x)
+    for _ in range(60):
+        size = float(np.linalg.norm(b))
+        if size <= 1e-14 or damping > 1e6:
+            break
+        upper = np.concatenate([A, damping * min(size, 1.0) * np.eye(x.size)])
+        step = np.linalg.lstsq(upper, np.concatenate([b, np.zeros(x.size)]), rcond=None)[0]
+        tried, matrix = opening(x - step)
+        less = float(np.linalg.norm(tried))
+        if not less < size:
+            damping *= 8.0
+            continue
+        x, b, A, damping = x - step, tried, matrix, max(0.25 * damping, 1e-3)
+        if np.linalg.norm(step) <= 1e-12:
+            break
+    pose = forward(chain, reach * x)
+    return pose.q, pose.error
+
+
+def _leaving(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
+    """Degrees of freedom of the branches at a distance, and a closed pose on each."""
+    points: list[Array] = []
+    for start in _starts(N):
+        q, opening = _closest(chain, N, reach, start)
+        if opening <= SHUT and np.abs(q).max() <= 10 * reach:
+            points.append(q)
+    if not points:
+        return 0, np.empty((0, len(N)))
+    sizes = [nullity(chain, q) for q in points]
+    mobility = max(sizes)
+    if mobility == 1:
+        return 1, _paired(_distinct([*points, *_opposite(chain, N, reach, points)], reach))
+    flat = _tangent(np.array(points) @ N / reach, mobility)
+    if min(sizes) == mobility and flat is not None and _one_sheet(chain, N, reach, N @ flat):
+        return mobility, np.array(points[:1])
+    return mobility, _apart(np.array(points), N)
+
+
+def _opposite(chain: Chain, N: Array, reach: float, points: list[Array]) -> Iterator[Array]:
+    """Closed poses in the senses opposite to those found."""
+    for q in _distinct(points, reach):
+        other, opening = _closest(chain, N, reach, -q / reach)
+        if opening <= SHUT:
+            yield other
+
+
+def _distinct(points: list[Array], reach: float) -> list[Array]:
+    """Poses that differ from one another."""
+    found: list[Array] = []
+    for q in points:
+        if all(np.abs(q - other).max() > 1e-3 * reach for other in found):
+            found.append(q)
+    return found
+
+
+def _paired(points: list[Array]) -> Array:
+    """One pose on each branch: a branch leaves in two senses, mostly opposite ones."""
+    left, kept = list(points), []
+    while left:
+        q = left.pop(0)
+        kept.append(q)
+        if left:
+            cosines = [q @ p / np.linalg.norm(q) / np.linalg.norm(p) for p in left]
+            left.pop(int(np.argmin(cosines)))
+    return np.array(kept)
+
+
+def _tangent(directions: Array, dimension: int) -> Array | None:
+    """The subspace (f, dimension) that unit directions (count, f) fill, or None."""
+    _, values, Vt = np.linalg.svd(directions / np.sqrt(len(directions)))
+    values = np.concatenate([values, np.zeros(len(Vt))])
+    if values[dimension - 1] < 0.1 or values[dimension] > 0.1 * values[dimension - 1]:
+        return None
+    return Vt[:dimension].T
+
+
+def _one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
+    """Whether the closed poses are one smooth sheet over its tangent directions T (n, d)."""
+    rng = np.random.default_rng(SEED)
+    for _ in range(2 * T.shape[1] + 2):
+        t = T @ rng.standard_normal(T.shape[1])
+        t /= np.linalg.norm(t)
+        found = []
+        for _ in range(4):
+            aside = N @ rng.standard_normal(N.shape[1])
+            aside -= T @ (T.T @ aside)
+            q, opening = _closest(chain, N, reach, t + 0.3 * aside, T)
+            if opening <= SHUT:
+                found.append(q)
+        if len(_distinct(found, reach)) != 1:
+            return False
+    return True
+
+
+def _apart(points: Array, N: Array) -> Array:
+    """Two poses in directions as different as can be."""
+    directions = points @ N
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    far = int(np.argmin(np.abs(directions @ directions[0])))
+    return points[[0, far]]
+
+
+def _order(chain: Chain, N: Array) -> int:
+    """The order at which no direction closes the loops, from how the least opening grows."""
+    least = []
+    for reach in (0.1, 0.05):
+        openings = [_closest(chain, N, reach, start)[1] for start in _starts(N)]
+        least.append(min(openings))
+    return int(np.clip(np.rint(np.log2(least[0] / least[1])), 2, ORDERS))

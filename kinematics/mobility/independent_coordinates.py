@@ -1,0 +1,108 @@
+"""Which joints serve as independent coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.errors import CoordinateError
+from kinematics.model.linkage import Draft, Joint, Notice, names
+
+__all__ = ["coordinates"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Joints that turn or slide by less, for unit rates of the linkage, stand still: a dead centre
+# that is written with six decimals leaves about 1e-6.
+STILL = 1e-5
+# What is left of the freedom of a joint once others are chosen.
+DEPENDENT = 1e-8
+
+
+def coordinates(
+    draft: Draft, velocities: Array, wanted: Sequence[str]
+) -> tuple[IntArray, list[Notice]]:
+    """Independent joints: the wanted ones, completed by well-conditioned ones.
+
+    Args:
+        draft: the linkage.
+        velocities: joint rates that close the loops: orthonormal columns (n, mobility).
+        wanted: names of joints, or of joints of several coordinates.
+
+    Returns:
+        Positions of the joints among all, and what the user should know.
+
+    Raises:
+        CoordinateError: a name is unknown, or its joint depends on those before it.
+    """
+    mobility = velocities.shape[1]
+    all_names = names(draft.joints)
+    rest = velocities.copy()
+    chosen: list[int] = []
+    for name in _expanded(wanted, draft.joints):
+        if name not in all_names or all_names.index(name) in chosen:
+            problem = "named twice" if name in all_names else "no such joint"
+            raise CoordinateError(draft.source, [name], problem, all_names)
+        j = all_names.index(name)
+        if problem := _unfit(j, velocities, rest, [all_names[i] for i in chosen]):
+            can = [all_names[i] for i in _candidates(draft, rest) or chosen]
+            raise CoordinateError(draft.source, [name], problem, can)
+        rest = _without(rest, j)
+        chosen.append(j)
+    named = len(chosen)
+    while len(chosen) < mobility:
+        j = _candidates(draft, rest)[0]
+        rest = _without(rest, j)
+        chosen.append(j)
+    notices = []
+    if named and named < mobility:
+        added = ", ".join(all_names[j] for j in chosen[named:])
+        text = f"{named} inputs named, mobility {mobility}: completed with passive {added}"
+        notices.append(Notice("inputs_completed", text))
+    if not named:
+        chosen.sort()
+    return np.array(chosen, dtype=np.int64), notices
+
+
+def _unfit(joint: int, velocities: Array, rest: Array, taken: Sequence[str]) -> str:
+    """Why a joint cannot be the next input; empty if it can."""
+    rate, left = (float(np.linalg.norm(v[joint])) for v in (velocities, rest))
+    fastest = float(np.linalg.norm(velocities, axis=1).max())
+    if rate <= STILL * fastest:
+        return (
+            "stands still, to first order, at the reference pose: a dead centre, if it moves "
+            "at all, where it cannot drive the linkage"
+        )
+    if left > max(DEPENDENT, STILL * rate):
+        return ""
+    if len(taken) == velocities.shape[1]:
+        return f"depends on the other inputs: {', '.join(taken)} take up mobility {len(taken)}"
+    return f"depends on the other inputs ({', '.join(taken)}) at the reference pose"
+
+
+def _expanded(wanted: Sequence[str], joints: Sequence[Joint]) -> list[str]:
+    """Names of coordinates; the name of a joint of several stands for all of them."""
+    found: list[str] = []
+    for name in wanted:
+        found += [joint.name for joint in joints if joint.whole == name] or [name]
+    return found
+
+
+def _candidates(draft: Draft, rest: Array) -> list[int]:
+    """Joints that would serve as the next coordinate, the preferred one first.
+
+    Any joint whose remaining freedom is at least a third of the largest is well enough
+    conditioned; joints of the tree come before those of loops, earlier ones before later.
+    """
+    sizes = np.linalg.norm(rest, axis=1)
+    good = np.flatnonzero(sizes >= max(sizes.max(initial=0.0) / 3.0, DEPENDENT))
+    return sorted(good.tolist(), key=lambda j: (draft.joints[j].in_loop, j))
+
+
+def _without(rest: Array, joint: int) -> Array:
+    """Velocities with the direction that moves ``joint`` projected out."""
+    direction = rest[joint] / np.linalg.norm(rest[joint])
+    return rest - np.outer(rest @ direction, direction)

@@ -1,0 +1,1 @@
+"""The linkage as data, its arrays, and the relations between its inputs."""

@@ -1,0 +1,169 @@
+"""The linkage as arrays that the kernels walk, and the frame in which they are written."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.linalg.skyline_qr import profile
+from kinematics.wording import counted, vector
+
+__all__ = ["Chain", "Frame", "IntArray", "Structure", "frozen", "read_only"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Made = TypeVar("Made")
+
+
+def frozen(array: object, dtype: type = np.float64) -> NDArray:
+    """A read-only, contiguous copy of ``array``."""
+    copy: NDArray = np.array(array, dtype=dtype, order="C")
+    copy.flags.writeable = False
+    return copy
+
+
+def read_only(array: NDArray) -> NDArray:
+    """The same numbers, read-only: kernels are compiled again for what may be written to."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Where the chain's coordinates stand: ``x_chain = R (x - origin) / length``.
+
+    Attributes:
+        R: rotation from inertial to chain axes (3, 3); its last row is the normal of a
+            planar linkage.
+        origin: middle of the mechanism (3,), metres.
+        length: characteristic length, metres.
+    """
+
+    R: Array = field(default_factory=lambda: frozen(np.eye(3)))
+    origin: Array = field(default_factory=lambda: frozen(np.zeros(3)))
+    length: float = 1.0
+
+    def __repr__(self) -> str:
+        """One line: origin and length."""
+        return f"Frame: origin {vector(self.origin)} m, length {self.length:.4g} m"
+
+
+class Structure:
+    """What follows from the topology of a chain alone, and room for kernels.
+
+    Chains of one topology share it: a change of the geometry leaves it as it is.
+
+    Attributes:
+        of: the arrays that it follows from, and the number of components of a screw.
+        made: what functions made of them.
+        spare: room that nobody uses, by what it is for.
+    """
+
+    def __init__(self, of: tuple[Any, ...]) -> None:
+        """Nothing made yet."""
+        self.of = of
+        self.made: dict[Callable[[Chain], Any], Any] = {}
+        self.spare: dict[tuple[int, ...], list[Any]] = {}
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """A linkage as arrays; n moving joints, L loops, w independent columns.
+
+    Attributes:
+        frame: the coordinates in use.
+        joints: index in the linkage of each joint (n,).
+        units: SI units per unit of each joint position: 1 (radians) or the length (n,).
+        parent: link before each joint, -1 for the ground (n,).
+        screws: unit screws at the reference pose (n, 6), or ``[ω; v_x; v_y]`` (n, 3).
+        ends: the two links welded by each loop (L, 2).
+        mimics: rows of linear relations between joint positions (g, n).
+        dependent: joints whose positions follow from the loops (d,).
+        columns: joint rates of the independent joints for each column (n, w).
+        moves: whether a column can move a link (n, w).
+        links: link of each body with inertial parameters, -1 if it cannot move.
+        structure: what follows from all arrays but the screws; found if it is not given.
+    """
+
+    frame: Frame
+    joints: IntArray
+    units: Array
+    parent: IntArray
+    screws: Array
+    ends: IntArray
+    mimics: Array
+    dependent: IntArray
+    columns: Array
+    moves: NDArray[np.bool_]
+    links: IntArray
+    structure: Structure = field(default=None, repr=False)  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        """Keep the structure of a chain that differs in its screws alone."""
+        of = (
+            self.screws.shape[1], self.parent, self.ends, self.mimics, self.dependent,
+            self.columns, self.moves, self.links,
+        )  # fmt: skip
+        if self.structure is None or any(map(operator.is_not, of, self.structure.of)):
+            object.__setattr__(self, "structure", Structure(of))
+
+    def __repr__(self) -> str:
+        """One line: how many joints, loops and columns."""
+        joints, loops = counted(self.parent.size, "joint"), counted(len(self.ends), "loop")
+        algebra = "planar" if self.planar else "spatial"
+        return f"Chain: {algebra}, {joints}, {loops}, {counted(self.width, 'column')}"
+
+    @property
+    def planar(self) -> bool:
+        """Whether the chain is reduced to its plane."""
+        return self.screws.shape[1] == 3
+
+    @property
+    def width(self) -> int:
+        """Number of columns: degrees of freedom of the motion."""
+        return self.columns.shape[1]
+
+    @property
+    def lines(self) -> IntArray:
+        """Profile of the dependent joints' loop matrix; see `kinematics.linalg.skyline_qr`."""
+        return self.once(_lines)
+
+    @cached_property
+    def walked(self) -> tuple[NDArray[Any], ...]:
+        """The arrays that kernels of the motion walk, in their order."""
+        return (
+            self.parent, self.screws, self.ends, self.mimics, self.columns, self.moves,
+            self.lines,
+        )  # fmt: skip
+
+    def once(self, make: Callable[[Chain], Made]) -> Made:
+        """What a function makes of the structure, made once."""
+        try:
+            found: Made = self.structure.made[make]
+        except KeyError:
+            found = self.structure.made[make] = make(self)
+        return found
+
+    def borrow(self, purpose: tuple[int, ...], make: Callable[[], Any]) -> Any:
+        """Room for kernels that belongs to the caller alone: made, or given back before."""
+        try:
+            return self.structure.spare[purpose].pop()
+        except (KeyError, IndexError):
+            return make()
+
+    def give_back(self, purpose: tuple[int, ...], room: Any) -> None:
+        """Keep room for the next who borrows some for the same purpose."""
+        self.structure.spare.setdefault(purpose, []).append(room)
+
+
+def _lines(chain: Chain) -> IntArray:
+    dim = chain.screws.shape[1]
+    lines = profile(chain.parent, chain.ends, chain.mimics, chain.dependent, dim)
+    return frozen(lines, np.int64)

@@ -1,0 +1,272 @@
+"""From a linkage to the arrays of its kernels, skipping what cannot move.
+
+Positions are measured from the middle of the mechanism in units of a characteristic
+length, joints that cannot move are left out, and a planar linkage is reduced to its plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.model.arrays import Chain, Frame, frozen
+from kinematics.model.linkage import Draft
+
+__all__ = [
+    "arrange",
+    "clusters",
+    "extent",
+    "flatten",
+    "lock",
+    "loop_joints",
+    "move",
+    "path",
+    "paths",
+    "plane_axes",
+    "plane_normal",
+    "reduce",
+]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def arrange(draft: Draft, frame: Frame | None = None) -> Chain:
+    """All joints of a linkage as a spatial chain, with nothing chosen as independent.
+
+    Args:
+        draft: the linkage.
+        frame: coordinates to use; by default amid the mechanism, in units of its size.
+    """
+    frame = frame or _frame(draft)
+    n = len(draft.joints)
+    screws = np.array([joint.screw for joint in draft.joints]).reshape(n, 6)
+    sliding = np.array([joint.kind == "prismatic" for joint in draft.joints], dtype=bool)
+    screws[:, 3:] += np.cross(screws[:, :3], frame.origin)
+    screws[~sliding, 3:] /= frame.length
+    units = np.where(sliding, frame.length, 1.0)
+    ends = [(loop.end, loop.successor) for loop in draft.loops]
+    mimics = np.zeros((len(draft.mimics), n))
+    for row, mimic in zip(mimics, draft.mimics, strict=True):
+        row[mimic.joint] = 1.0
+        row[mimic.source] = -mimic.ratio * units[mimic.source] / units[mimic.joint]
+    return Chain(
+        frame=frame,
+        joints=frozen(range(n), np.int64),
+        units=frozen(units),
+        parent=frozen([joint.parent for joint in draft.joints], np.int64),
+        screws=frozen(screws),
+        ends=frozen(np.reshape(ends, (-1, 2)), np.int64),
+        mimics=frozen(mimics),
+        dependent=frozen([], np.int64),
+        columns=frozen(np.zeros((n, 0))),
+        moves=frozen(np.zeros((n, 0)), np.bool_),
+        links=frozen([body.link for body in draft.bodies], np.int64),
+    )
+
+
+def extent(draft: Draft) -> Frame:
+    """Coordinates amid the joints, in units of the distance of the furthest.
+
+    Unlike those of `arrange` they do not degenerate where all axes nearly meet in a point:
+    then half of the centres of mass are further away, and the middle one counts.
+    """
+    points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
+    origin = points.mean(axis=0)
+    far = float(np.linalg.norm(points - origin, axis=1).max())
+    centres = np.linalg.norm(_centres(draft) - origin, axis=1)
+    length = max(far, float(np.median(centres)) if centres.size else 0.0)
+    return Frame(frozen(np.eye(3)), frozen(origin), length or 1.0)
+
+
+def _frame(draft: Draft) -> Frame:
+    """Origin amid the joints; length from the distances of their axes to it.
+
+    The distances vanish where all axes meet in a point, but for rounding, or nothing turns:
+    then those of the centres of mass, and of the joints themselves, stand in for them. The
+    parallel axes of a loop meet nowhere: however near each other, their distances count.
+    """
+    points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
+    origin = points.mean(axis=0)
+    turning = [j.screw for j in draft.joints if j.kind != "prismatic"]
+    arms = np.array([np.cross(s[:3], s[3:] + np.cross(s[:3], origin)) for s in turning])
+    centres = _centres(draft)
+    largest = max(float(np.abs(a).max(initial=0.0)) for a in (points, centres))
+    meeting = not (draft.loops and turning and _parallel(turning))
+    least = max(1e-9 * largest, 1e-4 * extent(draft).length * meeting)
+    for candidate in (arms, centres - origin, points - origin):
+        if len(candidate):
+            length = float(np.sqrt(np.mean(np.sum(candidate**2, axis=1))))
+            if length > least:
+                return Frame(frozen(np.eye(3)), frozen(origin), length)
+    return Frame(frozen(np.eye(3)), frozen(origin), 1.0)
+
+
+def _parallel(screws: list[Array]) -> bool:
+    """Whether the axes of turning joints are parallel but for rounding."""
+    return all(np.abs(np.cross(s[:3], screws[0][:3])).max() <= 1e-4 for s in screws)
+
+
+def _centres(draft: Draft) -> Array:
+    """Centres of mass (count, 3), of the bodies that have one."""
+    massive = [body.inertia for body in draft.bodies if body.inertia[0] > 0.0]
+    return np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
+
+
+def lock(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
+    """The chain without the joints that are idle; links they joined become one."""
+    if not idle.any():
+        return chain
+    kept = np.flatnonzero(~idle)
+    new = np.full(idle.size, -1)
+    new[kept] = np.arange(kept.size)
+
+    def carried(link: int) -> int:
+        while link >= 0 and idle[link]:
+            link = int(chain.parent[link])
+        return int(new[link]) if link >= 0 else -1
+
+    ends = np.array([[carried(e), carried(f)] for e, f in chain.ends]).reshape(-1, 2)
+    mimics = chain.mimics[:, kept]
+    dependent = chain.dependent[~idle[chain.dependent]]
+    return replace(
+        chain,
+        joints=frozen(chain.joints[kept], np.int64),
+        units=frozen(chain.units[kept]),
+        parent=frozen([carried(int(chain.parent[j])) for j in kept], np.int64),
+        screws=frozen(chain.screws[kept]),
+        ends=frozen(ends[ends[:, 0] != ends[:, 1]], np.int64),
+        mimics=frozen(mimics[np.any(mimics != 0.0, axis=1)]),
+        dependent=frozen(new[dependent], np.int64),
+        columns=frozen(chain.columns[kept]),
+        moves=frozen(chain.moves[kept], np.bool_),
+        links=frozen([carried(int(link)) for link in chain.links], np.int64),
+    )
+
+
+def plane_normal(chain: Chain, tolerance: float = 1e-9) -> Array | None:
+    """Normal of the plane in which every link moves, or None.
+
+    All axes of rotation must be parallel to it, all translations perpendicular to it.
+    """
+    turning = chain.screws[np.any(chain.screws[:, :3] != 0.0, axis=1)]
+    sliding = chain.screws[np.all(chain.screws[:, :3] == 0.0, axis=1), 3:]
+    if len(turning):
+        n = turning[0, :3]
+    elif len(sliding):
+        n = np.linalg.svd(sliding)[2][-1]
+        if np.linalg.matrix_rank(sliding, tol=tolerance) == 1:
+            candidates = np.eye(3) - np.outer(sliding[0], sliding[0])
+            n = candidates[2] if abs(sliding[0, 2]) < 0.9 else candidates[0]
+            n = n / np.linalg.norm(n)
+    else:
+        return None
+    n = n * np.sign(n[np.argmax(np.abs(n))])
+    along = np.abs(np.sum(turning[:, :3] * turning[:, 3:], axis=1))
+    off_axis = np.linalg.norm(np.cross(turning[:, :3], n), axis=1)
+    out_of_plane = np.abs(sliding @ n)
+    worst = max(a.max(initial=0.0) for a in (along, off_axis, out_of_plane))
+    return n if worst <= tolerance else None
+
+
+def plane_axes(normal: Array) -> Array:
+    """Right-handed axes, as rows, of which the last is the normal (3,); shape (3, 3).
+
+    The first is the axis that comes after the one nearest the normal in the cycle x, y, z,
+    made perpendicular to the normal.
+    """
+    helper = np.eye(3)[(int(np.argmax(np.abs(normal))) + 1) % 3]
+    x = helper - (helper @ normal) * normal
+    x /= np.linalg.norm(x)
+    return np.array([x, np.cross(normal, x), normal])
+
+
+def flatten(chain: Chain, normal: Array) -> Chain:
+    """The chain in its plane: axes turned so that the last one is the normal."""
+    R = plane_axes(normal)
+    turned = np.concatenate([chain.screws[:, :3] @ R.T, chain.screws[:, 3:] @ R.T], axis=1)
+    turned[:, 2] = np.rint(turned[:, 2])
+    frame = replace(chain.frame, R=frozen(R))
+    return replace(chain, frame=frame, screws=frozen(turned[:, 2:5]))
+
+
+def move(chain: Chain, independent: IntArray, basis: Array) -> Chain:
+    """The chain with its independent joints and the columns they move in.
+
+    Args:
+        chain: the linkage as arrays.
+        independent: joints that serve as coordinates.
+        basis: their rates for each column, in the units of the chain; (independent, w).
+    """
+    n = chain.parent.size
+    dependent = np.setdiff1d(np.arange(n), independent)
+    columns = np.zeros((n, basis.shape[1]))
+    columns[independent] = basis
+    active = columns != 0.0
+    for group in clusters(chain):
+        active[np.intersect1d(group, dependent)] = active[group].any(axis=0)
+    moves = active.copy()
+    for j in range(n):
+        if chain.parent[j] >= 0:
+            moves[j] |= moves[chain.parent[j]]
+    return replace(
+        chain,
+        dependent=frozen(dependent, np.int64),
+        columns=frozen(columns),
+        moves=frozen(moves, np.bool_),
+    )
+
+
+def reduce(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain]:
+    """The chain without its idle joints, and the same in its plane if it has one."""
+    reduced = lock(chain, idle)
+    normal = plane_normal(reduced)
+    return reduced, reduced if normal is None else flatten(reduced, normal)
+
+
+def clusters(chain: Chain) -> list[list[int]]:
+    """Groups of joints that the loops and the mimic relations couple."""
+    groups: list[set[int]] = []
+    for end, successor in chain.ends.tolist():
+        groups.append(loop_joints(chain.parent, end, successor))
+    groups += [set(np.flatnonzero(row).tolist()) for row in chain.mimics]
+    merged: list[set[int]] = []
+    for group in groups:
+        for other in [m for m in merged if m & group]:
+            merged.remove(other)
+            group |= other
+        merged.append(group)
+    return [sorted(group) for group in merged]
+
+
+def loop_joints(parent: Sequence[int] | IntArray, end: int, successor: int) -> set[int]:
+    """Joints of a loop: those between the ground and one of its two links, but not both."""
+    return set(path(parent, end)) ^ set(path(parent, successor))
+
+
+def path(parent: Sequence[int] | IntArray, link: int) -> list[int]:
+    """Joints from a link down to the ground."""
+    path = []
+    while link >= 0:
+        path.append(link)
+        link = int(parent[link])
+    return path
+
+
+def paths(parent: IntArray) -> Array:
+    """Which joints lie between each link and the ground: 1 or 0.
+
+    Args:
+        parent: link that carries each joint, -1 for the ground (n,).
+
+    Returns:
+        Links by joints (n + 1, n); the last row is that of the ground, as index -1 is.
+    """
+    found = np.zeros((parent.size + 1, parent.size))
+    for j, link in enumerate(parent):
+        found[j] = found[link]
+        found[j, j] = 1.0
+    return found

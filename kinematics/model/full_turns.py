@@ -1,0 +1,47 @@
+"""Full turns: a revolute joint that makes one is where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinematics.model.arrays import IntArray
+from kinematics.model.linkage import Joint
+
+__all__ = ["measured", "unit", "within_turn"]
+
+Array = NDArray[np.float64]
+
+
+def within_turn(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]:
+    """Split joint positions into positions within one turn and counts of full turns.
+
+        q = within + 2π turns,    |within| ≤ π    (revolute joints)
+
+    A prismatic joint does not turn, and a helical one is elsewhere after a turn: they count
+    none, and keep their positions.
+
+    Args:
+        joints: the joints (n).
+        q: their positions (..., n), radians, and lengths in any unit.
+
+    Returns:
+        Positions within one turn (..., n), in the same units, and the counts (..., n).
+    """
+    positions = np.asarray(q, dtype=np.float64)
+    revolute = np.array([joint.kind == "revolute" for joint in joints], dtype=np.bool_)
+    turns = np.where(revolute, np.rint(positions / (2.0 * np.pi)), 0.0)
+    return positions - 2.0 * np.pi * turns, turns.astype(np.int64)
+
+
+def unit(joint: Joint) -> str:
+    """Unit of the position of a joint, ``"rad"`` or ``"m"``."""
+    return "m" if joint.kind == "prismatic" else "rad"
+
+
+def measured(joint: Joint, q: float, digits: int = 3) -> str:
+    """The position of a joint within one turn, with its unit, in words."""
+    within, _ = within_turn([joint], [q])
+    return f"{within[0]:.{digits}g} {unit(joint)}"

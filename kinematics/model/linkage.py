@@ -1,0 +1,254 @@
+"""The linkage as data: bodies, joints and loops.
+
+Everything is written in the inertial frame at the reference pose, where all joint
+positions are 0. Every joint has one degree of freedom; a joint of the file that has more
+is a chain of such joints. Link ``i`` is the link that joint ``i`` carries, and link -1 is
+the ground, so one integer names both a joint and the link after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.model.arrays import Chain, IntArray, frozen
+from kinematics.wording import counted, listed, paragraph, vector
+
+if TYPE_CHECKING:
+    from kinematics.urdf.input_streams import Document
+    from kinematics.urdf.xml_tree import Element
+
+__all__ = [
+    "GROUND",
+    "Body",
+    "Draft",
+    "Joint",
+    "Linkage",
+    "Loop",
+    "Mimic",
+    "Notice",
+    "Place",
+    "names",
+]
+
+GROUND = -1
+Array = NDArray[np.float64]
+
+
+class Notice(NamedTuple):
+    """A remark for the user: a stable code for scripts, and one readable line."""
+
+    code: str
+    message: str
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One degree of freedom between two links.
+
+    Attributes:
+        name: name in the file; ``name.0``, ``name.1`` … for a joint of several degrees.
+        kind: ``"revolute"``, ``"prismatic"`` or ``"helical"``.
+        parent: link that carries the joint (``GROUND`` or an earlier joint's index).
+        screw: ``[n; r × n + λ n]``, or ``[0; n]`` if prismatic; shape (6,), SI units.
+        point: a point of the joint, for drawing and for scaling; shape (3,), metres.
+        in_loop: whether the joint belongs to a loop closure rather than to the tree.
+        numbered: whether it is part of a joint of several degrees.
+    """
+
+    name: str
+    kind: str
+    parent: int
+    screw: Array
+    point: Array
+    in_loop: bool = False
+    numbered: bool = False
+
+    def __repr__(self) -> str:
+        """One line: kind, and the axis or direction."""
+        axis = self.screw[:3] if np.any(self.screw[:3]) else self.screw[3:]
+        return f"Joint {self.name}: {self.kind} at {vector(self.point)} m, axis {vector(axis)}"
+
+    @property
+    def whole(self) -> str:
+        """Name in the file of the joint that it is, or is part of."""
+        return self.name.rpartition(".")[0] if self.numbered else self.name
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid body with inertial parameters.
+
+    Attributes:
+        name: name of its link in the file.
+        link: the link it is; never ``GROUND``.
+        inertia: ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]`` about the inertial
+            origin; shape (10,), SI units.
+        frame: pose of the link frame of the file; shape (4, 4).
+    """
+
+    name: str
+    link: int
+    inertia: Array
+    frame: Array
+
+    def __repr__(self) -> str:
+        """One line: the mass, and what it is about."""
+        return f"Body {self.name}: {self.inertia[0]:.4g} kg, on link {self.link}"
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A weld of link ``end`` to link ``successor``.
+
+    The joint of the loop, if any, lies between the predecessor and ``end``.
+
+    Attributes:
+        name: name in the file.
+        end: link at the far side of the loop's joint.
+        successor: link that it is welded to; may be ``GROUND``.
+        gap: displacement, in the inertial frame, that carries the frame of the weld on
+            ``end`` onto the one on ``successor``; shape (4, 4), the identity once closed.
+    """
+
+    name: str
+    end: int
+    successor: int
+    gap: Array = field(default_factory=lambda: frozen(np.eye(4)))
+
+    def __repr__(self) -> str:
+        """One line: what is welded to what."""
+        far = "the ground" if self.successor == GROUND else f"link {self.successor}"
+        return f"Loop {self.name}: link {self.end} welded to {far}"
+
+
+@dataclass(frozen=True, eq=False)
+class Mimic:
+    """A joint that follows another: ``q[joint] = ratio * q[source]``.
+
+    Both positions are displacements from the reference pose. ``ratio`` is in the units of
+    ``joint`` over the units of ``source``.
+    """
+
+    joint: int
+    source: int
+    ratio: float
+
+
+class Place(NamedTuple):
+    """Where a link of the file is.
+
+    Attributes:
+        link: the rigid body that it is part of; -1 is the ground.
+        pose: of its frame in the inertial frame; shape (4, 4).
+    """
+
+    link: int
+    pose: Array
+
+    def __repr__(self) -> str:
+        """One line: the rigid body, and the origin of the frame."""
+        return f"Place: on link {self.link}, origin {vector(self.pose[:3, 3])} m"
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A linkage as its file describes it, before its loops are closed.
+
+    Attributes:
+        name: name of the robot in the file.
+        source: path of the file.
+        joints: parents first; the joints of the tree before those of the loops.
+        bodies: moving bodies that carry inertial parameters.
+        loops: the welds.
+        mimics: joints that follow others.
+        named_inputs: joints that the file marks as independent.
+        notices: what the reader has to tell.
+        places: where every link of the file is, by name.
+        tree: the elements of the file it was read from, with their decimals, or None.
+        document: that file, if it was read from a stream and cannot be read again.
+        displaced: positions of all joints (n,) at the reference pose, measured from the pose
+            of the file, in radians and metres; None if it is that pose.
+        at: coordinates of the inputs at the reference pose, by name, counted likewise, if
+            that pose was asked for; else None.
+    """
+
+    name: str
+    source: str
+    joints: tuple[Joint, ...]
+    bodies: tuple[Body, ...]
+    loops: tuple[Loop, ...]
+    mimics: tuple[Mimic, ...] = ()
+    named_inputs: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
+    places: Mapping[str, Place] = field(default_factory=dict, repr=False)
+    tree: Element | None = field(default=None, repr=False)
+    document: Document | None = field(default=None, repr=False)
+    displaced: Array | None = field(default=None, repr=False)
+    at: Mapping[str, float] | None = None
+
+    def __repr__(self) -> str:
+        """Two lines: what the linkage is made of, and its file."""
+        parts = (
+            counted(len(self.bodies), "body"), counted(len(self.joints), "joint"),
+            counted(len(self.loops), "loop"),
+        )  # fmt: skip
+        head = f"{type(self).__name__} {self.name}: {', '.join(parts)}"
+        return paragraph(head, f"from {self.source}")
+
+
+@dataclass(frozen=True, eq=False)
+class Linkage(Draft):
+    """A linkage at its reference pose, with loops closed and coordinates chosen.
+
+    Attributes:
+        mobility: degrees of freedom.
+        inputs: names of the independent coordinates, as many as the mobility.
+        idle: names of joints that do not move in any motion.
+        frames: poses of the link frames of the bodies at the reference pose (bodies, 4, 4).
+        chain: the linkage as arrays, planar if every link moves in parallel planes.
+        spatial_chain: the same without the reduction to the plane.
+    """
+
+    mobility: int = 0
+    inputs: tuple[str, ...] = ()
+    idle: tuple[str, ...] = ()
+    frames: Array = field(kw_only=True)
+    chain: Chain = field(kw_only=True)
+    spatial_chain: Chain = field(kw_only=True)
+
+    def __repr__(self) -> str:
+        """Four lines: parts, mobility, file."""
+        head, source = super().__repr__().split("\n")
+        algebra = "planar" if self.planar else "spatial"
+        moves = f"{algebra}, mobility {self.mobility}, inputs {listed(self.inputs)}"
+        return paragraph(head, moves, f"bodies {listed(names(self.bodies))}", source)
+
+    @property
+    def planar(self) -> bool:
+        """Whether the linkage moves in parallel planes."""
+        return self.chain.planar
+
+    @property
+    def pose(self) -> str:
+        """The reference pose in words, if it was asked for; otherwise empty."""
+        kinds = {joint.name: joint.kind for joint in self.joints}
+        named = (
+            f"{name} = {value:.6g} {'m' if kinds.get(name) == 'prismatic' else 'rad'}"
+            for name, value in (self.at or {}).items()
+        )
+        return f"{', '.join(named)} from the pose of the file" if self.at else ""
+
+    def positions_of(self, joints: Sequence[str]) -> IntArray:
+        """Where joints of these names stand among all joints."""
+        at = {joint.name: j for j, joint in enumerate(self.joints)}
+        return np.array([at[name] for name in joints], dtype=np.int64)
+
+
+def names(items: Sequence[Joint] | Sequence[Body] | Sequence[Loop]) -> tuple[str, ...]:
+    """The names of joints, bodies or loops, in order."""
+    return tuple(item.name for item in items)

@@ -1,0 +1,167 @@
+"""A motion: a linear subspace of the displacements of the independent coordinates."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.errors import MotionError
+from kinematics.linalg.rational import LONGEST, decimal, null_space
+from kinematics.model.arrays import frozen
+from kinematics.model.linkage import Linkage
+from kinematics.wording import listed
+
+__all__ = ["Motion", "restriction"]
+
+Array = NDArray[np.float64]
+
+# Sums of factors up to this one do not overflow.
+LARGEST = 1e300
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Displacements ``u = basis @ y`` of the inputs from the reference pose.
+
+    Attributes:
+        inputs: names of the independent coordinates.
+        relations: the relations as text, such as ``"j4=j7"``.
+        basis: shape (inputs, degrees of freedom of the motion), SI units.
+    """
+
+    inputs: tuple[str, ...]
+    relations: tuple[str, ...]
+    basis: Array
+
+    def __repr__(self) -> str:
+        """One line: the relations, or that every input is free."""
+        rule = ", ".join(self.relations) or f"{self.basis.shape[1]} free"
+        return f"Motion of {listed(self.inputs)}: {rule}"
+
+    @classmethod
+    def free(cls, inputs: Sequence[str]) -> Motion:
+        """The motion that moves every input freely."""
+        return cls(tuple(inputs), (), frozen(np.eye(len(inputs))))
+
+    @classmethod
+    def parse(cls, relations: str | Sequence[str], inputs: Sequence[str]) -> Motion:
+        """The motion that satisfies linear relations of displacements.
+
+        Args:
+            relations: one, or several; each ``"sum = sum"``, a sum being made of terms
+                ``name``, ``number*name`` and ``0``: ``"j4=j7"``, ``"j4=-2*j7"``, ``"c=-a-b"``.
+            inputs: names of the independent coordinates.
+
+        Raises:
+            MotionError: a relation cannot be read, names a joint that is not an input, or
+                the relations leave nothing to move.
+        """
+        relations = [relations] if isinstance(relations, str) else relations
+        rows = [_row(relation, tuple(inputs)) for relation in relations]
+        basis = _solutions(np.array(rows, dtype=np.float64).reshape(-1, len(inputs)))
+        if basis.shape[1] == 0 and len(inputs) > 0:
+            raise MotionError(", ".join(relations), "leaves no input to move", inputs)
+        return cls(tuple(inputs), tuple(relations), frozen(basis))
+
+    def coefficients(self) -> list[list[Fraction]]:
+        """The relations as rows of rational coefficients, one per input.
+
+        They are those of the text; those of a motion without text make up the space to
+        which its basis is perpendicular.
+        """
+        if self.relations:
+            return [_row(relation, self.inputs) for relation in self.relations]
+        columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
+        return null_space(columns, len(self.inputs))
+
+
+def restriction(
+    linkage: Linkage, relations: Motion | str | Sequence[str] | None
+) -> Motion | None:
+    """The motion of a linkage that is meant by relations of its inputs; None if it is free.
+
+    Args:
+        linkage: an assembled linkage.
+        relations: as for `Motion.parse`; a motion, or None, is taken as it is.
+
+    Raises:
+        MotionError: a relation is wrong.
+    """
+    if relations is None or isinstance(relations, Motion):
+        return relations
+    try:
+        return Motion.parse(relations, linkage.inputs)
+    except MotionError as error:
+        raise MotionError(error.relation, error.problem, error.valid, linkage.source) from None
+
+
+def _row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:
+    """Coefficients of left side minus right side."""
+    sides = relation.split("=")
+    if len(sides) != 2:
+        raise MotionError(relation, "must hold one '='", inputs)
+    left, right = (_side(relation, side, inputs) for side in sides)
+    return [a - b for a, b in zip(left, right, strict=True)]
+
+
+def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
+    """Coefficients of one sum of terms."""
+    known = "|".join(re.escape(name) for name in sorted(inputs, key=len, reverse=True))
+    term = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*\s*)?({known})(?![\w.])\s*")
+    zero = re.compile(r"\s*[+-]?\s*0+(?:\.0*)?\s*$")
+    row = [Fraction(0)] * len(inputs)
+    if zero.match(text):
+        if text.strip() in inputs:
+            problem = f"'{text.strip()}' is a number and an input: write 1*{text.strip()}"
+            raise MotionError(relation, problem, inputs)
+        return row
+    position = 0
+    while position < len(text) or position == 0:
+        match = term.match(text, position)
+        if match is None or (position > 0 and not match[1]):
+            raise MotionError(relation, _complaint(text[position:]), inputs)
+        word = match[2] or "1"
+        if len(word) > LONGEST or not float(word) <= LARGEST:
+            raise MotionError(relation, f"'{word[:LONGEST]}' is too large", inputs)
+        row[inputs.index(match[3])] += decimal(word) * (-1 if match[1] == "-" else 1)
+        position = match.end()
+    return row
+
+
+def _complaint(rest: str) -> str:
+    """What is wrong with the text where reading stopped."""
+    word = re.match(rf"\s*[+-]?\s*(?:{_NUMBER}\s*\*\s*)?([A-Za-z_][\w./-]*)", rest)
+    if word:
+        return f"'{word[1]}' is not an input"
+    return f"cannot read '{rest.strip()}' (write sums of terms such as j1 or -2*j1)"
+
+
+def _solutions(relations: Array) -> Array:
+    """Null space by Gauss-Jordan elimination: each coordinate left free has a unit column."""
+    sizes = np.abs(relations).max(axis=1, keepdims=True, initial=0.0)
+    matrix = relations / np.where(sizes > 0.0, sizes, 1.0)
+    count = matrix.shape[1]
+    pivots: list[int] = []
+    for i, row in enumerate(matrix):
+        pivot = int(np.argmax(np.abs(row))) if count else 0
+        if count == 0 or abs(row[pivot]) <= 1e-12:
+            row[:] = 0.0
+            pivots.append(-1)
+            continue
+        row /= row[pivot]
+        others = np.arange(len(matrix)) != i
+        matrix[others] -= np.outer(matrix[others, pivot], row)
+        pivots.append(pivot)
+    free = [c for c in range(count) if c not in pivots]
+    basis = np.zeros((count, len(free)))
+    basis[free, range(len(free))] = 1.0
+    for row, pivot in zip(matrix, pivots, strict=True):
+        if pivot >= 0:
+            basis[pivot] = -row[free]
+    return basis

@@ -1,0 +1,1 @@
+"""Screws, displacements and inertias in space."""

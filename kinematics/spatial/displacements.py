@@ -1,0 +1,102 @@
+"""Displacements of links: products of exponentials and adjoints, compiled.
+
+A displacement is ``[[R, d], [0, 1]]``, in space or of the plane. The pose of a link is the
+product of the exponentials of the joints before it (R. W. Brockett, 1984); screws are carried
+to the pose by the adjoint.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinematics.compiled.jit import kernel
+
+__all__ = ["invert", "multiply", "place"]
+
+
+@kernel(reference_counting=False)
+def _exponential(s, q, E):
+    """Displacement exp(q ŝ) of a unit screw: one formula for every kind of joint."""
+    half = np.sin(0.5 * q)
+    c2, c3 = 2.0 * half * half, q - np.sin(q)
+    m = E.shape[0]
+    for i in range(m):
+        for j in range(m):
+            E[i, j] = 1.0 if i == j else 0.0
+    if m == 3:
+        a = s[0]
+        E[0, 0] -= c2 * a * a
+        E[1, 1] -= c2 * a * a
+        E[1, 0] = (q - c3 * a * a) * a
+        E[0, 1] = -E[1, 0]
+        E[0, 2] = q * s[1] - c2 * a * s[2] - c3 * a * a * s[1]
+        E[1, 2] = q * s[2] + c2 * a * s[1] - c3 * a * a * s[2]
+        return
+    size = s[0] * s[0] + s[1] * s[1] + s[2] * s[2]
+    along = s[0] * s[3] + s[1] * s[4] + s[2] * s[5]
+    for i in range(3):
+        u, v = (i + 1) % 3, (i + 2) % 3
+        # ŝ² of a twist is (ω ωᵀ - 1, ω × v), and ŝ³ is -ŝ but for the part of v along ω.
+        for j in range(3):
+            E[i, j] += c2 * s[i] * s[j]
+        E[i, i] -= c2 * size
+        E[v, u] += (q - c3 * size) * s[i]
+        E[u, v] -= (q - c3 * size) * s[i]
+        E[i, 3] = (
+            q * s[3 + i] + c2 * (s[u] * s[3 + v] - s[v] * s[3 + u])
+            + c3 * (along * s[i] - size * s[3 + i])
+        )  # fmt: skip
+
+
+@kernel(reference_counting=False)
+def multiply(A, B, out):
+    """Matrix product of small square matrices."""
+    m = A.shape[0]
+    for i in range(m):
+        for j in range(m):
+            total = 0.0
+            for k in range(m):
+                total += A[i, k] * B[k, j]
+            out[i, j] = total
+
+
+@kernel(reference_counting=False)
+def _carry(H, s, out):
+    """Ad(H) s: the screw s, carried along by the displacement H."""
+    if s.size == 3:
+        out[0] = s[0]
+        out[1] = H[0, 0] * s[1] + H[0, 1] * s[2] + s[0] * H[1, 2]
+        out[2] = H[1, 0] * s[1] + H[1, 1] * s[2] - s[0] * H[0, 2]
+        return
+    for i in range(3):
+        out[i] = H[i, 0] * s[0] + H[i, 1] * s[1] + H[i, 2] * s[2]
+        out[3 + i] = H[i, 0] * s[3] + H[i, 1] * s[4] + H[i, 2] * s[5]
+    out[3] += H[1, 3] * out[2] - H[2, 3] * out[1]
+    out[4] += H[2, 3] * out[0] - H[0, 3] * out[2]
+    out[5] += H[0, 3] * out[1] - H[1, 3] * out[0]
+
+
+@kernel(reference_counting=False)
+def place(parent, screws, q, H, s, E):
+    """Displacement of every link, and every screw carried to the pose."""
+    for j in range(parent.size):
+        if parent[j] >= 0:
+            _carry(H[parent[j]], screws[j], s[j])
+            _exponential(screws[j], q[j], E)
+            multiply(H[parent[j]], E, H[j])
+        else:
+            for i in range(screws.shape[1]):
+                s[j, i] = screws[j, i]
+            _exponential(screws[j], q[j], H[j])
+
+
+@kernel(reference_counting=False)
+def invert(H, out):
+    """Inverse of a displacement."""
+    m = H.shape[0] - 1
+    out[:] = 0.0
+    out[m, m] = 1.0
+    for i in range(m):
+        for j in range(m):
+            out[i, j] = H[j, i]
+            out[i, m] -= H[j, i] * H[j, m]

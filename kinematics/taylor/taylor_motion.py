@@ -1,0 +1,295 @@
+"""Taylor motions: all joint positions as polynomials in the inputs, of any order.
+
+    q(u) = Σ_α c_α u^α          ∂^α q(0) = α! c_α
+
+The multi-indices α and their order are those of `kinematics.taylor.monomials`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinematics.assembly.assemble import moving_chain
+from kinematics.closure.joint_positions import followed
+from kinematics.closure.newton import newton
+from kinematics.closure.series import expand
+from kinematics.errors import MobilityError, PoseError
+from kinematics.model.arrays import Chain, IntArray, frozen
+from kinematics.model.chain import move
+from kinematics.model.linkage import Linkage, names
+from kinematics.model.motion import Motion, restriction
+from kinematics.taylor.expansion_kernels import polynomials
+from kinematics.taylor.layout import layout
+from kinematics.taylor.monomials import Monomials, monomials, powers
+from kinematics.wording import counted, listed, paragraph
+
+__all__ = ["TaylorMotion", "scaled_chain", "taylor_motion"]
+
+Array = NDArray[np.float64]
+
+# Condition number of the closure equations beyond which they determine no motion.
+SINGULAR = 1e9
+# The radius of convergence is read off series of this order, along so many directions for
+# every input, all around and then ever nearer the worst one, and is taken smaller by a margin.
+FAR, DIRECTIONS, SPREADS, MARGIN = 24, 6, (1.0, 0.3, 0.1), 0.9
+SEED = 7
+
+
+@dataclass(frozen=True, eq=False)
+class TaylorMotion:
+    """The closed motion of a linkage as a Taylor polynomial about its reference pose.
+
+    Points u are displacements of the inputs from the reference pose, or coordinates y of a
+    restricted motion, ``u = motion.basis @ y``; shape (..., w), SI units.
+
+    Attributes:
+        linkage: the linkage.
+        motion: the motion that was expanded.
+        joints: names of all joints of the linkage.
+        exponents: multi-indices α (M, w), by degree.
+        coefficients: ``c_α`` of every joint position (M, n), SI units.
+        condition: condition number of the closure equations, in units of the chain.
+        chain: the moving joints as arrays; its columns are the inputs in units of ``scales``.
+        scales: unit of each input in which the radius is measured (w,): radians and
+            characteristic lengths.
+    """
+
+    linkage: Linkage
+    motion: Motion
+    joints: tuple[str, ...]
+    exponents: IntArray
+    coefficients: Array
+    condition: float
+    chain: Chain
+    scales: Array
+
+    def __repr__(self) -> str:
+        """Three lines: order, inputs, radius of convergence."""
+        return paragraph(
+            f"TaylorMotion of {self.linkage.name}: order {self.order}, "
+            f"{counted(len(self.joints), 'joint')}, {counted(len(self.exponents), 'term')}",
+            f"inputs {listed(self.motion.inputs)}",
+            f"radius of convergence {self.radius:.3g}, condition {self.condition:.3g}",
+        )
+
+    @property
+    def order(self) -> int:
+        """Highest degree."""
+        return int(self.exponents.sum(axis=1).max())
+
+    def evaluate(self, u: ArrayLike) -> Array:
+        """Positions of all joints at points u (..., w); shape (..., n).
+
+        They are not finite where they are too large to be numbers, far beyond the radius.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            found: Array = powers(self.exponents, self._points(u)) @ self.coefficients
+        return found
+
+    def derivatives(self, alpha: ArrayLike, u: ArrayLike | None = None) -> Array:
+        """Mixed partial derivative ``∂^α q`` of all joint positions.
+
+        Args:
+            alpha: multi-index (w,), such as ``(2, 1)``.
+            u: points (..., w); the reference pose by default, where it is ``α! c_α``.
+
+        Returns:
+            Shape (..., n); all derivatives beyond the order are 0.
+        """
+        alpha = np.asarray(alpha)
+        if alpha.shape != self.scales.shape or not (alpha == np.abs(alpha).astype(int)).all():
+            raise ValueError(f"a multi-index is {self.scales.size} whole numbers, not {alpha}")
+        above = (self.exponents >= alpha).all(axis=1)
+        left = self.exponents[above] - alpha
+        factorial = np.cumprod([1.0, *range(1, self.order + 1)])
+        ratio = (factorial[self.exponents[above]] / factorial[left]).prod(axis=1)
+        coefficients = ratio[:, None] * self.coefficients[above]
+        at = np.zeros(alpha.size) if u is None else self._points(u)
+        found: Array = powers(left, at) @ coefficients
+        return found
+
+    @cached_property
+    def radius(self) -> float:
+        """Estimated radius of convergence: `distance` within which the series converges.
+
+        Terms of a series fall like ``ρ^-k k^(-3/2)`` if it ends, as they mostly do, at a
+        square root. ρ is read off the growth of the terms of high order along many
+        directions; the least counts. Infinite if the motion is linear. A singularity that
+        hardly shows in 24 terms escapes it, as that of a four-bar which is almost a kite.
+        """
+        width = self.scales.size
+        normals = np.random.default_rng(SEED).standard_normal((DIRECTIONS * width, width))
+        least, worst = np.inf, np.zeros(width)
+        for spread in SPREADS[: 1 if width == 1 else None]:
+            rays = worst + spread * normals
+            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+            found = [_radius(self._terms(ray)) for ray in rays]
+            if min(found) < least:
+                least, worst = min(found), rays[np.argmin(found)]
+        return MARGIN * least
+
+    def distance(self, u: ArrayLike) -> Array:
+        """Distance of points u (..., w) from the reference pose, to compare with the radius.
+
+        In radians and characteristic lengths; shape (...).
+        """
+        found: Array = np.linalg.norm(self._points(u) / self.scales, axis=-1)
+        return found
+
+    def error(self, u: ArrayLike) -> Array:
+        """Estimated error of `evaluate` at points u (..., w), of the joint that is worst off.
+
+        It is the step by which Newton's method would begin to close the loops there, and
+        what rounding may add; in radians and characteristic lengths; shape (...). Beyond the
+        radius of convergence, where that step says nothing, there is no estimate: NaN.
+        """
+        points = self._points(u)
+        found = np.full(points.shape[:-1], np.nan)
+        inside = self.distance(points) <= self.radius
+        q = self._in_chain(self.evaluate(points[inside]))
+        steps = np.reshape([newton(self.chain, x, 1)[0] - x for x in q], q.shape)
+        rounding = np.finfo(float).eps * self.condition
+        sizes = rounding * np.maximum(1.0, np.abs(q).max(axis=-1, initial=0.0))
+        found[inside] = sizes + np.abs(steps).max(axis=-1, initial=0.0)
+        return found
+
+    def polish(self, u: ArrayLike) -> Array:
+        """Positions of all joints that close the loops at one point u (w,); shape (n,).
+
+        The linkage is followed along the straight line from the reference pose, step by step,
+        each of them closed by Newton's method. Neither the branch that this stays on, nor
+        whether it leads to the point, depends on the order of the expansion.
+
+        Raises:
+            UnreachedError: the loops cannot be closed all along that line.
+        """
+        point = self._points(u)
+        if point.ndim != 1:
+            raise PoseError(
+                f"{self.linkage.source}: loops are closed at one point at a time, not at an "
+                f"array of shape {point.shape}"
+            )
+        inputs, asked = self.motion.inputs, self.motion.basis @ point
+        goal = zip(inputs, asked, strict=True)
+        q = followed(self.chain, point / self.scales, self.linkage.source, goal)
+        found = self.positions(q)
+        found[self.linkage.positions_of(inputs)] = asked  # without the rounding of the steps
+        return found
+
+    def positions(self, q: ArrayLike) -> Array:
+        """Positions of all joints (n,), SI units, from those of the joints of the chain."""
+        found = np.zeros(len(self.joints))
+        found[self.chain.joints] = np.asarray(q) * self.chain.units
+        return found
+
+    def _points(self, u: ArrayLike) -> Array:
+        """Points as an array (..., w), checked."""
+        points = np.asarray(u, dtype=np.float64)
+        if points.shape[-1:] != self.scales.shape or not np.isfinite(points).all():
+            raise PoseError(
+                f"{self.linkage.source}: points of the motion are {self.scales.size} finite "
+                f"numbers each, not an array of shape {points.shape}"
+            )
+        return points
+
+    def _in_chain(self, q: Array) -> Array:
+        """Joint positions in the units of the chain (..., moving joints)."""
+        return q[..., self.chain.joints] / self.chain.units
+
+    def _terms(self, ray: Array) -> Array:
+        """Sizes of the terms of the joint positions along a ray, from order 1 on."""
+        rates = expand(self.chain, ray[None], FAR - 1).C[0] @ ray
+        return np.abs(rates).max(axis=1) / np.arange(1, FAR + 1)
+
+
+def _radius(terms: Array) -> float:
+    """Radius of convergence of a series with terms of these sizes, from order 1 on.
+
+    The smaller of two estimates: from the root of late terms, and from how they grow, late
+    maxima over earlier ones, since terms oscillate if complex singularities are nearest.
+    """
+    count = len(terms)
+    order = np.arange(1, count + 1)
+    if not terms[1:].any():
+        return np.inf
+    with np.errstate(divide="ignore"):
+        levels = np.log(terms) + 1.5 * np.log(order)
+    half, quarter = count // 2, count // 4
+    root = np.max((levels[half:] - levels[0]) / (order[half:] - 1))
+    slope = (levels[-quarter:].max() - levels[quarter:half].max()) / half
+    return float(np.exp(-max(root, slope)))
+
+
+def scaled_chain(chain: Chain, linkage: Linkage, motion: Motion) -> tuple[Chain, Array]:
+    """The chain with the coordinates of a motion as its columns, each of unit size.
+
+    Returns:
+        The chain, and what each column is in SI units of its coordinate (w,).
+    """
+    at = {joint: j for j, joint in enumerate(chain.joints.tolist())}
+    inputs = linkage.positions_of(motion.inputs).tolist()
+    kept = [c for c, joint in enumerate(inputs) if joint in at]
+    independent = np.array([at[inputs[c]] for c in kept], dtype=np.int64)
+    basis = motion.basis[kept] / chain.units[independent, None]
+    scales = 1.0 / np.linalg.norm(basis, axis=0)
+    return move(chain, independent, basis * scales), frozen(scales)
+
+
+def taylor_motion(
+    linkage: Linkage,
+    order: int,
+    motion: str | Sequence[str] | Motion | None = None,
+    *,
+    equations: Sequence[int] | None = None,
+) -> TaylorMotion:
+    """Expand the closed motion of a linkage about its reference pose.
+
+    Args:
+        linkage: an assembled linkage; see `kinematics.tool` for its inverse kinematics.
+        order: highest degree, at least 1.
+        motion: restriction of the inputs, as relations or as a `Motion`.
+        equations: rows of the loop closure equations that are solved: six for each loop,
+            ``[ω; v]``, or three in a plane, then one for each mimic joint. By default all
+            are, in the least-squares sense, which is better conditioned than any choice.
+
+    Raises:
+        MotionError: the motion is not one of this linkage's inputs.
+        MobilityError: the linkage cannot follow it, or the equations do not determine it.
+        LinkageError: there are too many coefficients.
+    """
+    if order < 1:
+        raise ValueError(f"the order is at least 1, not {order}")
+    given = restriction(linkage, motion)
+    motion = given or Motion.free(linkage.inputs)
+    chain, scales = scaled_chain(moving_chain(linkage, given), linkage, motion)
+    table = monomials(chain.width, order)
+    chosen = None if equations is None else frozen(equations, np.int64)
+    found, condition = polynomials(chain.screws, layout(chain, table, chosen))
+    if not condition < SINGULAR:
+        raise MobilityError(
+            f"{linkage.source}: the closure equations hardly determine the other joints "
+            f"(condition number {condition:.1g}); choose other inputs or equations"
+        )
+    return TaylorMotion(
+        linkage=linkage,
+        motion=motion,
+        joints=names(linkage.joints),
+        exponents=table.exponents,
+        coefficients=_in_si(found, chain, scales, table, len(linkage.joints)),
+        condition=condition,
+        chain=chain,
+        scales=scales,
+    )
+
+
+def _in_si(found: Array, chain: Chain, scales: Array, table: Monomials, joints: int) -> Array:
+    """Coefficients of all joints in SI units, from those of the moving joints."""
+    coefficients = np.zeros((len(found), joints))
+    units = powers(table.exponents, 1.0 / scales)
+    coefficients[:, chain.joints] = found * units[:, None] * chain.units
+    return frozen(coefficients)

@@ -1,0 +1,97 @@
+"""Changes to the bytes of an XML file that leave all others as they are.
+
+Comments, blanks, line ends, the encoding and whatever other programs keep in the file stay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from kinematics.errors import FileError
+from kinematics.model.linkage import Draft
+from kinematics.urdf.xml_tree import Element, build, contents, naming, shown
+
+__all__ = ["Splice", "Text", "read_again"]
+
+
+def read_again(linkage: Draft, tag: str, purpose: str) -> tuple[bytes, Element]:
+    """Read the file of a linkage once more, to change it; one from a stream was kept.
+
+    Args:
+        linkage: the linkage, or a draft of it, as read from a file.
+        tag: elements whose names must be those of the linkage.
+        purpose: completes "a model in memory, not a file …" in the error.
+
+    Returns:
+        Its bytes, and its elements with their places among them.
+
+    Raises:
+        FileError: the linkage was not read from a file, or the file cannot be read any more,
+            or has elements of that tag with other names.
+    """
+    file = shown(linkage.source, 1000)
+    if linkage.tree is None:
+        problem = f"a model in memory, not a file {purpose}"
+        raise FileError(file, "", problem, "load the linkage from the path of its URDF file")
+    with naming(linkage.source):
+        data = linkage.document.data if linkage.document else contents(linkage.source)
+        found = build(data)
+    here, known = ({x.name for x in tree.every(tag)} for tree in (found, linkage.tree))
+    if here != known:
+        raise FileError(file, "", f"has other {tag}s than when it was read", "start again")
+    return data, found
+
+
+class Splice(NamedTuple):
+    """A text that replaces the bytes from ``start`` to ``end``."""
+
+    start: int
+    end: int
+    text: str
+
+
+class Text:
+    """The bytes of an XML file."""
+
+    def __init__(self, data: bytes) -> None:
+        """Keep the bytes, and find out how their characters are encoded."""
+        # Other encodings that expat reads have ASCII's characters where ASCII has them.
+        self.data, self.codec = data, "ascii"
+        if data.startswith((b"\xff\xfe", b"<\0")):
+            self.codec = "utf-16-le"
+        elif data.startswith((b"\xfe\xff", b"\0<")):
+            self.codec = "utf-16-be"
+
+    def replace(self, splices: Iterable[Splice]) -> bytes:
+        """The bytes with the texts of splices in their places, which must not overlap."""
+        data = self.data
+        for start, end, new in sorted(splices, reverse=True):
+            coded = new.encode(self.codec, "xmlcharrefreplace")
+            data = data[:start] + coded + data[end:]
+        return data
+
+    def is_tag(self, element: Element) -> bool:
+        """Whether an element is one tag, without an end tag."""
+        return not self.data.startswith(f"</{element.tag}".encode(self.codec), element.span[1])
+
+    def end(self, element: Element) -> int:
+        """The place after the last byte of an element."""
+        last = element.span[1]
+        if self.is_tag(element):
+            return last
+        return self.data.index(">".encode(self.codec), last) + self.size(">")
+
+    def margin(self, at: int) -> str:
+        """The line break and the blanks before a place; empty if more is on its line."""
+        width, found = self.size(" "), ""
+        while (char := self.data[at - width : at].decode(self.codec, "replace")) in (" ", "\t"):
+            found, at = char + found, at - width
+        if char not in ("\r", "\n"):
+            return ""
+        before = self.data[at - 2 * width : at].decode(self.codec, "replace")
+        return (before if before == "\r\n" else char) + found
+
+    def size(self, text: str) -> int:
+        """Number of bytes of a text."""
+        return len(text.encode(self.codec))

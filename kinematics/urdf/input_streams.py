@@ -1,0 +1,84 @@
+"""URDF files that come through a pipe: read once, and kept for whoever asks again."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from collections.abc import Hashable
+from typing import NamedTuple
+
+from kinematics.urdf.xml_tree import MAX_BYTES, Refusal, naming, sound
+
+__all__ = ["STANDARD_INPUT", "Document", "source_of", "stream_of", "streamed"]
+
+STANDARD_INPUT = "-"
+"""The model that is read from standard input."""
+
+
+class Document(NamedTuple):
+    """A URDF file that was read from a stream.
+
+    Attributes:
+        name: how messages call it.
+        data: its bytes.
+    """
+
+    name: str
+    data: bytes
+
+
+def source_of(model: str | os.PathLike[str] | Document) -> str:
+    """How messages call a file: by its path, if it was not read from a stream."""
+    return model.name if isinstance(model, Document) else os.fsdecode(model)
+
+
+def stream_of(model: str | os.PathLike[str]) -> Hashable | None:
+    """What tells the stream that a model comes through from others; None if it is none."""
+    try:
+        if os.fspath(model) == STANDARD_INPUT:
+            found = os.fstat(0)
+        else:
+            found = os.stat(model)
+            if not (stat.S_ISFIFO(found.st_mode) or stat.S_ISSOCK(found.st_mode)):
+                return None
+    except (OSError, ValueError):
+        return STANDARD_INPUT if os.fspath(model) == STANDARD_INPUT else None
+    return found.st_dev, found.st_ino
+
+
+def streamed(model: str | os.PathLike[str]) -> Document | None:
+    """Read a model to the end if it comes through a stream.
+
+    Args:
+        model: ``-`` for standard input, or a path.
+
+    Returns:
+        The document; None if the path is no stream.
+
+    Raises:
+        FileError: it cannot be read, is empty, or is longer than a file may be.
+    """
+    if stream_of(model) is None:
+        return None
+    standard = os.fspath(model) == STANDARD_INPUT
+    name = "<stdin>" if standard else os.fsdecode(model)
+    with naming(name):
+        try:
+            data = _read_input() if standard else _read_pipe(model)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise Refusal("", f"cannot be read ({reason})", "give the path of a file") from None
+        return Document(name, sound(data))
+
+
+def _read_input() -> bytes:
+    stream = getattr(sys.stdin, "buffer", None)
+    if stream is None:
+        raise ValueError("there is no standard input")
+    return stream.read(MAX_BYTES + 1) or b""
+
+
+def _read_pipe(path: str | os.PathLike[str]) -> bytes:
+    with open(path, "rb") as stream:
+        return stream.read(MAX_BYTES + 1)

@@ -1,0 +1,231 @@
+"""Loops that are described beside a URDF file, in YAML.
+
+The form is that of Gepetto's example-parallel-robots: ``closed_loop`` pairs frames, ``type``
+says which pairs share a point (``3d``) and which a pose (``6d``), ``joint_name`` and
+``joint_type`` replace joints of the file by joints that URDF lacks, and ``name_mot`` names
+the inputs. What is read goes into the tree of the file, as ``<loop>`` elements and changed
+joints, so that nothing after it knows where a loop was written.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from kinematics.errors import FileError
+from kinematics.urdf.validate import validate
+from kinematics.urdf.validate_fields import DEGREES, coordinates, needed
+from kinematics.urdf.validate_inertias import unphysical
+from kinematics.urdf.xml_tree import Element, Refusal, contents, naming, near, shown
+from kinematics.urdf.yaml_keys import Keys
+
+__all__ = ["Sidecar", "beside", "merge"]
+
+MAX_BYTES = 2**17
+
+_KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type", "rotule_name")
+# Indices into the state vectors of another program, in files of 2023.
+_IDLE = ("Lidmot", "Lidvmot")
+# Frames by a pattern, likewise.
+_RETIRED = dict.fromkeys(
+    ("name_closedloop", "closed_loop_number"),
+    "pair the frames by name: closed_loop: [[frame1, frame2]]",
+)
+_LOOPS = {"3d": "spherical", "6d": "fixed"}
+_AXES = {"X": "1 0 0", "Y": "0 1 0", "Z": "0 0 1"}
+_UNIVERSAL = {f"UJOINT_{a}{b}": (a, b) for a in _AXES for b in _AXES if a != b}
+_UNIVERSAL["CARDAN"] = ("X", "Y")
+_JOINTS = ("SPHERICAL", "FIXED", *_UNIVERSAL)
+
+
+class Sidecar(NamedTuple):
+    """What a URDF file and the file beside it say, and what is odd about them.
+
+    Attributes:
+        tree: the robot with all its loops.
+        inputs: coordinates named as inputs, or None to go by the marks in the tree.
+        remarks: code and message of each remark for the user.
+    """
+
+    tree: Element
+    inputs: tuple[str, ...] | None = None
+    remarks: tuple[tuple[str, str], ...] = ()
+
+
+def beside(source: str) -> str | None:
+    """The YAML file with the stem of a URDF file, next to it, if it describes loops."""
+    for path in (Path(source).with_suffix(suffix) for suffix in (".yaml", ".yml")):
+        if path.is_file():
+            with naming(str(path)):
+                data = contents(str(path), MAX_BYTES)
+            if any(key.encode() in data for key in _KEYS if key != "type"):
+                return str(path)
+    return None
+
+
+def merge(
+    tree: Element, source: str, loops: str | os.PathLike[str] | None = None, search: bool = True
+) -> Sidecar:
+    """Put loops that are described in YAML into the tree of a URDF file.
+
+    Args:
+        tree: the URDF file, accepted by the guard.
+        source: its path.
+        loops: path of the YAML file; by default the one next to the URDF file, if there is
+            one, unless the tree has loops of its own.
+        search: whether to look next to the URDF file.
+
+    Raises:
+        FileError: the YAML file cannot be read or does not fit the tree, or both hold
+            loops.
+    """
+    side = _sought(tree, source, loops, search)
+    return side._replace(remarks=(*side.remarks, *unphysical(tree, source)))
+
+
+def _sought(
+    tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool
+) -> Sidecar:
+    """As :func:`merge`, without remarks on the URDF file itself."""
+    inline = tree.first("loop")
+    if loops is None:
+        file = beside(source) if search else None
+        if file is None:
+            return Sidecar(tree)
+        if inline is not None:
+            text = f"'{shown(file)}' is not read: the URDF file has <loop> elements"
+            return Sidecar(tree, None, (("loops_ignored", text),))
+    else:
+        file = os.fsdecode(loops)
+        if inline is not None:
+            problem = f"there are loops here and in '{shown(file)}'"
+            remedy = "remove the <loop> elements, or do without the other file"
+            raise FileError(shown(source, 1000), inline.label, problem, remedy)
+    with naming(file):
+        return _merged(tree, Keys(contents(file, MAX_BYTES), _KEYS + _IDLE, _RETIRED))
+
+
+def _merged(tree: Element, keys: Keys) -> Sidecar:
+    tree = _valid(_retyped(tree, keys), "joint_type")
+    inputs = _inputs(tree, keys)
+    tree = _valid(_looped(tree, keys), "closed_loop")
+    idle = [key for key in _IDLE if key in keys.items]
+    remark = ("keys_ignored", f"keys without a meaning here: {', '.join(idle)}")
+    return Sidecar(tree, inputs, (remark,) if idle else ())
+
+
+def _valid(tree: Element, key: str) -> Element:
+    """The tree, if the guard accepts what a key made of it."""
+    try:
+        validate(tree)
+    except Refusal as refusal:
+        element, *rest = refusal.args
+        raise Refusal(f"{key}: {element}", *rest) from None
+    return tree
+
+
+def _like(tree: Element, keys: Keys, key: str) -> list[str]:
+    """The moving joint that a text names, or else all those whose names contain it."""
+    word = keys.text(key) or ""
+    moving = [j.name for j in tree.every("joint") if DEGREES[j.attributes["type"]]]
+    found = [word] if word in moving else [name for name in moving if word in name]
+    if not found or not word:
+        remedy = f"list names; the joints that move are {near(word, moving)}"
+        raise keys.wrong(key, f"no moving joint is called like '{shown(word)}'", remedy)
+    return found
+
+
+def _known(keys: Keys, key: str, names: Iterable[str], known: Collection[str]) -> None:
+    """Every name of a key is among the known ones."""
+    for name in names:
+        if name not in known:
+            remedy = f"correct the name; there are {near(name, known)}"
+            raise keys.wrong(key, f"'{shown(name)}' does not exist", remedy)
+
+
+def _retyped(tree: Element, keys: Keys) -> Element:
+    """The tree with joints replaced."""
+    joints = {joint.name: joint for joint in tree.every("joint")}
+    names = keys.names("joint_name")
+    _known(keys, "joint_name", names, joints)
+    if names and "joint_type" not in keys.items:
+        raise keys.wrong("joint_name", "no joint_type", f"add it: {', '.join(_JOINTS)}")
+    kinds: dict[str, str] = {}
+    if "rotule_name" in keys.items:
+        kinds = dict.fromkeys(_like(tree, keys, "rotule_name"), "SPHERICAL")
+    if "joint_type" in keys.items:
+        types = keys.kinds("joint_type", "joint_name", _JOINTS)
+        kinds |= dict(zip(names, types, strict=True))
+    return _mapped(tree, lambda j: _replaced(j, kinds[j.name]) if j.name in kinds else j)
+
+
+def _mapped(tree: Element, change: Callable[[Element], Element]) -> Element:
+    """The tree with its joints changed."""
+    children = (change(item) if item.tag == "joint" else item for item in tree.children)
+    return replace(tree, children=tuple(children))
+
+
+def _replaced(joint: Element, kind: str) -> Element:
+    """A joint of another type in the same place, about the axes of its own frame."""
+    axes = _UNIVERSAL.get(kind, ("X",))
+    lines = [
+        Element(tag, {"xyz": _AXES[axis]}, (), joint.line)
+        for tag, axis in zip(("axis", "axis2"), axes, strict=False)
+    ]
+    idle = ("axis", "axis2", "screw_thread_pitch") if kind == "FIXED" else ("axis", "axis2")
+    kept = [item for item in joint.children if item.tag not in idle]
+    name = "universal" if kind in _UNIVERSAL else kind.lower()
+    attributes = {**joint.attributes, "type": name}
+    return replace(joint, attributes=attributes, children=(*kept, *lines))
+
+
+def _inputs(tree: Element, keys: Keys) -> tuple[str, ...] | None:
+    """Coordinates of the joints that the file names as inputs."""
+    types = {joint.name: joint.attributes["type"] for joint in tree.every("joint")}
+    one = keys.text("name_mot") is not None
+    names = _like(tree, keys, "name_mot") if one else keys.names("name_mot")
+    _known(keys, "name_mot", names, types)
+    for name in names:
+        if not DEGREES[types[name]]:
+            raise keys.wrong("name_mot", f"'{shown(name)}' is fixed", "name joints that move")
+    found = [name for joint in names for name in coordinates(joint, types[joint])]
+    return tuple(found) or None
+
+
+def _looped(tree: Element, keys: Keys) -> Element:
+    """The tree with the loops, named ``frame1/frame2``."""
+    links = {link.name: link.name for link in tree.every("link")}
+    after = {j.name: needed(j, "child", "link") for j in tree.every("joint")}
+    frames = after | links
+    pairs = keys.entries("closed_loop")
+    kinds = ["6d"] * len(pairs)
+    if "type" in keys.items:
+        kinds = keys.kinds("type", "closed_loop", _LOOPS)
+    loops: list[Element] = []
+    taken: dict[str, str] = {}
+    for pair, kind in zip(pairs, kinds, strict=True):
+        names = keys.names("closed_loop", pair)
+        if len(names) != 2:
+            problem = f"{len(names)} names at line {pair.line} in place of a pair"
+            raise keys.wrong("closed_loop", problem, "write pairs: [[frame1, frame2]]")
+        _known(keys, "closed_loop", names, frames)
+        for name in names:
+            if after.get(name, frames[name]) != frames[name]:
+                problem = f"'{shown(name)}' is a link, and a joint that carries another link"
+                raise keys.wrong("closed_loop", problem, "rename one of them")
+        own = "/".join(names)
+        for name in names:
+            if taken.get(frames[name], own) != own:
+                problem = f"'{shown(name)}' of '{shown(own)}' is a frame of "
+                problem += f"'{shown(taken[frames[name]])}' too"
+                remedy = "give each pair frames of its own, on links fixed in the same place"
+                raise keys.wrong("closed_loop", problem, remedy)
+            taken[frames[name]] = own
+        roles = zip(("predecessor", "successor"), names, strict=True)
+        sides = tuple(Element(role, {"link": frames[name]}) for role, name in roles)
+        attributes = {"name": own, "type": _LOOPS[kind]}
+        loops.append(Element("loop", attributes, sides, pair.line))
+    return replace(tree, children=(*tree.children, *loops))

@@ -1,0 +1,202 @@
+"""Joints as chains of single freedoms, and loops as such chains plus a weld.
+
+A loop joins a predecessor and a successor link by a joint of any type. Its freedoms become
+joints that hang from the predecessor, and the far end of that chain is welded to the
+successor. At the pose of the file the two frames of the loop may differ by a motion that
+the joint allows; what is left of the difference is the gap of the weld.
+
+Angular parts come first in screws, and everything is in the inertial frame, in SI units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinematics.model.arrays import frozen
+from kinematics.model.chain import loop_joints
+from kinematics.model.linkage import GROUND, Joint, Loop, Place
+from kinematics.spatial.screws import exp, prismatic, revolute
+from kinematics.urdf.robot_tree import pose_of
+from kinematics.urdf.validate_fields import coordinates
+from kinematics.urdf.xml_tree import Element
+
+__all__ = ["FREEDOMS", "attach", "freedoms", "perpendicular", "unit"]
+
+Array = NDArray[np.float64]
+
+# Frames nearer than the first, in radians and in parts of the size of the loop, coincide: the
+# rest is round-off of the products of rotations that placed them. The second adds the round-off
+# of coordinates, in parts of the extent of the linkage.
+ROUND_OFF, LOST = 1e-12, 1e-14
+
+FREEDOMS = {
+    "fixed": (),
+    "revolute": ("turn n",),
+    "continuous": ("turn n",),
+    "prismatic": ("slide n",),
+    "universal": ("turn n", "turn u"),
+    "cylindrical": ("turn n", "slide n"),
+    "planar": ("slide u", "slide w", "turn n"),
+    "spherical": ("turn n", "turn u", "turn w"),
+}
+"""The single freedoms of each type of joint, along its axes n, u and w = n × u."""
+
+
+def unit(axis: ArrayLike) -> Array:
+    """The unit vector along ``axis``, which is not zero; shape (3,)."""
+    a = np.asarray(axis, dtype=np.float64)
+    a = a / np.abs(a).max()
+    return a / np.linalg.norm(a)
+
+
+def perpendicular(n: Array, direction: ArrayLike | None = None) -> Array:
+    """The unit vector perpendicular to ``n`` that is nearest to ``direction``; shape (3,).
+
+    Args:
+        n: unit vector (3,).
+        direction: not along ``n``; by default the coordinate axis after the one to which
+            ``n`` is closest: y if n = x, z if n = y, x if n = z.
+    """
+    if direction is None:
+        d = np.roll(np.eye(3), 1, axis=1)[np.argmax(np.abs(n))]
+    else:
+        d = unit(direction)
+    return unit(d - (d @ n) * n)
+
+
+def freedoms(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Array]]:
+    """The single freedoms of a joint, from its fixed side to its moving side.
+
+    Args:
+        kind: type of the joint in the file.
+        n: its axis, a unit vector (3,). It is the normal of a planar joint and the first
+            axis of a universal or spherical one.
+        u: unit vector (3,) perpendicular to ``n``: second axis of a universal or spherical
+            joint, first direction of a planar one. The third is ``n × u``.
+        point: a point of every rotation axis (3,), in metres.
+
+    Returns:
+        Kind (``"revolute"`` or ``"prismatic"``) and screw (6,) of each.
+    """
+    directions = {"n": n, "u": u, "w": np.cross(n, u)}
+    steps = []
+    for motion, axis in (step.split() for step in FREEDOMS[kind]):
+        if motion == "turn":
+            steps.append(("revolute", revolute(directions[axis], point)))
+        else:
+            steps.append(("prismatic", prismatic(directions[axis])))
+    return steps
+
+
+def attach(
+    loop: Element, places: Mapping[str, Place], before_it: Sequence[Joint], extent: float
+) -> tuple[list[Joint], Loop]:
+    """The joints and the weld of a ``<loop>`` element.
+
+    The loop's axis is in the frame of the predecessor, its second axis (universal loops
+    only) in that of the successor; there, :func:`perpendicular` gives its default.
+
+    Args:
+        loop: the element, accepted by the guard.
+        places: the links of the file.
+        before_it: the joints there are so far.
+        extent: size of the linkage in metres.
+
+    Returns:
+        Up to three joints in a chain, and the weld at its end.
+    """
+    kind = loop.attributes["type"]
+    start, before = _end(loop, "predecessor", places)
+    end, after = _end(loop, "successor", places)
+    axis = _direction(loop, "axis", np.array([1.0, 0.0, 0.0]))
+    n, u = before[:3, :3] @ axis, before[:3, :3] @ perpendicular(axis)
+    reached = _reached(kind, before, after, n)
+    if kind == "universal":
+        second = after[:3, :3] @ _direction(loop, "axis2", perpendicular(axis))
+        lean = float(np.arctan2(n @ second, np.linalg.norm(np.cross(n, second))))
+        upright = _rotation(_across(n, np.cross(n, second)), lean)
+        reached[:3, :3] = upright @ after[:3, :3]
+        u = _across(n, upright @ second)
+    centre = reached[:3, 3] if kind == "planar" else before[:3, 3]
+    size = ROUND_OFF * _size(before_it, start, end, centre) + LOST * extent
+    joints: list[Joint] = []
+    first = len(before_it)
+    steps = freedoms(kind, n, u, centre)
+    names, point = coordinates(loop.name, kind), frozen(centre)
+    for name, (motion, screw) in zip(names, steps, strict=True):
+        parent = first + len(joints) - 1 if joints else start
+        joints.append(Joint(name, motion, parent, frozen(screw), point, True, len(names) > 1))
+    last = first + len(joints) - 1 if joints else start
+    if last == GROUND:
+        return joints, Loop(loop.name, end, GROUND, _gap(after, reached, size))
+    return joints, Loop(loop.name, last, end, _gap(reached, after, size))
+
+
+def _end(loop: Element, role: str, places: Mapping[str, Place]) -> Place:
+    """The rigid body at one side of a loop, and the pose of the loop's frame there."""
+    side = loop.first(role) or loop
+    link, pose = places[side.attributes["link"]]
+    return Place(link, pose @ pose_of(side.first("origin")))
+
+
+def _direction(loop: Element, tag: str, default: Array) -> Array:
+    item = loop.first(tag)
+    return default if item is None else unit(item.vector("xyz", ""))
+
+
+def _across(n: Array, second: Array) -> Array:
+    """``second``, made perpendicular to ``n``; any perpendicular if it is along ``n``."""
+    along = np.linalg.norm(np.cross(n, second)) <= ROUND_OFF
+    return perpendicular(n) if along else perpendicular(n, second)
+
+
+def _rotation(axis: Array, angle: float) -> Array:
+    return exp(revolute(axis, np.zeros(3)), angle)[:3, :3]
+
+
+def _reached(kind: str, before: Array, after: Array, n: Array) -> Array:
+    """The pose nearest to ``after`` to which the joint can carry ``before``; (4, 4).
+
+    Positions: the foot of the offset d on the line or the plane of the joint. Rotations
+    about n: ``tr(Q Rot(n, θ)ᵀ) = nᵀQn + (tr Q - nᵀQn) cos θ + n·vee(Q - Qᵀ) sin θ`` is
+    greatest at the θ taken, with Q the rotation from ``before`` to ``after``.
+    """
+    reached = before.copy()
+    d = after[:3, 3] - before[:3, 3]
+    if kind in ("prismatic", "cylindrical"):
+        reached[:3, 3] += (n @ d) * n
+    elif kind == "planar":
+        reached[:3, 3] += d - (n @ d) * n
+    if kind == "spherical":
+        reached[:3, :3] = after[:3, :3]
+    elif kind in ("revolute", "continuous", "cylindrical", "planar"):
+        Q = after[:3, :3] @ before[:3, :3].T
+        skew_part = np.array([Q[2, 1] - Q[1, 2], Q[0, 2] - Q[2, 0], Q[1, 0] - Q[0, 1]])
+        angle = float(np.arctan2(n @ skew_part, np.trace(Q) - n @ Q @ n))
+        reached[:3, :3] = _rotation(n, angle) @ before[:3, :3]
+    return reached
+
+
+def _size(joints: Sequence[Joint], start: int, end: int, centre: Array) -> float:
+    """Distance of the furthest joint along a loop from the place where it is closed."""
+    around = loop_joints([joint.parent for joint in joints], start, end)
+    points = [joints[j].point - centre for j in around]
+    return max((float(np.linalg.norm(point)) for point in points), default=0.0)
+
+
+def _gap(here: Array, there: Array, size: float) -> Array:
+    """The displacement D with ``D here = there``, exactly the identity if they coincide.
+
+    They do if they are no further apart than ``size``, in metres.
+    """
+    D = np.eye(4)
+    D[:3, :3] = there[:3, :3] @ here[:3, :3].T
+    distance = np.abs(there[:3, 3] - here[:3, 3]).max()
+    angle = np.abs(D[:3, :3] - np.eye(3)).max()
+    if distance <= size and angle <= ROUND_OFF:
+        return frozen(np.eye(4))
+    D[:3, 3] = there[:3, 3] - D[:3, :3] @ here[:3, 3]
+    return frozen(D)

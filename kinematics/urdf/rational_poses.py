@@ -1,0 +1,116 @@
+"""Displacements in rational numbers.
+
+A rotation about a rational axis n of any length is rational for a rational τ: the angle whose
+half has the tangent ``τ |n|`` (A. Cayley, 1846).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import sqrt, tan
+from typing import NamedTuple
+
+from kinematics.linalg.rational import Vector, cross, dot, root, rounded
+from kinematics.model.linkage import GROUND, Joint
+
+__all__ = ["AXES", "Matrix", "Pose", "add", "move_screws", "rotation", "scale"]
+
+Matrix = tuple[Vector, ...]
+
+AXES = tuple(tuple(Fraction(int(i == j)) for j in range(3)) for i in range(3))
+"""The unit vectors along the coordinate axes."""
+
+
+class Pose(NamedTuple):
+    """A displacement: rotation (3, 3) by rows, and position (3,)."""
+
+    R: Matrix = AXES
+    d: Vector = (Fraction(0),) * 3
+
+    def turn(self, a: Vector) -> Vector:
+        """``R a``."""
+        return tuple(dot(row, a) for row in self.R)
+
+    def carry(self, screw: Vector) -> Vector:
+        """The screw ``[n; m]`` after the displacement: ``[R n; R m + d × R n]``."""
+        n, m = self.turn(screw[:3]), self.turn(screw[3:])
+        return n + add(m, cross(self.d, n))
+
+    def __matmul__(self, other: Pose) -> Pose:
+        """The displacement ``other``, followed by this one."""
+        columns = [self.turn(column) for column in zip(*other.R, strict=True)]
+        return Pose(tuple(zip(*columns, strict=True)), add(self.d, self.turn(other.d)))
+
+
+def add(a: Vector, b: Vector) -> Vector:
+    """``a + b``."""
+    return tuple(x + y for x, y in zip(a, b, strict=True))
+
+
+def scale(factor: Fraction, a: Vector) -> Vector:
+    """``factor a``."""
+    return tuple(factor * x for x in a)
+
+
+def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
+    """Rotation matrix (3, 3) about n by the angle ``2 arctan(τ |n|)`` and by quarter turns.
+
+    ``R = 1 + sin θ n̂ + (1 - cos θ) n̂²`` with the unit vector along n.
+
+    Args:
+        n: axis (3,) of any length; of rational length if there are quarter turns.
+        tau: tangent of half the angle, over the length of n.
+        quarter: number of quarter turns.
+    """
+    square = dot(n, n)
+    least = 1 + tau * tau * square
+    c, s = (2 - least) / least, 2 * tau / least  # s is the sine over the length of n
+    for _ in range(quarter % 4):
+        length = root(square) or Fraction(1)
+        c, s = -s * length, c / length
+    columns = []
+    for axis in AXES:
+        once = cross(n, axis)
+        moved = add(axis, scale(s, once))
+        columns.append(add(moved, scale((1 - c) / square, cross(n, once))))
+    return tuple(zip(*columns, strict=True))
+
+
+def move_screws(
+    joints: Sequence[Joint], screws: Sequence[Vector], positions: Sequence[float]
+) -> tuple[Vector, ...]:
+    """Move every joint to a rational position near a given one, and carry the screws along.
+
+    Half-angle tangents of turns, and lengths of slides, both over the length of the axis, are
+    rounded to multiples of ``2**-BITS``.
+
+    Args:
+        joints: parents first (n,).
+        screws: of the joints before they move, with axes of any length; (n, 6).
+        positions: of the joints (n,), in radians and metres.
+
+    Returns:
+        The screws at that pose (n, 6), in the inertial frame.
+    """
+    links: dict[int, Pose] = {GROUND: Pose()}
+    found = []
+    for j, (joint, screw, q) in enumerate(zip(joints, screws, positions, strict=True)):
+        before = links[joint.parent]
+        found.append(before.carry(screw))
+        links[j] = before @ _step(joint.kind, screw, float(q))
+    return tuple(found)
+
+
+def _step(kind: str, screw: Vector, q: float) -> Pose:
+    """The displacement along a screw ``[n; r × n + λ n]`` or ``[0; n]`` to a position q."""
+    n, m = screw[:3], screw[3:]
+    if kind == "prismatic":
+        return Pose(AXES, scale(rounded(Fraction(q / sqrt(dot(m, m)))), m))
+    square = dot(n, n)
+    length = sqrt(square)
+    R = Pose(rotation(n, rounded(Fraction(tan(q / 2) / length))))
+    foot = scale(1 / square, cross(n, m))
+    away = add(foot, scale(Fraction(-1), R.turn(foot)))
+    slide = dot(n, m) / square * rounded(Fraction(q / length))
+    return Pose(R.R, add(away, scale(slide, n)))

@@ -1,0 +1,269 @@
+"""From a URDF file to a draft of a linkage.
+
+The guard refuses what cannot be a linkage, and the file beside it may add loops. Frames and
+inertias are read from the tree that passed, or taken from a model that yourdfpy has loaded;
+the tree supplies the rest: types, axes, loops, screw pitches, input marks.
+
+The inertial frame is the frame of the root link. The pose of the file, where every joint
+coordinate is zero (that of a mimic joint: its offset), becomes the reference pose.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.errors import FileError
+from kinematics.model.arrays import frozen
+from kinematics.model.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, Place
+from kinematics.spatial.inertia import parameters
+from kinematics.spatial.screws import exp, revolute
+from kinematics.urdf.input_files import Options, Path, accepted
+from kinematics.urdf.input_streams import Document, source_of
+from kinematics.urdf.loop_file import Sidecar, merge
+from kinematics.urdf.loop_joints import attach, freedoms, perpendicular, unit
+from kinematics.urdf.robot_tree import Follows, Inertial, Robot, TreeJoint, described
+from kinematics.urdf.validate import checked
+from kinematics.urdf.validate_fields import coordinates
+from kinematics.urdf.xml_tree import Element, near, shown
+
+if TYPE_CHECKING:
+    from yourdfpy import URDF
+
+__all__ = ["Options", "adopt", "drafted", "read"]
+
+Array = NDArray[np.float64]
+
+def read(path: Path, loops: Path | None = None, options: Options | None = None) -> Draft:
+    """Read a URDF file.
+
+    Args:
+        path: the file.
+        loops: a YAML file with its loops; see :mod:`kinematics.urdf.loop_file`.
+        options: what to change about it.
+
+    Returns:
+        The linkage as the file describes it, with its loops not yet closed.
+
+    Raises:
+        FileError: the file cannot be read as a linkage; the message says where and why.
+    """
+    options = options or Options()
+    return drafted(path, accepted(path, loops, options), options)
+
+
+def drafted(model: Path | Document, side: Sidecar, options: Options) -> Draft:
+    """As :func:`read`, for a file, or one read from a stream, that was accepted."""
+    draft = _draft(described(side.tree), side, source_of(model), options)
+    document = model if isinstance(model, Document) else None
+    return replace(draft, tree=side.tree, document=document)
+
+
+def adopt(model: URDF, loops: Path | None = None, options: Options | None = None) -> Draft:
+    """As :func:`read`, for a model that yourdfpy has loaded.
+
+    yourdfpy drops ``<loop>`` elements, screw pitches and input marks, and it has made
+    matrices of the angles, which are taken as they are. The reference pose is the one with
+    all joints at zero, whatever the configuration of the model.
+    """
+    from kinematics.urdf.yourdfpy_adapter import tree_of, with_poses
+
+    options = options or Options()
+    source = model.robot.name or "URDF"
+    tree = checked(tree_of(model), source, options.fix_base)
+    side = merge(tree, source, loops, search=False)
+    return _draft(with_poses(described(side.tree), model), side, source, options)
+
+
+def _draft(robot: Robot, side: Sidecar, source: str, options: Options) -> Draft:
+    """The draft of a robot, and of what else the files say.
+
+    Raises:
+        FileError: nothing moves, no moving link has inertia, or a link called massless is
+            not there.
+    """
+    file, tree = shown(source, 1000), side.tree
+    mimics = {joint.name: joint.mimic for joint in robot.joints if joint.mimic is not None}
+    joints, places = _tree_joints(robot, _offsets(mimics))
+    if not joints:
+        remedy = "give a linkage with joints that are not fixed"
+        raise FileError(file, "", "no joint moves", remedy)
+    bodies = _bodies(robot, places, options, file)
+    if not bodies:
+        remedy = "give the links that move a mass and an inertia, or use --bodies all"
+        raise FileError(file, "", "no moving link has an <inertial>", remedy)
+    loops = _loops(tree, places, joints)
+    return Draft(
+        name=robot.name,
+        source=source,
+        joints=tuple(joints),
+        bodies=tuple(bodies),
+        loops=tuple(loops),
+        mimics=tuple(_mimics(mimics, joints)),
+        named_inputs=_inputs(tree) if side.inputs is None else side.inputs,
+        notices=(*(Notice(*remark) for remark in side.remarks), *_notices(places, bodies)),
+        places={name: Place(place.link, frozen(place.pose)) for name, place in places.items()},
+    )
+
+
+def _ordered(joints: Sequence[TreeJoint], root: str) -> list[TreeJoint]:
+    """Parents first, and otherwise in the order of the file."""
+    hanging: dict[str, list[int]] = {}
+    for i, joint in enumerate(joints):
+        hanging.setdefault(joint.parent, []).append(i)
+    ready = hanging.get(root, [])[:]
+    order = []
+    while ready:
+        joint = joints[heapq.heappop(ready)]
+        order.append(joint)
+        for i in hanging.get(joint.child, ()):
+            heapq.heappush(ready, i)
+    return order
+
+
+def _offsets(mimics: Mapping[str, Follows]) -> dict[str, float]:
+    """Positions of the mimic joints at the pose of the file: ratio × source + offset."""
+    known: dict[str, float] = {}
+    for start in mimics:
+        path = [start]
+        while path[-1] in mimics and path[-1] not in known:
+            path.append(mimics[path[-1]].joint)
+        position = known.get(path.pop(), 0.0)
+        for name in reversed(path):
+            position = mimics[name].multiplier * position + mimics[name].offset
+            known[name] = position
+    return known
+
+
+def _tree_joints(
+    robot: Robot, offsets: Mapping[str, float]
+) -> tuple[list[Joint], dict[str, Place]]:
+    """The joints of the tree, and the place of every link of the file, root first."""
+    carried = {joint.child for joint in robot.joints}
+    root = next(name for name in robot.links if name not in carried)
+    places = {root: Place(GROUND, np.eye(4))}
+    joints: list[Joint] = []
+    for joint in _ordered(robot.joints, root):
+        link, pose = places[joint.parent]
+        frame = pose @ joint.origin
+        names = coordinates(joint.name, joint.kind)
+        for name, (kind, screw) in zip(names, _steps(joint.element, frame), strict=True):
+            point, several = frozen(frame[:3, 3]), len(names) > 1
+            joints.append(Joint(name, kind, link, frozen(screw), point, numbered=several))
+            link = len(joints) - 1
+        if offsets.get(joint.name):
+            frame = exp(joints[link].screw, offsets[joint.name]) @ frame
+        places[joint.child] = Place(link, frame)
+    return joints, places
+
+
+def _steps(joint: Element, frame: Array) -> list[tuple[str, Array]]:
+    """Kinds and screws of a joint whose frame has the pose ``frame`` (4, 4)."""
+    if joint.attributes["type"] == "fixed":
+        return []
+    first, second = joint.first("axis"), joint.first("axis2")
+    axis = unit(first.vector("xyz", "") if first else [1.0, 0.0, 0.0])
+    across = perpendicular(axis, second.vector("xyz", "") if second else None)
+    n, u, point = frame[:3, :3] @ axis, frame[:3, :3] @ across, frame[:3, 3]
+    thread = joint.first("screw_thread_pitch")
+    pitch = thread.vector("value", "")[0] / (2 * np.pi) if thread else 0.0
+    if pitch:
+        return [("helical", revolute(n, point, pitch))]
+    return freedoms(joint.attributes["type"], n, u, point)
+
+
+def _weighed(inertial: Inertial, pose: Array) -> Array:
+    """Inertial parameters (10,) about the inertial origin of a link at ``pose`` (4, 4).
+
+    The file gives the tensor about the centre of mass, along the axes of the inertial's
+    own frame; both are carried to the inertial frame.
+    """
+    frame = pose @ inertial.origin
+    R = frame[:3, :3]
+    return parameters(inertial.mass, frame[:3, 3], R @ inertial.inertia @ R.T)
+
+
+def _bodies(
+    robot: Robot, places: Mapping[str, Place], options: Options, file: str
+) -> list[Body]:
+    """Moving rigid bodies that carry parameters, each named after its topmost link.
+
+    An ``<inertial>`` of zeros, as on the links between the axes of a spherical joint, says
+    the same as none.
+    """
+    top: dict[int, str] = {}
+    for name, place in places.items():
+        top.setdefault(place.link, name)
+    sums = {link: np.zeros(10) for link in top if link != GROUND}
+    for name, inertial in robot.links.items():
+        place = places[name]
+        if place.link != GROUND and inertial is not None:
+            sums[place.link] += _weighed(inertial, place.pose)
+    for name in options.massless:
+        sums.pop(_closed(name, places, top, file), None)
+    return [
+        Body(top[link], link, frozen(sums[link]), frozen(places[top[link]].pose))
+        for link in sorted(sums)
+        if options.bodies == "all" or sums[link].any()
+    ]
+
+
+def _closed(name: str, places: Mapping[str, Place], top: Mapping[int, str], file: str) -> int:
+    """The rigid body that the user calls massless, by the link that it is named after."""
+    label = f"massless link '{shown(name)}'"
+    if name not in places:
+        moving = [link for index, link in top.items() if index != GROUND]
+        remedy = f"choose from {near(name, moving)}"
+        raise FileError(file, label, "does not exist", remedy)
+    whole = top[places[name].link]
+    if whole != name and places[name].link != GROUND:
+        problem = f"fixed to link '{shown(whole)}', which the body is named after"
+        raise FileError(file, label, problem, f"name '{shown(whole)}' to close all of it")
+    return places[name].link
+
+
+def _loops(tree: Element, places: Mapping[str, Place], joints: list[Joint]) -> list[Loop]:
+    """The welds; the joints of the loops are appended to ``joints``."""
+    extent = max(float(np.abs(place.pose[:3, 3]).max()) for place in places.values())
+    welds = []
+    for element in tree.every("loop"):
+        chain, weld = attach(element, places, joints, extent)
+        joints.extend(chain)
+        welds.append(weld)
+    return welds
+
+
+def _mimics(mimics: Mapping[str, Follows], joints: Sequence[Joint]) -> list[Mimic]:
+    index = {joint.name: i for i, joint in enumerate(joints)}
+    return [
+        Mimic(index[name], index[mimic.joint], mimic.multiplier)
+        for name, mimic in mimics.items()
+    ]
+
+
+def _inputs(tree: Element) -> tuple[str, ...]:
+    """Coordinates of the joints and loops that are marked as independent."""
+    marked = [
+        coordinates(item.name, item.attributes["type"])
+        for item in tree.every("joint") + tree.every("loop")
+        if item.attributes.get("independent") == "true"
+    ]
+    return tuple(name for names in marked for name in names)
+
+
+def _notices(places: Mapping[str, Place], bodies: Sequence[Body]) -> tuple[Notice, ...]:
+    """Moving bodies that carry no parameters."""
+    settled = {GROUND, *(body.link for body in bodies)}
+    bare = []
+    for name, place in places.items():
+        if place.link not in settled:
+            settled.add(place.link)
+            bare.append(name)
+    if not bare:
+        return ()
+    return (Notice("massless", f"no mass, so no parameters: {', '.join(bare)}"),)

@@ -1,0 +1,137 @@
+"""Joints, frames and inertias of a robot as numbers, from its checked tree.
+
+The one description of a robot that both sources are brought to: a file, and a model that
+yourdfpy has loaded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinematics.urdf.validate_inertias import tensor
+from kinematics.urdf.xml_tree import Element
+
+__all__ = ["Follows", "Inertial", "Robot", "TreeJoint", "described", "pose_of"]
+
+Array = NDArray[np.float64]
+
+
+class Inertial(NamedTuple):
+    """The ``<inertial>`` of a link.
+
+    Attributes:
+        mass: kg.
+        inertia: tensor about the centre of mass (3, 3), along the axes of ``origin``, kg m².
+        origin: pose of the centre of mass in the frame of the link (4, 4).
+    """
+
+    mass: float
+    inertia: Array
+    origin: Array
+
+
+class Follows(NamedTuple):
+    """A ``<mimic>``: the position is ``multiplier`` times that of a joint, plus ``offset``."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
+class TreeJoint(NamedTuple):
+    """A joint between two links of the tree.
+
+    Attributes:
+        element: the element, with its name, type, axes and pitch.
+        parent: name of the link that carries it.
+        child: name of the link that it carries.
+        origin: its pose in the frame of the parent link (4, 4).
+        mimic: how it follows another joint, if it moves and does so.
+    """
+
+    element: Element
+    parent: str
+    child: str
+    origin: Array
+    mimic: Follows | None
+
+    @property
+    def name(self) -> str:
+        """Name in the file."""
+        return self.element.name
+
+    @property
+    def kind(self) -> str:
+        """Type in the file."""
+        return self.element.attributes["type"]
+
+
+class Robot(NamedTuple):
+    """What a tree says about links and joints.
+
+    Attributes:
+        name: name of the robot.
+        links: mass and inertia of every link by its name, None if the file gives none.
+        joints: joints in the order of the file.
+    """
+
+    name: str
+    links: Mapping[str, Inertial | None]
+    joints: tuple[TreeJoint, ...]
+
+
+def described(tree: Element) -> Robot:
+    """Joints, frames and inertias of a tree.
+
+    Args:
+        tree: accepted by :func:`kinematics.urdf.validate.check`.
+    """
+    links = {link.name: _inertial(link.first("inertial")) for link in tree.every("link")}
+    return Robot(tree.name, links, tuple(_joint(joint) for joint in tree.every("joint")))
+
+
+def pose_of(origin: Element | None) -> Array:
+    """Pose (4, 4) of an ``<origin>``; the identity if there is none."""
+    pose = np.eye(4)
+    if origin is not None:
+        pose[:3, :3] = _rotation(origin.vector("rpy", "0 0 0"))
+        pose[:3, 3] = origin.vector("xyz", "0 0 0")
+    return pose
+
+
+def _rotation(angles: ArrayLike) -> Array:
+    """Rotation matrix (3, 3) ``Rz(yaw) Ry(pitch) Rx(roll)`` of three angles in radians."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(angles), np.cos(angles)
+    return np.array([
+        [cp * cy, sp * (sr * cy) - cr * sy, sp * (cr * cy) + sr * sy],
+        [cp * sy, sp * (sr * sy) + cr * cy, sp * (cr * sy) - sr * cy],
+        [-sp, cp * sr, cp * cr],
+    ])  # fmt: skip
+
+
+def _inertial(item: Element | None) -> Inertial | None:
+    """An empty ``<inertial>`` says the same as none."""
+    mass = item.first("mass") if item is not None else None
+    inertia = item.first("inertia") if item is not None else None
+    if item is None or mass is None or inertia is None:
+        return None
+    (kilograms,) = mass.vector("value", "0")
+    return Inertial(kilograms, np.array(tensor(inertia)), pose_of(item.first("origin")))
+
+
+def _joint(joint: Element) -> TreeJoint:
+    parent, child = (_link(joint, role) for role in ("parent", "child"))
+    mimic = joint.first("mimic")
+    follows = None
+    if mimic is not None and joint.attributes["type"] != "fixed":
+        (multiplier,), (offset,) = mimic.vector("multiplier", "1"), mimic.vector("offset", "0")
+        follows = Follows(mimic.attributes["joint"], multiplier, offset)
+    return TreeJoint(joint, parent, child, pose_of(joint.first("origin")), follows)
+
+
+def _link(joint: Element, role: str) -> str:
+    return (joint.first(role) or joint).attributes["link"]

@@ -1,0 +1,160 @@
+"""Angles that were rounded when they were written: 1.5708 for π/2.
+
+Read as written, a rounded right angle tilts axes by 3.7e-6 rad: a planar loop no longer
+closes, and a planar chain has the conditions of a spatial one. So a word within 1e-4 rad of a
+multiple of π/12 that looks rounded is taken as that multiple, unless the user wants what is
+written; either way a remark says so. A calibrated angle such as 1.570828 is no rounded one:
+its digits go on beyond those in which it differs from π/2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import NamedTuple
+
+from kinematics.linalg.rational import LONGEST, decimal, pi
+from kinematics.urdf.xml_tree import Element, shown
+
+__all__ = [
+    "READINGS", "ROUNDED", "Rounded", "exact_angle", "nominal", "remark", "rounded", "twelfths",
+]  # fmt: skip
+
+READINGS = ("nominal", "as_written")
+"""The ways to take an angle that looks rounded."""
+ROUNDED = "rounded_angles"
+"""The code of the remark on such angles."""
+
+# Rounded angles are nearer than this to what they stand for, in radians.
+NEAR = 1e-4
+# Nearer than this, as the twelve digits of many programs are, both readings are the same.
+ROUND_OFF = 1e-11
+# A rounded angle is off by a unit of its last digit, or by two if π was rounded before half
+# of it was taken (1.570795); or by what single precision leaves.
+UNITS = 2.0
+SINGLE = 1e-6
+# Angles beyond this are not multiples of anything that somebody had in mind.
+LARGEST = 1e3
+# Exact arithmetic takes what is nearer to a multiple for the multiple itself.
+MEANT = Fraction(1, 10**12)
+# How many angles a remark names.
+NAMED = 3
+
+_TWELFTH = math.pi / 12
+_TURNING = ("revolute", "continuous")
+
+
+class Rounded(NamedTuple):
+    """An angle that looks rounded.
+
+    Attributes:
+        label: element that it belongs to, such as ``joint 'j1' (line 12)``.
+        attribute: ``"rpy"``, or ``"offset"`` of a mimic joint.
+        word: the number as written.
+    """
+
+    label: str
+    attribute: str
+    word: str
+
+
+def twelfths(word: str) -> int:
+    """The k ≠ 0 for which a number stands for ``k π/12``; 0 if for no such angle.
+
+    Args:
+        word: a finite decimal number, in radians.
+    """
+    x = float(word)
+    k = round(x / _TWELFTH) if abs(x) <= LARGEST and len(word) <= LONGEST else 0
+    if not k:
+        return 0
+    mantissa, _, exponent = word.lower().partition("e")
+    digits = mantissa.partition(".")[2].rstrip("0")
+    unit = 10.0 ** (int(exponent or 0) - len(digits))
+    return k if abs(x - k * _TWELFTH) <= min(NEAR, max(UNITS * unit, SINGLE)) else 0
+
+
+def rounded(tree: Element) -> list[Rounded]:
+    """The angles of a file that make a difference: rounded by more than round-off.
+
+    Args:
+        tree: accepted by the guard.
+    """
+    return [
+        Rounded(owner.label, attribute, word)
+        for owner, item, attribute in _places(tree)
+        for word in item.attributes[attribute].split()
+        if (k := twelfths(word)) and abs(float(word) - k * _TWELFTH) > ROUND_OFF
+    ]
+
+
+def nominal(tree: Element) -> Element:
+    """The tree with the angles that stand for multiples of π/12 written to all digits."""
+    new: dict[int, Element] = {}
+    for _, item, attribute in _places(tree):
+        words = item.attributes[attribute].split()
+        full = [_written(k) if (k := twelfths(word)) else word for word in words]
+        if full != words:
+            new[id(item)] = replace(
+                item, attributes={**item.attributes, attribute: " ".join(full)}
+            )
+    return _rebuilt(tree, new) if new else tree
+
+
+def remark(found: Sequence[Rounded], reading: str) -> str:
+    """What to tell the user of the angles that look rounded, and of how they are read."""
+    named = ", ".join(f"{shown(r.word)} in {r.attribute} of {r.label}" for r in found[:NAMED])
+    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    look = "angle looks" if len(found) == 1 else "angles look"
+    how = "read as multiples of π/12, the default"
+    choice = "--as-written (angles='as_written')"
+    if reading != "nominal":
+        how, choice = "taken as written", "--nominal (angles='nominal')"
+    return (
+        f"{len(found)} {look} rounded, {how}: {named}{more}; "
+        f"write all 16 digits, or choose {choice}"
+    )
+
+
+def exact_angle(word: str) -> Fraction:
+    """An angle to exact arithmetic: its decimals, or the multiple of π/12 within 1e-12 of it.
+
+    That is what all digits of a double mean, and what noise such as 1.2e-16 does. Multiples
+    are those of the fraction :func:`kinematics.linalg.rational.pi`.
+    """
+    value = decimal(word)
+    multiple = round(value / (pi() / 12)) * pi() / 12
+    return multiple if abs(value - multiple) <= MEANT else value
+
+
+def _written(k: int) -> str:
+    """The double nearest to ``k π/12``, to all its digits."""
+    return repr(float(k * pi() / 12))
+
+
+def _places(tree: Element) -> Iterator[tuple[Element, Element, str]]:
+    """Where a file has angles: the joint, link or loop, the element and its attribute."""
+    for owner in tree.children:
+        inside = [owner]
+        if owner.tag == "link":
+            inside = owner.every("inertial")
+        elif owner.tag == "loop":
+            inside = owner.every("predecessor") + owner.every("successor")
+        elif owner.tag != "joint":
+            continue
+        for item in (origin for part in inside for origin in part.every("origin")):
+            if "rpy" in item.attributes:
+                yield owner, item, "rpy"
+        mimic = owner.first("mimic")
+        if mimic and owner.attributes.get("type") in _TURNING and "offset" in mimic.attributes:
+            yield owner, mimic, "offset"
+
+
+def _rebuilt(element: Element, new: Mapping[int, Element], depth: int = 3) -> Element:
+    """The element with others in place of some that are inside it, by their identity."""
+    if id(element) in new or not depth:
+        return new.get(id(element), element)
+    children = tuple(_rebuilt(child, new, depth - 1) for child in element.children)
+    return replace(element, children=children)

@@ -1,0 +1,321 @@
+"""The guard: what a URDF file must satisfy before a heavy library sees it.
+
+Checks on the bare XML tree refuse whatever would otherwise be misread in silence. Nothing
+but the standard library is imported, so that a bad file is refused at once.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from kinematics.urdf.other_loop_formats import check_foreign_loops
+from kinematics.urdf.validate_fields import (
+    DEGREES,
+    LARGEST,
+    WIDEST,
+    check_link,
+    check_numbers,
+    check_origin,
+    check_type,
+    coordinates,
+    needed,
+    only,
+    turns,
+)
+from kinematics.urdf.validate_misplaced import check_strays
+from kinematics.urdf.xml_tree import (
+    Element,
+    Refusal,
+    build,
+    contents,
+    listed,
+    naming,
+    near,
+    shown,
+)
+
+__all__ = ["check", "checked", "parse", "validate"]
+
+# The cost of a linkage grows with the third power of its joints.
+MAX_FREEDOMS = 1000
+_LOOP_PARTS = ("predecessor", "successor", "axis", "axis2")
+
+
+def check(path: str | os.PathLike[str], fix_base: bool = False) -> Element:
+    """Read a URDF file and refuse what cannot be a linkage.
+
+    Args:
+        path: the file.
+        fix_base: whether floating joints on the ground become fixed joints.
+
+    Returns:
+        The ``<robot>`` element.
+
+    Raises:
+        FileError: the file is missing, too large, not well-formed, or not a linkage.
+    """
+    file = os.fsdecode(path)
+    with naming(file):
+        data = contents(file)
+    return parse(data, file, fix_base)
+
+
+def parse(data: bytes, file: str, fix_base: bool = False) -> Element:
+    """As :func:`check`, for the bytes of a file; ``file`` is its name in messages."""
+    with naming(file):
+        robot = build(data)
+    return checked(robot, file, fix_base)
+
+
+def checked(robot: Element, file: str, fix_base: bool = False) -> Element:
+    """As :func:`check`, for a tree; ``file`` is its name in messages."""
+    if fix_base:
+        robot = _on_fixed_base(robot)
+    with naming(file):
+        validate(robot)
+    return robot
+
+
+def validate(robot: Element) -> None:
+    """Every check on a tree; only direct children of ``<robot>`` count.
+
+    Raises:
+        Refusal: it is not a linkage.
+    """
+    if robot.tag != "robot":
+        raise Refusal(robot.label, "the root element is not <robot>", "give a URDF file")
+    _check_xacro(robot)
+    check_strays(robot)
+    check_foreign_loops(robot)
+    links, joints, loops = (robot.every(tag) for tag in ("link", "joint", "loop"))
+    if not links:
+        raise Refusal(robot.label, "no <link>", "give a URDF file with links and joints")
+    _check_names([robot], links, joints + loops)
+    for link in links:
+        check_link(link)
+    _check_floating(robot)
+    for item in joints + loops:
+        check_type(item)
+    _check_count(joints + loops)
+    known = {link.name: link for link in links}
+    carrier = _carriers(known, joints)
+    _check_tree(known, carrier)
+    _check_mimics(joints)
+    for loop in loops:
+        _check_loop(loop, known, carrier)
+
+
+def _check_xacro(robot: Element) -> None:
+    remedy = "run xacro first (xacro robot.xacro > robot.urdf)"
+    prefixes = {"xacro"}
+    for item in robot.walk():
+        for attribute, value in item.attributes.items():
+            if attribute.startswith("xmlns:") and "xacro" in value:
+                prefixes.add(attribute.removeprefix("xmlns:"))
+        if ":" in item.tag and item.tag.partition(":")[0] in prefixes:
+            raise Refusal(item.label, "a xacro element, not URDF", remedy)
+        for attribute, value in item.attributes.items():
+            if "${" in value:
+                problem = f'{attribute}="{shown(value)}" is a xacro expression'
+                raise Refusal(item.label, problem, remedy)
+
+
+def _based(robot: Element) -> list[Element]:
+    """Floating joints on links that only fixed joints, if any, join to the ground."""
+    hanging: dict[str, list[Element]] = {}
+    for joint in robot.every("joint"):
+        hanging.setdefault(_end(joint, "parent"), []).append(joint)
+    carried = {_end(joint, "child") for joint in robot.every("joint")}
+    ground = [link.name for link in robot.every("link") if link.name not in carried]
+    found = []
+    while ground:
+        for joint in hanging.pop(ground.pop(), ()):
+            if joint.attributes.get("type") == "fixed":
+                ground.append(_end(joint, "child"))
+            elif joint.attributes.get("type") == "floating":
+                found.append(joint)
+    return found
+
+
+def _end(joint: Element, role: str) -> str:
+    """The link on one side of a joint that need not be well-formed."""
+    side = joint.first(role)
+    return side.attributes.get("link", "") if side else ""
+
+
+def _on_fixed_base(robot: Element) -> Element:
+    """The tree with the floating joints of its base fixed."""
+    based = {id(joint) for joint in _based(robot)}
+    children = [
+        replace(item, attributes={**item.attributes, "type": "fixed"})
+        if id(item) in based
+        else item
+        for item in robot.children
+    ]
+    return replace(robot, children=tuple(children))
+
+
+def _check_floating(robot: Element) -> None:
+    """No joint floats."""
+    based = {id(joint) for joint in _based(robot)}
+    for joint in robot.every("joint"):
+        if joint.attributes.get("type") == "floating":
+            remedy = "use a fixed joint, or joints for the freedoms that it has"
+            if id(joint) in based:
+                remedy = "fix the base with --fix-base (fix_base=True), or use a fixed joint"
+            raise Refusal(joint.label, "a floating joint is not supported", remedy)
+
+
+def _check_names(*groups: Sequence[Element]) -> None:
+    """Names are present; within a group they, and their coordinates, are unique."""
+    for group in groups:
+        taken: dict[str, Element] = {}
+        for item in group:
+            if not item.name.strip():
+                raise Refusal(item.label, "no name", f'add name="…" to <{item.tag}>')
+            if odd := [c for c in item.name if not c.isprintable()]:
+                problem = f"its name has the unprintable character U+{ord(odd[0]):04X}"
+                raise Refusal(item.label, problem, f"rename this {item.tag}")
+            several = DEGREES.get(item.attributes.get("type", ""), 0) > 1
+            derived = coordinates(item.name, item.attributes["type"]) if several else []
+            for name in [item.name, *derived]:
+                if name in taken:
+                    problem = f"the name '{shown(name)}' is taken by {taken[name].label}"
+                    raise Refusal(item.label, problem, f"rename this {item.tag}")
+                taken[name] = item
+
+
+def _check_count(items: Sequence[Element]) -> None:
+    """Joints and loops have no more freedoms than can be handled."""
+    count = 0
+    for item in items:
+        count += DEGREES[item.attributes["type"]]
+        if count > MAX_FREEDOMS:
+            problem = f"joints and loops of more than {MAX_FREEDOMS} degrees of freedom"
+            raise Refusal(item.label, problem, "analyse a part of it, or fix joints")
+
+
+def _check_link_name(
+    owner: Element, role: str, name: str, known: Mapping[str, Element]
+) -> None:
+    if name not in known:
+        remedy = f"correct the name; the links are {near(name, known)}"
+        raise Refusal(owner.label, f"{role} link '{shown(name)}' does not exist", remedy)
+
+
+def _carriers(known: Mapping[str, Element], joints: Sequence[Element]) -> dict[str, Element]:
+    """The joint that carries each link, by the name of the link."""
+    carrier: dict[str, Element] = {}
+    for joint in joints:
+        parent, child = (needed(joint, role, "link") for role in ("parent", "child"))
+        _check_link_name(joint, "parent", parent, known)
+        _check_link_name(joint, "child", child, known)
+        if parent == child:
+            problem = f"joins link '{shown(child)}' to itself"
+            raise Refusal(joint.label, problem, "correct its <parent> or its <child>")
+        if child in carrier:
+            problem = f"link '{shown(child)}' is already the child of {carrier[child].label}"
+            raise Refusal(joint.label, problem, "close the loop with a <loop> element instead")
+        carrier[child] = joint
+    return carrier
+
+
+def _parent(joint: Element) -> str:
+    return needed(joint, "parent", "link")
+
+
+def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) -> None:
+    """The joints carry every link from one root."""
+    settled: set[str] = set()
+    for start in known:
+        path: dict[str, None] = {}
+        name = start
+        while name in carrier and name not in settled:
+            if name in path:
+                ring = list(path)[list(path).index(name) :]
+                problem = f"the links {listed(reversed(ring))} form a cycle of joints"
+                remedy = "replace one of these joints with a <loop> element"
+                raise Refusal(carrier[name].label, problem, remedy)
+            path[name] = None
+            name = _parent(carrier[name])
+        settled.update(path)
+    roots = [name for name in known if name not in carrier]
+    if len(roots) > 1:
+        problem = f"more than one root: no joint carries the links {listed(roots)}"
+        remedy = "fix all but one of them to the ground with a fixed joint"
+        raise Refusal(known[roots[1]].label, problem, remedy)
+
+
+def _check_mimics(joints: Sequence[Element]) -> None:
+    """Mimics join moving joints of one degree of freedom, and no chain of them closes.
+
+    Those of fixed joints are idle: exporters that freeze a joint leave them in place.
+    """
+    named = {joint.name: joint for joint in joints}
+    source: dict[str, str] = {}
+    for joint in joints:
+        mimic = only(joint, "mimic")
+        if mimic is None or joint.attributes["type"] == "fixed":
+            continue
+        target = source[joint.name] = needed(joint, "mimic", "joint")
+        check_numbers(joint, mimic, "multiplier", 1)
+        check_numbers(joint, mimic, "offset", 1)
+        if target not in named:
+            remedy = f"correct the name; the joints are {near(target, named)}"
+            raise Refusal(joint.label, f"mimics unknown joint '{shown(target)}'", remedy)
+        for end in (joint, named[target]):
+            if DEGREES[end.attributes["type"]] != 1:
+                problem = f"<mimic> needs joints of one degree of freedom; {end.label} is "
+                problem += end.attributes["type"]
+                raise Refusal(joint.label, problem, "remove the <mimic>, or fix this joint too")
+    at: dict[str, float] = {}
+    for start in source:
+        path: dict[str, None] = {}
+        name = start
+        while name in source and name not in at:
+            if name in path:
+                problem = "mimics itself" if source[name] == name else "mimics in a circle"
+                raise Refusal(named[name].label, problem, "let one of the joints be free")
+            path[name] = None
+            name = source[name]
+        for follower in reversed(path):
+            at[follower] = _followed(named[follower], at.get(source[follower], 0.0))
+
+
+def _followed(joint: Element, position: float) -> float:
+    """Position of a joint that mimics one at ``position``, in the pose of the file."""
+    mimic = joint.first("mimic") or joint
+    (ratio,), (offset,) = mimic.vector("multiplier", "1"), mimic.vector("offset", "0")
+    place = ratio * position + offset
+    unit, most = ("rad", WIDEST) if turns(joint) else ("m", LARGEST)
+    if not abs(place) <= most:
+        problem = f"its <mimic> places it at {place:.3g} {unit}, which is out of range"
+        remedy = "correct the offsets and multipliers of the mimic joints"
+        raise Refusal(joint.label, problem, remedy)
+    return place
+
+
+def _check_loop(
+    loop: Element, known: Mapping[str, Element], carrier: Mapping[str, Element]
+) -> None:
+    """A loop joins two links that are not rigidly joined already."""
+    extra = [child.tag for child in loop.children if child.tag not in _LOOP_PARTS]
+    sides = loop.every("predecessor") + loop.every("successor")
+    extra += [item.tag for side in sides for item in side.children if item.tag != "origin"]
+    if extra:
+        problem = f"unknown child {', '.join(f'<{shown(tag)}>' for tag in extra[:8])}"
+        remedy = f"a loop may hold {', '.join(_LOOP_PARTS)}, and its sides an origin"
+        raise Refusal(loop.label, problem, remedy)
+    ends = []
+    for role in ("predecessor", "successor"):
+        name = needed(loop, role, "link")
+        _check_link_name(loop, role, name, known)
+        check_origin(loop, loop.first(role) or loop)
+        while name in carrier and carrier[name].attributes["type"] == "fixed":
+            name = _parent(carrier[name])
+        ends.append(name)
+    if ends[0] == ends[1]:
+        problem = "its predecessor and its successor are one rigid body"
+        raise Refusal(loop.label, problem, "let it join links that can move apart")

@@ -1,0 +1,195 @@
+"""What a single element of a URDF file must hold: its type, numbers and axes.
+
+Other readers take ``nan``, ``2,5``, an axis of zero length or an inertia without entries
+as they come, or put defaults of their own in their place.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from operator import mul
+
+from kinematics.urdf.xml_tree import Element, Refusal, shown
+
+__all__ = [
+    "DEGREES",
+    "LARGEST",
+    "WIDEST",
+    "check_link",
+    "check_numbers",
+    "check_origin",
+    "check_type",
+    "coordinates",
+    "needed",
+    "only",
+    "turns",
+]
+
+# Beyond these, squares and products of the numbers leave the range of floating point.
+LARGEST = 1e30
+SMALLEST_AXIS = 1e-100
+# Beyond this many radians the digits that tell the direction are lost.
+WIDEST = 1e4
+# Cosine of the angle between the axes of a universal joint, in files of six digits.
+PERPENDICULAR = 1e-6
+
+DEGREES = {
+    "fixed": 0,
+    "revolute": 1,
+    "continuous": 1,
+    "prismatic": 1,
+    "universal": 2,
+    "cylindrical": 2,
+    "planar": 3,
+    "spherical": 3,
+}
+"""Degrees of freedom of the joint types, of tree joints and of loops alike."""
+
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_TURNING = ("revolute", "continuous")
+
+
+def coordinates(name: str, kind: str) -> list[str]:
+    """Names of the coordinates of a joint: ``name``, or ``name.0``, ``name.1`` …."""
+    count = DEGREES[kind]
+    return [name] if count == 1 else [f"{name}.{k}" for k in range(count)]
+
+
+def turns(joint: Element) -> bool:
+    """Whether the position of a joint of one degree of freedom is an angle."""
+    return joint.attributes["type"] in _TURNING
+
+
+def only(owner: Element, tag: str, inside: Element | None = None) -> Element | None:
+    """The child with this tag if there is one; refuses two."""
+    found = (inside or owner).every(tag)
+    if len(found) > 1:
+        problem = f"more than one <{tag}> (line {found[1].line})"
+        raise Refusal(owner.label, problem, "keep one of them")
+    return found[0] if found else None
+
+
+def needed(owner: Element, tag: str, attribute: str) -> str:
+    """A value that must be there: attribute of the only child with this tag."""
+    item = only(owner, tag)
+    value = item.attributes.get(attribute) if item else None
+    if value is None:
+        example = f'<{tag} {attribute}="…"/>'
+        raise Refusal(owner.label, f"no {example}", f"add {example}")
+    return value
+
+
+def check_numbers(owner: Element, item: Element, attribute: str, count: int) -> None:
+    """An attribute, if present, holds ``count`` finite decimal numbers."""
+    text = item.attributes.get(attribute)
+    if text is None:
+        return
+    words = text.split()
+    good = all(_NUMBER.fullmatch(w) and abs(float(w)) <= LARGEST for w in words)
+    if len(words) != count or not good:
+        what = f"{count} finite numbers" if count > 1 else "a finite number"
+        where = f'<{item.tag} {attribute}="{shown(text)}"> (line {item.line})'
+        example = f'{attribute}="{" ".join(["0.5", "0", "-1e-3"][:count])}"'
+        raise Refusal(owner.label, f"{where} is not {what}", f"write it as in {example}")
+
+
+def check_origin(owner: Element, inside: Element) -> None:
+    """The ``<origin>`` inside an element, if any, holds three and three numbers."""
+    origin = only(owner, "origin", inside)
+    if origin is None:
+        return
+    for attribute in origin.attributes:
+        if attribute.startswith("quat"):
+            problem = f"<origin {attribute}> (line {origin.line}) is not supported"
+            raise Refusal(owner.label, problem, "write the rotation as rpy")
+    check_numbers(owner, origin, "xyz", 3)
+    check_numbers(owner, origin, "rpy", 3)
+    if max(map(abs, origin.vector("rpy", "0 0 0"))) > WIDEST:
+        where = f'<origin rpy="{shown(origin.attributes["rpy"])}"> (line {origin.line})'
+        problem = f"{where} has an angle beyond {WIDEST:g} rad"
+        raise Refusal(owner.label, problem, "write angles in radians, between -π and π")
+
+
+def _check_axis(owner: Element, tag: str) -> None:
+    axis = only(owner, tag)
+    if axis is None:
+        return
+    needed(owner, tag, "xyz")
+    check_numbers(owner, axis, "xyz", 3)
+    fixed = owner.attributes.get("type") == "fixed"
+    if not fixed and math.hypot(*axis.vector("xyz", "")) < SMALLEST_AXIS:
+        remedy = 'give it a direction, such as xyz="0 0 1"'
+        raise Refusal(owner.label, f"<{tag}> (line {axis.line}) is zero", remedy)
+
+
+def check_link(link: Element) -> None:
+    """The ``<inertial>`` of a link, if any and not empty, is complete and in numbers."""
+    inertial = only(link, "inertial")
+    if inertial is None or not inertial.children:
+        return
+    check_origin(link, inertial)
+    _check_inertial(link, inertial, "mass", ["value"])
+    _check_inertial(link, inertial, "inertia", ["ixx", "iyy", "izz"], ["ixy", "ixz", "iyz"])
+
+
+def _check_inertial(
+    link: Element,
+    inertial: Element,
+    tag: str,
+    needed: Sequence[str],
+    optional: Sequence[str] = (),
+) -> None:
+    """A part of an ``<inertial>`` is there, with numbers; others would invent them."""
+    item = only(link, tag, inertial)
+    missing = [name for name in needed if item is None or name not in item.attributes]
+    if item is None or missing:
+        problem = f'<inertial> (line {inertial.line}) has no <{tag} {missing[0]}="…">'
+        raise Refusal(link.label, problem, "add it, or remove the <inertial>")
+    for attribute in (*needed, *optional):
+        check_numbers(link, item, attribute, 1)
+
+
+def check_type(item: Element) -> None:
+    """The type, origin, axes and pitch of a joint, or the type and axes of a loop."""
+    kind = item.attributes.get("type", "")
+    if kind not in DEGREES:
+        problem = f"unknown type '{shown(kind)}'" if kind else "no type"
+        remedy = f"choose from {', '.join(DEGREES)}"
+        if kind.strip().lower() in DEGREES:
+            remedy = f'write type="{kind.strip().lower()}"'
+        raise Refusal(item.label, problem, remedy)
+    value = item.attributes.get("independent", "false")
+    if value not in ("true", "false"):
+        problem = f'independent="{shown(value)}" is neither true nor false'
+        raise Refusal(item.label, problem, 'write independent="true" on an input')
+    for tag in ("axis", "axis2"):
+        _check_axis(item, tag)
+    if kind != "universal" and item.first("axis2"):
+        raise Refusal(item.label, f"<axis2> on a {kind} {item.tag}", "remove <axis2>")
+    if item.tag == "joint":
+        check_origin(item, item)
+        _check_second_axis(item)
+        _check_pitch(item, kind)
+
+
+def _check_second_axis(joint: Element) -> None:
+    """The second axis of a universal joint is perpendicular to the first."""
+    first, second = joint.first("axis"), joint.first("axis2")
+    if second is not None:
+        a = first.vector("xyz", "") if first else [1.0, 0.0, 0.0]
+        b = second.vector("xyz", "")
+        if abs(sum(map(mul, a, b))) > PERPENDICULAR * math.hypot(*a) * math.hypot(*b):
+            problem = f"<axis2> (line {second.line}) is not perpendicular to the axis"
+            raise Refusal(joint.label, problem, "correct it, or use two revolute joints")
+
+
+def _check_pitch(joint: Element, kind: str) -> None:
+    pitch = only(joint, "screw_thread_pitch")
+    if pitch is not None:
+        if kind not in _TURNING:
+            problem = f"<screw_thread_pitch> on a {kind} joint"
+            raise Refusal(joint.label, problem, 'use type="revolute" for a screw joint')
+        needed(joint, "screw_thread_pitch", "value")
+        check_numbers(joint, pitch, "value", 1)

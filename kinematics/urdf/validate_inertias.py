@@ -1,0 +1,69 @@
+"""Masses and inertias that no body has: remarks, since design spaces do not depend on them.
+
+The inertia about the centre of mass is that of a body of positive mass if none of its
+principal moments exceeds the sum of the two others: ``I₃ ≤ I₁ + I₂`` with ``I₁ ≤ I₂ ≤ I₃``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from kinematics.urdf.xml_tree import Element, shown
+
+__all__ = ["UNPHYSICAL", "tensor", "unphysical"]
+
+UNPHYSICAL = "unphysical"
+"""The code of the remark."""
+
+# Files of six digits may break an inequality by so much, relative to the largest moment.
+DIGITS = 1e-5
+# How many links a remark names.
+NAMED = 4
+
+_ENTRIES = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+
+
+def unphysical(tree: Element, source: str) -> tuple[tuple[str, str], ...]:
+    """Code and message of the remark on bodies that cannot be, if there are any.
+
+    Args:
+        tree: accepted by the guard.
+        source: path of the file, for the message.
+    """
+    found = [f"{link.label}: {', '.join(broken)}" for link in tree.every("link")
+             if (broken := list(_broken(link)))]  # fmt: skip
+    if not found:
+        return ()
+    more = f"; and {len(found) - NAMED} more links" if len(found) > NAMED else ""
+    text = (
+        f"{shown(source, 1000)}: {'; '.join(found[:NAMED])}{more}; correct it where the file "
+        "was exported: the design space does not depend on it, but whether the linkage is "
+        "balanced as given does"
+    )
+    return ((UNPHYSICAL, text),)
+
+
+def tensor(inertia: Element) -> list[list[float]]:
+    """Rows of the tensor (3, 3) of an ``<inertia>``, kg m²."""
+    return [[inertia.vector(name, "0")[0] for name in row] for row in _ENTRIES]
+
+
+def _broken(link: Element) -> Iterator[str]:
+    """The inequalities that the numbers of a link break."""
+    inertial = link.first("inertial")
+    mass = inertial.first("mass") if inertial else None
+    inertia = inertial.first("inertia") if inertial else None
+    if mass is not None:
+        (m,) = mass.vector("value", "0")
+        if m < 0.0:
+            yield f"mass {m:.6g} kg breaks m ≥ 0"
+    if inertia is not None:
+        import numpy as np
+
+        first, second, third = np.linalg.eigvalsh(tensor(inertia))
+        slack = DIGITS * max(abs(first), abs(third))
+        if first < -slack:
+            yield f"principal moment {first:.6g} kg m² of its inertia breaks I₁ ≥ 0"
+        elif third > first + second + slack:
+            sizes = f"{first:.6g}, {second:.6g} and {third:.6g} kg m²"
+            yield f"principal moments {sizes} of its inertia break I₃ ≤ I₁ + I₂"

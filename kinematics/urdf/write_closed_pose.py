@@ -1,0 +1,149 @@
+"""The file of a linkage at its reference pose: new origins of joints, all else as it was.
+
+A joint of the tree that has moved by q from the pose of the file has moved its link by a
+displacement ``D(q)`` in the frame of the joint, so its origin becomes ``O D(q)``. Links keep
+their frames, and with them inertias, meshes and the joints that they carry. Frames of loops
+stay: what closes a loop is where its links are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from decimal import Decimal, localcontext
+from typing import NamedTuple
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.errors import FileError
+from kinematics.model.linkage import Linkage
+from kinematics.spatial.screws import exp, revolute
+from kinematics.urdf.edit_xml import Splice, Text, read_again
+from kinematics.urdf.loop_joints import freedoms, perpendicular, unit
+from kinematics.urdf.robot_tree import pose_of
+from kinematics.urdf.validate_fields import coordinates
+from kinematics.urdf.xml_tree import Element, shown
+
+__all__ = ["Posed", "at_reference_pose"]
+
+Array = NDArray[np.float64]
+
+# Directions that coincide.
+SAME = 1e-15
+
+
+class Posed(NamedTuple):
+    """A file whose pose is the reference pose of a linkage.
+
+    Attributes:
+        data: its bytes.
+        moved: positions, from the pose of the file that was read, of the joints that were
+            moved; in radians and metres.
+        beside: whether its loops are in another file, which is needed beside it.
+    """
+
+    data: bytes
+    moved: Mapping[str, float]
+    beside: bool
+
+
+def at_reference_pose(linkage: Linkage) -> Posed:
+    """The URDF file of a linkage, at the pose at which its loops were closed.
+
+    Args:
+        linkage: as read from a file.
+
+    Raises:
+        FileError: the linkage was not read from a file, or the file cannot be read any more,
+            or its joints are not those of the linkage, or a universal joint has turned about
+            its second axis.
+    """
+    data, found = read_again(linkage, "joint", "that could be written at another pose")
+    assert linkage.tree is not None
+    joints = {joint.name: joint for joint in found.every("joint")}
+    known = {joint.name: joint for joint in linkage.tree.every("joint")}
+    positions: dict[str, float] = {}
+    if linkage.displaced is not None:
+        pairs = zip(linkage.joints, linkage.displaced.tolist(), strict=True)
+        positions = {joint.name: q for joint, q in pairs if q and not joint.in_loop}
+    text, splices = Text(data), []
+    for name, joint in known.items():
+        kind = joint.attributes["type"]
+        q = [positions.get(each, 0.0) for each in coordinates(name, kind)]
+        if any(q):
+            if kind == "universal" and q[1]:
+                problem = "a universal joint that has turned about its second axis"
+                file, remedy = shown(linkage.source, 1000), "replace it by two joints"
+                raise FileError(file, joint.label, problem, remedy)
+            splices.append(_new_origin(text, joints[name], _attributes(joint, q)))
+    beside = len(found.every("loop")) < len(linkage.tree.every("loop"))
+    return Posed(text.replace(splices), positions, beside)
+
+
+def _new_origin(text: Text, joint: Element, attributes: Mapping[str, str]) -> Splice:
+    """An origin with other attributes in place of that of a joint, or as its first child."""
+    words = " ".join(f"{name}={quoteattr(value)}" for name, value in attributes.items())
+    old = joint.first("origin")
+    if old is not None:
+        return Splice(old.span[0], text.end(old), f"<{old.tag} {words}/>")
+    at = joint.children[0].span[0]
+    return Splice(at, at, f"<origin {words}/>{text.margin(at)}")
+
+
+def _attributes(joint: Element, q: list[float]) -> dict[str, str]:
+    """Attributes of the origin of a joint that has moved to positions q."""
+    old = joint.first("origin")
+    attributes = {"xyz": "0 0 0", **(old.attributes if old is not None else {})}
+    axis = joint.first("axis")
+    n = unit(axis.vector("xyz", "") if axis is not None else [1.0, 0.0, 0.0])
+    kind = joint.attributes["type"]
+    D = np.eye(4)
+    for (_, screw), position in zip(_steps(joint, kind, n), q, strict=True):
+        D = D @ exp(screw, position)
+    there = pose_of(old) @ D
+    if np.any(D[:3, 3]):
+        attributes["xyz"] = " ".join(repr(x) for x in there[:3, 3].tolist())
+    if kind != "prismatic":
+        words = attributes.get("rpy", "0 0 0").split()
+        turning = q[-1] if kind == "planar" else q[0]
+        simple = _turned(words, n, turning) if kind != "spherical" else None
+        attributes["rpy"] = " ".join(simple or map(repr, _angles(there[:3, :3])))
+    return attributes
+
+
+def _steps(joint: Element, kind: str, n: Array) -> list[tuple[str, Array]]:
+    """Kinds and screws of the freedoms of a joint, in its own frame."""
+    thread = joint.first("screw_thread_pitch")
+    if thread is not None:
+        pitch = thread.vector("value", "")[0] / (2 * np.pi)
+        return [("helical", revolute(n, np.zeros(3), pitch))]
+    return freedoms(kind, n, perpendicular(n), np.zeros(3))
+
+
+def _turned(words: list[str], n: Array, angle: float) -> list[str] | None:
+    """Words of ``rpy`` after a turn about n, if a single one of them changes; or None.
+
+    ``R = Rz(yaw) Ry(pitch) Rx(roll)``: what turns about x adds to the roll, what turns about
+    the y axis that the roll has turned adds to the pitch, and so on.
+    """
+    roll, pitch, _ = (float(word) for word in words)
+    rolled = exp(revolute(np.eye(3)[0], np.zeros(3)), roll)[:3, :3] @ n
+    pitched = exp(revolute(np.eye(3)[1], np.zeros(3)), pitch)[:3, :3] @ rolled
+    for k, direction in enumerate((n, rolled, pitched)):
+        along = np.abs(direction) - np.eye(3)[k]
+        if np.abs(along).max() <= SAME:
+            with localcontext() as context:
+                context.prec = 60
+                total = Decimal(words[k]) + Decimal(repr(float(angle * direction[k])))
+            return [*words[:k], str(total), *words[k + 1 :]]
+    return None
+
+
+def _angles(R: Array) -> list[float]:
+    """Roll, pitch and yaw of a rotation (3, 3)."""
+    pitch = float(np.arctan2(-R[2, 0], np.hypot(R[2, 1], R[2, 2])))
+    roll, yaw = float(np.arctan2(R[2, 1], R[2, 2])), float(np.arctan2(R[1, 0], R[0, 0]))
+    if np.hypot(R[2, 1], R[2, 2]) < 1e-9:
+        roll, yaw = 0.0, float(np.arctan2(-R[0, 1], R[1, 1]))
+    return [roll, pitch, yaw]

@@ -1,0 +1,156 @@
+"""A small YAML file as keys with text or lists: what robot descriptions need of YAML.
+
+Only the parser of PyYAML runs, and only on safe YAML; nothing is constructed. Aliases,
+tags, mappings inside and deep lists are refused, since they have no use here and an
+attacker has.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from kinematics.urdf.xml_tree import Refusal, shown
+
+if TYPE_CHECKING:
+    from yaml.events import Event
+
+__all__ = ["Item", "Keys"]
+
+MAX_DEPTH = 3
+
+_NULLS = ("", "~", "null", "Null", "NULL")
+_EXAMPLE = "write keys with lists, such as name: [first, second]"
+
+
+class Item(NamedTuple):
+    """A text, or else a list; and the line where it begins."""
+
+    line: int
+    text: str | None
+    parts: list[Item]
+
+
+class Keys:
+    """The keys of a YAML file; every failure names the key and its line."""
+
+    def __init__(self, data: bytes, known: Collection[str], retired: Mapping[str, str]) -> None:
+        """Read the bytes of a file.
+
+        Args:
+            data: the bytes.
+            known: the keys that the file may have, each at most once.
+            retired: keys that it may not have, and what to do about them.
+
+        Raises:
+            Refusal: it is not YAML, or not a mapping from such keys to text and lists.
+        """
+        self.items: dict[str, Item] = {}
+        top = _nested(data)
+        for key, value in zip(top.parts[::2], top.parts[1::2], strict=True):
+            name = key.text or ""
+            if name in self.items:
+                raise self.wrong(name, "the key comes twice", "keep one of them")
+            self.items[name] = value._replace(line=key.line)
+            if name in retired:
+                raise self.wrong(name, "this old key is not supported", retired[name])
+            if name not in known:
+                raise self.wrong(name, "unknown key", f"the keys are {', '.join(known)}")
+
+    def wrong(self, key: str, problem: str, remedy: str) -> Refusal:
+        """The refusal of what a key holds."""
+        return Refusal(f"{shown(key)} (line {self.items[key].line})", problem, remedy)
+
+    def text(self, key: str) -> str | None:
+        """The text of a key that holds no list."""
+        return self.items[key].text if key in self.items else None
+
+    def entries(self, key: str) -> list[Item]:
+        """The entries of a list, none if the key is not there."""
+        if self.text(key) is not None:
+            raise self.wrong(key, "not a list", f"put it in brackets: {key}: [ … ]")
+        return self.items[key].parts if key in self.items else []
+
+    def names(self, key: str, item: Item | None = None) -> list[str]:
+        """A list of names, each there once; of the key, or of an entry of it."""
+        parts = item.parts if item else self.entries(key)
+        names = [part.text or "" for part in parts]
+        if not all(names) or (item and item.text is not None):
+            form = "[[first, second]]" if item else "[first, second]"
+            raise self.wrong(key, "not a list of names", f"write it as in {key}: {form}")
+        (name, count), *_ = Counter(names).most_common(1) or [("", 0)]
+        if count > 1:
+            raise self.wrong(key, f"'{shown(name)}' comes twice", "name each once")
+        return names
+
+    def kinds(self, key: str, owner: str, known: Collection[str]) -> list[str]:
+        """A type for each entry of ``owner``: one for all of them, or as many as there are."""
+        count, one = len(self.entries(owner)), self.text(key)
+        if one is not None:
+            words = [one] * count
+        else:
+            words = [part.text or "" for part in self.entries(key)]
+        if len(words) != count:
+            problem = f"{len(words)} types for the {count} entries of {owner}"
+            raise self.wrong(key, problem, f"give a type for each entry of {owner}")
+        exact = {name.lower(): name for name in known}
+        for word in words:
+            if word.lower() not in exact:
+                remedy = f"choose from {', '.join(known)}"
+                raise self.wrong(key, f"unknown type '{shown(word)}'", remedy)
+        return [exact[word.lower()] for word in words]
+
+
+def _nested(data: bytes) -> Item:
+    """The mapping of a YAML document, as a list of keys and values in turn.
+
+    Nothing is constructed: scalars stay text, so that a joint may be called ``on`` or ``1``.
+    An empty value, or a null, is an empty list.
+    """
+    import yaml
+
+    try:
+        top = _built(yaml.parse(data, Loader=yaml.SafeLoader))
+    except (yaml.YAMLError, ValueError, OverflowError) as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" at line {mark.line + 1}" if mark else ""
+        reason = getattr(error, "problem", None) or getattr(error, "reason", None) or error
+        problem = f"not readable as YAML{where} ({shown(str(reason))})"
+        raise Refusal("", problem, _EXAMPLE) from None
+    if not top:
+        raise Refusal("", "no keys", _EXAMPLE)
+    return top[0]
+
+
+def _built(events: Iterable[Event]) -> list[Item]:
+    """The top value of the only document, if there is one."""
+    stack = [Item(0, None, [])]
+    for event in events:
+        line = event.start_mark.line + 1
+        kind = type(event).__name__.removesuffix("Event")
+        if kind in ("Alias", "Scalar", "SequenceStart", "MappingStart"):
+            _check_event(event, kind, len(stack) - 1, f"line {line}")
+            if stack[0].parts:
+                raise Refusal(f"line {line}", "a second document", "keep one document")
+        if kind == "Scalar":
+            null = event.style is None and event.value in _NULLS
+            stack[-1].parts.append(Item(line, None if null else event.value, []))
+        elif kind in ("MappingStart", "SequenceStart"):
+            stack.append(Item(line, None, []))
+        elif kind in ("MappingEnd", "SequenceEnd"):
+            done = stack.pop()
+            stack[-1].parts.append(done)
+    return stack[0].parts
+
+
+def _check_event(event: Event, kind: str, depth: int, where: str) -> None:
+    """A mapping at the top, and in it text and lists; no aliases, no tags."""
+    if getattr(event, "anchor", None) is not None:
+        raise Refusal(where, "an anchor or an alias", "write the names out")
+    if getattr(event, "tag", None) is not None:
+        raise Refusal(where, f"the tag '{shown(event.tag)}'", "write plain names")
+    if (kind == "MappingStart") != (depth == 0):
+        raise Refusal(where, "a mapping inside" if depth else "no mapping of keys", _EXAMPLE)
+    if depth > MAX_DEPTH:
+        raise Refusal(where, "lists too deep", _EXAMPLE)

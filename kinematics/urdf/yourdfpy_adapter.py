@@ -1,0 +1,113 @@
+"""The border to yourdfpy: a model that it has loaded, as a tree and the poses for it.
+
+Such a model passes the same checks as a file. No file is read by yourdfpy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinematics.errors import FileError
+from kinematics.urdf.robot_tree import Robot
+from kinematics.urdf.validate_fields import LARGEST
+from kinematics.urdf.xml_tree import Element, shown
+
+if TYPE_CHECKING:
+    from yourdfpy import URDF
+    from yourdfpy import urdf as yourdf
+
+__all__ = ["tree_of", "with_poses"]
+
+# Entries of RᵀR - 1 of a pose, above which it is no rotation; files have six digits or more.
+ORTHOGONAL = 1e-5
+
+
+def with_poses(robot: Robot, model: URDF) -> Robot:
+    """The robot with the poses of a loaded model, which has no angles to read them from.
+
+    Args:
+        robot: made from :func:`tree_of` of the model.
+        model: the model.
+    """
+    weighed = {link.name: link.inertial for link in model.robot.links}
+    links = {
+        name: inertial and inertial._replace(origin=_pose(weighed[name]))
+        for name, inertial in robot.links.items()
+    }
+    pairs = zip(robot.joints, model.robot.joints, strict=True)
+    joints = [joint._replace(origin=_pose(given)) for joint, given in pairs]
+    return Robot(robot.name, links, tuple(joints))
+
+
+def _pose(item: yourdf.Joint | yourdf.Inertial) -> np.ndarray:
+    return np.eye(4) if item.origin is None else item.origin
+
+
+def tree_of(model: URDF) -> Element:
+    """The links and joints of a loaded model, as a tree that the guard can check.
+
+    Rotations are left out of it: roll, pitch and yaw would lose digits where pitch is near
+    a right angle.
+
+    Raises:
+        FileError: a pose in the model is not a rigid displacement.
+    """
+    robot = model.robot
+    for item in [*robot.joints, *(link.inertial for link in robot.links if link.inertial)]:
+        _check_pose(robot.name, getattr(item, "name", "<inertial>"), item.origin)
+    parts = [_link(link) for link in robot.links] + [_joint(joint) for joint in robot.joints]
+    return Element("robot", {"name": robot.name or ""}, tuple(parts))
+
+
+def _check_pose(source: str, name: str, pose: np.ndarray | None) -> None:
+    if pose is None:
+        return
+    R = pose[:3, :3]
+    if not (
+        np.all(np.abs(pose) <= LARGEST)
+        and np.all(np.abs(R.T @ R - np.eye(3)) <= ORTHOGONAL)
+        and np.linalg.det(R) > 0.0
+    ):
+        label, remedy = f"origin of '{shown(name)}'", "give it a rotation and a finite position"
+        raise FileError(shown(source or "URDF"), label, "no rigid displacement", remedy)
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _link(link: yourdf.Link) -> Element:
+    parts = []
+    if link.inertial is not None:
+        mass, inertia = link.inertial.mass, link.inertial.inertia
+        if mass is not None:
+            parts.append(Element("mass", {"value": _numbers([mass])}))
+        if inertia is not None:
+            entries = zip("xyz", inertia, strict=True)
+            upper = {
+                f"i{a}{b}": _numbers([value])
+                for a, row in entries
+                for b, value in zip("xyz", row, strict=True)
+                if a <= b
+            }
+            parts.append(Element("inertia", upper))
+    inertial = [Element("inertial", {}, tuple(parts))] if parts else []
+    return Element("link", {"name": link.name or ""}, tuple(inertial))
+
+
+def _joint(joint: yourdf.Joint) -> Element:
+    ends = {"parent": joint.parent, "child": joint.child}
+    parts = [Element(role, {"link": name or ""}) for role, name in ends.items()]
+    if joint.axis is not None:
+        parts.append(Element("axis", {"xyz": _numbers(joint.axis)}))
+    if joint.mimic is not None:
+        follows = {
+            "joint": joint.mimic.joint,
+            "multiplier": _numbers([joint.mimic.multiplier]),
+            "offset": _numbers([joint.mimic.offset]),
+        }
+        parts.append(Element("mimic", follows))
+    return Element("joint", {"name": joint.name or "", "type": joint.type or ""}, tuple(parts))

@@ -1,0 +1,212 @@
+"""Every option of every command keeps the contract: exit codes, strict JSON, one line of error.
+
+The options come from the parsers, so that a new one is tried as soon as it is there.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from fractions import Fraction
+from itertools import chain
+
+import numpy as np
+import pytest
+from random_requests import asked, check, meant, run, strict, validator
+from request_words import GOOD, WORDS, names_of, options, parsers
+from sidecar_text import PAIR
+
+from balance.cli import main as cli
+from balance.json_text import json_text, plain
+from kinematics import gallery
+
+MODELS = ("five_bar", "four_bar_kite_balanced", "hprs", "bennett")
+CASES = [(verb, name) for verb, parser in parsers().items() for name in options(parser)]
+
+
+def filled(words, model, folder):
+    """Words with what they name in a model, whose motion is a table in a folder."""
+    names = names_of(model)
+    rows = [",".join(["time", *names.inputs])]
+    rows += [",".join([f"{0.01 * k:g}", *[f"{0.01 * k * k:g}"] * len(names.inputs)])
+             for k in range(9)]  # fmt: skip
+    table, poses, loops = (folder / name for name in ("motion.csv", "poses.csv", "loops.yaml"))
+    table.write_text("\n".join(rows), encoding="utf-8")
+    poses.write_text("\n".join(row.partition(",")[2] for row in rows), encoding="utf-8")
+    loops.write_text(PAIR + "type: ['3d']\n", encoding="utf-8")
+    return [
+        word.format(link=names.links[0], tool=names.links[-1], first=names.inputs[0],
+                    inputs=",".join(names.inputs), folder=folder, table=table, poses=poses,
+                    loops=loops)
+        for word in words
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("verb", "name"), CASES, ids=lambda word: word)
+def test_every_option(verb, name, tmp_path):
+    """With what it wants, on several models, beside JSON."""
+    flag = options(parsers()[verb])[name].nargs == 0
+    assert flag or (name in GOOD and name in WORDS), f"{name} has no words to be tried with"
+    models = ("",) if verb == "models" else MODELS
+    ends = set()
+    for model in models:
+        more = [] if flag else filled(GOOD[name], model, tmp_path)
+        words = [verb, *filter(None, [model]), name, *more, *["--json"] * (name != "--json")]
+        if verb == "verify" and name not in ("--trajectories", "--speed"):
+            words += ["--trajectories", "1"]
+        done = asked(words)
+        check(words, done)
+        ends.add(done.code)
+    assert ends & {0, 1, 4} or name == "--loops", ends
+
+
+@pytest.mark.parametrize("choice", [
+    (verb, name, choice) for verb, name in CASES
+    for choice in options(parsers()[verb])[name].choices or ()
+], ids="-".join)  # fmt: skip
+def test_every_choice(choice):
+    verb, name, word = choice
+    for model in MODELS[:2]:
+        words = [verb, model, name, word, "--json"]
+        words += ["--trajectories", "1"] * (verb == "verify")
+        check(words, asked(words))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_kept_links_and_json(model):
+    """What clashes with kept links has a certificate of its own, and JSON all the same."""
+    for balance in ("dynamic", "force"):
+        words = ["design", model, "--json", "--balance", balance]
+        words += ["--keep", names_of(model).links[0]]
+        assert check(words, asked(words)) in ("design: 0", "design: 1")
+
+
+@pytest.mark.parametrize("words", [["--inputs", "x\ny,"], ["--bounds", "x\ny"], ["x\ry", "z"],
+                                   ["--motion=--"], ["--out=--"]])  # fmt: skip
+def test_usage_is_told_in_one_line(words):
+    """Whatever is between the words: the last line of the usage says what is wrong."""
+    words = ["design", "five_bar", *words]
+    assert check(words, asked(words)) == "design: 2"
+
+
+def test_random_requests():
+    """A sample of ``python tests/fuzz/random_requests.py --cases 5000``."""
+    ends = set()
+    for seed, words, end, wrong in run(range(500_000, 500_150)):
+        assert not wrong, f"seed {seed}: {words}: {wrong}"
+        ends.add(end)
+    assert {f"{verb}: {code}" for verb in ("report", "design", "verify", "motion")
+            for code in (2, 3)} < ends  # fmt: skip
+    assert len(ends) > 12
+
+
+def test_the_check_of_requests_can_fail(capsys):
+    """A wrong exit code, words beside the JSON, NaN, and a key too many are noticed."""
+    words = ["design", "five_bar", "--json"]
+    done = asked(words)
+    found = strict(done.out)
+    assert meant(words, found) == done.code == 1
+    for wrong in (
+        done._replace(code=0),
+        done._replace(code=70),
+        done._replace(out=done.out + "done\n"),
+        done._replace(out=done.out.replace('"margin": 0.0', '"margin": NaN')),
+        done._replace(out=done.out.replace('"keep"', '"kept"')),
+        done._replace(err="x.py:3: RuntimeWarning: divide by zero\n"),
+    ):
+        assert wrong != done
+        with pytest.raises((AssertionError, ValueError, Exception)):
+            check(words, wrong)
+    check(words, done)
+
+
+@pytest.mark.parametrize("error", [
+    TypeError("no such\nthing"), MemoryError(), RecursionError("too deep"), KeyError("x"),
+    ZeroDivisionError(), OSError(5, "broken"),
+])  # fmt: skip
+@pytest.mark.parametrize("verb", ["_report", "_design", "_verify", "_motion", "_models"])
+def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
+    """One line that names the error and the command, and nothing on standard output."""
+
+    def broken(arguments):
+        raise error
+
+    monkeypatch.setattr(cli, verb, broken)
+    name = verb.strip("_")
+    words = [name, *["five_bar"] * (name != "models"), "--json"]
+    code, out, err = asked(words)
+    assert (code, out) == (70, "")
+    (line,) = err.splitlines()
+    assert type(error).__name__ in line and f"balance {' '.join(words)}" in line
+    assert "please report it with the file" in line
+    monkeypatch.setenv("BALANCE_DEBUG", "1")
+    code, out, err = asked(words)
+    assert (code, out, err.splitlines()[-1]) == (70, "", line) and "Traceback" in err
+
+
+def test_what_fails_while_it_is_written_leaves_no_half(monkeypatch):
+    monkeypatch.setattr(
+        "balance.spaces.design_space_result.DesignSpace.to_dict",
+        lambda *_: {"a": 1, "b": object()},
+    )
+    code, out, err = asked(["report", "five_bar", "--json"])
+    assert (code, out, len(err.splitlines())) == (70, "", 1)
+
+
+def test_an_interrupt_is_quiet(monkeypatch):
+    def interrupted(arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_report", interrupted)
+    assert asked(["report", "five_bar"]) == (130, "", "")
+
+
+def test_warnings_of_libraries_stay_inside():
+    """In a process of its own, where nothing turns warnings into errors."""
+    code = (
+        "import sys, numpy, balance.cli.main as cli\n"
+        "def noisy(arguments):\n"
+        "    numpy.array([1.0]) / numpy.array([0.0])\n"
+        "    return 0\n"
+        "cli._models = noisy\n"
+        "sys.exit(cli.main(['models']))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_exit_codes_are_in_the_help():
+    text = asked(["--help"]).out
+    assert all(f"{code} " in text for code in (0, 1, 2, 3, 4, 70, 130))
+
+
+def test_plain_data():
+    data = {
+        "a": np.arange(3), "b": np.float64(0.1), "c": np.bool_(True), "d": (1, (2.5, None)),
+        "e": Fraction(1, 3), "f": np.array([[np.nan, np.inf]]), "g": np.int64(7), "h": -np.inf,
+        "i": np.array(2.0), "j": np.str_("ä"), "k": True,
+    }  # fmt: skip
+    expected = {
+        "a": [0, 1, 2], "b": 0.1, "c": True, "d": [1, [2.5, None]], "e": "1/3",
+        "f": [[None, None]], "g": 7, "h": None, "i": 2.0, "j": "ä", "k": True,
+    }  # fmt: skip
+    assert plain(data) == expected and strict(json_text(data)) == expected
+    assert json_text({"x": [0.1, "ä"]}) == json.dumps({"x": [0.1, "ä"]}, ensure_ascii=False)
+    for wrong in ({1: 2}, {"a": {1, 2}}, [object()], 1j, np.array([1j])):
+        with pytest.raises(TypeError):
+            json_text(wrong)
+
+
+def test_only_one_encoder():
+    """Commands and pages write JSON by no other way."""
+    files = chain(*(gallery()["five_bar"].parents[1].glob(f"balance/{glob}") for glob in
+                    ("*.py", "cli/*.py", "report/*/*.py", "designs/*.py", "verification/*.py",
+                     "taylor_poses/*.py", "spaces/*.py", "interpretation/*.py")))  # fmt: skip
+    users = {path.name for path in files if "json.dump" in path.read_text(encoding="utf-8")}
+    assert users == {"json_text.py", "save.py"}
+
+
+def test_schemas_are_valid():
+    for verb in parsers():
+        validator(verb).check_schema(validator(verb).schema)

@@ -1,0 +1,251 @@
+"""The page of a design space: its data, without a browser."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from functools import cache
+from html.parser import HTMLParser
+from xml.sax.saxutils import escape
+
+import numpy as np
+import pytest
+from laws import MODELS
+from urdf_text import FOUR_BAR
+
+import balance.report.html.scene
+import kinematics
+from balance import design_space
+from balance.cli.main import main
+from balance.report.html.report import page
+from balance.report.html.scene import scene
+
+CASES = [("four_bar_antiparallelogram", None), ("three_rsr", "u2=u3"), ("hprs", None)]
+VOID = {"meta", "link", "br", "img", "input"}
+HOSTILE = "</script><script>alert(1)</script><b>{{plotly}}&amp;\"'"
+
+
+class Elements(HTMLParser):
+    """Elements of a page: attributes, texts outside of scripts, and scripts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: Counter[str] = Counter()
+        self.attributes: list[tuple[str, str, str | None]] = []
+        self.scripts: list[tuple[dict, str]] = []
+        self.text, self.style = "", ""
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        self.tags[tag] += 1
+        self.attributes += [(tag, name, value) for name, value in attrs]
+        if tag == "script":
+            self.scripts.append((dict(attrs), ""))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if "script" in self.open:
+            attributes, text = self.scripts.pop()
+            self.scripts.append((attributes, text + data))
+        elif "style" in self.open:
+            self.style += data
+        else:
+            self.text += data
+
+    def data(self, name: str):
+        """The JSON in the script element of that id."""
+        return next(json.loads(t) for a, t in self.scripts if a.get("id") == name)
+
+
+@cache
+def case(model, motion=None):
+    """Design space of a model of the gallery, and the elements of its page."""
+    space = design_space(kinematics.load(model), motion)
+    return space, Elements(page(space))
+
+
+@cache
+def drawing(model):
+    """Linkage of a model of the gallery, and what there is to draw."""
+    linkage = kinematics.load(model)
+    return linkage, scene(design_space(linkage))
+
+
+def displacements(rows):
+    """Displacements (parts, 4, 4) from the rows of a page."""
+    H = np.tile(np.eye(4), (len(rows), 1, 1))
+    for p, row in enumerate(rows):
+        if row is not None:
+            H[p, :3] = np.reshape(row, (3, 4))
+    return H
+
+
+def plain(space):
+    """The report as a reader of JSON sees it."""
+    return json.loads(json.dumps(space.to_dict(space.explain())))
+
+
+@pytest.mark.parametrize("model, motion", CASES)
+def test_page_needs_nothing_else(model, motion):
+    """Elements are closed; nothing but data is loaded, and a policy forbids the rest."""
+    _, found = case(model, motion)
+    loading = {"src", "href", "srcset", "action", "data", "poster", "formaction", "background"}
+    urls = [value for _, name, value in found.attributes if name in loading]
+    assert urls == ["data:,"]
+    assert not re.search(r"url\(|@import", found.style)
+    policy = next(v for _, n, v in found.attributes if n == "content" and "default-src" in v)
+    assert policy.startswith("default-src 'none';") and "http" not in policy
+    assert not re.search(r"https?://|\{\{", found.text + found.scripts[-1][1])
+
+
+@pytest.mark.parametrize("model, motion", CASES)
+def test_page_holds_the_report(model, motion):
+    space, found = case(model, motion)
+    report = plain(space)
+    assert found.data("report") == report
+    for order in report["orders"]:
+        row = "".join(str(order[key]) for key in ("order", "rank", "nullity"))
+        assert row in re.sub(r"\s", "", found.text)
+    for number in (space.kept, space.dropped, space.as_given.residual):
+        assert f"{number:.1e}" in found.text
+    words = [f["words"] for f in report["freedoms"]]
+    words += [f["words"] for transfer in report["transfers"] for f in transfer["freedoms"]]
+    assert words and all(line in found.text for line in words)
+    for primitive in (p for f in report["freedoms"] for p in f["primitives"]):
+        value = f"{primitive['value']:+.4g}".replace("-", "−")
+        assert f"{value} kg" in found.text and f"on {primitive['body']}" in found.text
+    for code, message in space.warnings:
+        assert code in found.text and message in found.text
+
+
+@pytest.mark.parametrize("model, motion", CASES)
+def test_singular_values_by_order(model, motion):
+    space, found = case(model, motion)
+    spectra = found.data("scene")["spectra"]
+    assert [len(s["values"]) for s in spectra] == [order.rank for order in space.orders]
+    assert np.allclose(spectra[-1]["values"], space.singular_values, rtol=1e-3, atol=0.0)
+    for spectrum in spectra:
+        assert spectrum["kept"] <= min(spectrum["values"]) * 1.001
+        assert spectrum["dropped"] < 1e-3 * spectrum["kept"]
+        assert spectrum["values"][0] == 1.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_joints_hold_at_every_pose(model):
+    """At every pose drawn, the parts that a joint joins differ by a motion of that joint."""
+    _, found = drawing(model)
+    size = found["size"]
+    for column in found["columns"]:
+        for rows in column["poses"]:
+            H = displacements(rows)
+            for joint in found["joints"]:
+                a, b = (H[p] for p in joint["parts"])
+                n = np.asarray(joint["direction"])
+                r = np.asarray(joint["point"])
+                assert np.abs(a[:3, :3] @ n - b[:3, :3] @ n).max() < 1e-7
+                gap = b[:3, :3] @ r + b[:3, 3] - a[:3, :3] @ r - a[:3, 3]
+                if joint["kind"] == "prismatic":
+                    assert np.abs(a[:3, :3] - b[:3, :3]).max() < 1e-7
+                if joint["kind"] != "revolute":
+                    gap -= (gap @ (a[:3, :3] @ n)) * (a[:3, :3] @ n)
+                assert np.abs(gap).max() < 1e-7 * size
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_inputs_have_the_values_of_the_slider(model):
+    linkage, found = drawing(model)
+    assert [column["input"] for column in found["columns"]] == list(linkage.inputs)
+    for column in found["columns"]:
+        values = np.array(column["values"])
+        assert np.all(np.diff(values) > 0.0) and 0.0 in values
+        for joint in found["joints"]:
+            if joint["name"] not in linkage.inputs:
+                continue
+            moved = values if joint["name"] == column["input"] else np.zeros(len(values))
+            for value, rows in zip(moved, column["poses"], strict=True):
+                a, b = (displacements(rows)[p] for p in joint["parts"])
+                n, r = np.asarray(joint["direction"]), np.asarray(joint["point"])
+                D = np.linalg.solve(a, b)
+                if joint["kind"] == "prismatic":
+                    assert abs((D[:3, :3] @ r + D[:3, 3] - r) @ n - value) < 1e-7
+                else:
+                    u = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
+                    v = D[:3, :3] @ u
+                    turned = np.arctan2(np.cross(u, v) @ n, u @ v)
+                    assert abs(turned - value) < 1e-7
+
+
+def test_parts_are_drawn_through_their_joints():
+    _, found = drawing("three_rsr")
+    by_name = {name: part for part in found["parts"] for name in part["names"]}
+    assert [len(by_name[name]["corners"]) for name in ("lower1", "upper3", "platform")] == [
+        2, 2, 3,
+    ]  # fmt: skip
+    base = np.array(found["parts"][0]["corners"])
+    assert np.allclose(np.linalg.norm(base, axis=1), 3.0) and len(base) == 3
+    assert by_name["platform"]["names"] == ["platform"]
+
+
+def test_a_range_ends_where_loops_cannot_be_closed():
+    _, found = drawing("sarrus")
+    (column,) = found["columns"]
+    assert column["stopped"] == [True, False]
+    assert -column["values"][0] < column["values"][-1] == pytest.approx(np.pi / 3.0)
+
+
+@pytest.mark.parametrize(
+    "motion, labels",
+    [
+        (None, ["u1", "u2", "u3"]),
+        ("u2=u3", ["u1", "u2 = u3"]),
+        ("u1=-2*u3", ["u3 = −0.5 u1", "u2"]),
+        (["u1=u2", "u2=u3"], ["u1 = u2 = u3"]),
+    ],
+)
+def test_sliders_are_named_by_their_inputs(motion, labels):
+    found = scene(design_space(kinematics.load("three_rsr"), motion))
+    assert [column["label"] for column in found["columns"]] == labels
+    assert all(max(column["values"]) <= np.pi / 3.0 + 1e-12 for column in found["columns"])
+
+
+def test_many_links_get_fewer_steps(monkeypatch):
+    monkeypatch.setattr(balance.report.html.scene, "NUMBERS", (12 * 4 + 6 * 3) * 2 * 5)
+    found = scene(design_space(kinematics.load("four_bar_general")))
+    assert len(found["columns"][0]["values"]) == 2 * 4 + 1
+
+
+def hostile(tmp_path):
+    """A design space whose linkage, links and joints have names that look like HTML."""
+    text = FOUR_BAR.replace('<mimic joint="j1" multiplier="1" offset="0"/>', "")
+    for name in ("four_bar", "coupler", "j1"):
+        text = text.replace(f'"{name}"', f'"{escape(name + HOSTILE, {chr(34): "&quot;"})}"')
+    path = tmp_path / "hostile.urdf"
+    path.write_text(text, encoding="utf-8")
+    return design_space(kinematics.load(path))
+
+
+def test_names_of_files_are_text(tmp_path):
+    """No name opens an element, ends a script or is taken for a place in the template."""
+    space = hostile(tmp_path)
+    assert "coupler" + HOSTILE in space.bodies
+    found, usual = Elements(page(space)), case(*CASES[0])[1]
+    assert all(found.tags[tag] == usual.tags[tag] for tag in ("script", "b", "img"))
+    assert "four_bar" + HOSTILE in found.text and "coupler" + HOSTILE in found.text
+    assert found.data("report") == plain(space)
+
+
+def test_command_writes_the_page(tmp_path, capsys):
+    path = tmp_path / "page.html"
+    assert main(["report", "slider_crank", "--html", str(path)]) == 0
+    found = Elements(path.read_text(encoding="utf-8"))
+    assert found.data("report")["model"] == kinematics.load("slider_crank").name
+    assert main(["report", "slider_crank", "--html", str(tmp_path / "none" / "x.html")]) == 3
+    assert "cannot be written" in capsys.readouterr().err

@@ -1,0 +1,99 @@
+"""What Python prints of a result: one to six lines in words, and no array."""
+
+from __future__ import annotations
+
+import inspect
+
+import numpy as np
+import pytest
+from laws import coordinates
+
+import balance
+import kinematics
+from balance.taylor_poses.prediction import Predictions, predict
+from kinematics.assembly.tool_frame import tool
+from kinematics.spatial.screws import twist_axis
+
+
+def results():
+    """An instance of every class of results, and words that its repr must hold."""
+    linkage = kinematics.load("four_bar_antiparallelogram")
+    open_space = balance.design_space(linkage)
+    space = balance.certify(open_space)
+    none = balance.certify(balance.design_space("four_bar_general"))
+    explained = space.explain()
+    way = balance.verify(linkage, trajectories=1, samples=20)
+    lines = balance.momentum_lines(linkage, [0.2])[0]
+    motion = kinematics.taylor_motion(linkage, 3)
+    screws = np.array([[joint.screw for joint in linkage.joints]])
+    poses = (predict(motion, [0.1]),)
+    found = balance.design(space)
+    return [
+        (linkage, "four_bar_antiparallelogram: 3 bodies, 4 joints, 1 loop"),
+        (linkage.joints[0], "u1: revolute"), (linkage.bodies[0], "crank: "),
+        (linkage.loops[0], "welded to"), (linkage.chain, "planar, 4 joints, 1 loop"),
+        (linkage.chain.frame, "length"), (next(iter(linkage.places.values())), "origin"),
+        (kinematics.Motion.free(["u1", "u2"]), "2 free"),
+        (kinematics.Motion.parse("a=b", ["a", "b"]), "a=b"),
+        (kinematics.Notice("code", "text"), "code"),
+        (motion, "order 3"), (twist_axis(linkage.joints[1].screw), "pitch 0 m"),
+        (space, "rank 7 of 12 planar parameters"), (space, "verified: balanced at"),
+        (space, "ranks by order 3, 6, 7"), (space.record(), "nullity 5 = 4 serial + 1 par"),
+        (open_space, "estimated: by floating-point arithmetic alone"),
+        (space.certainty, "verified"), (none.certainty.proof, "rank=8"),
+        (none.certainty.proof.chain, "4 joints"), (none.certainty.proof.witness, "8 pivots"),
+        (space.exact(), "rank 7 of 12 parameters, settled"), (explained, "4 transfers, 1"),
+        (explained.transfers[0], "a point mass"), (explained.freedoms[0], "rod +1 on the cr"),
+        (explained.freedoms[0].primitives[0], "+1 kg m² rod on crank"),
+        (space.transfers[0], "across u1 (ground, crank): 1 independent"),
+        (space.bodies_of(coordinates(space))[0], "crank: "),
+        (balance.mass_properties(linkage.bodies[0].inertia), "kg m²"),
+        (balance.feasible(space), "feasible"), (balance.feasible(none), "infeasible"),
+        (found, "feasible"), (found.residuals, "accepted"),
+        (balance.feasible(none).residuals, "accepted, eigenvalue"),
+        (balance.design_space_many(linkage, screws), "1 geometry, planar, dynamic"),
+        (balance.momentum_taylor(linkage, 2), "order 2 in u1, 3 rows of 12 parameters"),
+        (lines[0], "of crank: "), (balance.meeting(lines), "missed by"),
+        (way, "not balanced"), (way.runs[0], "20 samples"),
+        (way.runs[0].trajectory, "over 1 s"),
+        (Predictions(motion, None, True, poses, ()), "1 pose, 1 reached"),
+        (poses[0], "reached, true error"),
+    ]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def instances():
+    return results()
+
+
+def test_every_public_class_has_a_short_repr(instances):
+    """Six lines of 100 characters at most, which name the class and say what matters."""
+    for item, words in instances:
+        text = repr(item)
+        lines = text.splitlines()
+        assert 1 <= len(lines) <= 6 and max(map(len, lines)) <= 100, text
+        assert "array(" not in text and "object at" not in text, text
+        assert words in text and text.startswith(type(item).__name__), text
+
+
+def test_no_public_class_is_left_out(instances):
+    public = {
+        value
+        for package in (balance, kinematics)
+        for name in package.__all__
+        if inspect.isclass(value := getattr(package, name))
+    }
+    assert len(public) > 25
+    assert not public - {type(item) for item, _ in instances}
+
+
+@pytest.mark.parametrize("model", ["delta", "stewart_6ups", "three_rsr", "hprs"])
+def test_large_linkages_are_as_short(model):
+    linkage = kinematics.load(model)
+    space = balance.design_space(linkage, max_order=0)
+    for item in (linkage, linkage.chain, linkage.spatial_chain, space, space.explain()):
+        text = repr(item)
+        assert len(text.splitlines()) <= 6 and len(text) < 500, text
+    if model == "hprs":
+        last = linkage.bodies[-1].name
+        assert len(repr(tool(linkage, last, "x")).splitlines()) == 4

@@ -1,0 +1,167 @@
+"""What is asked of a linkage must fit it: motions, inputs, orders, rounded angles."""
+
+from __future__ import annotations
+
+import inspect
+import re
+
+import numpy as np
+import pytest
+from laws import altered
+from urdf_text import UNIT_INERTIA, joint, link, saved
+
+import balance
+import kinematics
+from balance import design_space
+from balance.report.text.report import text
+from kinematics import Motion
+from kinematics.closure.joint_positions import joint_positions
+from kinematics.errors import CoordinateError, FileError, MotionError, PoseError
+
+
+def test_one_relation_may_come_without_a_list():
+    linkage = kinematics.load("three_rsr")
+    assert design_space(linkage, "u2=u3").rank == design_space(linkage, ["u2=u3"]).rank == 35
+
+
+@pytest.mark.parametrize(
+    ("motion", "problem"),
+    [
+        (Motion(("u1",), (), np.eye(1)), "made for the inputs u1"),
+        (Motion(("zz", "u1", "u2"), (), np.eye(3)), "made for the inputs zz, u1, u2"),
+        (Motion(("u1", "u2", "u3"), (), np.ones((3, 2))), "must be independent"),
+        (Motion(("u1", "u2", "u3"), (), np.full((3, 1), np.nan)), "finite numbers"),
+        (Motion(("u1", "u2", "u3"), (), np.ones((2, 1))), "3 rows"),
+    ],
+)
+def test_a_motion_of_another_linkage_is_refused(motion, problem):
+    linkage = kinematics.load("three_rsr")
+    with pytest.raises(MotionError, match=problem) as caught:
+        design_space(linkage, motion)
+    assert linkage.source in str(caught.value)
+
+
+def test_a_motion_may_list_the_inputs_in_any_order():
+    linkage = kinematics.load("three_rsr")
+    basis = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0]])
+    assert design_space(linkage, Motion(("u3", "u1", "u2"), (), basis)).rank == 35
+
+
+def test_relations_name_the_file_when_they_are_wrong():
+    linkage = kinematics.load("four_bar_kite")
+    with pytest.raises(MotionError, match="q9") as caught:
+        design_space(linkage, "q9=0")
+    assert str(caught.value).startswith(linkage.source)
+
+
+@pytest.mark.parametrize("order", [-1, 2.5, 51, "3"])
+def test_an_order_is_a_small_whole_number(order):
+    with pytest.raises(ValueError, match="from 0 to 50"):
+        design_space(kinematics.load("four_bar_kite"), max_order=order)
+
+
+def test_a_truncated_answer_says_so():
+    linkage = kinematics.load("four_bar_kite")
+    assert "3, up to order 0: not complete" in text(design_space(linkage, max_order=0))
+    assert "7, complete at order 2" in text(design_space(linkage, max_order=4))
+
+
+def test_a_number_that_is_also_a_name_is_refused():
+    with pytest.raises(MotionError, match=r"1\*0"):
+        Motion.parse("1=0", ["0", "1"])
+    assert Motion.parse("1=1*0", ["0", "1"]).basis.shape == (2, 1)
+
+
+def test_a_joint_of_several_coordinates_stands_for_all_of_them():
+    with pytest.raises(CoordinateError, match=r"elbow2\.2: stands still"):
+        kinematics.load("three_rsr", inputs=["elbow2"])
+
+
+def dotted(robot):
+    """The change that calls joints and loops as if they were the degrees of one joint."""
+    for k, item in enumerate(robot.findall("joint") + robot.findall("loop")):
+        item.set("name", f"a.{k}")
+
+
+def test_dots_in_the_names_of_joints_do_not_change_the_words(tmp_path):
+    """Else all five joints would go by the name a."""
+    linkages = [kinematics.load(m) for m in ("five_bar", altered("five_bar", tmp_path, dotted))]
+    names = dict(zip(*([joint.name for joint in x.joints] for x in linkages), strict=True))
+    plain, found = (design_space(x, balance="force").explain() for x in linkages)
+    words = [f.words for f in plain.freedoms] + [t.title for t in plain.transfers]
+    assert sum("-" in text for text in words) > 0
+    expected = [re.sub(r"[uq]\d", lambda name: names[name[0]], text) for text in words]
+    assert [f.words for f in found.freedoms] + [t.title for t in found.transfers] == expected
+
+
+def test_a_dot_does_not_make_a_joint_part_of_another(tmp_path):
+    parts = [link(name, **UNIT_INERTIA) for name in "xyz"]
+    parts += [joint("a", "universal", "ground", "x"), joint("a.b", "revolute", "x", "y")]
+    parts += [joint("c.b", "revolute", "y", "z", marks='independent="true"')]
+    path = saved(tmp_path, link("ground"), *parts)
+    inputs = ["a", "c.b", "a.b"]
+    assert kinematics.load(path, inputs=inputs).inputs == ("a.0", "a.1", "c.b", "a.b")
+    with pytest.raises(CoordinateError, match="input c: no such joint"):
+        kinematics.load(path, inputs=["c"])
+    titles = [t.title for t in design_space(kinematics.load(path)).explain().transfers]
+    assert titles == ["a (ground, x)", "a.b (x, y)", "c.b (y, z)"]
+
+
+def test_positions_must_be_finite():
+    with pytest.raises(PoseError, match="finite"):
+        joint_positions(kinematics.load("four_bar_kite"), [np.nan])
+
+
+def test_rounded_angles_are_told(tmp_path):
+    def rounded(robot):
+        for item in robot.findall("joint")[1:]:
+            if item.get("name") == "q2":
+                item.find("origin").set("rpy", "1.5708 0 0")
+                item.find("axis").set("xyz", "0 1 0")
+        for loop in robot.findall("loop"):
+            robot.remove(loop)
+
+    path = altered("four_bar_general", tmp_path, rounded)
+    linkage = kinematics.load(path, angles="as_written")
+    assert not linkage.planar
+    assert "nearly_planar" in [notice.code for notice in linkage.notices]
+
+
+def from_linkages(linkage):
+    """Every public function of balance on a linkage, called with what stands for one."""
+    q, one = [0.1], [1.0]
+    screws = [[joint.screw for joint in kinematics.load("four_bar_general").joints]]
+    return {
+        "design_space": lambda: design_space(linkage).basis,
+        "design_space_many": lambda: balance.design_space_many(linkage, screws).rank,
+        "exact_ranks": lambda: balance.exact_ranks(linkage).ranks,
+        "momentum_lines": lambda: balance.momentum_lines(linkage, q)[0][1].point,
+        "momentum_regressor": lambda: balance.momentum_regressor(linkage, q),
+        "momentum_taylor": lambda: balance.momentum_taylor(linkage, 2).coefficients,
+        "momentum_wrenches": lambda: balance.momentum_wrenches(linkage, q),
+        "screw_figure": lambda: len(balance.screw_figure(linkage, q).axes),
+        "shaking": lambda: balance.shaking(linkage, q, one, one),
+        "verify": lambda: balance.verify(linkage, trajectories=1, samples=8).force,
+    }
+
+
+def test_a_linkage_may_be_named():
+    """A path, a name and a linkage give the same; anything else is told what is expected."""
+    path = kinematics.gallery()["four_bar_general"]
+    name = "four_bar_general"
+    ways = (kinematics.load(name), name, str(path), path)
+    functions = [from_linkages(way) for way in ways]
+    taking = {
+        name for name in balance.__all__
+        if inspect.isfunction(function := getattr(balance, name))
+        and "linkage" in inspect.signature(function).parameters
+    }  # fmt: skip
+    assert taking == functions[0].keys()
+    for name in taking:
+        expected, *others = (calls[name]() for calls in functions)
+        assert all(np.array_equal(expected, other) for other in others), name
+        for wrong in (5, None, [path]):
+            with pytest.raises(TypeError, match=r"expected a kinematics.Linkage, a path, the"):
+                from_linkages(wrong)[name]()
+        with pytest.raises(FileError, match="no such file"):
+            from_linkages("four_bar_genera")[name]()

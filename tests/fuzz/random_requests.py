@@ -1,0 +1,245 @@
+"""Random requests to the command line: exit codes mean what they say, and JSON is strict.
+
+``python tests/fuzz/random_requests.py --cases 5000 --seed 0`` runs as many as it is told; a
+seed stands for the cases that follow it, so that ``--seed 4711 --cases 1`` is one case again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import logging
+import os
+import random
+import shlex
+import sys
+import tempfile
+import time
+import warnings
+from collections import Counter
+from contextlib import redirect_stderr, redirect_stdout
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+# BLAS reads it when NumPy loads; the matrices are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+ROOT = Path(__file__).resolve().parents[2]
+_PATHS = [str(ROOT / name) for name in ("", "tests/helpers", "tests/independent")]
+sys.path[:0] = [path for path in _PATHS if path not in sys.path]
+
+from fuzz import written  # noqa: E402
+from jsonschema import Draft202012Validator  # noqa: E402
+from mutants import mutant  # noqa: E402
+from request_words import ODD, WORDS, Place, names_of, options, parsers  # noqa: E402
+from small_linkages import small_linkage  # noqa: E402
+from time_limit import time_limit  # noqa: E402
+
+import balance  # noqa: E402
+from balance.cli.main import main as run_command  # noqa: E402
+from kinematics import gallery  # noqa: E402
+
+LEVELS = ("estimated", "verified", "proved")
+# Seconds after which a request hangs.
+LIMIT = 120.0
+# Models that take long are asked seldom.
+LARGE = ("delta", "stewart_6ups", "three_rsr", "three_rsr_rational", "four_bar_chain",
+         "four_rrr_parallel", "eight_bar", "scissor_three_stage")  # fmt: skip
+
+
+class Outcome(NamedTuple):
+    """What a command did."""
+
+    code: int
+    out: str
+    err: str
+
+
+def asked(words: list[str]) -> Outcome:
+    """Run one command with its streams caught; warnings of libraries are shown, as to users."""
+    out, err, root = io.StringIO(), io.StringIO(), logging.getLogger()
+    kept, root.handlers = root.handlers, []
+    try:
+        with redirect_stdout(out), redirect_stderr(err), warnings.catch_warnings():
+            warnings.resetwarnings()
+            code = run_command(words)
+    finally:
+        root.handlers = kept
+    return Outcome(code, out.getvalue(), err.getvalue())
+
+
+@cache
+def validator(verb: str) -> Draft202012Validator:
+    """The schema of what a command prints."""
+    path = Path(balance.__file__).with_name("schemas") / f"{verb}.schema.json"
+    return Draft202012Validator(json.loads(path.read_text(encoding="utf-8")))
+
+
+def strict(text: str) -> Any:
+    """The one object of a JSON text.
+
+    Raises:
+        ValueError: it holds NaN or infinity, a key twice, or something else.
+    """
+
+    def refuse(word: str) -> None:
+        raise ValueError(f"{word} is no JSON")
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(dict(pairs)) < len(pairs):
+            raise ValueError("a key stands twice")
+        return dict(pairs)
+
+    return json.loads(text, parse_constant=refuse, object_pairs_hook=once)
+
+
+def meant(words: list[str], found: dict[str, Any]) -> int:
+    """The exit code that belongs to what was printed."""
+    verb = words[0]
+    if verb == "design":
+        return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
+    if verb == "verify":
+        return {True: 0, False: 1, None: 4}[found["balanced"]]
+    if verb == "motion":
+        return 0 if all(pose["corrected"] is not None for pose in found["poses"]) else 1
+    if verb == "models":
+        return 0
+    options = parsers()[verb].parse_args(words[1:])
+    unsettled = any(notice["code"] == "not_settled" for notice in found["warnings"])
+    unsure = (
+        options.exact and found["exact"] is None,
+        found["evidence"]["doubts"],
+        unsettled and options.max_order is None,
+        LEVELS.index(found["certainty"]) < LEVELS.index(options.require or LEVELS[0]),
+    )
+    return 4 if any(unsure) else 0
+
+
+def consistent(words: list[str], found: dict[str, Any]) -> None:
+    """What a report says fits what it holds."""
+    if words[0] == "design":
+        assert (found["verdict"] == "feasible") == bool(found["bodies"])
+        assert (found["verdict"] == "infeasible") == bool(found["certificate"])
+        assert found["residuals"] is None or found["residuals"]["accepted"] is True
+        assert found["words"].startswith(found["verdict"])
+        assert all(body["mass"] > 0.0 for body in found["bodies"] if
+                   body["name"] not in found["keep"])  # fmt: skip
+    elif words[0] == "verify" and found["balanced"] is not None:
+        parts = ("force",) if found["balance"] == "force" else ("force", "moment")
+        largest = max(found["residual"][part] for part in parts)
+        assert (largest <= found["tolerance"]) == found["balanced"]
+    elif words[0] == "motion":
+        assert found["reached"] == (meant(words, found) == 0)
+        assert all((pose["corrected"] is None) == (pose["reason"] is not None)
+                   for pose in found["poses"])  # fmt: skip
+    elif words[0] == "report":
+        assert found["rank"] + found["nullity"] == found["parameters"]
+        assert found["serial"] + found["parallel"] == found["nullity"]
+        assert found["kmax"] is None or found["orders"][found["kmax"]]["rank"] == found["rank"]
+
+
+def check(words: list[str], done: Outcome) -> str:
+    """How a request ends.
+
+    Raises:
+        AssertionError: it does not keep the contract of the command line.
+    """
+    code, out, err = done
+    assert code in (0, 1, 2, 3, 4), f"exit {code}: {err}"
+    assert "Traceback" not in err and "Warning" not in err, err
+    if code in (2, 3):
+        assert out == "", out
+        lines = err.splitlines()
+        told = [line for line in lines if line.startswith("balance")]
+        assert len(told) == 1 and told[0] == lines[-1], err
+        assert code == 2 and lines[0].startswith("usage: ") or len(lines) == 1, err
+        return f"{words[0]}: {code}"
+    if "--json" in words:
+        found = strict(out)
+        validator(words[0]).validate(found)
+        assert meant(words, found) == code, f"exit {code}, but {out[:300]}"
+        consistent(words, found)
+    assert out.strip() and out.endswith("\n")
+    return f"{words[0]}: {code}"
+
+
+def request(seed: int, folder: Path) -> list[str]:
+    """The words of one request; everything follows from the seed."""
+    rng = random.Random(seed)
+    verb = rng.choice(("report", "report", "verify", "design", "design", "design", "motion",
+                       "motion", *["models"] * (rng.random() < 0.1)))  # fmt: skip
+    parser, words = parsers()[verb], [verb]
+    if verb != "models":
+        words.append(_model(rng, folder))
+    place = Place(names_of(words[-1]), folder, words[-1])
+    known = options(parser)
+    picked = rng.sample(sorted(known), min(len(known), rng.choice((0, 1, 1, 2, 2, 3, 4))))
+    given = {"--trajectories", "--speed"} & set(picked)
+    if verb == "verify" and not given and rng.random() < 0.9:
+        words += ["--trajectories", "1"]
+    for name in picked:
+        # Pages and pictures take long.
+        if name in ("--html", "--plot") and rng.random() < 0.6:
+            continue
+        for _ in range(rng.choice((1, 1, 1, 2)) if known[name].nargs != 0 else 1):
+            (word,) = WORDS[name](rng, place) if known[name].nargs != 0 else [None]
+            joined = word is not None and (word.startswith("-") or rng.random() < 0.3)
+            words += [f"{name}={word}"] if joined else [name, word][: 1 + (word is not None)]
+    if rng.random() < 0.75 and "--json" not in words:
+        words.append("--json")
+    return words
+
+
+def _model(rng: random.Random, folder: Path) -> str:
+    """A model of the gallery, a small linkage, a mutant, or nothing that can be read."""
+    kind = rng.random()
+    if kind < 0.5:
+        name = rng.choice(sorted(gallery()))
+        return "four_bar_kite" if name in LARGE and rng.random() < 0.8 else name
+    if kind < 0.8:
+        return str(small_linkage(rng, folder / f"small_{rng.randrange(10**9)}.urdf"))
+    if kind < 0.95:
+        return str(written(mutant(rng.randrange(10**6)), folder))
+    return rng.choice((*ODD, str(folder), str(folder / "none.urdf"), "ur5", "/"))
+
+
+def run(seeds: range, limit: float = LIMIT):
+    """Run requests; yields the seed, the words and how each ends, or what is wrong."""
+    for seed in seeds:
+        with tempfile.TemporaryDirectory() as folder:
+            names_of.cache_clear()
+            words = request(seed, Path(folder))
+            try:
+                with time_limit(limit):
+                    end, wrong = check(words, asked(words)), ""
+            except Exception as error:
+                end, wrong = "wrong", f"{type(error).__name__}: {str(error)[:1500]}"
+        yield seed, words, end, wrong
+
+
+def main() -> int:
+    """Run cases from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=0, help="of the first case")
+    cases = parser.parse_args()
+    begin, counts, slowest = time.perf_counter(), Counter(), (0.0, -1)
+    last = begin
+    for seed, words, end, wrong in run(range(cases.seed, cases.seed + cases.cases)):
+        counts[end] += 1
+        now = time.perf_counter()
+        slowest, last = max(slowest, (now - last, seed)), now
+        if wrong:
+            print(f"seed {seed}: balance {shlex.join(words)!r}\n  {wrong}", flush=True)
+    spent = time.perf_counter() - begin
+    print(
+        f"{cases.cases} requests from seed {cases.seed} in {spent:.0f} s, {counts['wrong']} "
+        f"wrong; slowest: seed {slowest[1]}, {slowest[0]:.1f} s"
+    )
+    print("  ".join(f"{name} ×{count}" for name, count in sorted(counts.items())))
+    return 1 if counts["wrong"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,206 @@
+"""Words for every option of every command: good ones, bad ones, and ones that nobody expects.
+
+The options come from the parsers themselves, so that a new one without words is noticed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import kinematics
+from balance.cli.main import _parser
+from kinematics.errors import LinkageError
+
+__all__ = ["GOOD", "WORDS", "Names", "Place", "names_of", "options", "parsers"]
+
+NUMBERS = (
+    "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 "
+    "12345"
+).split()
+ODD = (
+    "", " ", "=", ",", "a=b=c", "ключ", "ghost", "l\u0000x", "\udcff", "x\ny", "🙂", "--", "*",
+)  # fmt: skip
+FILES = ("page", "out", "page.html", "a b.urdf", "ä.svg", "p.PNG", "no/such/folder/x.svg")
+
+
+class Names(NamedTuple):
+    """What a model has that options may name."""
+
+    links: tuple[str, ...]
+    joints: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+
+class Place(NamedTuple):
+    """Where words are made for: the names of a model, and a folder to write to."""
+
+    names: Names
+    folder: Path
+    model: str
+
+
+Maker = Callable[[random.Random, Place], list[str]]
+
+
+def parsers() -> dict[str, argparse.ArgumentParser]:
+    """The parser of every command."""
+    (verbs,) = _parser()._subparsers._group_actions
+    return dict(verbs.choices)
+
+
+def options(parser: argparse.ArgumentParser) -> dict[str, argparse.Action]:
+    """Every option of a command but ``--help``, by its longest name."""
+    actions = (action for action in parser._actions if action.option_strings)
+    named = {max(action.option_strings, key=len): action for action in actions}
+    return {name: action for name, action in named.items() if name != "--help"}
+
+
+@cache
+def names_of(model: str) -> Names:
+    """The names in a model; none if it cannot be read."""
+    try:
+        linkage = kinematics.load(model, bodies="all")
+    except LinkageError:
+        return Names((), (), ())
+    links = tuple(body.name for body in linkage.bodies)
+    return Names(links, tuple(joint.name for joint in linkage.joints), linkage.inputs)
+
+
+def _one(rng: random.Random, known: tuple[str, ...], odd: float = 0.12) -> str:
+    """A known name, or now and then a strange one."""
+    return rng.choice(ODD) if rng.random() < odd or not known else rng.choice(known)
+
+
+def _number(rng: random.Random, odd: float = 0.15) -> str:
+    return rng.choice(NUMBERS) if rng.random() < odd else f"{rng.uniform(-0.4, 1.2):.4g}"
+
+
+def _list(rng: random.Random, known: tuple[str, ...]) -> str:
+    some = rng.sample(known, min(len(known), rng.choice((1, 1, 2, 3))))
+    return ",".join(some) if some and rng.random() < 0.85 else _one(rng, known) + ","
+
+
+def _relation(rng: random.Random, place: Place) -> str:
+    a, b = _one(rng, place.names.inputs, 0.05), _one(rng, place.names.inputs, 0.05)
+    kinds = "{a}={b} {a}=-{b} {a}=0 {a}={n}*{b} {a}={b}+{b} {a} {n}".split()
+    return rng.choice(kinds).format(a=a, b=b, n=_number(rng))
+
+
+def _bounds(rng: random.Random, place: Place) -> str:
+    low, high = (rng.choice(("", _number(rng))) for _ in range(2))
+    sign = ":" if rng.random() < 0.95 else "-"
+    return f"{_one(rng, place.names.links, 0.05)}={low}{sign}{high}"
+
+
+def _target(rng: random.Random, place: Place) -> str:
+    inputs = place.names.inputs
+    if rng.random() < 0.5:
+        return ",".join(_number(rng, 0.05) for _ in inputs or "x")
+    some = rng.sample(inputs, rng.randint(1, len(inputs))) if inputs else ["u"]
+    return ",".join(f"{name}={_number(rng, 0.05)}" for name in some)
+
+
+def _speed(rng: random.Random, place: Place) -> str:
+    unit = rng.choice(("rpm", "rpm", "rad/s", "deg/s", "hz", "Hz", "1/s", "rev/s", "", "m/s"))
+    crank = f"{_one(rng, place.names.inputs, 0.05)}=" if rng.random() < 0.5 else ""
+    return f"{crank}{_number(rng)}{unit}"
+
+
+def _pose(rng: random.Random, place: Place) -> str:
+    """Coordinates of some inputs, mostly near the pose of the file."""
+    some = rng.sample(place.names.inputs, min(len(place.names.inputs), rng.choice((1, 1, 2))))
+    if not some or rng.random() < 0.05:
+        return _one(rng, place.names.joints)
+    near = f"{rng.uniform(-0.1, 0.1):.3g}"
+    return ",".join(f"{name}={rng.choice((near, _number(rng, 0.05)))}" for name in some)
+
+
+def _table(rng: random.Random, place: Place) -> str:
+    """The path of a table of motions, good or bad."""
+    path = place.folder / rng.choice(("motion.csv", "bewegung ä.csv"))
+    if rng.random() < 0.1:
+        return str(place.folder / "none.csv")
+    inputs, rows = list(place.names.inputs) or ["u"], []
+    head = ["time", *inputs] if rng.random() < 0.7 else inputs
+    step = rng.choice((0.01, 0.01, 0.1, 0.0))
+    for k in range(rng.choice((0, 1, 5, 12, 12))):
+        values = [f"{0.2 * (k / 12) ** 2:.6g}" for _ in inputs]
+        rows.append([f"{k * step:.6g}", *values][-len(head) :])
+    if rows and rng.random() < 0.2:
+        rng.choice(rows)[-1] = rng.choice((*NUMBERS, *ODD[:4]))
+    lines = [",".join(row) for row in (head, *rows)]
+    path.write_text("\n".join(lines), encoding="utf-8", errors="replace")
+    return str(path)
+
+
+def _out(rng: random.Random, place: Place, *more: str) -> str:
+    name = rng.choice((*FILES, *more, *more, ""))
+    return str(place.folder / name) if name else rng.choice(("", str(place.folder)))
+
+
+def _model(rng: random.Random, place: Place) -> str:
+    others = ("five_bar", "hprs", "slider_crank")
+    return place.model if rng.random() < 0.5 else _one(rng, others)
+
+
+def _directions(rng: random.Random, place: Place) -> str:
+    return _list(rng, ("x", "y", "z", "rx", "ry", "rz"))
+
+
+def _of(*known: str) -> Maker:
+    return lambda rng, place: [_one(rng, known, 0.05)]
+
+
+# Words after each option. A flag has none.
+WORDS: dict[str, Maker] = {
+    "--loops": lambda rng, place: [_table(rng, place)],
+    "--bodies": _of("given", "all"),
+    "--massless": lambda rng, place: [_list(rng, place.names.links)],
+    "--inputs": lambda rng, place: [_list(rng, rng.choice(place.names[1:]))],
+    "--at": lambda rng, place: [_pose(rng, place)],
+    "--motion": lambda rng, place: [_relation(rng, place)],
+    "--balance": _of("dynamic", "force", "force"),
+    "--max-order": _of("0", "1", "2", "3", "5", "-1", "51", "x"),
+    "--html": lambda rng, place: [_out(rng, place, "page.html")],
+    "--write-closed": lambda rng, place: [_out(rng, place, "closed.urdf")],
+    "--require": _of("proved", "verified"),
+    "--trajectories": _of("1", "1", "1", "2", "0", "10001"),
+    "--seed": _of("0", "7", "123456", "-1", "99999999999999999999"),
+    "--csv": lambda rng, place: [_table(rng, place)],
+    "--speed": lambda rng, place: [_speed(rng, place)],
+    "--table": lambda rng, place: [_out(rng, place, "motion.csv")],
+    "--path": lambda rng, place: [_table(rng, place)],
+    "--tolerance": _of("0", "1e-9", "1e-3", "0.999", "1", "nan", "-1", "1e-400"),
+    "--against": lambda rng, place: [_model(rng, place)],
+    "--plot": lambda rng, place: [_out(rng, place, "a.svg", "a.png")],
+    "--minimise": _of("mass", "inertia", "rotor", "change"),
+    "--keep": lambda rng, place: [_one(rng, place.names.links, 0.05)],
+    "--bounds": lambda rng, place: [_bounds(rng, place)],
+    "--out": lambda rng, place: [_out(rng, place, "out.urdf")],
+    "--tool": lambda rng, place: [_one(rng, place.names.links, 0.05)],
+    "--along": lambda rng, place: [_directions(rng, place)],
+    "--point": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
+    "--order": _of("1", "2", "3", "5", "0", "99"),
+    "--to": lambda rng, place: [_target(rng, place)],
+}
+# Words that the five-bar linkage with masses takes, and what else its option needs.
+GOOD: dict[str, list[str]] = {
+    "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
+    "--inputs": ["{inputs}"], "--motion": ["{first}=0"], "--balance": ["force"],
+    "--at": ["{first}=0.05"],
+    "--max-order": ["1"], "--html": ["{folder}/page.html"], "--require": ["verified"],
+    "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
+    "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],
+    "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
+    "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
+    "--out": ["{folder}/out.urdf"], "--write-closed": ["{folder}/closed.urdf"],
+    "--tool": ["{tool}", "--along", "x"],
+    "--along": ["x", "--tool", "{tool}"],
+    "--point": ["0.1,0,-0.05", "--tool", "{tool}", "--along", "x"],
+    "--order": ["2"], "--to": ["{first}=0.05"],
+}  # fmt: skip

@@ -1,0 +1,302 @@
+"""The rules of the house: layers, lazy imports, printing, docstrings, sizes, the command.
+
+Sources are parsed, not imported, so that a rule is checked on every path through them.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import cache
+from graphlib import TopologicalSorter
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from kernel_sources import is_kernel
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("kinematics", "balance")
+PRODUCT = [path for package in PACKAGES for path in sorted(ROOT.glob(f"{package}/**/*.py"))]
+OURS = PRODUCT + [p for d in ("tests", "benchmarks") for p in sorted(ROOT.glob(f"{d}/**/*.py"))]
+FILE_LINES, FUNCTION_LINES = 350, 60
+
+# Slow to load, or not installed everywhere: only the functions that use them import them.
+LAZY = {
+    "clarabel", "example_robot_data", "matplotlib", "pinocchio", "plotly", "rich", "scipy",
+    "yourdfpy",
+}  # fmt: skip
+NOT_FOR_REPORT = ("pinocchio", "plotly", "matplotlib", "clarabel")
+
+Function = (ast.FunctionDef, ast.AsyncFunctionDef)
+Definition = (*Function, ast.ClassDef)
+
+
+class Import(NamedTuple):
+    """One imported module: its dotted name, where, and whether loading the file loads it."""
+
+    module: str
+    line: int
+    on_load: bool
+
+
+def label(path: Path) -> str:
+    """Path relative to the repository."""
+    return path.relative_to(ROOT).as_posix()
+
+
+def module_name(path: Path) -> str:
+    """Dotted name of a source file; a package root goes by the package's name."""
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+MODULES = {module_name(path): path for path in PRODUCT}
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    """The syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"), str(path))
+
+
+def imports(path: Path) -> Iterator[Import]:
+    """All imports of a file, those within functions and for type checkers included."""
+    pending: list[tuple[ast.AST, bool]] = [(tree(path), True)]
+    while pending:
+        node, on_load = pending.pop()
+        if isinstance(node, ast.Import):
+            yield from (Import(alias.name, node.lineno, on_load) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{label(path)}:{node.lineno}: relative import"
+            for alias in node.names:
+                whole = f"{node.module}.{alias.name}"
+                yield Import(whole if whole in MODULES else node.module, node.lineno, on_load)
+        elif isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+            pending += [(child, False) for child in node.body]
+            pending += [(child, on_load) for child in node.orelse]
+        else:
+            inside = on_load and not isinstance(node, (*Function, ast.Lambda))
+            pending += [(child, inside) for child in ast.iter_child_nodes(node)]
+
+
+def functions(path: Path) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+    """All functions and methods of a file, nested ones included."""
+    return (node for node in ast.walk(tree(path)) if isinstance(node, Function))
+
+
+def undocumented(node: ast.AST, where: str) -> Iterator[str]:
+    """Public modules, classes, functions and methods below ``node`` without a docstring."""
+    if ast.get_docstring(node) is None:
+        yield where
+    if isinstance(node, Function):
+        return
+    for child in node.body:
+        if isinstance(child, Definition) and not child.name.startswith("_"):
+            yield from undocumented(child, f"{where}: {child.name}")
+
+
+def length(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Lines of a function, without the kernels in its body."""
+    inner = sum(length(node) for node in function.body if is_kernel(node))
+    return function.end_lineno - function.lineno + 1 - inner
+
+
+def speaks(node: ast.AST) -> bool:
+    """Whether a node prints, touches the standard streams, or ends the process."""
+    if isinstance(node, ast.Call):
+        return ast.unparse(node.func) in {"print", "exit", "quit", "sys.exit", "os._exit"}
+    if isinstance(node, ast.ImportFrom):
+        private = {"stdout", "stderr", "__stdout__", "__stderr__", "exit"}
+        return node.module == "sys" and any(alias.name in private for alias in node.names)
+    if isinstance(node, ast.Attribute):
+        streams = {"sys.stdout", "sys.stderr", "sys.__stdout__", "sys.__stderr__"}
+        return ast.unparse(node) in streams
+    return isinstance(node, ast.Name) and node.id == "SystemExit"
+
+
+def test_kinematics_knows_nothing_of_balance():
+    wrong = [
+        f"{label(path)}:{found.line}"
+        for path in PRODUCT
+        if path.is_relative_to(ROOT / "kinematics")
+        for found in imports(path)
+        if found.module.split(".")[0] == "balance"
+    ]
+    assert not wrong
+
+
+def test_product_imports_neither_tests_nor_benchmarks():
+    outside = {path.stem for path in OURS if path not in PRODUCT} | {"tests", "benchmarks"}
+    wrong = [
+        f"{label(path)}:{found.line}: {found.module}"
+        for path in PRODUCT
+        for found in imports(path)
+        if found.module.split(".")[0] in outside
+    ]
+    assert not wrong
+
+
+def test_modules_have_no_cycle():
+    graph = {
+        name: {found.module for found in imports(path)} & MODULES.keys()
+        for name, path in MODULES.items()
+    }
+    assert not [name for name, below in graph.items() if name in below]
+    TopologicalSorter(graph).prepare()  # raises CycleError, which names the cycle
+
+
+def test_imports_can_be_read_from_the_source():
+    """Only the package roots, which load their public names late, import by a string."""
+    wrong = [
+        f"{label(path)}:{node.lineno}"
+        for path in PRODUCT
+        if path.name != "__init__.py"
+        for node in ast.walk(tree(path))
+        if (isinstance(node, ast.alias) and node.name == "import_module")
+        or (isinstance(node, ast.Attribute) and node.attr == "import_module")
+        or (isinstance(node, ast.Name) and node.id == "__import__")
+    ]
+    assert not wrong
+
+
+def test_heavy_libraries_load_late():
+    wrong = [
+        f"{label(path)}:{found.line}: {found.module}"
+        for path in PRODUCT
+        for found in imports(path)
+        if found.on_load and found.module.split(".")[0] in LAZY
+    ]
+    assert not wrong
+
+
+def test_numba_is_behind_two_modules():
+    users = {
+        label(path)
+        for path in PRODUCT
+        for found in imports(path)
+        if found.module.split(".")[0] == "numba"
+    }
+    files = ("numba_compiler", "simd_types")
+    assert users == {f"kinematics/compiled/{name}.py" for name in files}
+
+
+def test_only_the_command_line_speaks():
+    allowed = {"balance/cli/main.py": True, "balance/__main__.py": "SystemExit"}
+    wrong = [
+        f"{label(path)}:{node.lineno}: {ast.unparse(node)}"
+        for path in PRODUCT
+        for node in ast.walk(tree(path))
+        if speaks(node) and allowed.get(label(path)) not in (True, ast.unparse(node))
+    ]
+    assert not wrong
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_public_names_exist_and_are_documented(package: str):
+    root = importlib.import_module(package)
+    assert sorted(root.__all__) == list(root.__all__)
+    for name in root.__all__:
+        assert getattr(root, name).__doc__, f"{package}.{name}"
+    with pytest.raises(AttributeError, match="no_such_name"):
+        _ = root.no_such_name
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_newcomer_finds_the_public_names(package: str):
+    """In the docstring with a line each, by completion and in the help, before first use."""
+    code = f"import {package} as p, json; print(json.dumps([p.__doc__, dir(p), p.__version__]))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    text, names, version = json.loads(done.stdout)
+    public = list(importlib.import_module(package).__all__)
+    told = re.findall(r"^- ``(\w+)``: \S.*\S$", text, re.MULTILINE)
+    assert sorted(told) == public
+    assert set(public) <= set(names) and "__version__" in names and version[0].isdigit()
+
+
+def test_all_that_is_public_has_a_docstring():
+    wrong = [where for path in PRODUCT for where in undocumented(tree(path), label(path))]
+    assert not wrong
+
+
+def test_every_module_lists_its_public_names():
+    """``__all__`` names what exists, so that ``import *`` and readers agree."""
+    wrong = []
+    for name, path in MODULES.items():
+        if path.name in {"__init__.py", "__main__.py"}:
+            continue
+        module = importlib.import_module(name)
+        listed = getattr(module, "__all__", None)
+        if listed is None or not all(hasattr(module, item) for item in listed):
+            wrong.append(name)
+    assert not wrong
+
+
+def test_files_are_short():
+    lengths = {label(path): len(path.read_text("utf-8").splitlines()) for path in OURS}
+    assert not {name: lines for name, lines in lengths.items() if lines > FILE_LINES}
+
+
+def test_functions_fit_on_a_screen():
+    wrong = [
+        f"{label(path)}: {function.name}: {length(function)} lines"
+        for path in OURS
+        for function in functions(path)
+        if length(function) > FUNCTION_LINES and not is_kernel(function)
+    ]
+    assert not wrong
+
+
+def test_report_loads_no_heavy_library():
+    """In a process of its own, since other tests load what they like."""
+    code = f"""
+import json, sys
+from balance.cli.main import main
+status = main(["report", "four_bar_kite", "--json"])
+loaded = [name for name in {NOT_FOR_REPORT!r} if name in sys.modules]
+print(json.dumps([status, loaded]), file=sys.stderr)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stderr.splitlines()[-1]) == [0, []]
+    assert json.loads(done.stdout)
+
+
+def lines_with(pattern: re.Pattern[str], files: list[Path]) -> list[str]:
+    """Every line of the files in which the pattern occurs, and where."""
+    return [
+        f"{label(path)}:{number}: {line.strip()}"
+        for path in files
+        for number, line in enumerate(path.read_text("utf-8").splitlines(), 1)
+        if pattern.search(line)
+    ]
+
+
+def test_no_path_of_a_machine():
+    pattern = re.compile(r"(?<![\w.:/])/(?:work|home|root|tmp|Users|mnt|opt)/|\b[A-Z]:\\\\")
+    files = [*OURS, ROOT / ".ci" / "run", ROOT / "pyproject.toml"]
+    assert not lines_with(pattern, files)
+
+
+def test_product_does_not_know_its_gallery():
+    """No rule is written for one linkage."""
+    models = sorted(path.stem for path in ROOT.glob("urdf_models/*.urdf"))
+    assert models
+    pattern = re.compile(rf"\b(?:{'|'.join(map(re.escape, models))})\b")
+    assert not lines_with(pattern, PRODUCT)
+
+
+def test_continuous_integration_runs_the_command_of_the_readme():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    fenced = re.search(r"<!-- test command -->\s*?\n```\w*\n(.*?)\n```", readme, re.DOTALL)
+    assert fenced, "README.md: no code fence after <!-- test command -->"
+    lines = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
+    assert fenced[1] in lines

@@ -1,0 +1,288 @@
+"""What is installed holds: the kernels' disk cache, the wheel, calls that every system has.
+
+The cache is tried on a copy of what is behind `kinematics.compiled.jit`, in a package with
+kernels of one line.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from kernel_sources import PRODUCT, ROOT, kernels, tree
+from small_package import ABOVE, BELOW, run
+
+ASK = "from kinematics.above import outer; print(outer(1.0))"
+NO_FOLDER = "no folder to cache compiled kernels in"
+
+
+def test_a_change_in_another_file_is_seen(copy):
+    """Even one that changes neither the size of the file nor its date."""
+    code = "; ".join(
+        f"from {module} import outer; print(outer(1.0))"
+        for module in ("kinematics.above", "balance.above", "kinematics.plain")
+    )
+    first, told = run(copy, code)
+    assert first == ["20.0", "20.0", "20.0"]
+    assert len(told) == 1 and told[0].startswith("compiling kernels")
+    (copy / "kinematics" / "other.py").write_text("colour = 'red'\n", encoding="utf-8")
+    (copy / "kinematics" / ".#lock.py").symlink_to("nowhere")
+    assert run(copy, code) == (first, []), "files without kernels do not matter"
+
+    for file in (copy / "kinematics" / "below.py", copy / "balance" / "deep" / "below.py"):
+        dates = file.stat().st_atime_ns, file.stat().st_mtime_ns
+        file.write_text(BELOW.replace("1.0", "2.0"), encoding="utf-8")
+        os.utime(file, ns=dates)
+    second, told = run(copy, code)
+    assert second == ["30.0", "30.0", "20.0"], "the last, Numba's own cache, was stale"
+    assert len(told) == 1
+
+
+def test_a_number_that_is_written_is_no_type_of_its_own(copy):
+    text = ABOVE.replace("inner(x) * 10.0", "inner(1) + inner(2) + inner(x)")
+    (copy / "kinematics" / "written.py").write_text(text, encoding="utf-8")
+    code = "from kinematics.written import inner, outer; print(outer(3), len(inner.signatures))"
+    assert run(copy, code)[0] == ["9.0", "1"]
+
+
+def test_nowhere_to_write_costs_one_warning(copy, tmp_path):
+    """Files stand where the folders would have to be: nobody can write there."""
+    (copy / "kinematics" / "__pycache__").write_text("", encoding="utf-8")
+    (tmp_path / "home").write_text("", encoding="utf-8")
+    home = str(tmp_path / "home")
+    out, told = run(copy, ASK, HOME=home, USERPROFILE=home, LOCALAPPDATA=home)
+    assert out == ["20.0"]
+    assert len(told) == 1 and NO_FOLDER in told[0] and "NUMBA_CACHE_DIR" in told[0]
+    folder = tmp_path / "cache"
+    assert run(copy, ASK, HOME=home, NUMBA_CACHE_DIR=str(folder))[0] == ["20.0"]
+    assert run(copy, ASK, HOME=home, NUMBA_CACHE_DIR=str(folder)) == (["20.0"], [])
+    assert list(folder.glob("kinematics-*/*/*.nbc"))
+
+
+def test_a_damaged_cache_is_compiled_anew(copy):
+    run(copy, ASK)
+    files = list(copy.glob("**/*.nbc"))
+    assert len(files) == 2
+    for file in files:
+        file.write_bytes(file.read_bytes()[:7])
+    out, told = run(copy, ASK)
+    assert out == ["20.0"] and len(told) == 1
+    assert run(copy, ASK) == (["20.0"], [])
+
+
+def test_a_full_disk_costs_one_warning(copy):
+    full = """
+import os
+def replace(*_):
+    raise OSError(28, "No space left on device")
+os.replace = replace
+"""
+    out, told = run(copy, full + ASK)
+    assert out == ["20.0"]
+    assert [NO_FOLDER in line for line in told] == [False, True]
+
+
+def test_a_damaged_index_is_written_anew(copy):
+    run(copy, ASK)
+    for file in copy.glob("**/*.nbi"):
+        file.write_bytes(file.read_bytes()[:7])
+    assert run(copy, ASK)[0] == ["20.0"]
+    assert run(copy, ASK) == (["20.0"], [])
+
+
+def test_a_numba_with_another_inside_uses_its_own_cache(copy):
+    code = f"""
+from numba.core import dispatcher
+class Other(dispatcher.FunctionCache):
+    cache_path = property()  # there is none: AttributeError
+dispatcher.FunctionCache = Other
+{ASK}
+"""
+    assert run(copy, code)[0] == ["20.0"]
+    assert run(copy, code) == (["20.0"], [])
+
+
+# Arguments of different types, and what a kernel makes of them.
+ASKED = {"2": "3.0", "2.5": "3.5", "2j": "(1+2j)", "np.float32(4.5)": "5.5"}
+# A process that asks for one of them when all are there; files appear in the cache late.
+RACE = """
+import os, pathlib, time
+import numpy as np
+from kinematics.below import inner
+def replace(old, new, plain=os.replace):
+    time.sleep(0.3)
+    plain(old, new)
+os.replace = replace
+pathlib.Path("here-ASKED").touch()
+while len(list(pathlib.Path().glob("here-*"))) < 4:
+    time.sleep(0.001)
+print(inner(ASKED))
+"""
+
+
+def test_processes_may_compile_at_once(copy):
+    """No signature is lost, none mistaken for another, and no part of a file read."""
+    with ThreadPoolExecutor(4) as pool:
+        codes = [RACE.replace("ASKED", asked) for asked in ASKED]
+        answers = [out for out, _ in pool.map(partial(run, copy), codes)]
+    assert answers == [[answer] for answer in ASKED.values()]
+    asked = ", ".join(f"inner({x})" for x in ASKED)
+    code = f"import numpy as np; from kinematics.below import inner; print({asked})"
+    assert run(copy, code) == (list(ASKED.values()), []), "nothing is compiled again"
+
+
+def folders(copy: Path) -> set[str]:
+    """Names of the folders of compiled kernels."""
+    return {file.parents[1].name for file in copy.glob("**/*.nbi")}
+
+
+def test_folders_of_old_sources_are_removed(copy):
+    found = []
+    for k in range(6):
+        number = f"{k + 1}.0"
+        (copy / "kinematics" / "below.py").write_text(BELOW.replace("1.0", number), "utf-8")
+        assert run(copy, ASK)[0] == [f"{10.0 * (2 + k)}"]
+        found.append(folders(copy))
+    assert [len(names) for names in found] == [1, 2, 3, 4, 4, 4]
+    assert not found[0] & found[-1] and len(found[-1] & found[-2]) == 3
+
+
+def test_kernels_run_without_a_compiler(copy):
+    assert run(copy, ASK, NUMBA_DISABLE_JIT="1") == (["20.0"], [])
+
+
+def called(node: ast.AST) -> str:
+    return ast.unparse(node.func) if isinstance(node, ast.Call) else ""
+
+
+def borrowed(module: ast.Module) -> Iterator[tuple[str, str]]:
+    """Names that the kernels of a module use from others, and the modules they are from."""
+    origins = {
+        alias.asname or alias.name: node.module
+        for node in module.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    values = {
+        target.id: node.value
+        for node in module.body
+        if isinstance(node, ast.Assign)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    pending: list[ast.AST] = list(kernels(module))
+    while pending:
+        node = pending.pop()
+        body = node.body if isinstance(node, ast.FunctionDef) else [node]
+        for name in (n.id for part in body for n in ast.walk(part) if isinstance(n, ast.Name)):
+            if name in values:
+                pending.append(values.pop(name))
+            if name in origins:
+                yield name, origins[name]
+
+
+def test_kernels_use_only_files_whose_change_is_seen():
+    """`kinematics.compiled.jit` looks at the files that mention it, and at no others."""
+    homes = {path: ".".join(path.relative_to(ROOT).parts[:-1]) for path in PRODUCT}
+    seen = {
+        f"{homes[path]}.{path.stem}"
+        for path in PRODUCT
+        if "kinematics.compiled.jit" in path.read_text(encoding="utf-8")
+    }
+    uses = [(path, name, at) for path in PRODUCT for name, at in borrowed(tree(path))]
+    assert any(at.startswith("kinematics.") for _, _, at in uses)
+    wrong = [
+        f"{path.name}: {name} of {at}"
+        for path, name, at in uses
+        if at not in seen or at.split(".")[0] not in ("kinematics", homes[path].split(".")[0])
+    ]
+    assert not wrong
+
+
+POSIX = re.compile(
+    r"os\.(fork\w*|wait\w*|get(e?[ug]id|pgid|ppgrp|loadavg)|set(sid|[ug]id|pgid)|l?chown|"
+    r"mk(fifo|nod)|killpg|nice|uname|sysconf|statvfs|sched_\w+|openpty|pread|pwrite|"
+    r"O_(NOFOLLOW|DIRECTORY|CLOEXEC))\b|"
+    r"signal\.(SIG(KILL|HUP|ALRM|USR\d|PIPE|QUIT|STOP|CONT|CHLD)|alarm|setitimer|pause)\b|"
+    r"\b(fcntl|grp|posix|pty|pwd|readline|resource|syslog|termios|tty)\.|"
+    r"^'/(dev|proc|sys|tmp|etc|bin|usr)/"
+)
+
+
+def posix_only(module: ast.Module) -> Iterator[str]:
+    """Names and paths that not every system has."""
+    for node in ast.walk(module):
+        found = []
+        if isinstance(node, ast.Import):
+            found = [f"{alias.name}." for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            found = [f"{node.module}.{alias.name}" for alias in node.names]
+        elif isinstance(node, ast.Attribute | ast.Constant):
+            found = [ast.unparse(node)]
+        yield from (f"{node.lineno}: {text}" for text in found if POSIX.search(text))
+
+
+def test_no_call_that_only_posix_has():
+    example = "import fcntl; from os import fork; os.geteuid(), signal.SIGKILL, '/dev/null'"
+    assert len(list(posix_only(ast.parse(example)))) == 5
+    assert not [f"{p.name}:{line}" for p in PRODUCT for line in posix_only(tree(p))]
+
+
+def guesses_encoding(node: ast.AST) -> bool:
+    """Whether a call opens text without saying how it is encoded."""
+    name = called(node)
+    if name == "os.open":  # bytes, always
+        return False
+    if name != "open" and not name.endswith((".open", ".read_text", ".write_text")):
+        return False
+    modes = [a.value for a in node.args if isinstance(a, ast.Constant) and "b" in str(a.value)]
+    return not modes and not any(word.arg == "encoding" for word in node.keywords)
+
+
+def test_text_is_read_in_one_encoding():
+    """The default depends on the system."""
+    assert guesses_encoding(ast.parse("open(p)").body[0].value)
+    wrong = [
+        f"{path.name}:{node.lineno}"
+        for path in PRODUCT
+        for node in ast.walk(tree(path))
+        if guesses_encoding(node)
+    ]
+    assert not wrong
+
+
+@pytest.mark.skipif(find_spec("hatchling") is None, reason="hatchling, the builder, is missing")
+def test_the_wheel_holds_what_it_needs_and_no_more(tmp_path):
+    code = "import sys; from hatchling.build import build_wheel; build_wheel(sys.argv[1])"
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    [path] = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(path) as wheel:
+        names = set(wheel.namelist())
+        [info] = {name.split("/")[0] for name in names if ".dist-info/" in name}
+        metadata = wheel.read(f"{info}/METADATA").decode()
+        commands = wheel.read(f"{info}/entry_points.txt").decode()
+    wanted = {"balance/py.typed", "kinematics/py.typed"}
+    wanted |= {path.relative_to(ROOT).as_posix() for path in PRODUCT}
+    for data in ("balance/report/html/static/*.*", "balance/schemas/*.json"):
+        wanted |= {path.relative_to(ROOT).as_posix() for path in ROOT.glob(data)}
+    wanted |= {f"urdf_models/{path.name}" for path in ROOT.glob("urdf_models/*.*")}
+    assert wanted <= names
+    folders = {"balance", "kinematics", "urdf_models", info}
+    assert {name.split("/")[0] for name in names} == folders
+    assert not [name for name in names if "test" in name or "pycache" in name]
+    assert "balance = balance.__main__:command" in commands
+    assert re.search(r"Requires-Dist: pin\S* ?; ?sys_platform != 'win32'", metadata)

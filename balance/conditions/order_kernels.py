@@ -14,24 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.conditions.rank import Conditions
-from balance.momentum.regressor import (
-    moments_room,
-    parameters_per_body,
-    planar_regressor,
-    rows_per_column,
-    spatial_regressor,
-)
+from balance.conditions.ray_kernels import RaySeries, gather
+from balance.momentum.regressor import moments_room, parameters_per_body, rows_per_column
+from balance.momentum.regressor_kernels import planar_regressor, spatial_regressor
 from kinematics.closure.newton import follow_series, radius_along, step_room
 from kinematics.closure.series import planar_series, room, spatial_series
 from kinematics.compiled.jit import kernel
 from kinematics.compiled.simd import LANES
-from kinematics.linalg.pivoted_qr import (
-    gather,
-    implied,
-    put_factor,
-    room_for,
-    take_factor,
-)
+from kinematics.linalg.pivoted_qr import Factor, implied, put_factor, room_for, take_factor
 from kinematics.model.arrays import Chain, frozen
 from kinematics.spatial.displacements import place
 
@@ -67,11 +57,8 @@ def generic(begin: int, end: int, width: int) -> Array:
 def _stage_kernel(dim):
     """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
-    @kernel(borrows=True)
-    def stage(
-        chain, links, rays, goal, stop, steps, R, permutation, scale, dropped, unknowns, floor,
-        done, found, order, out, rooms,
-    ):  # fmt: skip
+    @kernel(reference_counting=False)
+    def stage(chain, links, rays, orders, known, result, rooms):
         """The orders up to ``goal``, of which as many as done are known.
 
         A step to a fresh pose is within the radius of convergence, where a condition of high
@@ -79,23 +66,18 @@ def _stage_kernel(dim):
         one coordinate the series at the reference pose predicts the first step.
 
         Args:
-            chain: arrays of the chain, as `Chain.walked`.
-            links: link of each body.
-            rays: directions (count, width).
-            goal: the highest order.
-            stop: whether to stop at the order that needs no other.
-            steps: how many to the fresh pose.
-            R: the factor of the conditions of lower orders; then, see `absorb`,
-            permutation: its permutation,
-            scale: its largest pivot,
-            dropped: and the largest remainder that was cut off.
-            unknowns: the parameters that its columns stand for.
-            floor: relative size of round-off.
-            done: orders that are known.
-            found: the rank after each order; those done are known.
-            order: takes the permutation.
-            out: takes the factor.
-            rooms: as from `stage_room`.
+            chain: in: arrays of the chain, as `Chain.walked`.
+            links: in: link of each body (bodies,).
+            rays: in: directions (count, width).
+            orders: the highest order; whether to stop at the order that needs no other; how
+                many steps lead to the fresh pose.
+            known: in: the factor of the conditions of lower orders, its permutation, and the
+                parameters that its columns stand for; its largest pivot, and the largest
+                remainder that was cut off; the relative size of round-off; how many orders
+                it holds.
+            result: out: the rank after each order (orders,), of which those of the orders
+                known are in; the permutation (p,); the factor (≥ rank, p).
+            rooms: workspace, as from `stage_room`.
 
         Returns:
             The rank, the largest pivot and largest remainder; how many orders are done;
@@ -103,6 +85,9 @@ def _stage_kernel(dim):
             the rate of the slowest joint, relative to the fastest; whether there were enough
             rays, and whether a finite pose was found.
         """
+        goal, stop, steps = orders
+        R, permutation, unknowns, scale, dropped, tolerance, done = known
+        found, order, out = result
         flat, room, (H, N, X, rows), near, (H1, N1, X1, rows1), step_room, poses = rooms
         parent, screws, _, _, columns, moves, _ = chain
         start, q, pose, carried, none, ray = poses
@@ -112,8 +97,9 @@ def _stage_kernel(dim):
         for k in range(permutation.size):
             order[k] = permutation[k]
         p = unknowns.size
-        lanes = -(-p // LANES) * LANES
-        F = flat[: (p + m + 1) * lanes].reshape((p + m + 1, lanes))
+        padded = -(-p // LANES) * LANES
+        F = flat[: (p + m + 1) * padded].reshape((p + m + 1, padded))
+        factor = Factor(F, order, unknowns, tolerance)
         take_factor(R, order, F)
         settled, enough, placed, fresh = False, True, True, rows[0, :0]
         reach = slowest = mismatch = 1.0
@@ -124,6 +110,7 @@ def _stage_kernel(dim):
                 break
             top = upto if stop else max(upto, FIRST)
             here, turned = V[:count], T[:count]
+            # Series of the motion, and rows X_k of the regressor, for orders begin … upto.
             for k in range(begin, upto + 1):
                 for i in range(m):
                     for j in range(rows.shape[2]):
@@ -137,27 +124,30 @@ def _stage_kernel(dim):
                     begin, upto, none, links, moves, here, turned, H, N, X[begin:]
                 )
             begin = upto + 1
+            # mismatch = max_k |residual_k|
             mismatch = 0.0
             for k in range(top + 1):
                 mismatch = max(mismatch, residual[k])
             rates = step_room[2]
             reach = radius_along(C[0, : top + 1], rays[0], rates)
+            # slowest = min_j |rate_j| / max_j |rate_j|
             least, largest = np.inf, 0.0
             for j in range(parent.size):
                 rate = abs(rates[0, j])
                 least, largest = min(least, rate), max(largest, rate)
             slowest = least / largest
             while enough and placed and not settled and done <= upto:
+                series = RaySeries(rows[done : upto + 1], m, width * per, width, done, reach)
                 rank, scale, dropped, more, settled, enough = gather(
-                    F, order, rank, scale, dropped, rows[done : upto + 1], m, unknowns,
-                    width * per, width, done, reach, fresh, stop, floor, found[done:],
-                )  # fmt: skip
+                    factor, rank, scale, dropped, series, fresh, stop, found[done:]
+                )
                 done += more
                 stalled = done > 1 and found[done - 1] == found[done - 2]
                 if not enough or settled or fresh.shape[0] > 0:
                     continue
                 if not stalled and upto < goal:
                     continue
+                # Steps along the ray to a finite pose, and the rows X_0 there.
                 placed, s = False, screws
                 for j in range(parent.size):
                     start[j] = 0.0
@@ -193,7 +183,7 @@ def _stage_kernel(dim):
                 else:
                     spatial_series(0, 0, chain, s, ray, near)
                     spatial_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
-                settled = implied(F, order, rank, fresh, unknowns, 1.0, floor, scale)
+                settled = implied(factor, rank, fresh, 1.0, scale)
         put_factor(F, order, rank, out)
         settled = settled and enough and placed
         return (
@@ -274,11 +264,14 @@ def along_rays(
     shape = len(rays), goal, per, size, unknowns
     rooms = chain.borrow(shape, lambda: stage_room(chain, *shape))
     stage = planar_stage if chain.planar else spatial_stage
-    rank, scale, dropped, done, settled, reach, _, _, enough, placed = stage(
-        chain.walked, chain.links, rays, goal, stop, 1 if goal == FIRST else FAR,
-        conditions.factor, conditions.permutation, conditions.scale, conditions.dropped,
-        conditions.columns, conditions.floor, done, found, order, out, rooms,
+    known = (
+        conditions.factor, conditions.permutation, conditions.columns, conditions.scale,
+        conditions.dropped, conditions.floor, done,
     )  # fmt: skip
+    orders = goal, stop, 1 if goal == FIRST else FAR
+    rank, scale, dropped, done, settled, reach, _, _, enough, placed = stage(
+        chain.walked, chain.links, rays, orders, known, (found, order, out), rooms
+    )
     chain.give_back(shape, rooms)
     more = conditions._replace(
         factor=out[:rank], permutation=order, scale=scale, dropped=dropped

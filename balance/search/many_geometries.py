@@ -223,10 +223,12 @@ class _Work:
         sweep = planar_sweep if chain.planar else spatial_sweep
         rooms = chain.borrow(shape, lambda: sweep_room(chain, *shape))
         sweep(
-            chain.walked, chain.once(parts), screws, mimics, chain.links, self.rigid,
-            self.rays, self.fewest, self.per, self.size, np.array(floors), self.lengths[part],
-            self.answers[part], self.kept[part], self.bases[part], rooms,
-        )  # fmt: skip
+            (chain.walked, chain.once(parts), chain.links, self.rigid, self.rays),
+            (screws, mimics, np.array(floors), self.lengths[part]),
+            (self.fewest, self.per, self.size),
+            (self.answers[part], self.kept[part], self.bases[part]),
+            rooms,
+        )
         chain.give_back(shape, rooms)
 
     def look_twice(self, number: int) -> tuple[str, ...]:

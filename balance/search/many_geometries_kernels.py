@@ -34,9 +34,15 @@ FIRM = 1e-6
 ROUNDED = 1e-9
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def points_on(screws, near, points):
-    """Points of the joint axes nearest to those in ``near`` (n, 3)."""
+    """Find the points of joint axes nearest to given ones: ``n × v + (n · near) n``.
+
+    Args:
+        screws: in: joint screws ``[n; v]`` (n, 6), metres.
+        near: in: the given points (n, 3), metres; sliding joints have these.
+        points: out: (n, 3), metres.
+    """
     for j in range(near.shape[0]):
         n, v = screws[j, :3], screws[j, 3:]
         along = n[0] * near[j, 0] + n[1] * near[j, 1] + n[2] * near[j, 2]
@@ -47,9 +53,18 @@ def points_on(screws, near, points):
             points[j, i] = foot if turns else near[j, i]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def misfit(given, sliding, helical):
-    """The first screw that is not of the kind of its joint, counted through; -1 if none."""
+    """Find the first screw that is not of the kind of its joint.
+
+    Args:
+        given: in: joint screws (g, n, 6), metres.
+        sliding: in: whether each joint slides (n,).
+        helical: in: whether each joint is helical (n,).
+
+    Returns:
+        Its number, counted through all geometries; -1 if there is none.
+    """
     count, n = given.shape[:2]
     for g in range(count):
         for j in range(n):
@@ -67,9 +82,21 @@ def misfit(given, sliding, helical):
     return -1
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _frame(screws, points, centres, origin):
-    """Origin and length of the frame, as `kinematics.model.chain.arrange`; 0 if special."""
+    """Find origin and length of the frame, as in `kinematics.model.chain.arrange`.
+
+    The length is the root mean square of ``|v + n × origin - pitch|`` over turning joints.
+
+    Args:
+        screws: in: joint screws ``[n; v]`` (n, 6), metres.
+        points: in: points on the joint axes (n, 3), metres.
+        centres: in: centres of mass (m, 3), metres.
+        origin: out: mean of the points (3,), metres.
+
+    Returns:
+        The length, metres; 0 if it is too small for the distances.
+    """
     n = points.shape[0]
     for i in range(3):
         origin[i] = 0.0
@@ -105,9 +132,22 @@ def _frame(screws, points, centres, origin):
 
 @kernel
 def place(given, near, centres, R, pivots, relations, screws, mimics, origins, lengths):
-    """Joint screws and mimic relations in the frame of each geometry.
+    """Write joint screws and mimic relations in the frame of each geometry.
 
-    A length of 0 marks a geometry that is special, and -1 one that leaves the plane.
+    ``w = n``, ``v = (v + n × origin) / length`` for joints that turn; a plane takes ``R``.
+
+    Args:
+        given: in: joint screws (g, n, 6), metres.
+        near: in: points near the joint axes (n, 3), metres.
+        centres: in: centres of mass (m, 3), metres.
+        R: in: axes of the frame as rows (3, 3).
+        pivots: in: joint by which each relation is divided (rows,).
+        relations: in: mimic relations (rows, n), SI units.
+        screws: out: joint screws in the frame (g, n, dim).
+        mimics: out: mimic relations in the frame (g, rows, n).
+        origins: out: (g, 3), metres.
+        lengths: out: (g,), metres; 0 marks a geometry that is special, -1 one that leaves the
+            plane.
     """
     n, dim = screws.shape[1:]
     points, w, v = np.empty((n, 3)), np.empty(3), np.empty(3)
@@ -148,9 +188,17 @@ def place(given, near, centres, R, pivots, relations, screws, mimics, origins, l
                 mimics[g, row, j] /= pivot
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _regular(screws, mimics, lines, F, diagonal):
-    """Whether the loop matrix determines the dependent joints well."""
+    """Decide whether the loop matrix S determines the dependent joints: pivots of its QR.
+
+    Args:
+        screws: in: joint screws (n, dim).
+        mimics: in: mimic relations (rows, n).
+        lines: in: profile of S; see `kinematics.linalg.skyline_qr`.
+        F: workspace for its factor.
+        diagonal: out: its pivots (nd,).
+    """
     fill(screws, mimics, lines, F)
     factor(F, lines, diagonal)
     least, largest = np.inf, 0.0
@@ -159,9 +207,16 @@ def _regular(screws, mimics, lines, F, diagonal):
     return least > REGULAR * largest
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _rest(permutation, known, place, left):
-    """Put entries of a permutation after the first ``known`` ones into left, ascending."""
+    """Sort the entries of a permutation that follow the first ``known`` ones.
+
+    Args:
+        permutation: in: (p,).
+        known: how many are left out.
+        place: workspace (≥ p,).
+        left: out: the others, ascending (≥ p - known,).
+    """
     for k in range(permutation.size):
         place[permutation[k]] = k
     count = 0
@@ -174,58 +229,71 @@ def _rest(permutation, known, place, left):
 def _sweep_kernel(dim):
     """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
-    @kernel(borrows=True)
-    def sweep(
-        chain, rigid_parts, screws, mimics, links, rigid, rays, fewest, per, size, floors,
-        lengths, answers, kept, bases, rooms,
-    ):  # fmt: skip
-        """Rank, nullity, serial nullity and kmax of each geometry; rank -1 if not settled."""
+    @kernel(reference_counting=False)
+    def sweep(topology, geometries, sizes, results, rooms):
+        """Find rank, nullity, serial nullity and kmax of each geometry; rank -1 if unsettled.
+
+        Args:
+            topology: in: arrays of the chain, as `Chain.walked`; rigid parts, as from `parts`;
+                link of each body (bodies,); transfers between bodies of rigid parts (count,
+                parameters); directions (rays, width).
+            geometries: in: joint screws (g, n, dim), mimic relations (g, rows, n), relative
+                sizes of round-off (g,) and lengths of the frames (g,), as from `place`.
+            sizes: rays to begin with, momentum components that count, parameters of each body.
+            results: out: the four integers (g, 4); smallest pivots, relative to the largest
+                (g,); orthonormal bases as rows (g, parameters, parameters), or (0, …).
+            rooms: workspace, as from `sweep_room`.
+        """
+        chain, rigid_parts, links, rigid, rays = topology
+        screws, mimics, tolerances, lengths = geometries
+        fewest, per, size = sizes
+        answers, kept, bases = results
         parent, _, ends, _, columns, moves, lines = chain
         to_stage, to_walk, numbers, flat, diagonal, serial, out = rooms
         unknowns, found, nd = links.size * size, to_walk[0], diagonal.size
-        node, body, owner = rigid_parts
         own, order, left = numbers[0], numbers[1], numbers[2]
         ranks, permutations = numbers[3], numbers[4]
         F = to_stage[1][0]
         for g in range(screws.shape[0]):
             answers[g, 0] = -1
-            s, m, floor = screws[g], mimics[g], floors[g]
+            s, m, tolerance = screws[g], mimics[g], tolerances[g]
             if (
                 lengths[g] <= 0.0 or lines[COUNT, ROWS] < nd
                 or not _regular(s, m, lines, F, diagonal)
             ):  # fmt: skip
                 continue
-            count = walk(parent, s, node, body, owner, size, per, floor, to_walk)
+            # The serial space: transfers, of which rows of a triangular factor are made.
+            count = walk(parent, s, rigid_parts, size, per, tolerance, to_walk)
             gap = to_walk[2]
-            if count < 0 or gap[0] < CLEAR or gap[1] > SURE * floor:
+            if count < 0 or gap[0] < CLEAR or gap[1] > SURE * tolerance:
                 continue
             for j in range(unknowns):
                 own[j] = j
             height, _, _ = anew(
-                rigid, found[:count], own[:unknowns], floor, 1.0, flat, order[:unknowns], serial
-            )
+                rigid, found[:count], own[:unknowns], tolerance, 1.0, flat, order[:unknowns],
+                serial,
+            )  # fmt: skip
             _rest(order[:unknowns], height, ranks, left)
-            p, known = unknowns - height, serial[:height]
+            p = unknowns - height
             here = (parent, s, ends, m, columns, moves, lines)
+            known = out[:0], own[:p], left[:p], 0.0, 0.0, tolerance, 0
+            # The conditions, along twice as many rays each time until they are enough.
             count = fewest
             rank, scale, cut, done, settled = 0, 0.0, 0.0, 0, False
             reach = open = slowest = 1.0
             permutation = permutations[:p]
+            result, orders = (ranks, permutation, out), (FIRST, True, 1)
             while count <= rays.shape[0]:
                 if dim == 3:
                     rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
-                        planar_stage(
-                            here, links, rays[:count], FIRST, True, 1, out[:0], own[:p], 0.0,
-                            0.0, left[:p], floor, 0, ranks, permutation, out, to_stage,
-                        )
-                    )  # fmt: skip
+                        planar_stage(here, links, rays[:count], orders, known, result, to_stage)
+                    )
                 else:
                     rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
                         spatial_stage(
-                            here, links, rays[:count], FIRST, True, 1, out[:0], own[:p], 0.0,
-                            0.0, left[:p], floor, 0, ranks, permutation, out, to_stage,
+                            here, links, rays[:count], orders, known, result, to_stage
                         )
-                    )  # fmt: skip
+                    )
                 if enough:
                     break
                 count *= 2
@@ -234,7 +302,10 @@ def _sweep_kernel(dim):
                 continue
             R = out[:rank]
             least = smallest_pivot(R, permutation)
-            firm = least >= max(FIRM, MARGIN * floor) * scale and cut <= SURE * floor * scale
+            firm = (
+                least >= max(FIRM, MARGIN * tolerance) * scale
+                and cut <= SURE * tolerance * scale
+            )
             if reach < NEAR or not firm:
                 continue
             kmax = done - 1
@@ -244,7 +315,8 @@ def _sweep_kernel(dim):
             answers[g, 2], answers[g, 3] = height, kmax
             kept[g] = least / scale if rank > 0 else 1.0
             if bases.shape[0] > 0:
-                put_solutions(known, R, permutation, left, bases[g, : unknowns - rank])
+                basis = bases[g, : unknowns - rank]
+                put_solutions(serial[:height], R, permutation, left, basis)
 
     return sweep
 

@@ -29,9 +29,15 @@ __all__ = ["SAME", "beyond", "contains", "remove", "transferable"]
 SAME = 2.0**-30
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def _momentum(t, z, h):
-    """Momentum h of the parameters z at twist t; without moments if h has no room for them."""
+    """Compute the momentum ``h = M(z) t`` of parameters at a twist.
+
+    Args:
+        t: in: the twist ``[ω; v]`` (6,), or ``[ω; v_x; v_y]`` (3,).
+        z: in: the parameters (10,) or (4,) in space, (4,) or (3,) in a plane.
+        h: out: the momentum ``[ξ; p]`` (6,) or (3,), or p alone (3,) or (2,).
+    """
     if t.size == 3:
         p = h.size - 2
         h[p] = z[0] * t[1] - t[0] * z[2]
@@ -50,9 +56,15 @@ def _momentum(t, z, h):
         h[2] = z[8] * t[0] + z[9] * t[1] + z[6] * t[2] + x * t[4] - y * t[3]
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def _rate(s, z, d):
-    """Rate d of the parameters z of a body that moves with the twist s: d = L z."""
+    """Compute the rate ``d = L z`` of the parameters of a body that moves with a twist.
+
+    Args:
+        s: in: the twist (6,) or (3,).
+        z: in: the parameters; see `_momentum`.
+        d: out: their rate, of the shape of z.
+    """
     d[0] = 0.0
     if s.size == 3:
         d[1] = z[0] * s[1] - s[0] * z[2]
@@ -74,13 +86,23 @@ def _rate(s, z, d):
         d[9] = c * z[8] - a * z[6] + a * z[5] - b * z[7] - y * w - k * v
 
 
-@kernel(borrows=True)
-def transferable(s, V, size, rows, floor, A, order, out, gap):
-    """What can pass a joint with twists V (v, 6) below it; how much it is.
+@kernel(reference_counting=False)
+def transferable(s, V, size, rows, tolerance, A, order, out, gap):
+    """Find the parameters that can pass a joint: ``M(Lᵏ z) s = 0``, ``M(Lᵏ⁺¹ z) t = 0``.
 
-    Orthonormal parameters are put into the rows of ``out`` (size, size). There must be room
-    for ``rows (v + 1) + 2 size`` rows in A, and as many numbers as parameters in ``order``.
-    The smallest size that was kept, and the largest that was dropped, go into ``gap``.
+    Args:
+        s: in: screw of the joint (dim,).
+        V: in: twists t that are attainable below it, orthonormal (v, dim).
+        size: parameters of each body.
+        rows: momentum components that count.
+        tolerance: relative size of round-off.
+        A: workspace (≥ rows (v + 1) + 2 size, size).
+        order: workspace (≥ size,).
+        out: out: the parameters, orthonormal rows (size, size).
+        gap: in, out: smallest size that was kept, and largest that was dropped (2,).
+
+    Returns:
+        How many they are.
     """
     # Where every twist can be attained, the rate itself must vanish.
     every = V.shape[0] == s.size
@@ -88,6 +110,7 @@ def transferable(s, V, size, rows, floor, A, order, out, gap):
     z, d, h = out[0], out[1], out[2]
     for p in range(size):
         z[p] = 0.0
+    # Column c of A: M(e_c) s, and M(L e_c) t for every t, or L e_c itself.
     for c in range(size):
         z[c] = 1.0
         _momentum(s, z, h[:rows])
@@ -102,7 +125,7 @@ def transferable(s, V, size, rows, floor, A, order, out, gap):
             for r in range(rows):
                 A[rows * (1 + i) + r, c] = h[r]
         z[c] = 0.0
-    count = null_space(A, m, size, floor, order, out, gap)
+    count = null_space(A, m, size, tolerance, order, out, gap)
     while count > 0 and not every:
         # The part of L K that leaves the span of K must vanish.
         largest = 0.0
@@ -112,13 +135,14 @@ def transferable(s, V, size, rows, floor, A, order, out, gap):
             largest = max(largest, remove(out[:count], d))
             for p in range(size):
                 A[p, c] = d[p]
-        if largest <= floor:
+        if largest <= tolerance:
             gap[1] = max(gap[1], largest)
             break
         stays = A[size:]
-        kept = null_space(A, size, count, floor, order, stays, gap)
+        kept = null_space(A, size, count, tolerance, order, stays, gap)
         if kept == count:
             break
+        # K becomes the combinations of K that stay: out_i = Σ_c stays_ic out_c.
         for p in range(size):
             for i in range(kept):
                 A[i, p] = 0.0
@@ -131,9 +155,17 @@ def transferable(s, V, size, rows, floor, A, order, out, gap):
     return count
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def remove(W, x):
-    """Take from x its part in the span of the orthonormal rows of W; the size of the rest."""
+    """Subtract from x its part in a span, twice: ``x -= Wᵀ W x``.
+
+    Args:
+        W: in: orthonormal rows (count, ≥ size of x).
+        x: in, out: a vector.
+
+    Returns:
+        The size of the rest.
+    """
     for _ in range(2):
         for i in range(W.shape[0]):
             dot = 0.0
@@ -147,16 +179,25 @@ def remove(W, x):
     return np.sqrt(total)
 
 
-@kernel(borrows=True)
-def beyond(s, V, floor, W, gap):
-    """Twists attainable beyond a joint with twists V (v, 6) below it; how many they are.
+@kernel(reference_counting=False)
+def beyond(s, V, tolerance, W, gap):
+    """Find the twists attainable beyond a joint: ``Σ ad(s)ᵏ V + ⟨s⟩``.
 
-    They are orthonormal, and put into the rows of W; ``gap`` as in `transferable`.
+    Args:
+        s: in: screw of the joint (dim,).
+        V: in: twists attainable below it, orthonormal (v, dim).
+        tolerance: relative size of round-off.
+        W: out: the twists, orthonormal rows (≥ dim, dim).
+        gap: in, out: as in `transferable`.
+
+    Returns:
+        How many they are.
     """
     dim, count = s.size, V.shape[0]
     for i in range(count):
         for c in range(dim):
             W[i, c] = V[i, c]
+    # Candidates: s, and then s × w for every twist w found.
     i = -1
     while i < count and count < dim:
         x = W[count]
@@ -165,7 +206,7 @@ def beyond(s, V, floor, W, gap):
         if i >= 0:
             add_bracket(s, W[i], 1.0, x)
         size = remove(W[:count], x)
-        if size > floor:
+        if size > tolerance:
             gap[0] = min(gap[0], size)
             for c in range(dim):
                 x[c] /= size
@@ -176,11 +217,15 @@ def beyond(s, V, floor, W, gap):
     return count
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def contains(V, U, x, gap):
-    """Whether the span of the rows of V contains that of the orthonormal rows of U.
+    """Decide whether the span of the rows of V contains that of the rows of U.
 
-    There is room for a row in ``x``; ``gap`` as in `transferable`.
+    Args:
+        V: in: orthonormal rows (v, dim).
+        U: in: orthonormal rows (u, dim).
+        x: workspace (dim,).
+        gap: in, out: as in `transferable`.
     """
     if U.shape[0] > V.shape[0]:
         return False

@@ -48,13 +48,22 @@ def _unite(name: list[int], members: list[list[int]], keep: int, drop: int) -> N
         members[drop] = []
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def cluster(entry, start, parent, node, body, joint, before, target):
-    """The joints from a body through one of its joints up to the next bodies.
+    """List the joints from a body through one of its joints up to the next bodies.
 
-    Fills in the joints, the place among them of the one before each, and the rigid part
-    after each; -1 for one that nothing can be carried to: the ground, or a part reached
-    before. A joint between links without bodies is met from either side.
+    A joint between links without bodies is met from either side.
+
+    Args:
+        entry: the joint at the body.
+        start: rigid part of the body.
+        parent: in: link before each joint (n,).
+        node: in: rigid part of each link; the last, which -1 finds, is the ground's (n + 1,).
+        body: in: the first body on each rigid part, or -1 (n + 1,).
+        joint: out: the joints (≥ n,).
+        before: out: the place among them of the joint before each, or -1 (≥ n,).
+        target: out: rigid part after each, or -1 if nothing can be carried to it: the ground,
+            or a part reached before (≥ n,).
 
     Returns:
         How many they are.
@@ -63,6 +72,7 @@ def cluster(entry, start, parent, node, body, joint, before, target):
     joint[0], before[0] = entry, -1
     count = 1
     k = 0
+    # Breadth first: beyond joint k, to a part without a body, all its other joints.
     while k < count:
         j = joint[k]
         source = start if before[k] < 0 else target[before[k]]

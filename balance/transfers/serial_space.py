@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.momentum.regressor import parameters_per_body, rows_per_column
-from balance.transfers.joint_kernels import SAME, beyond, contains, transferable
+from balance.transfers.joint_kernels import beyond, contains, transferable
 from balance.transfers.rigid_parts import cluster, parts
+from balance.transfers.shares import Cluster, Found, keep, share
 from kinematics.compiled.jit import kernel
-from kinematics.linalg.null_space import null_space
 from kinematics.linalg.pivoted_qr import FLOOR
 from kinematics.model.arrays import Chain
 
@@ -34,116 +34,28 @@ IntArray = NDArray[np.int64]
 SURE, CLEAR = 0.01, 1e-6
 
 
-@kernel(borrows=True)
-def _keep(found, of, count, owner, shares, combinations, start, target, body, joints, gap):
-    """Add what passes a cluster to the transfers of its owner, if not in their span.
-
-    Transfers are orthonormal for each owner, which takes two rounds (B. N. Parlett, 1980).
-
-    Returns:
-        How many transfers there are now.
-    """
-    size = shares.shape[2]
-    for c in range(combinations):
-        x = found[count]
-        for j in range(x.size):
-            x[j] = 0.0
-        for k in range(joints):
-            b = body[target[k]] if target[k] >= 0 else -1
-            for p in range(size):
-                if b >= 0:
-                    x[b * size + p] += shares[k, c, p]
-                if k == 0 and body[start] >= 0:
-                    x[body[start] * size + p] -= shares[k, c, p]
-        for _ in range(2):
-            for r in range(count):
-                if of[r] == owner:
-                    dot = 0.0
-                    for j in range(x.size):
-                        dot += found[r, j] * x[j]
-                    for j in range(x.size):
-                        x[j] -= dot * found[r, j]
-        left = 0.0
-        for j in range(x.size):
-            left += x[j] * x[j]
-        left = np.sqrt(left)
-        if left <= SAME:
-            gap[1] = max(gap[1], left)
-        else:
-            gap[0] = min(gap[0], left)
-            for j in range(x.size):
-                x[j] /= left
-            of[count] = owner
-            count += 1
-    return count
-
-
-@kernel(borrows=True)
-def _share(
-    found, of, known, owner, passes, passed, start, target, body, count, before, floor, gap,
-    numbers, room,
-):  # fmt: skip
-    """Keep combinations of what passes the joints that leave the inner links empty.
-
-    Returns:
-        How many transfers there are now, or -1 if there is too little room.
-    """
-    size = passes.shape[2]
-    first, row, order = numbers[0], numbers[1], numbers[2]
-    n = inner = 0
-    for k in range(count):
-        first[k], row[k] = n, inner * size
-        n += passed[k]
-        if target[k] >= 0 and body[target[k]] < 0:
-            inner += 1
-    m = inner * size
-    if n > order.size or n * (m + n) + count * n * size > room.size:
-        return -1
-    A, mixed = room[: m * n].reshape((m, n)), room[m * n : (m + n) * n].reshape((n, n))
-    for i in range(m):
-        for j in range(n):
-            A[i, j] = 0.0
-    for k in range(count):
-        for c in range(passed[k]):
-            for p in range(size):
-                if body[target[k]] < 0:
-                    A[row[k] + p, first[k] + c] = passes[k, c, p]
-                if before[k] >= 0:
-                    A[row[before[k]] + p, first[k] + c] = -passes[k, c, p]
-    combinations = null_space(A, m, n, floor, order, mixed, gap)
-    out = room[(m + n) * n :][: count * combinations * size]
-    out = out.reshape((count, combinations, size))
-    for i in range(combinations):
-        for k in range(count):
-            for p in range(size):
-                total = 0.0
-                for c in range(passed[k]):
-                    total += mixed[i, first[k] + c] * passes[k, c, p]
-                out[k, i, p] = total
-    return _keep(found, of, known, owner, out, combinations, start, target, body, count, gap)
-
-
-@kernel(borrows=True)
-def walk(parent, screws, node, body, owner, size, rows, floor, room):
+@kernel(reference_counting=False)
+def walk(parent, screws, rigid_parts, size, rows, tolerance, rooms):
     """Walk through the linkage from the ground, and find its transfers.
 
     Args:
-        parent: link before each joint.
-        screws: joint screws.
-        node: rigid part of each link; see `parts`, as for the next two.
-        body: the first body on each.
-        owner: a number for every joint.
+        parent: in: link before each joint (n,).
+        screws: in: joint screws (n, dim).
+        rigid_parts: in: rigid part of each link, the first body on each, and a number for
+            every joint; see `parts`.
         size: parameters of each body.
         rows: momentum components that count.
-        floor: relative size of round-off.
-        room: as from `search_room`. Takes the transfers, orthonormal for each owner; the owner
-            of each; and the smallest size that a decision kept, and the largest that one
-            dropped.
+        tolerance: relative size of round-off.
+        rooms: workspace as from `search_room`. Its first three are out: the transfers,
+            orthonormal for each owner; the owner of each; and the smallest size that a
+            decision kept, and the largest that one dropped.
 
     Returns:
-        How many transfers were found, or -1 if there is too little room.
+        How many transfers were found, or -1 if there is too little workspace.
     """
-    found, of, gap, reached, spans, passes, twists, numbers, work, mixing = room
+    node, body, owner = rigid_parts
+    found, owners, gap, reached, spans, passes, twists, numbers, work, mixing = rooms
+    known_transfers = Found(found, owners, gap)
     n, dim = screws.shape
     joint, before, target = numbers[0], numbers[1], numbers[2]
     passed, tall, crossed, order = numbers[3], numbers[4], numbers[5], numbers[6]
@@ -154,8 +66,10 @@ def walk(parent, screws, node, body, owner, size, rows, floor, room):
     # Bodies reached, by which owner, and how many twists they can attain, which are in spans.
     reached[0, 0], reached[0, 1], reached[0, 2] = n, -1, 0
     count, states, i = 0, 1, 0
+    # Every state is a rigid part with a span of twists that it can attain.
     while i < states:
         start, height = reached[i, 0], reached[i, 2]
+        # Through every joint at that part, up to the next bodies.
         for entry in range(n):
             a, b, carrier = node[parent[entry]], node[entry], owner[entry]
             if a == b or (a != start and b != start) or carrier == reached[i, 1]:
@@ -175,9 +89,9 @@ def walk(parent, screws, node, body, owner, size, rows, floor, room):
                         s[c] = screws[joint[k], c]
                     V = twists[j, : tall[j]] if j >= 0 else spans[i, :height]
                     passed[k] = transferable(
-                        s, V, size, rows, floor, work, order, passes[k], gap
+                        s, V, size, rows, tolerance, work, order, passes[k], gap
                     )
-                    tall[k] = beyond(s, V, floor, twists[k], gap)
+                    tall[k] = beyond(s, V, tolerance, twists[k], gap)
                 passing += passed[k]
             if states + joints > spans.shape[0] or count + passing >= found.shape[0]:
                 return -1
@@ -190,6 +104,7 @@ def walk(parent, screws, node, body, owner, size, rows, floor, room):
                     known = contains(
                         twists[k, :height_there], spans[other, : reached[other, 2]], x, gap
                     )
+                # A new state; its span is copied (a fifth loop).
                 if not known:
                     reached[states, 0], reached[states, 1] = t, carrier
                     reached[states, 2] = height_there
@@ -197,18 +112,16 @@ def walk(parent, screws, node, body, owner, size, rows, floor, room):
                         for c in range(dim):
                             spans[states, v, c] = twists[k, v, c]
                     states += 1
+            through = Cluster(start, before, target, body, joints)
             if joints > 1 or (target[0] >= 0 and body[target[0]] < 0):
-                count = _share(
-                    found, of, count, carrier, passes, passed, start, target, body, joints,
-                    before, floor, gap, numbers[7:], mixing,
+                count = share(
+                    known_transfers, count, carrier, passes, passed, through, tolerance,
+                    numbers[7:], mixing,
                 )  # fmt: skip
                 if count < 0:
                     return -1
             else:
-                count = _keep(
-                    found, of, count, carrier, passes, passed[0], start, target, body, joints,
-                    gap,
-                )  # fmt: skip
+                count = keep(known_transfers, count, carrier, passes, passed[0], through)
         i += 1
     return count
 
@@ -258,12 +171,13 @@ def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transf
     """
     size = parameters_per_body(chain.planar, force)
     n, dim = chain.screws.shape
-    node, body, joints = chain.once(parts)
+    rigid_parts = chain.once(parts)
+    node, _, joints = rigid_parts
     rows, unknowns = rows_per_column(chain.planar, force), chain.links.size * size
     enough = 2 * n + size
     room = chain.borrow((size,), lambda: search_room(n, dim, unknowns, size, rows, enough))
     while True:
-        count = walk(chain.parent, chain.screws, node, body, joints, size, rows, floor, room)
+        count = walk(chain.parent, chain.screws, rigid_parts, size, rows, floor, room)
         if count >= 0:
             break
         room = search_room(n, dim, unknowns, size, rows, 2 * len(room[3]))

@@ -42,7 +42,7 @@ STEP_SHARE, HALVINGS = 0.4, 6
 BRANCH_KEPT = 0.01
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _mismatch(H, ends, gaps, b, dim, scratch):
     """Compute the small twists by which the loops are open at a pose.
 
@@ -84,7 +84,7 @@ def _mismatch(H, ends, gaps, b, dim, scratch):
             b[r + dim - m + 1 + i] = D[i, m - 1]
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def _negate_by_envelope(b, dim, loops, envelope, out):
     """Sort the rows of ``-b`` into those of the envelope of the loop matrix.
 
@@ -102,7 +102,7 @@ def _negate_by_envelope(b, dim, loops, envelope, out):
         out[envelope[ROW, block] + i - first] = -b[i]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def close(chain, q, H, s, steps, workspace):
     """Close the loops by Newton's method on the dependent joints of q, in place.
 
@@ -153,7 +153,7 @@ def close(chain, q, H, s, steps, workspace):
     return error
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def radius_along(C, ray, rates):
     """Estimate the radius of convergence along a ray; see `radius`.
 
@@ -182,7 +182,7 @@ def radius_along(C, ray, rates):
     return 1.0 / limit
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def follow_series(chain, start, C, ray, longest, q, H, s, workspace):
     """Find a closed pose along a ray, predicted by the series; see `follow`.
 

@@ -53,7 +53,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
-@kernel(borrows=True)
+@kernel
 def fill_loop_matrix(parent, screws, ends, mimics, S):
     """Fill the loop matrix S_0 of all joints, with the mimic relations below.
 
@@ -81,7 +81,7 @@ def fill_loop_matrix(parent, screws, ends, mimics, S):
             S[base + relation, j] = mimics[relation, j]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def add_bracket(V, s, factor, out):
     """Add the Lie bracket of two twists: ``out += factor ad(V) s``.
 
@@ -103,7 +103,7 @@ def _series_kernel(dim):
     twist are unrolled.
     """
 
-    @kernel(borrows=True)
+    @kernel(reference_counting=False)
     def series(first, last, chain, screws, rays, workspace):
         """Compute orders first … last of the closed motion along rays.
 

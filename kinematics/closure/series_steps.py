@@ -27,7 +27,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def bracket(dim, V, s, factor, out):
     """Add the Lie bracket of two twists: ``out += factor ad(V) s``.
 
@@ -53,7 +53,7 @@ def bracket(dim, V, s, factor, out):
         out[5] += factor * (V[3] * s[1] - V[4] * s[0] + V[0] * s[4] - V[1] * s[3])
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def carry_screws(dim, k, parent, screws, v, s):
     """Compute order k of the joint screws.
 
@@ -76,7 +76,7 @@ def carry_screws(dim, k, parent, screws, v, s):
             bracket(dim, v[a, parent[j]], s[k - 1 - a, j], 1.0 / k, now)
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def copy_order_0(dim, C, T, c, t):
     """Copy order 0 of the first ray, which all rays share.
 
@@ -94,7 +94,7 @@ def copy_order_0(dim, C, T, c, t):
                 t[0, j, w, i] = T[0, j, w, i]
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def add_known_twists(dim, k, w, parent, columns, moves, s, c, t):
     """Compute order k of the link twists of column w, without the unknown ``S_0 C_k``.
 
@@ -131,7 +131,7 @@ def add_known_twists(dim, k, w, parent, columns, moves, s, c, t):
                     now[i] += s[a, j, i] * rate
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def fill_mismatch(dim, k, w, ends, mimics, columns, envelope, t, b):
     """Fill the right-hand side of ``S_0 C_k = -Σ_{a≥1} S_a C_{k-a}``, by rows of the envelope.
 
@@ -163,7 +163,7 @@ def fill_mismatch(dim, k, w, ends, mimics, columns, envelope, t, b):
             b[row[loops + relation]] -= mimics[relation, j] * columns[j, w]
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def complete_twists(dim, k, w, parent, screws, columns, moves, c, correction, t):
     """Add ``S_0 C_k`` of the dependent joints, now known, to the link twists of order k.
 
@@ -191,7 +191,7 @@ def complete_twists(dim, k, w, parent, screws, columns, moves, c, correction, t)
             t[k, j, w, i] += correction[j * dim + i]
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True, reference_counting=False)
 def sum_columns(dim, k, moves, ray, t, v):
     """Compute order k of the link twists along a ray: ``V_j = Σ_w T_{j,w} δ_w``.
 

@@ -1,4 +1,8 @@
-"""What the disk cache of `kinematics.compiled.jit` holds, told by one process to the others."""
+"""Where compiled kernels are kept on disk, and which ones are there.
+
+A folder holds what was compiled of one state of the sources, for one Numba and one processor:
+its name is their hash, so nothing in it is ever stale.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +10,17 @@ import logging
 import os
 import sys
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-__all__ = ["ALL", "cache_folder", "fingerprint", "name_of", "note", "ready"]
+__all__ = ["ALL", "cache_folder", "kernel_folder", "name_of", "note", "package_of", "ready"]
 
 logger = logging.getLogger(__name__)
 
-# The file that tells which kernels are there, the word for all, and how many versions of the
-# sources, of Numba or of the processor it remembers.
-READY, ALL, KEPT = "kernels.ready", "all", 7
+# The file in a folder that lists the kernels in it, the word for all of them, and how many
+# folders of other sources, versions of Numba or processors are kept.
+READY, ALL, KEPT = "kernels.ready", "all", 3
 
 
 def name_of(function: Callable[..., object]) -> str:
@@ -25,11 +30,18 @@ def name_of(function: Callable[..., object]) -> str:
     return f"{function.__module__}.{function.__qualname__}({made_for})"
 
 
-@cache
-def fingerprint(package: Path) -> str:
+def package_of(function: Callable[..., object]) -> Path:
+    """Folder of the top-level package that a function is in."""
+    parents = Path(function.__code__.co_filename).parents
+    return parents[max(0, function.__module__.count(".") - 1)]
+
+
+def _hash_sources(package: Path) -> str:
     """Hash of all files with kernels in a package and in `kinematics`.
 
-    Contents are hashed: files that a package manager installs may all bear one date.
+    Numba looks only at the file that a kernel is in, but compiles it together with the kernels
+    that it calls. Contents are hashed: files that a package manager installs may all bear one
+    date.
     """
     from hashlib import sha256
 
@@ -45,10 +57,9 @@ def fingerprint(package: Path) -> str:
 
 @cache
 def cache_folder() -> Path | None:
-    """The folder of what processes tell each other of the cache, or None if there is none.
+    """The folder above those of the kernels, or None if none can be written to.
 
-    It is that of the cache itself: the one that NUMBA_CACHE_DIR names, else one in the folder
-    of `kinematics`, else one of the user.
+    It is the one that NUMBA_CACHE_DIR names, else one beside this file, else one of the user.
     """
     named = os.environ.get("NUMBA_CACHE_DIR")
     user = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or "~/.cache"
@@ -65,45 +76,71 @@ def cache_folder() -> Path | None:
 
 
 @cache
-def _key(package: Path) -> str:
-    """What compiled kernels depend on: sources, versions, the processor."""
+def _hash(package: Path) -> str:
+    """Hash of what compiled kernels depend on: sources, versions, the processor."""
     from hashlib import sha256
     from importlib.metadata import version
 
     from llvmlite import binding
 
     parts = (
-        fingerprint(package), version("numba"), sys.version, binding.get_host_cpu_name(),
+        _hash_sources(package), version("numba"), sys.version, binding.get_host_cpu_name(),
         binding.get_host_cpu_features().flatten(),
     )  # fmt: skip
-    return sha256("\n".join(parts).encode()).hexdigest()
+    return sha256("\n".join(parts).encode()).hexdigest()[:16]
+
+
+@cache
+def kernel_folder(package: Path) -> Path | None:
+    """The folder of the kernels of a package, or None if there is no place for one.
+
+    It is made if it does not exist, and then all but the newest ones of other sources are
+    removed. A process that still uses a removed folder compiles again what it misses.
+    """
+    above = cache_folder()
+    if above is None:
+        return None
+    folder = above / f"{package.name}-{_hash(package)}"
+    try:
+        folder.mkdir()
+    except FileExistsError:
+        return folder
+    except OSError:
+        return None
+    _remove_old(folder)
+    return folder
+
+
+def _remove_old(new: Path) -> None:
+    """Remove the folders of other states of a package, but not the newest ``KEPT``."""
+    import shutil
+
+    pattern = f"{new.name.rpartition('-')[0]}-{'[0-9a-f]' * 16}"
+    others = [folder for folder in new.parent.glob(pattern) if folder != new]
+    with suppress(OSError):  # another process removes them too
+        others.sort(key=lambda folder: folder.stat().st_mtime)
+        for folder in others[:-KEPT]:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def ready(package: Path) -> frozenset[str]:
     """Names of the kernels of a package, and below, that are compiled for this processor."""
-    folder = cache_folder()
-    if folder is None or not (folder / READY).exists():
-        return frozenset()
+    folder = kernel_folder(package)
     try:
-        text = (folder / READY).read_text(encoding="utf-8")
+        text = (folder / READY).read_text(encoding="utf-8") if folder is not None else ""
     except (OSError, ValueError):
         return frozenset()
-    key = _key(package)
-    found = (line.split() for line in text.splitlines() if line.startswith(key))
-    return frozenset(name for words in found for name in words[1:])
+    return frozenset(text.split())
 
 
 def note(package: Path, kernels: Iterable[str]) -> None:
     """Tell other processes which kernels have been compiled."""
-    folder = cache_folder()
+    folder = kernel_folder(package)
     if folder is None or ALL in ready(package):
         return
-    file, key = folder / READY, _key(package)
-    new = file.with_suffix(f".{os.getpid()}")
+    new = folder / f"{READY}.{os.getpid()}"
     try:
-        old = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
-        kept = [line for line in old if not line.startswith(key)][-KEPT:]
-        new.write_text("\n".join([*kept, " ".join([key, *kernels]), ""]), encoding="utf-8")
-        new.replace(file)
+        new.write_text("\n".join([*kernels, ""]), encoding="utf-8")
+        new.replace(folder / READY)
     except (OSError, ValueError) as error:
-        logger.debug("%s: %s", file, error)
+        logger.debug("%s: %s", folder, error)

@@ -5,34 +5,41 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from contextlib import suppress
-from hashlib import sha256
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
-from numba.core import event
-from numba.core.types import Dispatcher
-from numba.core.types.misc import unliteral
+from filelock import FileLock
+from numba.core import event, ir
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.errors import NumbaTypeError
+from numba.core.typed_passes import NopythonTypeInference
+from numba.extending import typeof_impl
 
 import kinematics.compiled.simd_types  # noqa: F401  (Numba learns of lanes)
-from kinematics.compiled.cache_contents import fingerprint, name_of
-
-try:
-    from numba.core.caching import FunctionCache, IndexDataCacheFile
-except ImportError:
-    FunctionCache = IndexDataCacheFile = object
+from kinematics.compiled.cache_contents import kernel_folder, name_of, package_of
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-__all__ = ["compile_kernel", "compiled_kernels", "type_of"]
+__all__ = ["compile_kernel", "compiled_kernels", "let_kernels_call"]
 
 logger = logging.getLogger(__name__)
 
+# All private names of Numba that this project uses; they stand in this file alone.
+# _cache: the disk cache of one function, whose reading and writing are guarded.
+# _name: what Numba calls a compiler pass in its messages.
+# _nrt: the option that turns the reference counting of arrays off.
+PRIVATE = ("_cache", "_name", "_nrt")
+
 FIRST = "compiling kernels (the first time only; they are cached on disk)"
+# Seconds to wait for another process that saves a kernel.
+PATIENCE = 10.0
 
 
-def compile_kernel(function: Callable[..., Any], inline: bool, borrows: bool) -> Any:
+def compile_kernel(function: Callable[..., Any], inline: bool, reference_counting: bool) -> Any:
     """A function that Numba compiles at its first call, or loads from the disk cache.
 
     Sums may be reordered and contracted, so that loops vectorise; infinities and NaNs keep
@@ -42,15 +49,15 @@ def compile_kernel(function: Callable[..., Any], inline: bool, borrows: bool) ->
     Args:
         function: a function of numbers and arrays.
         inline: whether its callers contain its code.
-        borrows: whether it makes no arrays and returns none.
+        reference_counting: whether arrays are counted; see `kinematics.compiled.jit.kernel`.
     """
-    options = {"error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
-    compiled = numba.njit(nogil=True, forceinline=inline, _nrt=not borrows, **options)(function)
+    options = {} if reference_counting else {"_nrt": False, "pipeline_class": _WithoutCounts}
+    compiled = numba.njit(
+        nogil=True, forceinline=inline, error_model="numpy",
+        fastmath={"reassoc", "contract", "nsz"}, **options,
+    )(function)  # fmt: skip
     _for_any_number(compiled)
-    try:
-        _keep(compiled, function)
-    except RuntimeError:
-        _events.cannot_cache()
+    _cache_on_disk(compiled)
     _events.kernels[function] = compiled
     return compiled
 
@@ -60,9 +67,13 @@ def compiled_kernels() -> list[str]:
     return [name_of(k.py_func) for k in _events.kernels.values() if k.signatures]
 
 
-def type_of(compiled: Any) -> Any:
-    """Numba's type of a compiled kernel, for the kernels that call it."""
-    return Dispatcher(compiled)
+@cache
+def let_kernels_call(kind: type) -> None:
+    """Let compiled kernels call objects of a class by what they have as ``compiled``."""
+
+    @typeof_impl.register(kind)
+    def _(value: Any, context: Any) -> Any:
+        return typeof_impl(value.compiled, context)
 
 
 def _for_any_number(compiled: Any) -> None:
@@ -70,75 +81,107 @@ def _for_any_number(compiled: Any) -> None:
 
     Numba would specialise it for every literal number with which another kernel calls it.
     """
-    typed = compiled.get_call_template
+    typed, plain = compiled.get_call_template, numba.types.unliteral
     compiled.get_call_template = lambda args, kws: typed(
-        [unliteral(arg) for arg in args], {name: unliteral(arg) for name, arg in kws.items()}
+        [plain(arg) for arg in args], {name: plain(arg) for name, arg in kws.items()}
     )
 
 
-def _keep(compiled: Any, function: Callable[..., Any]) -> None:
-    """Cache on disk; RuntimeError if there is no folder for it.
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _RefuseArrays(FunctionPass):
+    """Refuse a kernel without reference counting that returns arrays, or is given new ones.
 
-    The cache is a private part of Numba: where it looks different, Numba's own is used.
-    """
-    with suppress(AttributeError, TypeError):
-        if hasattr(compiled, "_cache"):
-            compiled._cache = _Cache(function)
-            return
-    compiled.enable_caching()
-
-
-class _Files(IndexDataCacheFile):
-    """One file per signature of a kernel, which says of what it is.
-
-    Numba numbers them as they come, and has an index of the numbers: two processes that
-    compile at once may give one number to two signatures, and call one as the other.
+    Numba would free an argument that is returned while it is in use, and never free an array
+    that a callee returns.
     """
 
-    def save(self, key: Any, data: Any) -> None:
-        """Store what was compiled for a signature and a processor."""
-        self._save_data(self._name(key), (self._source_stamp, key, data))
+    _name = "refuse_arrays_without_reference_counting"
 
-    def load(self, key: Any) -> Any:
-        """What was stored of these sources for a signature and a processor, or None."""
+    def __init__(self) -> None:
+        """A pass that keeps nothing."""
+
+    def run_pass(self, state: Any) -> bool:
+        """Look at the types that Numba has found; nothing is changed."""
+        models, name = state.targetctx.data_model_manager, state.func_id.func_qualname
+        if models[state.return_type].contains_nrt_meminfo():
+            raise NumbaTypeError(
+                f"kernel {name} returns {state.return_type}: a kernel with "
+                "reference_counting=False must not return arrays; let it fill one of its "
+                "arguments, or count references"
+            )
+        for call, signature in state.calltypes.items():
+            if not isinstance(call, ir.Expr) or call.op != "call":
+                continue
+            callee = state.typemap[call.func.name]
+            if isinstance(callee, numba.types.Dispatcher) and (
+                models[signature.return_type].contains_nrt_meminfo()
+            ):
+                raise NumbaTypeError(
+                    f"kernel {name} is given {signature.return_type} by "
+                    f"{callee.dispatcher.py_func.__qualname__}: with reference_counting=False "
+                    "nobody would free it"
+                )
+        return False
+
+
+class _WithoutCounts(CompilerBase):
+    """Numba's compiler with a check of kernels whose arrays are not counted."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes of Numba, and the check once types are known."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(_RefuseArrays, NopythonTypeInference)
+        passes.finalize()
+        return [passes]
+
+
+def _cache_on_disk(compiled: Any) -> None:
+    """Cache a kernel in the folder of its sources; say so if there is none."""
+    folder, usual = kernel_folder(package_of(compiled.py_func)), numba.config.CACHE_DIR
+    if folder is None:
+        _events.cannot_cache()
+        return
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        compiled.enable_caching()
+    except RuntimeError:
+        _events.cannot_cache()
+    finally:
+        numba.config.CACHE_DIR = usual
+    # Where Numba's cache looks different inside, it is used as it is.
+    with suppress(AttributeError):
+        _guard(compiled._cache)
+
+
+def _guard(store: Any) -> None:
+    """Let one process at a time save kernels of a folder, and ignore damaged files.
+
+    Numba numbers the signatures of a kernel as they come, in an index: two processes that save
+    at once would lose one, or call one as the other. Files are replaced as a whole, so reading
+    needs no lock.
+    """
+    load, save, lock = store.load_overload, store.save_overload, Path(store.cache_path, "lock")
+
+    def load_undamaged(signature: Any, context: Any) -> Any:
         try:
-            stamp, stored, data = self._load_data(self._name(key))
-        except FileNotFoundError:
-            return None
-        return data if (stamp, stored) == (self._source_stamp, key) else None
-
-    def _name(self, key: Any) -> str:
-        digest = sha256(f"{numba.__version__} {key}".encode()).digest()
-        return self._data_name(int.from_bytes(digest[:8], "big"))
-
-
-class _Cache(FunctionCache):
-    """Numba's disk cache, stale as soon as any file with kernels has changed.
-
-    A kernel is compiled together with the kernels that it calls, but Numba looks only at
-    the file that the kernel itself is in.
-    """
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        """Find the folder of the cache; RuntimeError if there is none."""
-        super().__init__(function)
-        parents = Path(function.__code__.co_filename).parents
-        stamp = fingerprint(parents[max(0, function.__module__.count(".") - 1)])
-        self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled kernel, or None if it is not there or cannot be read."""
-        try:
-            return super().load_overload(sig, target_context)
+            return load(signature, context)
         except Exception:  # a file cut short by a crash or a full disk may raise anything
             return None
 
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Store a compiled kernel if there is room."""
+    def save_alone(signature: Any, data: Any) -> None:
         try:
-            super().save_overload(sig, data)
-        except OSError:
+            with FileLock(lock, PATIENCE, poll_interval=0.01):
+                try:
+                    save(signature, data)
+                except OSError:
+                    raise
+                except Exception:  # the index is damaged
+                    store.flush()
+                    save(signature, data)
+        except (OSError, NotImplementedError):  # no room, no folder, or no locks there
             _events.cannot_cache()
+
+    store.load_overload, store.save_overload = load_undamaged, save_alone
 
 
 class _Events(event.Listener):

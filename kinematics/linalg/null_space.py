@@ -16,21 +16,21 @@ IntArray = NDArray[np.int64]
 NOTHING = 2.0**-48
 
 
-@kernel(borrows=True)
-def null_space(A, m, n, floor, order, out, gap):
-    """Orthonormal solutions of m conditions on n unknowns, in the rows of ``out``.
+@kernel(reference_counting=False)
+def null_space(A, m, n, tolerance, order, out, gap):
+    """Solve ``A x = 0`` for m conditions on n unknowns; orthonormal solutions.
 
-    Complete pivoting, which small matrices can afford: pivots up to ``floor`` times the
+    Complete pivoting, which small matrices can afford: pivots up to ``tolerance`` times the
     largest pivot, or times 1, are round-off.
 
     Args:
-        A: the conditions (≥ m, ≥ n); destroyed.
+        A: in: the conditions (≥ m, ≥ n); destroyed.
         m: number of conditions.
         n: number of unknowns.
-        floor: relative size of round-off.
-        order: room for n numbers.
-        out: room for n solutions.
-        gap: smallest size that was kept, and largest that was dropped, so far; updated.
+        tolerance: relative size of round-off.
+        order: workspace (≥ n,).
+        out: out: the solutions as rows (≥ n, ≥ n).
+        gap: in, out: smallest size that was kept, and largest that was dropped, so far (2,).
 
     Returns:
         How many solutions there are.
@@ -43,9 +43,10 @@ def null_space(A, m, n, floor, order, out, gap):
         for j in range(n):
             if abs(A[i, j]) > largest:
                 largest, row, column = abs(A[i, j]), i, j
+    # Gauss elimination: A_i -= (A_ik / A_kk) A_k below pivot k, the largest entry left.
     while rank < min(m, n):
         scale = max(scale, largest)
-        if largest <= floor * scale:
+        if largest <= tolerance * scale:
             gap[1] = max(gap[1], largest / scale)
             break
         gap[0] = min(gap[0], largest / scale)
@@ -64,6 +65,7 @@ def null_space(A, m, n, floor, order, out, gap):
                 if abs(A[i, j]) > largest:
                     largest, row, column = abs(A[i, j]), i, j
         rank += 1
+    # A solution for each free unknown, which is 1: x_k = -(Σ_j A_kj x_j) / A_kk upwards.
     for free in range(rank, n):
         x = out[free - rank]
         for j in range(n):
@@ -78,13 +80,19 @@ def null_space(A, m, n, floor, order, out, gap):
     return n - rank
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def orthonormal(rows, count, n):
-    """Make the first rows, of n entries, orthonormal, each in turn against those before it.
+    """Make the first rows orthonormal: ``x_i -= Σ_{k<i} (x_i · x_k) x_k``, of size 1.
 
     A row that lost more than half its size to the others is treated twice (J. W. Daniel et
     al., 1976).
+
+    Args:
+        rows: in, out: the rows (≥ count, ≥ n).
+        count: how many.
+        n: entries of each.
     """
+    # Row i, again while it loses size, against every row k before it, entry by entry.
     for i in range(count):
         x = rows[i]
         size = 0.0
@@ -120,14 +128,23 @@ def extend(known: Array, without: IntArray, factor: Array, columns: IntArray) ->
     return rows
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def put_solutions(known, factor, permutation, columns, out):
-    """Put orthonormal solutions into the rows of ``out``; see `solutions`."""
+    """Solve ``R x = 0`` for a triangular factor; orthonormal solutions, after those known.
+
+    Args:
+        known: in: solutions as rows (s, count).
+        factor: in: R, its columns in their own order (rank, p).
+        permutation: in: the order of elimination (p,).
+        columns: in: the unknowns that the columns of R stand for (p,).
+        out: out: the solutions as rows (s + p - rank, count); entries of round-off are 0.
+    """
     s, count = known.shape
     rank, p = factor.shape[0], permutation.size
     for i in range(out.shape[0]):
         for j in range(count):
             out[i, j] = known[i, j] if i < s else 0.0
+    # x_k = -(Σ_j R_kj x_j) / R_kk upwards, with 1 for one free unknown.
     for free in range(rank, p):
         x = out[s + free - rank]
         x[columns[permutation[free]]] = 1.0

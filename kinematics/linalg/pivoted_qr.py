@@ -7,15 +7,17 @@ the spirit of T. F. Chan, 1987). What counts as round-off is for the caller to s
 from __future__ import annotations
 
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.conditions.reflections import fold, reflect
 from kinematics.compiled.jit import kernel
 from kinematics.compiled.simd import LANES, load, spread, store
 
 __all__ = [
-    "FLOOR", "MARGIN", "absorb", "absorbed", "anew", "follows", "gather", "implied",
+    "FLOOR", "MARGIN", "Factor", "absorb", "absorbed", "anew", "follows", "implied",
     "put_factor", "room_for", "round_off", "smallest_pivot", "take", "take_factor",
 ]  # fmt: skip
 
@@ -29,6 +31,25 @@ FLOOR = 2.0**-40
 MARGIN = 1e3
 # Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
 ROUNDING = 2.0**-46
+
+
+class Factor(NamedTuple):
+    """A triangular factor in a workspace, as kernels pass it to each other.
+
+    Kernels make it of their arguments at no cost; from Python it would take 2 to 3 µs to pass.
+
+    Attributes:
+        F: workspace as from `room_for`: the rows of the factor, rows to be absorbed, columns
+            in the order of elimination (≥ rank + m + 1, P), P a multiple of the vector width.
+        permutation: that order, as numbers of the entries of ``columns`` (p,).
+        columns: the parameters that the columns stand for (p,).
+        tolerance: relative size of what counts as round-off.
+    """
+
+    F: Array
+    permutation: IntArray
+    columns: IntArray
+    tolerance: float
 
 
 def round_off(origin: Array, length: float) -> float:
@@ -47,9 +68,15 @@ def room_for(p: int, m: int) -> Array:
     return np.empty((p + m + 1, -(-p // LANES) * LANES))
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def take_factor(R, permutation, F):
-    """Put a factor, with columns in their own order, into the head of F."""
+    """Copy a factor into a workspace: ``F[i, j] = R[i, permutation[j]]``.
+
+    Args:
+        R: in: the factor, its columns in their own order (rank, p).
+        permutation: in: the order of elimination (p,).
+        F: out: its first rows (≥ rank, P); columns from p on are zero.
+    """
     for i in range(R.shape[0]):
         for j in range(permutation.size):
             F[i, j] = R[i, permutation[j]]
@@ -57,17 +84,32 @@ def take_factor(R, permutation, F):
             F[i, j] = 0.0
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def put_factor(F, permutation, rank, R):
-    """Put the factor, with its columns in their own order, into the head of R."""
+    """Copy a factor out of a workspace: ``R[i, permutation[j]] = F[i, j]``.
+
+    Args:
+        F: in: the workspace (≥ rank, P).
+        permutation: in: the order of elimination (p,).
+        rank: rows of the factor.
+        R: out: its first rows, columns in their own order (≥ rank, p).
+    """
     for i in range(rank):
         for j in range(permutation.size):
             R[i, permutation[j]] = F[i, j]
 
 
-@kernel(borrows=True)
-def take(F, permutation, rank, rows, columns, weight):
-    """Put ``weight * rows`` below the factor; of each row, the entries at columns."""
+@kernel(reference_counting=False)
+def take(factor, rank, rows, weight):
+    """Append rows below a factor: ``F[rank + i, j] = weight rows[i, columns[permutation[j]]]``.
+
+    Args:
+        factor: in, out: a `Factor`.
+        rank: its rows.
+        rows: in: the rows (m, parameters).
+        weight: a factor of all of them.
+    """
+    F, permutation, columns, _ = factor
     for i in range(rows.shape[0]):
         for j in range(columns.size):
             F[rank + i, j] = weight * rows[i, columns[permutation[j]]]
@@ -75,28 +117,27 @@ def take(F, permutation, rank, rows, columns, weight):
             F[rank + i, j] = 0.0
 
 
-@kernel(borrows=True)
-def absorb(F, permutation, rank, m, floor, scale):
-    """Make the m rows below a triangular factor part of it.
+@kernel(reference_counting=False)
+def absorb(factor, rank, m, scale):
+    """Update a factor R with the m rows A below it: ``Qᵀ [R; A] = [R'; 0]``.
 
     The columns that the factor has eliminated stay its first; the others follow, largest
-    remainder first.
+    remainder first, until no remainder exceeds ``tolerance * scale``.
 
     Args:
-        F: room as from `room_for`: first the factor, then the new rows; columns in the order
-            in which they are eliminated.
-        permutation: that order.
-        rank: rows of the factor.
+        factor: in, out: a `Factor`, the new rows below its own; the permutation too changes.
+        rank: its rows.
         m: rows to absorb.
-        floor: relative size of round-off.
         scale: largest pivot so far.
 
     Returns:
         The rank, the largest pivot, and the norm of what was cut off.
     """
+    F, permutation, _, tolerance = factor
     p, P, end = permutation.size, F.shape[1], rank + m
     f = F.reshape(F.size)
     norms = f[f.size - P :]
+    # Columns eliminated before: reflect row k and the new rows, |(R_kk, A_k)| on the diagonal.
     for k in range(rank):
         total = 0.0
         for i in range(rank, end):
@@ -104,13 +145,15 @@ def absorb(F, permutation, rank, m, floor, scale):
         if total > 0.0:
             size = np.sqrt(F[k, k] * F[k, k] + total)
             scale = max(scale, size)
-            _fold(f, P, k, rank, end, -size if F[k, k] > 0.0 else size)
+            fold(f, P, k, rank, end, -size if F[k, k] > 0.0 else size)
+    # Remainders of the other columns: norms_j = Σ_i A_ij².
     for c in range(rank // LANES * LANES, P, LANES):
         squares = spread(0.0)
         for i in range(rank, end):
             x = load(f, i * P + c)
             squares = squares + x * x
         store(norms, c, squares)
+    # The column of the largest remainder next: swap it to the front, reflect the rows left.
     while True:
         remainder = 0.0
         pivot = rank
@@ -122,76 +165,41 @@ def absorb(F, permutation, rank, m, floor, scale):
             break
         size = np.sqrt(norms[pivot])
         scale = max(scale, size)
-        if size <= floor * scale:
+        if size <= tolerance * scale:
             break
         if pivot != rank:
             permutation[rank], permutation[pivot] = permutation[pivot], permutation[rank]
             for i in range(end):
                 F[i, rank], F[i, pivot] = F[i, pivot], F[i, rank]
-        _reflect(f, P, rank, end, -size if F[rank, rank] > 0.0 else size, norms)
+        reflect(f, P, rank, end, -size if F[rank, rank] > 0.0 else size, norms)
         rank += 1
     return rank, scale, np.sqrt(remainder)
 
 
-@kernel(borrows=True)
-def _fold(f, P, k, begin, end, diagonal):
-    """Reflect row k of the factor and rows begin … end, of which many entries are zero."""
-    row = k * P
-    head = f[row + k] - diagonal
-    top, factor = spread(head), spread(1.0 / (diagonal * head))
-    # The block with column k comes last: it holds the multipliers.
-    for c in range(P - LANES, k // LANES * LANES - 1, -LANES):
-        total = top * load(f, row + c)
-        for i in range(begin, end):
-            x = f[i * P + k]
-            if x != 0.0:
-                total = total + spread(x) * load(f, i * P + c)
-        total = total * factor
-        store(f, row + c, load(f, row + c) + top * total)
-        for i in range(begin, end):
-            x = f[i * P + k]
-            if x != 0.0:
-                store(f, i * P + c, load(f, i * P + c) + spread(x) * total)
-    f[row + k] = diagonal
-    for i in range(begin, end):
-        f[i * P + k] = 0.0
-
-
-@kernel(borrows=True)
-def _reflect(f, P, k, end, diagonal, norms):
-    """Reflect rows k … end so that column k ends with its diagonal; norms of what is left."""
-    row = k * P
-    head = f[row + k] - diagonal
-    top, factor = spread(head), spread(1.0 / (diagonal * head))
-    for c in range(P - LANES, k // LANES * LANES - 1, -LANES):
-        total = top * load(f, row + c)
-        for i in range(k + 1, end):
-            total = total + spread(f[i * P + k]) * load(f, i * P + c)
-        total = total * factor
-        store(f, row + c, load(f, row + c) + top * total)
-        squares = spread(0.0)
-        for i in range(k + 1, end):
-            x = load(f, i * P + c) + spread(f[i * P + k]) * total
-            store(f, i * P + c, x)
-            squares = squares + x * x
-        store(norms, c, squares)
-    f[row + k] = diagonal
-    for i in range(k + 1, end):
-        f[i * P + k] = 0.0
-
-
-@kernel(borrows=True)
-def implied(F, permutation, rank, rows, columns, weight, floor, scale):
-    """Whether ``weight * rows`` follow from the factor.
+@kernel(reference_counting=False)
+def implied(factor, rank, rows, weight, scale):
+    """Decide whether ``weight * rows`` follow from a factor: ``x = cᵀ rows`` lies in its span.
 
     One generic combination of the rows is eliminated by the factor: if any of them adds a
     condition, so does almost every combination.
+
+    Args:
+        factor: in: a `Factor`; the last row of its workspace is out.
+        rank: its rows.
+        rows: in: the rows (m, parameters).
+        weight: a factor of all of them.
+        scale: largest pivot so far.
+
+    Returns:
+        Whether the remainder of x is round-off.
     """
+    F, permutation, columns, tolerance = factor
     p, P = permutation.size, F.shape[1]
     f = F.reshape(F.size)
     x = f[f.size - P :]
     for j in range(P):
         x[j] = 0.0
+    # x = Σ_i c_i rows_i, with c_i of a fixed sequence without special relations.
     for i in range(rows.shape[0]):
         c = weight * np.cos((i + 1.0) ** 2)
         for j in range(p):
@@ -199,6 +207,7 @@ def implied(F, permutation, rank, rows, columns, weight, floor, scale):
     size = 0.0
     for j in range(p):
         size += x[j] * x[j]
+    # x -= (x_k / R_kk) R_k for every row of the factor.
     growth = 1.0
     for k in range(rank):
         multiplier = x[k] / F[k, k]
@@ -209,92 +218,23 @@ def implied(F, permutation, rank, rows, columns, weight, floor, scale):
     remainder = 0.0
     for j in range(rank, p):
         remainder += x[j] * x[j]
-    return np.sqrt(remainder) <= floor * max(scale, np.sqrt(size)) + ROUNDING * growth * scale
+    limit = tolerance * max(scale, np.sqrt(size)) + ROUNDING * growth * scale
+    return np.sqrt(remainder) <= limit
 
 
-@kernel(borrows=True)
-def gather(
-    F, permutation, rank, scale, dropped, rows, count, columns, per_ray, width, first, radius,
-    fresh, stop, floor, ranks,
-):  # fmt: skip
-    """Absorb the rows of consecutive orders, along as many rays as it takes.
-
-    ``C(w + k - 1, k)`` generic rays span all derivatives of order k in w coordinates; fewer
-    will do once the rows of one more follow from those gathered. Rows of order k are
-    weighted by ``radius**k``. Fresh rows, of a finite pose, decide whether another order is
-    needed; without any, only conditions that are complete settle that.
+@kernel(reference_counting=False)
+def anew(R, rows, columns, tolerance, scale, F, order, out):
+    """Factor ``[R; rows]`` with all pivots chosen anew: ``Qᵀ [R; rows] = [R'; 0]``.
 
     Args:
-        F: factor so far, with room for the rows; see `absorb`.
-        permutation: its permutation.
-        rank: its rows.
-        scale: its largest pivot.
-        dropped: the largest remainder that was cut off.
-        rows: shape (orders, ≥ rays * per_ray, parameters).
-        count: rows of all rays.
-        columns: the parameters that the columns of the factor stand for.
-        per_ray: rows of each ray.
-        width: number of coordinates.
-        first: the first of the orders.
-        radius: radius of convergence of the series.
-        fresh: rows of a finite pose.
-        stop: whether to stop at the order that needs no other; without fresh rows, at the
-            first one that adds nothing.
-        floor: relative size of round-off.
-        ranks: takes the rank after each order (orders,).
-
-    Returns:
-        The rank, largest pivot and largest remainder; how many orders were gathered; whether
-        it is settled that they are all there are, and whether there were enough rays.
-    """
-    orders, p = rows.shape[0], columns.size
-    settled = False
-    done = 0
-    for k in range(orders):
-        weight, every = 1.0, 1
-        for i in range(first + k):
-            weight *= radius
-            every = every * (width + i) // (i + 1)
-        used = 0
-        before = rank
-        while used < every and rank < p:
-            wanted = 2 * used if used > 0 else -(-(p - rank) // per_ray)
-            wanted = min(every, max(wanted, 1))
-            if (wanted if wanted == every else wanted + 1) * per_ray > count:
-                return rank, scale, dropped, done, False, False
-            new = rows[k, used * per_ray : wanted * per_ray]
-            take(F, permutation, rank, new, columns, weight)
-            rank, scale, remainder = absorb(F, permutation, rank, new.shape[0], floor, scale)
-            dropped = max(dropped, remainder)
-            used = wanted
-            next_ray = rows[k, used * per_ray : (used + 1) * per_ray]
-            if used < every and implied(
-                F, permutation, rank, next_ray, columns, weight, floor, scale
-            ):
-                break
-        ranks[k] = rank
-        done += 1
-        settled = rank == p
-        if not settled and fresh.shape[0] > 0:
-            settled = implied(F, permutation, rank, fresh, columns, 1.0, floor, scale)
-        if stop and (settled or (fresh.shape[0] == 0 and rank == before)):
-            break
-    return rank, scale, dropped, done, settled, True
-
-
-@kernel(borrows=True)
-def anew(R, rows, columns, floor, scale, F, order, out):
-    """Factor a factor R and rows, all pivots chosen anew; see `absorbed`.
-
-    Args:
-        R: the factor.
-        rows: the rows.
-        columns: the parameters that the columns of the factor stand for.
-        floor: relative size of round-off.
+        R: in: a factor, its columns in their own order (old, p).
+        rows: in: rows (m, parameters).
+        columns: in: the parameters that the columns of the factor stand for (p,).
+        tolerance: relative size of round-off.
         scale: largest pivot so far.
-        F: room as from `room_for`.
-        order: takes the order in which columns are eliminated.
-        out: takes the factor, with its columns in their own order.
+        F: workspace as from `room_for`.
+        order: out: the order in which columns are eliminated (p,).
+        out: out: the new factor, with its columns in their own order (≥ rank, p).
 
     Returns:
         The rank, the largest pivot, and the norm of what was cut off.
@@ -303,8 +243,9 @@ def anew(R, rows, columns, floor, scale, F, order, out):
     for j in range(order.size):
         order[j] = j
     take_factor(R, order, F)
-    take(F, order, old, rows, columns, 1.0)
-    rank, scale, remainder = absorb(F, order, 0, end, floor, scale)
+    factor = Factor(F, order, columns, tolerance)
+    take(factor, old, rows, 1.0)
+    rank, scale, remainder = absorb(factor, 0, end, scale)
     put_factor(F, order, rank, out)
     return rank, scale, remainder
 
@@ -332,13 +273,21 @@ def follows(
     """Whether rows follow from a factor with its columns in their own order."""
     F = room_for(columns.size, 0)
     take_factor(R, permutation, F)
-    found: bool = implied(F, permutation, len(R), rows, columns, 1.0, floor, scale)
+    found: bool = implied(Factor(F, permutation, columns, floor), len(R), rows, 1.0, scale)
     return found
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def smallest_pivot(R, permutation):
-    """Size of the smallest pivot of a triangular factor; infinite without any."""
+    """Find the smallest pivot of a triangular factor: ``min_i |R[i, permutation[i]]|``.
+
+    Args:
+        R: in: the factor, its columns in their own order (rank, p).
+        permutation: in: the order of elimination (p,).
+
+    Returns:
+        Its size; infinite if there is none.
+    """
     size = np.inf
     for i in range(R.shape[0]):
         size = min(size, abs(R[i, permutation[i]]))

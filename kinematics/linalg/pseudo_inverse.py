@@ -13,7 +13,7 @@ from kinematics.compiled.simd import LANES, load, spread, store
 __all__ = ["pseudo_inverse"]
 
 
-@kernel(borrows=True)
+@kernel
 def pseudo_inverse(S, equations, dependent, G, W, v):
     """Compute the pseudo-inverse of rows and columns of the loop matrix S, transposed.
 
@@ -85,7 +85,7 @@ def pseudo_inverse(S, equations, dependent, G, W, v):
     return np.sqrt(size * inverse)
 
 
-@kernel(borrows=True)
+@kernel
 def _refine(S, equations, dependent, lanes, G, E, before):
     """Refine the inverse P of A by a Newton step, in place: ``P ← P + (1 - P A) P``.
 

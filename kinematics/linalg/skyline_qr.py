@@ -157,7 +157,7 @@ def _narrow(
     return [*place, *unused], top, below, right
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def fill(screws, mimics, envelope, F):
     """Fill the loop matrix S_0 and the mimic relations into an envelope, by columns.
 
@@ -180,7 +180,7 @@ def fill(screws, mimics, envelope, F):
             F[c, at + i] = sign * screws[j, i]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def factor(F, envelope, diagonal):
     """Compute the Householder QR of a matrix in its envelope, in place.
 
@@ -242,7 +242,7 @@ def pivots(screws: Array, mimics: Array, envelope: IntArray, count: int) -> Arra
     return diagonal
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def solve(F, envelope, diagonal, b):
     """Compute the least-squares solution of ``S x = b`` from the factors of S.
 

@@ -15,7 +15,7 @@ from kinematics.compiled.jit import kernel
 __all__ = ["invert", "multiply", "place"]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _exponential(s, q, E):
     """Compute the displacement exp(q ŝ) of a unit screw: one formula for every kind of joint.
 
@@ -57,7 +57,7 @@ def _exponential(s, q, E):
         )  # fmt: skip
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def multiply(A, B, out):
     """Compute the product ``A B`` of small square matrices.
 
@@ -75,7 +75,7 @@ def multiply(A, B, out):
             out[i, j] = total
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def _carry(H, s, out):
     """Compute ``Ad(H) s``: the screw s, carried along by the displacement H.
 
@@ -99,7 +99,7 @@ def _carry(H, s, out):
     out[5] += H[0, 3] * out[1] - H[1, 3] * out[0]
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def place(parent, screws, q, H, s, E):
     """Compute the displacement of every link, and carry every screw to the pose.
 
@@ -124,7 +124,7 @@ def place(parent, screws, q, H, s, E):
             _exponential(screws[j], q[j], H[j])
 
 
-@kernel(borrows=True)
+@kernel(reference_counting=False)
 def invert(H, out):
     """Compute the inverse of a displacement: ``[[Rᵀ, -Rᵀ d], [0, 1]]``.
 

@@ -44,7 +44,7 @@ __all__ = ["polynomials"]
 Array = NDArray[np.float64]
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True)
 def _fill_degree_1(columns, S, dependent, inverse, width, rates):
     """Compute the joint rates of degree 1: ``Dq = C - S_0⁺ S_0 C`` with the columns C.
 
@@ -67,7 +67,7 @@ def _fill_degree_1(columns, S, dependent, inverse, width, rates):
             rates[1 + w, j] += columns[j, w]
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True)
 def _divide_by_degree(degrees, rates):
     """Divide rates by their degree in place: ``Dq = k q`` for the part of degree k.
 
@@ -86,7 +86,7 @@ def _polynomials_kernel(dim):
     """Make the kernel for screws of ``dim`` components: 6 in space, 3 in a plane."""
     space = 3 if dim == 6 else 2
 
-    @kernel(borrows=True)
+    @kernel
     def fill(whole, real, screws, rates, workspace):
         """Compute the coefficients of the joint positions, degree by degree.
 

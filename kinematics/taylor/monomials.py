@@ -78,7 +78,7 @@ def monomials(width: int, order: int) -> Monomials:
     return Monomials(*(frozen(x, np.int64) for x in (exponents, starts, places, pairs)))
 
 
-@kernel(borrows=True)
+@kernel
 def _list_factors(codes, starts, places, pairs):
     """Sort pairs of factors by their product: count them, or list them.
 
@@ -98,7 +98,7 @@ def _list_factors(codes, starts, places, pairs):
                 _list_products(i, a, b, codes, starts, places, pairs)
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True)
 def _list_products(i, a, b, codes, starts, places, pairs):
     """Count or list the products of monomial i, of degree a, with those of degree b.
 
@@ -127,7 +127,7 @@ def _list_products(i, a, b, codes, starts, places, pairs):
             places[t, 0] += 1
 
 
-@kernel(borrows=True)
+@kernel
 def multiply(begin, end, count, lanes, places, pairs, left, right, out):
     """Multiply polynomials side by side: the coefficients of monomials begin … end.
 

@@ -21,7 +21,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-@kernel(borrows=True)
+@kernel
 def fill_points(parent, screws, cuts, points, pitch):
     """Compute points of the joints, then of the cuts, and the pitch of each joint.
 
@@ -56,7 +56,7 @@ def fill_points(parent, screws, cuts, points, pitch):
             points[n + loop, i] = points[cuts[loop], i] if cuts[loop] >= 0 else 0.0
 
 
-@kernel(inline=True, borrows=True)
+@kernel(inline=True)
 def fill_starts(dim, arms, axes, screws, points, starts):
     """Compute arms and axes at the reference pose, their terms of degree 0.
 
@@ -78,7 +78,7 @@ def fill_starts(dim, arms, axes, screws, points, starts):
             starts[arms.shape[0] + h, i] = screws[axes[h, 1], first + i]
 
 
-@kernel(borrows=True)
+@kernel
 def _add(factor, inverse, row, response, lane, width):
     """Add a multiple of a row of the pseudo-inverse to the response to a lane.
 
@@ -94,7 +94,7 @@ def _add(factor, inverse, row, response, lane, width):
         response[lane * width + d] += factor * inverse[row * width + d]
 
 
-@kernel(borrows=True)
+@kernel
 def spatial_responses(inverse, width, axes, terms, points, pitch, response):
     """Compute the rates of the dependent joints that each product of known parts calls for.
 
@@ -131,7 +131,7 @@ def spatial_responses(inverse, width, axes, terms, points, pitch, response):
                 _add(sign * points[j, u], inverse, row + 3 + v, response, slide + i, width)
 
 
-@kernel(borrows=True)
+@kernel
 def planar_responses(inverse, width, axes, terms, response):
     """Compute responses in a plane: all axes are those of sliders; see `spatial_responses`.
 
@@ -153,7 +153,7 @@ def planar_responses(inverse, width, axes, terms, response):
             _add(-sign, inverse, row + 2, response, slide + 1, width)
 
 
-@kernel(borrows=True)
+@kernel
 def solve(begin, end, lanes, stride, product, response, dependent, x, rates):
     """Compute the rates of the dependent joints: ``Dq = Σ_lane product_lane response_lane``.
 
@@ -179,7 +179,7 @@ def solve(begin, end, lanes, stride, product, response, dependent, x, rates):
             rates[t, dependent[d]] = x[d]
 
 
-@kernel(borrows=True)
+@kernel
 def planar_vectors(
     k, begin, end, stride, joints, arms, axes, screws, starts, rates, omega, product, left,
     right,
@@ -231,7 +231,7 @@ def planar_vectors(
             two[x + 1] = two[slide + 1] = part * (w * starts[few + h, 0] + z[x])
 
 
-@kernel(borrows=True)
+@kernel
 def spatial_vectors(
     k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates, omega, product,
     left, right,

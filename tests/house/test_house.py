@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from kernel_sources import is_kernel
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("kinematics", "balance")
@@ -97,12 +98,6 @@ def undocumented(node: ast.AST, where: str) -> Iterator[str]:
     for child in node.body:
         if isinstance(child, Definition) and not child.name.startswith("_"):
             yield from undocumented(child, f"{where}: {child.name}")
-
-
-def is_kernel(node: ast.AST) -> bool:
-    """Whether a node is a function that is compiled: decorated by ``@kernel``."""
-    marks = getattr(node, "decorator_list", [])
-    return any(re.match(r"kernel\b", ast.unparse(mark)) for mark in marks)
 
 
 def length(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:

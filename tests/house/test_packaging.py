@@ -19,10 +19,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from kernel_sources import PRODUCT, ROOT, kernels, tree
 from small_package import ABOVE, BELOW, run
 
-ROOT = Path(__file__).resolve().parents[2]
-PRODUCT = [*ROOT.glob("kinematics/**/*.py"), *ROOT.glob("balance/**/*.py")]
 ASK = "from kinematics.above import outer; print(outer(1.0))"
 NO_FOLDER = "no folder to cache compiled kernels in"
 
@@ -67,7 +66,7 @@ def test_nowhere_to_write_costs_one_warning(copy, tmp_path):
     folder = tmp_path / "cache"
     assert run(copy, ASK, HOME=home, NUMBA_CACHE_DIR=str(folder))[0] == ["20.0"]
     assert run(copy, ASK, HOME=home, NUMBA_CACHE_DIR=str(folder)) == (["20.0"], [])
-    assert list(folder.glob("*/*.nbc"))
+    assert list(folder.glob("kinematics-*/*/*.nbc"))
 
 
 def test_a_damaged_cache_is_compiled_anew(copy):
@@ -93,62 +92,73 @@ os.replace = replace
     assert [NO_FOLDER in line for line in told] == [False, True]
 
 
+def test_a_damaged_index_is_written_anew(copy):
+    run(copy, ASK)
+    for file in copy.glob("**/*.nbi"):
+        file.write_bytes(file.read_bytes()[:7])
+    assert run(copy, ASK)[0] == ["20.0"]
+    assert run(copy, ASK) == (["20.0"], [])
+
+
 def test_a_numba_with_another_inside_uses_its_own_cache(copy):
-    """One in which a class is missing, and then ones in which it is another."""
     code = f"""
-import pathlib, sys
-import numba.core.ccallback
-from numba.core import caching
-del caching.FunctionCache
-for other in ({{"__init__": lambda self, f: None}}, {{}}, None):
-    {ASK}
-    print(len(list(pathlib.Path().glob("**/above.outer*.nbi"))))
-    for name in [name for name in sys.modules if name.startswith("kinematics")]:
-        del sys.modules[name]
-    caching.FunctionCache = type("Other", (), other or {{}})
+from numba.core import dispatcher
+class Other(dispatcher.FunctionCache):
+    cache_path = property()  # there is none: AttributeError
+dispatcher.FunctionCache = Other
+{ASK}
 """
-    assert run(copy, code)[0] == ["20.0", "1"] * 3
-    assert run(copy, code) == (["20.0", "1"] * 3, [])
+    assert run(copy, code)[0] == ["20.0"]
+    assert run(copy, code) == (["20.0"], [])
 
 
-# Files appear in the cache by `os.replace`: the first process puts one there when the second
-# has looked, and then waits for all that the second puts there.
+# Arguments of different types, and what a kernel makes of them.
+ASKED = {"2": "3.0", "2.5": "3.5", "2j": "(1+2j)", "np.float32(4.5)": "5.5"}
+# A process that asks for one of them when all are there; files appear in the cache late.
 RACE = """
 import os, pathlib, time
-def wait(name):
-    while not pathlib.Path(name).exists():
-        time.sleep(0.01)
-def replace(old, new, plain=os.replace):
-    pathlib.Path(ME).touch()
-    wait("second" if ME == "first" else "put")
-    if pathlib.Path("put").exists() and ME == "first":
-        wait("end")
-    plain(old, new)
-    pathlib.Path("put").touch()
-os.replace = replace
+import numpy as np
 from kinematics.below import inner
+def replace(old, new, plain=os.replace):
+    time.sleep(0.3)
+    plain(old, new)
+os.replace = replace
+pathlib.Path("here-ASKED").touch()
+while len(list(pathlib.Path().glob("here-*"))) < 4:
+    time.sleep(0.001)
 print(inner(ASKED))
-pathlib.Path("end").touch()
 """
 
 
-def test_two_processes_may_compile_at_once(copy):
-    """One file each for two signatures, neither lost nor mistaken for the other."""
-    with ThreadPoolExecutor() as pool:
-        cases = {"first": "2", "second": "2.5"}.items()
-        codes = [f"ME, ASKED = {me!r}, {asked}\n{RACE}" for me, asked in cases]
+def test_processes_may_compile_at_once(copy):
+    """No signature is lost, none mistaken for another, and no part of a file read."""
+    with ThreadPoolExecutor(4) as pool:
+        codes = [RACE.replace("ASKED", asked) for asked in ASKED]
         answers = [out for out, _ in pool.map(partial(run, copy), codes)]
-    assert answers == [["3.0"], ["3.5"]]
-    code = "from kinematics.below import inner; print(inner(2), inner(2.5))"
-    assert run(copy, code) == (["3.0", "3.5"], [])
+    assert answers == [[answer] for answer in ASKED.values()]
+    asked = ", ".join(f"inner({x})" for x in ASKED)
+    code = f"import numpy as np; from kinematics.below import inner; print({asked})"
+    assert run(copy, code) == (list(ASKED.values()), []), "nothing is compiled again"
+
+
+def folders(copy: Path) -> set[str]:
+    """Names of the folders of compiled kernels."""
+    return {file.parents[1].name for file in copy.glob("**/*.nbi")}
+
+
+def test_folders_of_old_sources_are_removed(copy):
+    found = []
+    for k in range(6):
+        number = f"{k + 1}.0"
+        (copy / "kinematics" / "below.py").write_text(BELOW.replace("1.0", number), "utf-8")
+        assert run(copy, ASK)[0] == [f"{10.0 * (2 + k)}"]
+        found.append(folders(copy))
+    assert [len(names) for names in found] == [1, 2, 3, 4, 4, 4]
+    assert not found[0] & found[-1] and len(found[-1] & found[-2]) == 3
 
 
 def test_kernels_run_without_a_compiler(copy):
     assert run(copy, ASK, NUMBA_DISABLE_JIT="1") == (["20.0"], [])
-
-
-def tree(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"), str(path))
 
 
 def called(node: ast.AST) -> str:
@@ -170,12 +180,7 @@ def borrowed(module: ast.Module) -> Iterator[tuple[str, str]]:
         for target in node.targets
         if isinstance(target, ast.Name)
     }
-    pending: list[ast.AST] = [
-        node
-        for node in ast.walk(module)
-        if isinstance(node, ast.FunctionDef)
-        and any(re.match(r"kernel\b", ast.unparse(mark)) for mark in node.decorator_list)
-    ]
+    pending: list[ast.AST] = list(kernels(module))
     while pending:
         node = pending.pop()
         body = node.body if isinstance(node, ast.FunctionDef) else [node]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.reflections import fold, reflect
+from kinematics.linalg.reflections import fold, reflect
 from kinematics.compiled.jit import kernel
 from kinematics.compiled.simd import LANES, load, spread, store
 

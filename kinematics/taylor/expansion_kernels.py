@@ -29,7 +29,7 @@ from kinematics.compiled.jit import kernel
 from kinematics.linalg.pseudo_inverse import pseudo_inverse
 from kinematics.taylor.layout import SECTION, SIZE, WORK, Layout
 from kinematics.taylor.monomials import multiply
-from kinematics.taylor.vectors import (
+from kinematics.taylor.vector_kernels import (
     fill_points,
     fill_starts,
     planar_responses,

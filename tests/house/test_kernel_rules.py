@@ -16,7 +16,7 @@ from kernel_sources import (
 )
 from small_package import run
 
-NUMBA = ROOT / "kinematics" / "compiler.py"
+NUMBA = ROOT / "kinematics" / "compiled" / "numba_compiler.py"
 # Private names that Numba has for the cache, the compiler and the types of its objects.
 KNOWN = {
     "_cache", "_cache_file", "_cache_path", "_compile_for_args", "_compiler", "_data_name",
@@ -90,7 +90,7 @@ def test_kernels_without_counts_are_refused_where_they_would_need_them(copy):
 
 def test_references_are_not_counted_in_sweeps_alone():
     """In kernels that the sweep of many geometries reaches, if they make no arrays."""
-    swept = reached(ROOT / "balance" / "spaces" / "sweep.py")
+    swept = reached(ROOT / "balance" / "search" / "many_geometries_kernels.py")
     wrong = [
         f"{path.name}: {kernel.name}"
         for path, kernel in ALL
@@ -142,7 +142,7 @@ def private(path: Path) -> set[str]:
         elif isinstance(node, ast.Dict):
             found |= {key.value for key in node.keys if isinstance(key, ast.Constant)}
         elif isinstance(node, ast.ClassDef):
-            found |= {n.targets[0].id for n in node.body if isinstance(n, ast.Assign)}
+            found |= {ast.unparse(n.targets[0]) for n in node.body if isinstance(n, ast.Assign)}
     words = {name for name in found if isinstance(name, str)}
     return {name for name in words if name.startswith("_") and not name.endswith("__")}
 
@@ -153,4 +153,4 @@ def test_private_names_of_numba_stand_in_one_file():
     others = {path: private(path) & KNOWN for path in PRODUCT if path != NUMBA}
     assert not {path: names for path, names in others.items() if names}
     assert private(NUMBA) == set(PRIVATE)
-    assert not private(ROOT / "kinematics" / "lane_types.py")
+    assert not private(ROOT / "kinematics" / "compiled" / "simd_types.py")

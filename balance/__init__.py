@@ -241,9 +241,9 @@ def __dir__() -> list[str]:
 
 def _warm_up() -> Iterator[None]:
     """Run all kernels of this package and of `kinematics`, stage by stage."""
-    from balance.warmup import warm_up
+    from balance.warmup import warm_up_balance
 
-    yield from warm_up()
+    yield from warm_up_balance()
 
 
 register_warm_up("balance", _warm_up)

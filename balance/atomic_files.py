@@ -10,11 +10,11 @@ from typing import BinaryIO
 
 from kinematics.errors import FileError, UsageError
 
-__all__ = ["check_outputs", "is_stream", "replacing", "replacing_all"]
+__all__ = ["check_outputs", "is_stream", "open_atomic", "write_all_atomic"]
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+def open_atomic(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """A file to write to, which takes its place at ``path`` once all is written.
 
     What is not a regular file, such as a pipe or a device, is written to as it is. A file
@@ -50,8 +50,8 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         raise
 
 
-def replacing_all(contents: Iterable[tuple[str, bytes]]) -> None:
-    """Write several files, of which all appear or none; see `replacing`.
+def write_all_atomic(contents: Iterable[tuple[str, bytes]]) -> None:
+    """Write several files, of which all appear or none; see `open_atomic`.
 
     Args:
         contents: path of each file, and what it is to hold.
@@ -61,7 +61,7 @@ def replacing_all(contents: Iterable[tuple[str, bytes]]) -> None:
     """
     with ExitStack() as all_or_none:
         for path, content in contents:
-            all_or_none.enter_context(replacing(path)).write(content)
+            all_or_none.enter_context(open_atomic(path)).write(content)
 
 
 def check_outputs(

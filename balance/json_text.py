@@ -7,14 +7,14 @@ import math
 from collections.abc import Mapping
 from fractions import Fraction
 
-__all__ = ["json_text", "plain"]
+__all__ = ["json_text", "plain_data"]
 
 
 def json_text(data: object, indent: int | None = None) -> str:
     """Encode data as strict JSON: no NaN, no infinity.
 
     Args:
-        data: nested mappings, sequences, arrays and scalars; see `plain`.
+        data: nested mappings, sequences, arrays and scalars; see `plain_data`.
         indent: blanks per level; everything in one line by default.
 
     Raises:
@@ -24,10 +24,10 @@ def json_text(data: object, indent: int | None = None) -> str:
         >>> json_text({"rank": np.int64(7), "gap": float("inf")})
         '{"rank": 7, "gap": null}'
     """
-    return json.dumps(plain(data), indent=indent, ensure_ascii=False, allow_nan=False)
+    return json.dumps(plain_data(data), indent=indent, ensure_ascii=False, allow_nan=False)
 
 
-def plain(data: object) -> object:
+def plain_data(data: object) -> object:
     """Convert data to the types of JSON: dict, list, str, int, float, bool and None.
 
     Arrays and tuples become lists, NumPy scalars Python scalars, and fractions strings such as
@@ -47,7 +47,7 @@ def plain(data: object) -> object:
     if isinstance(data, Mapping):
         if not all(isinstance(key, str) for key in data):
             raise TypeError("JSON has no keys but texts")
-        return {key: plain(value) for key, value in data.items()}
+        return {key: plain_data(value) for key, value in data.items()}
     if isinstance(data, list | tuple):
-        return [plain(value) for value in data]
+        return [plain_data(value) for value in data]
     raise TypeError(f"JSON has no type for {type(data).__name__}")

@@ -23,12 +23,12 @@ from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
 from kinematics.taylor.taylor_motion import taylor_motion
 
-__all__ = ["warm_up"]
+__all__ = ["warm_up_balance"]
 
 FAR = 0.01
 
 
-def warm_up() -> Iterator[None]:
+def warm_up_balance() -> Iterator[None]:
     """Do with the smallest linkage of each kind what the commands do; the first ones first."""
     linkages = kinematics.warmup.smallest_linkages()
     yield
@@ -37,7 +37,7 @@ def warm_up() -> Iterator[None]:
             with suppress(LinkageError):
                 work(linkage)
             yield
-    yield from kinematics.warmup.warm_up()
+    yield from kinematics.warmup.warm_up_kinematics()
 
 
 def _find_space(linkage: Linkage) -> None:

@@ -13,9 +13,9 @@ import numpy as np
 import balance
 import kinematics
 from balance.report.html.plot_style import image, tidy
-from balance.verification.pinocchio_model import beside
+from balance.verification.pinocchio_model import verify_beside
 from kinematics.closure.joint_positions import joint_positions, si_chain
-from kinematics.closure.newton import forward
+from kinematics.closure.newton import forward_kinematics
 
 MODELS = {"as drawn": "four_bar_kite", "balanced": "four_bar_kite_balanced"}
 COLOURS = {"as drawn": "#b8550a", "balanced": "#08264a"}
@@ -37,7 +37,7 @@ def joints_of_bodies(linkage):
 
 def corners(linkage, u):
     """The ends of every link (bodies, 2, 3) and its centre of mass (bodies, 3), crank at u."""
-    H = forward(si_chain(linkage, spatial=True), joint_positions(linkage, [u])).H
+    H = forward_kinematics(si_chain(linkage, spatial=True), joint_positions(linkage, [u])).H
     ends, centres = [], []
     for body, joints in zip(linkage.bodies, joints_of_bodies(linkage), strict=True):
         points = [joint.point for joint in joints[:2]]
@@ -91,7 +91,7 @@ def main():
     """Compute both and write the picture."""
     linkages = {name: kinematics.load(model) for name, model in MODELS.items()}
     first = balance.verify(linkages["as drawn"], trajectories=1, seed=3)
-    second = beside(first, linkages["balanced"])
+    second = verify_beside(first, linkages["balanced"])
     runs = {"as drawn": first.runs[0], "balanced": second.runs[0]}
 
     def draw(figure):

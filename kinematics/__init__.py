@@ -88,9 +88,9 @@ def __dir__() -> list[str]:
 
 def _warm_up() -> Iterator[None]:
     """Run all kernels of this package, stage by stage."""
-    from kinematics.warmup import warm_up
+    from kinematics.warmup import warm_up_kinematics
 
-    yield from warm_up()
+    yield from warm_up_kinematics()
 
 
 register_warm_up("kinematics", _warm_up)

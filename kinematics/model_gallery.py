@@ -14,8 +14,8 @@ from kinematics.errors import FileError, LinkageError, MobilityError, OpenLoopEr
 if TYPE_CHECKING:
     from yourdfpy import URDF
 
-    from kinematics.model.linkage import Draft, Linkage
-    from kinematics.urdf.input_files import Options
+    from kinematics.model.linkage import Linkage, UnassembledLinkage
+    from kinematics.urdf.input_files import ReadOptions
     from kinematics.urdf_elements.element import Document
 
 __all__ = ["LinkageLike", "as_linkage", "describe", "find", "gallery", "load", "robots"]
@@ -139,20 +139,23 @@ def load(
             on an error of closure or mobility names the angles that look rounded.
     """
     from kinematics.error_text import clean
-    from kinematics.urdf.input_files import Options
-    from kinematics.urdf.rounded_angles import READINGS, ROUNDED
+    from kinematics.urdf.input_files import ReadOptions
+    from kinematics.urdf.rounded_angles import ANGLE_READINGS, ROUNDED_ANGLES
 
-    for option, value, known in (("bodies", bodies, BODIES), ("angles", angles, READINGS)):
+    for option, value, known in (
+        ("bodies", bodies, BODIES),
+        ("angles", angles, ANGLE_READINGS),
+    ):
         if value not in known:
             wrong = f"{option} '{clean(str(value))}' unknown"
             raise LinkageError(f"{wrong}; choose from {', '.join(known)}")
     closed = (massless,) if isinstance(massless, str) else tuple(massless)
-    draft = _draft(model, loops, Options(fix_base, bodies, closed, angles))
+    draft = _draft(model, loops, ReadOptions(fix_base, bodies, closed, angles))
     try:
         return _assembled(draft, inputs, at, angles == "as_written")
     except (OpenLoopError, MobilityError) as error:
         for notice in draft.notices:
-            if notice.code == ROUNDED:
+            if notice.code == ROUNDED_ANGLES:
                 error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
         raise
 
@@ -180,7 +183,10 @@ def as_linkage(model: LinkageLike) -> Linkage:
 
 
 def _assembled(
-    draft: Draft, inputs: Sequence[str] | None, at: Mapping[str, float] | None, exactly: bool
+    draft: UnassembledLinkage,
+    inputs: Sequence[str] | None,
+    at: Mapping[str, float] | None,
+    exactly: bool,
 ) -> Linkage:
     """The linkage of a draft, at its own pose or at another."""
     from kinematics.assembly.assemble import assemble
@@ -188,31 +194,31 @@ def _assembled(
     linkage = assemble(draft, inputs, exactly=exactly)
     if not at:
         return linkage
-    from kinematics.assembly.reference_pose import repose
+    from kinematics.assembly.reference_pose import move_reference_pose
 
-    return repose(linkage, at, exactly=exactly)
+    return move_reference_pose(linkage, at, exactly=exactly)
 
 
 def _draft(
     model: str | PathLike[str] | Document | URDF,
     loops: str | PathLike[str] | None,
-    options: Options,
-) -> Draft:
+    options: ReadOptions,
+) -> UnassembledLinkage:
     """The linkage as its file, or a loaded model, describes it."""
-    from kinematics.urdf.input_files import accepted
-    from kinematics.urdf.input_streams import streamed
+    from kinematics.urdf.input_files import read_files
+    from kinematics.urdf.input_streams import read_stream
     from kinematics.urdf_elements.element import Document
 
     if isinstance(model, (str, PathLike)):
-        model = streamed(model) or find(model)
+        model = read_stream(model) or find(model)
     if isinstance(model, (Document, Path)):
-        side = accepted(model, loops, options)
+        side = read_files(model, loops, options)
         # The file has been accepted; only now is it worth loading libraries.
-        from kinematics.urdf.read import drafted
+        from kinematics.urdf.read import read_linkage
 
-        return drafted(model, side, options)
+        return read_linkage(model, side, options)
     if not hasattr(model, "robot"):
         raise TypeError(f"model is a path, a name or a yourdfpy.URDF, not {type(model)}")
-    from kinematics.urdf.read import adopt
+    from kinematics.urdf.read import read_loaded_model
 
-    return adopt(model, loops, options)
+    return read_loaded_model(model, loops, options)

@@ -15,12 +15,12 @@ from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import gallery, load
 from kinematics.taylor.taylor_motion import taylor_motion
 
-__all__ = ["smallest_linkages", "warm_up"]
+__all__ = ["smallest_linkages", "warm_up_kinematics"]
 
 ORDER = 2
 
 
-def warm_up() -> Iterator[None]:
+def warm_up_kinematics() -> Iterator[None]:
     """Run all kernels once: expand motions, and guide a link, of the smallest linkages."""
     for linkage in smallest_linkages():
         taylor_motion(linkage, ORDER)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["checked", "counted", "listed", "paragraph", "vector"]
+__all__ = ["check_summary", "count_noun", "first_names", "repr_lines", "vector_text"]
 
 # Most names in a list, most lines of a paragraph, and most characters of a line.
 NAMED, LINES, WIDTH = 6, 6, 96
@@ -17,32 +17,32 @@ NAMED, LINES, WIDTH = 6, 6, 96
 TINY = 1e-12
 
 
-def checked(found: NamedTuple) -> str:
+def check_summary(found: NamedTuple) -> str:
     """The result of a check, its verdict first: ``Check: accepted, error 1.2e-13``."""
     (name, verdict), *rest = found._asdict().items()
     word = name if verdict else f"not {name}"
     return ", ".join([f"{type(found).__name__}: {word}", *(f"{k} {x:.2g}" for k, x in rest)])
 
 
-def counted(number: int, noun: str) -> str:
+def count_noun(number: int, noun: str) -> str:
     """A number of things: ``1 loop``, ``2 loops``, ``3 bodies``."""
     plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
     return f"{number} {noun if number == 1 else plural}"
 
 
-def listed(names: Sequence[str]) -> str:
+def first_names(names: Sequence[str]) -> str:
     """The first six names, and ``…`` for the others."""
     return ", ".join(names[:NAMED]) + (" …" if len(names) > NAMED else "")
 
 
-def vector(x: ArrayLike) -> str:
+def vector_text(x: ArrayLike) -> str:
     """The components of a vector to four digits: ``(0.5, 0, -1)``."""
     values = np.asarray(x, dtype=np.float64)
     kept = np.where(np.abs(values) > TINY * np.abs(values).max(initial=0.0), values, 0.0)
     return f"({', '.join(f'{value:.4g}' for value in kept.tolist())})"
 
 
-def paragraph(head: str, *lines: str) -> str:
+def repr_lines(head: str, *lines: str) -> str:
     """At most six lines: a head, others set in below it, and how many are left out."""
     most = LINES - 1
     if len(lines) > most:

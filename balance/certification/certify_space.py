@@ -9,24 +9,28 @@ import numpy as np
 
 from balance.certification.certified_space import CertifiedSpace, with_certainty
 from balance.certification.changed_numbers import with_changed_numbers
-from balance.certification.compare_integers import add_correction_notice, changes, differences
+from balance.certification.compare_integers import (
+    add_correction_notice,
+    list_changes,
+    list_differences,
+)
 from balance.certification.correct import (
     Evidence,
-    correct,
+    correct_integers,
     exact_orders,
     with_idle_joints,
     with_more_poses,
 )
-from balance.exact.chain import exact_chain, regular
+from balance.exact.chain import exact_chain, loops_are_regular
 from balance.exact.conditions import joints_at_rest, orders_closed
 from balance.exact.modular import PRIMES
-from balance.exact.proof import Proof, independent
-from balance.exact.ranks import GIVEN_UP, Exact, ranks_of
-from balance.exact.serial import branches, exact_transfers
+from balance.exact.proof import Proof, independent_transfers
+from balance.exact.ranks import PLATEAU_WITHOUT_BOUND, Exact, ranks_of
+from balance.exact.serial import exact_transfers, has_branching_links
 from balance.momentum.regressor import rows_at
 from balance.spaces.certainty import LEVELS, Certainty
 from balance.spaces.design_space_result import DesignSpace
-from kinematics.closure.continuation import walk
+from kinematics.closure.continuation import continue_along
 from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
 from kinematics.model.linkage import Notice
 from kinematics.urdf.rational_screws import exact_geometry
@@ -85,12 +89,12 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     except LinkageError as error:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
         return _add_rounding_notice(rounded, error)
-    lines = differences(space, found)
+    lines = list_differences(space, found)
     if (count := found.replaced) and lines:
         changed = with_changed_numbers(space)
         if _rests_on_replaced(space, changed):
             # A difference that these numbers do not explain either comes from round-off.
-            mixed = changed is not None and bool(differences(changed, found))
+            mixed = changed is not None and bool(list_differences(changed, found))
             reason = (
                 f"exact arithmetic, with {count} numbers of the file replaced, finds "
                 f"{'; '.join(lines)}; {_BELIEVED}"
@@ -100,14 +104,14 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     rested = space
     if moving != set(space.chain.joints.tolist()):
         rested = with_idle_joints(space, found.idle)
-    corrected = correct(rested, found)
+    corrected = correct_integers(rested, found)
     residual, poses = _measure_residual(corrected)
     for _ in range(ROUNDS):
         if not _unsettled(corrected, found, residual):
             break
         corrected = with_more_poses(corrected)
         found = _gather_evidence(corrected)
-        corrected = correct(corrected, found)
+        corrected = correct_integers(corrected, found)
         residual, poses = _measure_residual(corrected)
     certainty = _certainty_of(corrected, found, residual, poses)
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
@@ -126,7 +130,7 @@ def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
         changed: the same with other numbers for those that are replaced, if it can be had.
     """
     if not space.doubts or _moved(space):
-        return changed is None or bool(changes(space, changed))
+        return changed is None or bool(list_changes(space, changed))
     return changed is not None and changed.rank > space.rank
 
 
@@ -154,12 +158,12 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     idle = joints_at_rest(chain, CLOSURE_ORDERS)
     transfers = tuple(exact_transfers(chain, idle))
     size = len(chain.links) * len(chain.parameters)
-    most = size - len(independent(chain, transfers, PRIMES[0]))
+    most = size - len(independent_transfers(chain, transfers, PRIMES[0]))
     exact = ranks_of(
         linkage.source, chain, geometry.notices, space.highest_order, space.rank, most
     )
-    found = independent(chain, transfers, exact.witness.prime)
-    return Evidence(exact, transfers, found, not branches(chain, idle), tuple(idle))
+    found = independent_transfers(chain, transfers, exact.witness.prime)
+    return Evidence(exact, transfers, found, not has_branching_links(chain, idle), tuple(idle))
 
 
 def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
@@ -196,7 +200,7 @@ def _certainty_of(
     count = found.replaced
     replaced = f", with {count} numbers of the file replaced (see --exact)" if count else ""
     bounds = exact.rank, serial, residual, poses
-    lines = differences(space, found)
+    lines = list_differences(space, found)
     limited = space.highest_order is not None and not space.decision.conditions.complete
     if limited and not lines:
         reason = f"orders up to {space.highest_order} only: more conditions may follow"
@@ -207,7 +211,7 @@ def _certainty_of(
     complete = exact.rank + serial == exact.parameters
     idle = found.idle
     free = {j for j in idle if j in exact.chain.dependent or any(exact.chain.columns[j])}
-    if complete and exact.regular and (not free or regular(exact.chain, idle)):
+    if complete and exact.regular and (not free or loops_are_regular(exact.chain, idle)):
         proof = Proof(exact.chain, exact.witness, found.independent, tuple(sorted(idle)))
         reason = "exact lower bounds of rank and nullity add up to the number of parameters"
         ranks = tuple(order.rank for order in exact_orders(space, exact))
@@ -258,7 +262,7 @@ def _momenta_left(residual: float) -> str:
 
 def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
     """Whether many orders further on add no condition, by exact arithmetic."""
-    last = GIVEN_UP + 3 * exact.kmax
+    last = PLATEAU_WITHOUT_BOUND + 3 * exact.kmax
     further = ranks_of(space.linkage.source, exact.chain, exact.notices, last)
     return further.rank == exact.rank
 
@@ -314,7 +318,7 @@ def _measure_residual(space: DesignSpace) -> tuple[float, int]:
     for _ in range(1 if chain.width == 1 else RAYS):
         ray = rng.standard_normal(chain.width)
         for sign in (1.0, -1.0):
-            way = walk(chain, sign * ray / np.sqrt(ray @ ray), reach=STEP)
+            way = continue_along(chain, sign * ray / np.sqrt(ray @ ray), reach=STEP)
             for pose in islice(way, STEPS):
                 X = rows_at(chain, pose, force)
                 left = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)

@@ -18,8 +18,8 @@ from balance.spaces.compute import design_space
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
-from kinematics.model.arrays import frozen
-from kinematics.urdf.rational_screws import changed_screws
+from kinematics.model.arrays import freeze
+from kinematics.urdf.rational_screws import change_replaced_numbers
 
 __all__ = ["with_changed_numbers"]
 
@@ -31,7 +31,7 @@ def with_changed_numbers(space: DesignSpace) -> DesignSpace | None:
         The space; None if there is none, as where loops close with these numbers only.
     """
     linkage = space.linkage
-    screws = changed_screws(linkage)
+    screws = change_replaced_numbers(linkage)
     units = np.array([[float(x) for x in screw] for screw in screws])
     turns = np.any(units[:, :3], axis=1)
     n = np.where(turns[:, None], units[:, :3], units[:, 3:])
@@ -40,7 +40,7 @@ def with_changed_numbers(space: DesignSpace) -> DesignSpace | None:
     points = np.empty_like(near)
     points_on(units, near, points)
     joints = tuple(
-        replace(joint, screw=frozen(screw), point=frozen(point))
+        replace(joint, screw=freeze(screw), point=freeze(point))
         for joint, screw, point in zip(linkage.joints, units, points, strict=True)
     )
     try:

@@ -10,10 +10,10 @@ from balance.certification.correct import Evidence
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.model.linkage import Notice
 
-__all__ = ["add_correction_notice", "changes", "differences"]
+__all__ = ["add_correction_notice", "list_changes", "list_differences"]
 
 
-def differences(space: DesignSpace, found: Evidence) -> list[str]:
+def list_differences(space: DesignSpace, found: Evidence) -> list[str]:
     """Differences of the integers of a space from the exact ones, a line each."""
     exact, lines = found.exact, []
     ranks = [order.rank for order in space.orders]
@@ -38,7 +38,7 @@ def _list(numbers: Sequence[int]) -> str:
     return ", ".join(map(str, numbers))
 
 
-def changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
+def list_changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
     """Differences of the integers of two answers on one linkage, a line each."""
     pairs = [
         ("rank", space.rank, certified.rank),
@@ -55,7 +55,7 @@ def changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
 
 def add_correction_notice(space: DesignSpace, certified: CertifiedSpace) -> CertifiedSpace:
     """Add a notice of the integers that floating point found instead."""
-    if not (lines := changes(space, certified)):
+    if not (lines := list_changes(space, certified)):
         return certified
     text = f"floating point alone finds other integers; exact arithmetic: {'; '.join(lines)}"
     codes = ("not_settled",) if certified.settled else ()

@@ -15,19 +15,30 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.collect import Gathered, add_poses, floor_of, gather_conditions
-from balance.conditions.rank import decompose
+from balance.conditions.collect import (
+    CollectedConditions,
+    add_poses,
+    collect_conditions,
+    relative_tolerance,
+)
+from balance.conditions.rank import singular_value_decomposition
 from balance.exact.ranks import Exact
 from balance.exact.serial import ExactTransfer
 from balance.inertial_parameters.conversions import basis_from_chain, to_chain
 from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import Order, table_of
-from balance.transfers.serial_space import Transfers, transfers
+from balance.spaces.result import Order, rank_table
+from balance.transfers.serial_space import Transfers, serial_transfers
 from kinematics.assembly.assemble import moving_chain
 from kinematics.linalg.rational import combination, dot, echelon, largest_entry
-from kinematics.model.arrays import Chain, Frame, frozen
+from kinematics.model.arrays import Chain, Frame, freeze
 
-__all__ = ["Evidence", "correct", "exact_orders", "with_idle_joints", "with_more_poses"]
+__all__ = [
+    "Evidence",
+    "correct_integers",
+    "exact_orders",
+    "with_idle_joints",
+    "with_more_poses",
+]
 
 Array = NDArray[np.float64]
 
@@ -74,10 +85,10 @@ class Evidence(NamedTuple):
 def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
     """Exact ranks by order, up to the order that reaches the rank, or to the one asked for."""
     last = exact.kmax if space.highest_order is None else len(exact.ranks) - 1
-    return table_of(exact.ranks[: last + 1], exact.parameters)
+    return rank_table(exact.ranks[: last + 1], exact.parameters)
 
 
-def correct(space: DesignSpace, found: Evidence) -> DesignSpace:
+def correct_integers(space: DesignSpace, found: Evidence) -> DesignSpace:
     """Give a design space the ranks and the serial part of exact arithmetic, with a basis.
 
     Args:
@@ -112,10 +123,10 @@ def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
     linkage, force = space.linkage, space.balance == "force"
     still = np.isin(np.arange(len(linkage.joints)), np.array(idle, dtype=np.int64))
     chain = moving_chain(linkage, space.motion, not space.planar, idle=still)
-    floor = floor_of(chain)
-    exchanged = transfers(chain, force, floor)
-    gathered = gather_conditions(chain, exchanged.rows, force, floor, space.highest_order)
-    orders = table_of(gathered.ranks, exchanged.rows.shape[1])
+    floor = relative_tolerance(chain)
+    exchanged = serial_transfers(chain, force, floor)
+    gathered = collect_conditions(chain, exchanged.rows, force, floor, space.highest_order)
+    orders = rank_table(gathered.ranks, exchanged.rows.shape[1])
     names = tuple(linkage.joints[j].name for j in idle)
     moved = replace(space, chain=chain, idle=names)
     return _with_conditions(moved, gathered, exchanged, orders)
@@ -127,46 +138,49 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
     more, poses, settled = add_poses(space.chain, force, conditions)
     if more.rank == conditions.rank:
         return space
-    gathered = Gathered(more, (), space.poses + poses, settled)
+    gathered = CollectedConditions(more, (), space.poses + poses, settled)
     return _with_conditions(space, gathered, space.exchanged, space.orders)
 
 
-def _gather_as_many(space: DesignSpace, known: Array, exact: Exact) -> Gathered:
+def _gather_as_many(space: DesignSpace, known: Array, exact: Exact) -> CollectedConditions:
     """Gather as many conditions as the exact rank, beside known solutions.
 
     Where floating point finds more, the smallest pivots are round-off and are dropped; where
     it finds fewer, the largest pivots below its limit are kept too.
     """
     chain, force, rank = space.chain, space.balance == "force", exact.rank
-    floor = floor_of(chain)
-    gathered = gather_conditions(chain, known, force, floor, space.highest_order)
+    floor = relative_tolerance(chain)
+    gathered = collect_conditions(chain, known, force, floor, space.highest_order)
     for limit in (floor, NOTHING):
         if gathered.conditions.rank >= rank:
             break
         conditions = gathered.conditions._replace(floor=limit)
         if space.highest_order is not None:
-            gathered = gather_conditions(chain, known, force, limit, space.highest_order)
+            gathered = collect_conditions(chain, known, force, limit, space.highest_order)
         else:
             conditions, poses, settled = add_poses(chain, force, conditions, rank)
-            gathered = Gathered(conditions, (), gathered.poses + poses, settled)
+            gathered = CollectedConditions(conditions, (), gathered.poses + poses, settled)
     conditions = gathered.conditions.first(rank)
     reached = conditions.rank == rank and exact.settled
     return gathered._replace(conditions=conditions, settled=gathered.settled or reached)
 
 
 def _with_conditions(
-    space: DesignSpace, gathered: Gathered, exchanged: Transfers, orders: tuple[Order, ...],
+    space: DesignSpace,
+    gathered: CollectedConditions,
+    exchanged: Transfers,
+    orders: tuple[Order, ...],
     nullity: int | None = None,
-) -> DesignSpace:  # fmt: skip
+) -> DesignSpace:
     """Replace the conditions and transfers of a space; ``nullity`` limits its basis."""
     decision = gathered.conditions.decide()
-    decision = replace(decision, basis=frozen(decision.basis[:, :nullity]))
+    decision = replace(decision, basis=freeze(decision.basis[:, :nullity]))
     force, known = space.balance == "force", len(gathered.conditions.known)
     basis = basis_from_chain(decision.basis, space.chain.frame, space.planar, force)
     complete = basis.shape[1] == known
     return replace(
         space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
-        basis=frozen(basis), serial_nullity=known, decision=decision, exchanged=exchanged,
+        basis=freeze(basis), serial_nullity=known, decision=decision, exchanged=exchanged,
     )  # fmt: skip
 
 
@@ -181,9 +195,7 @@ def _convert_transfers(chain: Chain, found: Evidence, rounded: Transfers) -> Tra
             owner = int(rounded.joints[place[transfer.joints[0]]])
         groups.setdefault(owner, []).append(transfer)
     rows = [_span(chain, found.exact, group) for group in groups.values()]
-    owners = [
-        np.full(len(block), owner) for owner, block in zip(groups, rows, strict=True)
-    ]
+    owners = [np.full(len(block), owner) for owner, block in zip(groups, rows, strict=True)]
     width = rounded.rows.shape[1]
     return rounded._replace(
         rows=np.concatenate([np.empty((0, width)), *rows]),
@@ -219,7 +231,7 @@ def _orthonormalise(A: Array, known: bool = False) -> Array | None:
     if not len(A):
         return A
     A = A / np.sqrt(np.sum(A**2, axis=1, keepdims=True))
-    _, values, Vt = decompose(A)
+    _, values, Vt = singular_value_decomposition(A)
     count = len(A) if known else int(np.sum(values > DEPENDENT))
     doubtful = np.any((values <= DEPENDENT) & (values > 0.0)) and not known
     return None if doubtful else Vt[:count]

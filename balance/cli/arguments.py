@@ -11,8 +11,8 @@ from balance.atomic_files import check_outputs, is_stream
 from kinematics.errors import LinkageError
 
 __all__ = [
-    "LONGEST", "Parser", "Verbs", "check_files", "page_path", "picture_path",
-    "take_streams", "unexpected", "whole_number",
+    "MAX_ERROR_LENGTH", "Parser", "Verbs", "check_files", "page_path", "picture_path",
+    "read_streams", "describe_defect", "whole_number",
 ]  # fmt: skip
 
 # Options that name files to write and to read, of any command.
@@ -25,7 +25,7 @@ MODELS, READ = ("model", "against"), ("loops", "csv", "path")
 # The commands of a parser, as `argparse` types them.
 Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
 
-LONGEST = 20_000
+MAX_ERROR_LENGTH = 20_000
 """Most characters of an error message."""
 
 
@@ -45,10 +45,10 @@ class Parser(argparse.ArgumentParser):
         """End the command with code 2."""
         from kinematics.error_text import clean
 
-        super().error(clean(message, LONGEST))
+        super().error(clean(message, MAX_ERROR_LENGTH))
 
 
-def take_streams(arguments: argparse.Namespace) -> None:
+def read_streams(arguments: argparse.Namespace) -> None:
     """Read the models that come through streams, each of which can be read only once.
 
     Args:
@@ -62,13 +62,13 @@ def take_streams(arguments: argparse.Namespace) -> None:
     models = {role: model for role, model in named.items() if model is not None}
     if not models:
         return
-    from kinematics.urdf.input_streams import stream_of, streamed
+    from kinematics.urdf.input_streams import read_stream, stream_identity
 
-    streams = [stream for model in models.values() if (stream := stream_of(model))]
+    streams = [stream for model in models.values() if (stream := stream_identity(model))]
     if len(set(streams)) < len(streams):
         arguments.refuse("--against: both models come from the same stream: give two files")
     for role, model in models.items():
-        setattr(arguments, role, streamed(model) or model)
+        setattr(arguments, role, read_stream(model) or model)
 
 
 def check_files(arguments: argparse.Namespace) -> None:
@@ -82,14 +82,14 @@ def check_files(arguments: argparse.Namespace) -> None:
     if not outputs:
         return
     from kinematics.model_gallery import find
-    from kinematics.urdf.loop_file import beside
+    from kinematics.urdf.loop_file import loop_file_of
 
     inputs = [given[name] for name in READ if name in given]
     for name in MODELS:
         # A model that cannot be read is told of by whoever reads it.
         with suppress(LinkageError, OSError, ValueError):
             path = str(find(given[name])) if name in given else ""
-            inputs += [path, *filter(None, [beside(path)])] if path else []
+            inputs += [path, *filter(None, [loop_file_of(path)])] if path else []
     check_outputs(outputs, inputs, arguments.force)
 
 
@@ -133,7 +133,7 @@ def page_path(text: str) -> str:
     return text
 
 
-def unexpected(error: Exception, words: Sequence[str]) -> str:
+def describe_defect(error: Exception, words: Sequence[str]) -> str:
     """One line about an unexpected error: its type and message, the command, the remedy.
 
     Args:

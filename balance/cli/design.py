@@ -6,7 +6,7 @@ import argparse
 import math
 from typing import TYPE_CHECKING
 
-from balance.atomic_files import replacing_all
+from balance.atomic_files import write_all_atomic
 from balance.cli.arguments import Verbs, page_path
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import add_model_options, certified_space
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from balance.designs.best_design import Design
     from balance.spaces.design_space_result import DesignSpace
 
-__all__ = ["OBJECTIVES", "add_command"]
+__all__ = ["OBJECTIVES", "add_design"]
 
 OBJECTIVES = ("mass", "inertia", "rotor", "change")
 
 
-def add_command(verbs: Verbs) -> None:
+def add_design(verbs: Verbs) -> None:
     """Add the command ``design`` to the parser."""
     parser = verbs.add_parser(
         "design",
@@ -68,11 +68,11 @@ def _run(arguments: argparse.Namespace) -> Outcome:
         space = certified_space(arguments)
         found = _design(arguments, space)
     remark = _write_files(arguments, found)
-    from balance.report.text.design import text
+    from balance.report.text.design import design_text
 
     code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
     return Outcome(
-        code, found.to_dict, lambda: text(found), notices=space.warnings, remark=remark
+        code, found.to_dict, lambda: design_text(found), notices=space.warnings, remark=remark
     )
 
 
@@ -83,16 +83,14 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
         LinkageError: links that are kept or bounded are unknown, or leave nothing to design.
     """
     from balance.designs.best_design import design
-    from balance.designs.mass_regions import WITHIN
+    from balance.designs.mass_regions import BALL_RADIUS
 
     limits: dict[str, tuple[float, float]] = {}
     for name, low, high in arguments.bounds:
         least, most = limits.get(name, (low, high))
         limits[name] = max(least, low), min(most, high)
-    within = None if arguments.anywhere else WITHIN
-    return design(
-        space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within
-    )
+    within = None if arguments.anywhere else BALL_RADIUS
+    return design(space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within)
 
 
 def _write_files(arguments: argparse.Namespace, found: Design) -> str:
@@ -109,16 +107,16 @@ def _write_files(arguments: argparse.Namespace, found: Design) -> str:
         return f"not written, for there is no design: {', '.join(asked)}" if asked else ""
     contents = []
     if arguments.out is not None:
-        from balance.designs.write_urdf import with_inertials
+        from balance.designs.write_urdf import replace_inertials
 
         elements = {body.name: body.urdf for body in found.bodies
                     if body.name not in found.keep and body.urdf}  # fmt: skip
-        contents.append(with_inertials(found.space.linkage, elements))
+        contents.append(replace_inertials(found.space.linkage, elements))
     if arguments.html is not None:
-        from balance.report.html.design import page
+        from balance.report.html.design import design_page
 
-        contents.append(page(found).encode())
-    replacing_all(zip(asked, contents, strict=True))
+        contents.append(design_page(found).encode())
+    write_all_atomic(zip(asked, contents, strict=True))
     return f"to verify what was written: {_check(arguments, found)}" if arguments.out else ""
 
 
@@ -142,13 +140,13 @@ def _check(arguments: argparse.Namespace, found: Design) -> str:
 
 def _sidecar(found: Design, out: str) -> str | None:
     """The file beside the model that describes its loops, if it is not beside ``out`` too."""
-    from kinematics.urdf.loop_file import beside
+    from kinematics.urdf.loop_file import loop_file_of
 
     linkage = found.space.linkage
     if linkage.document or any(notice.code == "loops_ignored" for notice in linkage.notices):
         return None
-    file = beside(linkage.source)
-    return None if file == beside(out) else file
+    file = loop_file_of(linkage.source)
+    return None if file == loop_file_of(out) else file
 
 
 def _bounds(text: str) -> tuple[str, float, float]:

@@ -18,7 +18,13 @@ from balance.cli import models
 from balance.cli import motion as moving
 from balance.cli import report as reporting
 from balance.cli import verify as verifying
-from balance.cli.arguments import LONGEST, Parser, check_files, take_streams, unexpected
+from balance.cli.arguments import (
+    MAX_ERROR_LENGTH,
+    Parser,
+    check_files,
+    describe_defect,
+    read_streams,
+)
 from balance.cli.exit_codes import (
     DEFECT,
     DONE,
@@ -28,7 +34,7 @@ from balance.cli.exit_codes import (
     USAGE,
 )
 from balance.cli.outcome import Outcome
-from kinematics.compiled.background import mode
+from kinematics.compiled.background import compile_mode
 from kinematics.errors import LinkageError, UsageError
 
 __all__ = ["main"]
@@ -70,10 +76,10 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
     """Run one command; returns its exit code, and prints one line where it fails."""
     words = sys.argv[1:] if argv is None else argv
     try:
-        mode()  # refuses an unknown BALANCE_COMPILE before any work
+        compile_mode()  # refuses an unknown BALANCE_COMPILE before any work
         arguments = _parser().parse_args(words)
         check_files(arguments)
-        take_streams(arguments)
+        read_streams(arguments)
         outcome: Outcome = arguments.run(arguments)
         _print(outcome, arguments.json)
         return outcome.code
@@ -83,7 +89,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
         from kinematics.error_text import clean
 
         text = "; ".join([str(error), *getattr(error, "__notes__", ())])
-        print(f"balance: {clean(text, LONGEST)}", file=sys.stderr)
+        print(f"balance: {clean(text, MAX_ERROR_LENGTH)}", file=sys.stderr)
         return USAGE if isinstance(error, UsageError) else REFUSED
     except BrokenPipeError:
         sys.stderr.close()
@@ -95,7 +101,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
             import traceback
 
             traceback.print_exc(file=sys.stderr)
-        print(unexpected(error, words), file=sys.stderr)
+        print(describe_defect(error, words), file=sys.stderr)
         return DEFECT
 
 

@@ -7,7 +7,7 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.cli.rounded_angles import with_both
+from balance.cli.rounded_angles import solve_both_readings
 
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
@@ -104,7 +104,7 @@ def certified_space(arguments: argparse.Namespace) -> CertifiedSpace:
     Raises:
         LinkageError: the file, the linkage or the motion cannot be used.
     """
-    return with_both(partial(_space, arguments), arguments.angles)
+    return solve_both_readings(partial(_space, arguments), arguments.angles)
 
 
 def _space(arguments: argparse.Namespace, angles: str) -> CertifiedSpace:

@@ -8,10 +8,10 @@ from balance.cli.arguments import Verbs
 from balance.cli.exit_codes import DONE
 from balance.cli.outcome import Outcome
 
-__all__ = ["add_command"]
+__all__ = ["add_models"]
 
 
-def add_command(verbs: Verbs) -> None:
+def add_models(verbs: Verbs) -> None:
     """Add the command ``models`` to the parser."""
     parser = verbs.add_parser("models", help="list the linkages that come with the package")
     parser.add_argument("--json", action="store_true", help="print one JSON object")

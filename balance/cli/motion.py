@@ -7,12 +7,12 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from balance.atomic_files import replacing_all
+from balance.atomic_files import write_all_atomic
 from balance.cli.arguments import Verbs, page_path, picture_path, whole_number
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.outcome import Outcome
-from balance.cli.rounded_angles import with_both
+from balance.cli.rounded_angles import solve_both_readings
 from balance.cli.spinner import spinner
 from kinematics.errors import CoordinateError, MotionError, PoseError
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage
     from kinematics.taylor.taylor_motion import TaylorMotion
 
-__all__ = ["Target", "add_command"]
+__all__ = ["Target", "add_motion"]
 
 ORDER, HIGHEST = 7, 50
 # Points of a tool are no further from its link, metres.
@@ -43,7 +43,7 @@ class Target(NamedTuple):
     values: tuple[float, ...]
 
 
-def add_command(verbs: Verbs) -> None:
+def add_motion(verbs: Verbs) -> None:
     """Add the command ``motion`` to the parser."""
     parser = verbs.add_parser(
         "motion",
@@ -99,10 +99,10 @@ def _run(arguments: argparse.Namespace) -> Outcome:
     """Predict the poses that the options describe, and write the files that they name."""
     with spinner("expanding the motion"):
         found = _predict(arguments)
-    from balance.report.text.motion import text
+    from balance.report.text.motion import motion_text
 
     code = DONE if found.reached else NEGATIVE
-    return Outcome(code, found.to_dict, lambda: text(found), notices=found.notices)
+    return Outcome(code, found.to_dict, lambda: motion_text(found), notices=found.notices)
 
 
 def _predict(arguments: argparse.Namespace) -> Predictions:
@@ -122,7 +122,7 @@ def _predict(arguments: argparse.Namespace) -> Predictions:
     def build(angles: str) -> Predictions:
         return _built(arguments, load_model(arguments, angles))
 
-    found = with_both(build, arguments.angles)
+    found = solve_both_readings(build, arguments.angles)
     _write(found, arguments)
     return found
 
@@ -136,9 +136,7 @@ def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
     from kinematics.taylor.taylor_motion import taylor_motion
 
     if arguments.tool is not None:
-        linkage = tool(
-            linkage, arguments.tool, arguments.along, arguments.point, frame="link"
-        )
+        linkage = tool(linkage, arguments.tool, arguments.along, arguments.point, frame="link")
     motion = taylor_motion(linkage, arguments.order, arguments.motion)
     poses = tuple(predict(motion, y) for y in _points(arguments, motion))
     notices = linkage.notices
@@ -162,22 +160,22 @@ def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.f
     """
     import numpy as np
 
-    from balance.taylor_poses.prediction import coordinates
-    from balance.verification.csv_motion import columns, unfit
+    from balance.taylor_poses.prediction import input_values
+    from balance.verification.csv_motion import read_columns, refuse_row
 
     inputs, source = motion.motion.inputs, motion.linkage.source
     relations, short = ", ".join(motion.motion.relations), _short_names(arguments.tool, inputs)
     if arguments.path is not None:
-        table = columns(arguments.path, inputs, short=short)
-        points, fits = coordinates(motion, table, range(len(inputs)))
+        table = read_columns(arguments.path, inputs, short=short)
+        points, fits = input_values(motion, table, range(len(inputs)))
         if not fits.all():
             where = f"sample {int(np.argmin(fits)) + 1}"
-            raise unfit(arguments.path, where, f"is not on {relations}")
+            raise refuse_row(arguments.path, where, f"is not on {relations}")
         return points
     if arguments.to is None:
         return np.empty((0, motion.scales.size))
     at = _positions(arguments.to, inputs, short, source)
-    points, fits = coordinates(motion, [arguments.to.values], at)
+    points, fits = input_values(motion, [arguments.to.values], at)
     if not fits.all():
         raise MotionError(relations, "does not hold at the pose --to", inputs, source)
     return points
@@ -185,11 +183,11 @@ def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.f
 
 def _short_names(tool: str | None, inputs: tuple[str, ...]) -> dict[str, str]:
     """Inputs that are coordinates of the tool, by their directions."""
-    from kinematics.assembly.tool_frame import DIRECTIONS, coordinates_of
+    from kinematics.assembly.tool_frame import DIRECTIONS, tool_coordinates
 
     if tool is None:
         return {}
-    pairs = zip(DIRECTIONS, coordinates_of(tool), strict=True)
+    pairs = zip(DIRECTIONS, tool_coordinates(tool), strict=True)
     return {direction: name for direction, name in pairs if name in inputs}
 
 
@@ -226,17 +224,17 @@ def _positions(
 
 def _write(found: Predictions, arguments: argparse.Namespace) -> None:
     """The pictures that were asked for."""
-    from balance.report.html.motion import picture, webpage
-    from balance.taylor_poses.error_curves import curves
+    from balance.report.html.motion import motion_page, motion_picture
+    from balance.taylor_poses.error_curves import error_curves
 
     contents = []
-    panels = curves(found) if arguments.plot or arguments.html else []
+    panels = error_curves(found) if arguments.plot or arguments.html else []
     if arguments.plot:
-        image = picture(found, panels, arguments.plot[-3:].lower())
+        image = motion_picture(found, panels, arguments.plot[-3:].lower())
         contents.append((arguments.plot, image))
     if arguments.html:
-        contents.append((arguments.html, webpage(found, panels).encode()))
-    replacing_all(contents)
+        contents.append((arguments.html, motion_page(found, panels).encode()))
+    write_all_atomic(contents)
 
 
 def _target(text: str) -> Target:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from balance.atomic_files import replacing_all
+from balance.atomic_files import write_all_atomic
 from balance.cli.arguments import Verbs, page_path, whole_number
 from balance.cli.exit_codes import DONE, UNDECIDED
 from balance.cli.model_options import add_model_options, certified_space
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from balance.spaces.design_space_result import DesignSpace
     from kinematics.model.linkage import Linkage, Notice
 
-__all__ = ["add_command"]
+__all__ = ["add_report"]
 
 # Most joints that a notice names.
 NAMED = 6
 
 
-def add_command(verbs: Verbs) -> None:
+def add_report(verbs: Verbs) -> None:
     """Add the command ``report`` to the parser."""
     parser = verbs.add_parser(
         "report",
@@ -72,7 +72,7 @@ def _run(arguments: argparse.Namespace) -> Outcome:
         explanation, change = _describe(space, arguments)
         told = _write_files(arguments, space, explanation, change)
     from balance.report.data import report_data
-    from balance.report.text.report import styled, text
+    from balance.report.text.report import report_for_terminal, report_text
 
     missing = _missing_certainty(space, arguments)
     notices = (*space.warnings, *(exact.notices if exact else ()), *told, *missing)
@@ -81,8 +81,8 @@ def _run(arguments: argparse.Namespace) -> Outcome:
     sure = complete and answered and not space.doubts and not missing
     answer = space, explanation if arguments.explain else None, exact, change
     return Outcome(
-        DONE if sure else UNDECIDED, lambda: report_data(*answer), lambda: text(*answer),
-        lambda: styled(*answer), notices,
+        DONE if sure else UNDECIDED, lambda: report_data(*answer), lambda: report_text(*answer),
+        lambda: report_for_terminal(*answer), notices,
     )  # fmt: skip
 
 
@@ -150,32 +150,32 @@ def _write_files(
     page, closed = arguments.html, arguments.write_closed
     contents, notices = [], []
     if closed is not None:
-        from kinematics.urdf.write_closed_pose import at_reference_pose
+        from kinematics.urdf.write_closed_pose import write_at_reference_pose
 
-        posed = at_reference_pose(space.linkage)
+        posed = write_at_reference_pose(space.linkage)
         contents.append((closed, posed.data))
         text = _describe_pose(space.linkage, dict(posed.moved))
         if posed.beside:
             text += "; its loops are in another file: give that with --loops"
         notices.append(Notice("closed_pose", f"{closed}: written {text}"))
     if page is not None and explanation is not None:
-        from balance.report.html.report import page as page_of
+        from balance.report.html.report import report_page as page_of
 
         contents.append((page, page_of(space, explanation, change).encode()))
-    replacing_all(contents)
+    write_all_atomic(contents)
     return tuple(notices)
 
 
 def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
     """The pose at which a linkage is written, by how far its joints have moved."""
-    from kinematics.model.full_turns import measured, within_turn
+    from kinematics.model.full_turns import position_text, wrap_turns
 
     if not positions:
         return "as it was, for its loops close at its own pose"
     moved = [joint for joint in linkage.joints if joint.name in positions]
-    within, _ = within_turn(moved, [positions[joint.name] for joint in moved])
+    within, _ = wrap_turns(moved, [positions[joint.name] for joint in moved])
     pairs = sorted(zip(moved, within.tolist(), strict=True), key=lambda pair: -abs(pair[1]))
-    named = [f"{joint.name} by {measured(joint, q, 6)}" for joint, q in pairs]
+    named = [f"{joint.name} by {position_text(joint, q, 6)}" for joint, q in pairs]
     more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
     where = "the pose asked for" if linkage.at else "the pose at which its loops close"
     return (

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from balance.taylor_poses.prediction import Predictions
     from balance.verification.result import Verification
 
-__all__ = ["with_both"]
+__all__ = ["solve_both_readings"]
 
 Answer = TypeVar("Answer", "CertifiedSpace", "Predictions", "Verification")
 
@@ -22,7 +22,7 @@ LARGE = 60
 TOLD = ("assembled", "closes_to_rounding", "not_settled")
 
 
-def with_both(build: Callable[[str], Answer], angles: str) -> Answer:
+def solve_both_readings(build: Callable[[str], Answer], angles: str) -> Answer:
     """The answer under one reading of rounded angles, and in words under the other.
 
     Args:
@@ -39,16 +39,16 @@ def with_both(build: Callable[[str], Answer], angles: str) -> Answer:
     """
     from dataclasses import replace
 
-    from kinematics.urdf.rounded_angles import READINGS, ROUNDED
+    from kinematics.urdf.rounded_angles import ANGLE_READINGS, ROUNDED_ANGLES
 
-    (other,) = (reading for reading in READINGS if reading != angles)
+    (other,) = (reading for reading in ANGLE_READINGS if reading != angles)
     try:
         answer = build(angles)
     except LinkageError as error:
         if hasattr(error, "__notes__"):
             error.add_note(_named(other, _answer(build, other)))
         raise
-    if all(notice.code != ROUNDED for notice in answer.notices):
+    if all(notice.code != ROUNDED_ANGLES for notice in answer.notices):
         return answer
     here, there = _said(answer), "not computed for loops of so many joints"
     if not answer.linkage.loops or len(answer.linkage.joints) <= LARGE:
@@ -57,7 +57,7 @@ def with_both(build: Callable[[str], Answer], angles: str) -> Answer:
     if here == there:
         text = f"either way: {here}"
     notices = [
-        notice._replace(message=f"{notice.message}; {text}") if notice.code == ROUNDED
+        notice._replace(message=f"{notice.message}; {text}") if notice.code == ROUNDED_ANGLES
         else notice
         for notice in answer.notices
     ]  # fmt: skip

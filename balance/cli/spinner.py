@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
 
-from kinematics.compiled.background import mode
+from kinematics.compiled.background import compile_mode
 
 __all__ = ["spinner"]
 
@@ -23,7 +23,7 @@ def spinner(text: str) -> Iterator[None]:
     Nothing must be printed meanwhile but through `logging`. Where kernels are compiled at
     once, a bar of their own moves.
     """
-    if mode() == "now" or not os.isatty(STANDARD_ERROR):
+    if compile_mode() == "now" or not os.isatty(STANDARD_ERROR):
         yield
         return
     done = Event()

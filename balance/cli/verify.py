@@ -10,12 +10,12 @@ from contextlib import ExitStack, contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from balance.atomic_files import replacing_all
+from balance.atomic_files import write_all_atomic
 from balance.cli.arguments import Verbs, page_path, picture_path, whole_number
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.outcome import Outcome
-from balance.cli.rounded_angles import with_both
+from balance.cli.rounded_angles import solve_both_readings
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from balance.verification.result import Verification
     from kinematics.model.linkage import Notice
 
-__all__ = ["Verified", "add_command"]
+__all__ = ["Verified", "add_verify"]
 
 # Seconds after which a bar tells how far it is.
 PATIENCE = 2.0
@@ -60,12 +60,12 @@ class Verified(NamedTuple):
 
     def text(self) -> str:
         """The report as plain text; the second linkage in a column of its own."""
-        from balance.report.text.verification import text
+        from balance.report.text.verification import verification_text
 
-        return text(self.first, self.second)
+        return verification_text(self.first, self.second)
 
 
-def add_command(verbs: Verbs) -> None:
+def add_verify(verbs: Verbs) -> None:
     """Add the command ``verify`` to the parser."""
     parser = verbs.add_parser(
         "verify",
@@ -81,9 +81,7 @@ def add_command(verbs: Verbs) -> None:
         "--trajectories", type=whole_number(1, 10_000), metavar="N",
         help=f"number of random motions (default {TRAJECTORIES})",
     )  # fmt: skip
-    parser.add_argument(
-        "--seed", type=_seed, help="seed of the random motions (default 0)"
-    )
+    parser.add_argument("--seed", type=_seed, help="seed of the random motions (default 0)")
     way = parser.add_mutually_exclusive_group()
     way.add_argument(
         "--csv", metavar="FILE",
@@ -145,20 +143,22 @@ def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) 
         # The file has been accepted; only now is it worth loading the kernels.
         from balance.verification.pinocchio_model import verify
         from balance.verification.trajectory import from_csv
-        from kinematics.model.motion import restriction
+        from kinematics.model.motion import motion_of
 
         along = None
         if arguments.csv:
-            along = [from_csv(linkage, arguments.csv, restriction(linkage, arguments.motion))]
+            along = [from_csv(linkage, arguments.csv, motion_of(linkage, arguments.motion))]
         return verify(linkage, along=along, **options)
 
     def second(angles: str) -> Verification:
-        from balance.verification.pinocchio_model import beside
+        from balance.verification.pinocchio_model import verify_beside
 
-        return beside(first, load_model(arguments, angles, arguments.against), **options)
+        return verify_beside(first, load_model(arguments, angles, arguments.against), **options)
 
-    first = with_both(alone, arguments.angles)
-    found = Verified(first, with_both(second, arguments.angles) if arguments.against else None)
+    first = solve_both_readings(alone, arguments.angles)
+    found = Verified(
+        first, solve_both_readings(second, arguments.angles) if arguments.against else None
+    )
     _write(found, arguments)
     return found
 
@@ -187,17 +187,23 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _write(found: Verified, arguments: argparse.Namespace) -> None:
     """The files that were asked for."""
-    from balance.report.html.verification import picture, table, webpage
+    from balance.report.html.verification import (
+        verification_page,
+        verification_picture,
+        verification_table,
+    )
 
     shown = [found.first, *([found.second] if found.second else [])]
     contents = []
     if arguments.plot:
-        contents.append((arguments.plot, picture(shown, arguments.plot[-3:].lower())))
+        contents.append(
+            (arguments.plot, verification_picture(shown, arguments.plot[-3:].lower()))
+        )
     if arguments.html:
-        contents.append((arguments.html, webpage(shown).encode()))
+        contents.append((arguments.html, verification_page(shown).encode()))
     if arguments.table:
-        contents.append((arguments.table, table(found.first).encode()))
-    replacing_all(contents)
+        contents.append((arguments.table, verification_table(found.first).encode()))
+    write_all_atomic(contents)
 
 
 @contextmanager

@@ -15,15 +15,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.order_kernels import FAR, FIRST, NEAR, along_rays, generic
+from balance.conditions.order_kernels import (
+    FAR,
+    FIRST,
+    NEAR,
+    conditions_up_to_order,
+    generic_directions,
+)
 from balance.conditions.rank import Conditions
 from balance.momentum.regressor import rows_at, rows_per_column
-from kinematics.closure.continuation import wander
+from kinematics.closure.continuation import continue_in_directions
 from kinematics.errors import MobilityError
 from kinematics.linalg.pivoted_qr import round_off
 from kinematics.model.arrays import Chain
 
-__all__ = ["Gathered", "add_poses", "conditions_by_order", "floor_of", "gather_conditions"]
+__all__ = [
+    "CollectedConditions",
+    "add_poses",
+    "conditions_by_order",
+    "relative_tolerance",
+    "collect_conditions",
+]
 
 Array = NDArray[np.float64]
 
@@ -33,7 +45,7 @@ EXPANSIONS = (FIRST, 8, 20)
 POSES = 256
 
 
-class Gathered(NamedTuple):
+class CollectedConditions(NamedTuple):
     """The conditions, and where they come from.
 
     Attributes:
@@ -49,14 +61,14 @@ class Gathered(NamedTuple):
     settled: bool
 
 
-def floor_of(chain: Chain) -> float:
+def relative_tolerance(chain: Chain) -> float:
     """Relative size of what counts as round-off in the frame of a chain."""
     return round_off(chain.frame.origin, chain.frame.length)
 
 
-def gather_conditions(
+def collect_conditions(
     chain: Chain, known: Array, force: bool, floor: float, max_order: int | None
-) -> Gathered:
+) -> CollectedConditions:
     """Conditions until they are all there are.
 
     Args:
@@ -73,7 +85,7 @@ def gather_conditions(
     last = EXPANSIONS[-1] if max_order is None else max_order
     rays = _ray_count(chain, known, force)
     while True:
-        directions = generic(0, rays, chain.width)
+        directions = generic_directions(0, rays, chain.width)
         found = _along(directions, chain, force, none, last, max_order is None)
         if found is not None:
             break
@@ -83,7 +95,7 @@ def gather_conditions(
     if max_order is None and not conditions.complete:
         if not settled or reach < NEAR or conditions.thin:
             conditions, poses, settled = add_poses(chain, force, conditions)
-    return Gathered(conditions, tuple(ranks), poses, settled)
+    return CollectedConditions(conditions, tuple(ranks), poses, settled)
 
 
 def _along(
@@ -96,7 +108,7 @@ def _along(
     ranks = np.empty(0, np.int64)
     settled, reach = False, 1.0
     for goal in EXPANSIONS if stop else (last,):
-        found = along_rays(chain, rays, force, conditions, ranks, goal, stop)
+        found = conditions_up_to_order(chain, rays, force, conditions, ranks, goal, stop)
         if not found.enough:
             return None
         if not found.placed:
@@ -116,7 +128,7 @@ def _along(
 def conditions_by_order(
     chain: Chain, known: Array, force: bool, floor: float, last: int
 ) -> list[Conditions]:
-    """Conditions up to order 0, 1, … ``last`` at the reference pose; see `gather_conditions`.
+    """Conditions up to order 0, 1, … ``last`` at the reference pose; see `collect_conditions`.
 
     Each order is added to the conditions before it, so that all cost as much as the last.
 
@@ -129,11 +141,13 @@ def conditions_by_order(
     """
     rays = _ray_count(chain, known, force)
     while True:
-        directions = generic(0, rays, chain.width)
+        directions = generic_directions(0, rays, chain.width)
         conditions, ranks = Conditions.beside(known, floor), np.empty(0, np.int64)
         found = []
         for order in range(last + 1):
-            step = along_rays(chain, directions, force, conditions, ranks, order, False)
+            step = conditions_up_to_order(
+                chain, directions, force, conditions, ranks, order, False
+            )
             if not step.enough:
                 break
             conditions, ranks = step[:2]
@@ -163,7 +177,9 @@ def add_poses(
     Returns:
         The conditions, how many poses were used, and whether that settles them.
     """
-    poses = wander(chain, generic(101, 101 + chain.width, chain.width))
+    poses = continue_in_directions(
+        chain, generic_directions(101, 101 + chain.width, chain.width)
+    )
     used, batch, settled, before = 0, FAR, False, -1
     while batch <= POSES:
         rows = [rows_at(here, pose, force) for here, pose in islice(poses, batch)]

@@ -14,21 +14,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.conditions.rank import Conditions
-from balance.conditions.ray_kernels import RaySeries, gather
-from balance.momentum.regressor import moments_room, parameters_per_body, rows_per_column
+from balance.conditions.ray_kernels import RaySeries, collect_orders
+from balance.momentum.regressor import moments_workspace, parameters_per_body, rows_per_column
 from balance.momentum.regressor_kernels import planar_regressor, spatial_regressor
-from kinematics.closure.newton import follow_series, radius_along, step_room
-from kinematics.closure.series import planar_series, room, spatial_series
+from kinematics.closure.newton import follow_series, newton_workspace, radius_along
+from kinematics.closure.series import planar_series, series_workspace, spatial_series
 from kinematics.compiled.jit import kernel
-from kinematics.compiled.simd import LANES
-from kinematics.linalg.pivoted_qr import Factor, implied, put_factor, room_for, take_factor
-from kinematics.model.arrays import Chain, frozen
-from kinematics.spatial.displacements import place
+from kinematics.compiled.simd import VECTOR_WIDTH
+from kinematics.linalg.pivoted_qr import (
+    Factor,
+    contains_rows,
+    factor_workspace,
+    put_factor,
+    take_factor,
+)
+from kinematics.model.arrays import Chain, freeze
+from kinematics.spatial.displacements import place_links
 
 __all__ = [
-    "FAR", "FIRST", "NEAR", "Stage", "along_rays", "generic", "planar_stage", "spatial_stage",
-    "stage_room",
-]  # fmt: skip
+    "FAR",
+    "FIRST",
+    "NEAR",
+    "OrderResult",
+    "conditions_up_to_order",
+    "generic_directions",
+    "planar_conditions_up_to_order",
+    "spatial_conditions_up_to_order",
+    "stage_workspace",
+]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -42,16 +55,16 @@ FAR = 4
 
 
 @cache
-def generic(begin: int, end: int, width: int) -> Array:
+def generic_directions(begin: int, end: int, width: int) -> Array:
     """Unit directions of a fixed sequence without special relations; (count, width)."""
     if width == 1:
-        return frozen(np.ones((end - begin, 1)))
+        return freeze(np.ones((end - begin, 1)))
     directions = []
     for i in range(begin, end):
         ray = [cos((i * width + w + 1.0) ** 2) for w in range(width)]
         size = sqrt(sum(x * x for x in ray))
         directions.append([x / size for x in ray])
-    return frozen(np.reshape(directions, (end - begin, width)))
+    return freeze(np.reshape(directions, (end - begin, width)))
 
 
 def _stage_kernel(dim):
@@ -77,7 +90,7 @@ def _stage_kernel(dim):
                 it holds.
             result: out: the rank after each order (orders,), of which those of the orders
                 known are in; the permutation (p,); the factor (≥ rank, p).
-            rooms: workspace, as from `stage_room`.
+            rooms: workspace, as from `stage_workspace`.
 
         Returns:
             The rank, the largest pivot and largest remainder; how many orders are done;
@@ -97,7 +110,7 @@ def _stage_kernel(dim):
         for k in range(permutation.size):
             order[k] = permutation[k]
         p = unknowns.size
-        padded = -(-p // LANES) * LANES
+        padded = -(-p // VECTOR_WIDTH) * VECTOR_WIDTH
         F = flat[: (p + m + 1) * padded].reshape((p + m + 1, padded))
         factor = Factor(F, order, unknowns, tolerance)
         take_factor(R, order, F)
@@ -138,7 +151,7 @@ def _stage_kernel(dim):
             slowest = least / largest
             while enough and placed and not settled and done <= upto:
                 series = RaySeries(rows[done : upto + 1], m, width * per, width, done, reach)
-                rank, scale, dropped, more, settled, enough = gather(
+                rank, scale, dropped, more, settled, enough = collect_orders(
                     factor, rank, scale, dropped, series, fresh, stop, found[done:]
                 )
                 done += more
@@ -166,7 +179,7 @@ def _stage_kernel(dim):
                     )
                     if length == 0.0:
                         if placed:
-                            place(parent, screws, start, pose, carried, step_room[3][0])
+                            place_links(parent, screws, start, pose, carried, step_room[3][0])
                         break
                     placed, s = True, carried
                     for j in range(parent.size):
@@ -183,7 +196,7 @@ def _stage_kernel(dim):
                 else:
                     spatial_series(0, 0, chain, s, ray, near)
                     spatial_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
-                settled = implied(factor, rank, fresh, 1.0, scale)
+                settled = contains_rows(factor, rank, fresh, 1.0, scale)
         put_factor(F, order, rank, out)
         settled = settled and enough and placed
         return (
@@ -193,10 +206,13 @@ def _stage_kernel(dim):
     return stage
 
 
-spatial_stage, planar_stage = _stage_kernel(6), _stage_kernel(3)
+spatial_conditions_up_to_order, planar_conditions_up_to_order = (
+    _stage_kernel(6),
+    _stage_kernel(3),
+)
 
 
-def stage_room(
+def stage_workspace(
     chain: Chain, rays: int, goal: int, per: int, size: int, unknowns: int
 ) -> tuple[object, ...]:
     """Room for a stage.
@@ -210,18 +226,29 @@ def stage_room(
         unknowns: columns of the factor.
     """
     n, m = chain.parent.size, 3 if chain.planar else 4
-    series, near = room(chain, rays, max(goal, FIRST)), room(chain, 1, FIRST)
-    moments = moments_room(series[3][:, : goal + 1], chain.links, chain.moves, per, size)
-    fresh = moments_room(near[3][:, :1], chain.links, chain.moves, per, size)
+    series, near = (
+        series_workspace(chain, rays, max(goal, FIRST)),
+        series_workspace(chain, 1, FIRST),
+    )
+    moments = moments_workspace(series[3][:, : goal + 1], chain.links, chain.moves, per, size)
+    fresh = moments_workspace(near[3][:, :1], chain.links, chain.moves, per, size)
     ahead = (
         np.empty(n), np.empty(n), np.empty((n, m, m)), np.empty(chain.screws.shape),
-        np.empty((0, m, m)), generic(100, 101, chain.width),
+        np.empty((0, m, m)), generic_directions(100, 101, chain.width),
     )  # fmt: skip
-    flat = room_for(unknowns, rays * chain.width * per).ravel()
-    return flat, series, moments, near, fresh, step_room(chain, max(goal, FIRST) + 1), ahead
+    flat = factor_workspace(unknowns, rays * chain.width * per).ravel()
+    return (
+        flat,
+        series,
+        moments,
+        near,
+        fresh,
+        newton_workspace(chain, max(goal, FIRST) + 1),
+        ahead,
+    )
 
 
-class Stage(NamedTuple):
+class OrderResult(NamedTuple):
     """The conditions of the orders up to one of them.
 
     Attributes:
@@ -241,10 +268,10 @@ class Stage(NamedTuple):
     placed: bool
 
 
-def along_rays(
+def conditions_up_to_order(
     chain: Chain, rays: Array, force: bool, conditions: Conditions, ranks: IntArray,
     goal: int, stop: bool,
-) -> Stage:  # fmt: skip
+) -> OrderResult:  # fmt: skip
     """Add the orders up to ``goal`` to conditions that hold those before.
 
     Args:
@@ -262,8 +289,8 @@ def along_rays(
     found[:done] = ranks
     out = np.empty((unknowns, unknowns))
     shape = len(rays), goal, per, size, unknowns
-    rooms = chain.borrow(shape, lambda: stage_room(chain, *shape))
-    stage = planar_stage if chain.planar else spatial_stage
+    rooms = chain.borrow(shape, lambda: stage_workspace(chain, *shape))
+    stage = planar_conditions_up_to_order if chain.planar else spatial_conditions_up_to_order
     known = (
         conditions.factor, conditions.permutation, conditions.columns, conditions.scale,
         conditions.dropped, conditions.floor, done,
@@ -276,4 +303,4 @@ def along_rays(
     more = conditions._replace(
         factor=out[:rank], permutation=order, scale=scale, dropped=dropped
     )
-    return Stage(more, found[:done], settled, reach, enough, placed)
+    return OrderResult(more, found[:done], settled, reach, enough, placed)

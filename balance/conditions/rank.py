@@ -15,17 +15,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.linalg.null_space import extend, solutions
+from kinematics.linalg.null_space import extend, known_and_null_space
 from kinematics.linalg.pivoted_qr import (
-    FLOOR,
     MARGIN,
-    absorbed,
-    follows,
+    RANK_RELATIVE,
+    rows_follow,
     smallest_pivot,
+    updated_factor,
 )
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 
-__all__ = ["Conditions", "Decision", "decompose"]
+__all__ = ["Conditions", "Decision", "singular_value_decomposition"]
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Conditions(NamedTuple):
     columns: NDArray[np.int64]
     known: Array
     without: NDArray[np.int64]
-    floor: float = FLOOR
+    floor: float = RANK_RELATIVE
     scale: float = 0.0
     dropped: float = 0.0
 
@@ -63,10 +63,10 @@ class Conditions(NamedTuple):
         return cls.beside(np.empty((0, unknowns)))
 
     @classmethod
-    def beside(cls, known: Array, floor: float = FLOOR) -> Conditions:
+    def beside(cls, known: Array, floor: float = RANK_RELATIVE) -> Conditions:
         """No conditions yet, on unknowns of which the rows of ``known`` are solutions."""
         count = known.shape[1]
-        factor, permutation, _, _ = absorbed(
+        factor, permutation, _, _ = updated_factor(
             np.empty((0, count)), known, np.arange(count), floor, 1.0
         )
         s = len(factor)
@@ -99,7 +99,7 @@ class Conditions(NamedTuple):
     def and_also(self, rows: Array) -> Conditions:
         """These conditions and those in ``rows`` (any leading shape, unknowns last)."""
         block = rows.reshape(-1, self.known.shape[1])
-        factor, permutation, scale, remainder = absorbed(
+        factor, permutation, scale, remainder = updated_factor(
             self.factor, block, self.columns, self.floor, self.scale
         )
         return self._replace(
@@ -115,13 +115,15 @@ class Conditions(NamedTuple):
         """Whether rows that were not used follow from these conditions."""
         block = rows.reshape(-1, self.known.shape[1])
         return self.complete or bool(
-            follows(self.factor, self.permutation, block, self.columns, self.floor, self.scale)
+            rows_follow(
+                self.factor, self.permutation, block, self.columns, self.floor, self.scale
+            )
         )
 
     def decide(self) -> Decision:
         """The null space of the conditions gathered so far, and the numbers behind it."""
-        basis = solutions(self.known, self.factor, self.permutation, self.columns).T
-        return Decision(self, frozen(basis))
+        basis = known_and_null_space(self.known, self.factor, self.permutation, self.columns).T
+        return Decision(self, freeze(basis))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +150,7 @@ class Decision:
         Those of conditions that only exact arithmetic finds are 0.
         """
         unseen = np.zeros(self.rank - self._values.size)
-        return frozen(np.concatenate([self._values / self._values[:1], unseen]))
+        return freeze(np.concatenate([self._values / self._values[:1], unseen]))
 
     @property
     def kept(self) -> float:
@@ -182,10 +184,10 @@ def _singular_values(A: Array) -> Array:
         values: Array = np.linalg.svd(A, compute_uv=False).astype(np.float64, copy=False)
         return values
     except np.linalg.LinAlgError:
-        return decompose(A)[1]
+        return singular_value_decomposition(A)[1]
 
 
-def decompose(A: Array) -> tuple[Array, Array, Array]:
+def singular_value_decomposition(A: Array) -> tuple[Array, Array, Array]:
     """Thin singular value decomposition ``A = U diag(s) Vt``; U, s descending, and Vt."""
     try:
         U, values, Vt = np.linalg.svd(A, full_matrices=False)

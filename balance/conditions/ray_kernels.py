@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.compiled.jit import kernel
-from kinematics.linalg.pivoted_qr import absorb, implied, take
+from kinematics.linalg.pivoted_qr import append_rows, contains_rows, update_factor
 
-__all__ = ["RaySeries", "gather"]
+__all__ = ["RaySeries", "collect_orders"]
 
 
 class RaySeries(NamedTuple):
@@ -34,7 +34,7 @@ class RaySeries(NamedTuple):
 
 
 @kernel(reference_counting=False)
-def gather(factor, rank, scale, dropped, series, fresh, stop, ranks):
+def collect_orders(factor, rank, scale, dropped, series, fresh, stop, ranks):
     """Absorb the rows of consecutive orders, along as many rays as it takes.
 
     ``C(w + k - 1, k)`` generic rays span all derivatives of order k in w coordinates; fewer
@@ -76,18 +76,18 @@ def gather(factor, rank, scale, dropped, series, fresh, stop, ranks):
             if (wanted if wanted == every else wanted + 1) * per_ray > total:
                 return rank, scale, dropped, done, False, False
             new = rows[k, used * per_ray : wanted * per_ray]
-            take(factor, rank, new, weight)
-            rank, scale, remainder = absorb(factor, rank, new.shape[0], scale)
+            append_rows(factor, rank, new, weight)
+            rank, scale, remainder = update_factor(factor, rank, new.shape[0], scale)
             dropped = max(dropped, remainder)
             used = wanted
             next_ray = rows[k, used * per_ray : (used + 1) * per_ray]
-            if used < every and implied(factor, rank, next_ray, weight, scale):
+            if used < every and contains_rows(factor, rank, next_ray, weight, scale):
                 break
         ranks[k] = rank
         done += 1
         settled = rank == p
         if not settled and fresh.shape[0] > 0:
-            settled = implied(factor, rank, fresh, 1.0, scale)
+            settled = contains_rows(factor, rank, fresh, 1.0, scale)
         if stop and (settled or (fresh.shape[0] == 0 and rank == before)):
             break
     return rank, scale, dropped, done, settled, True

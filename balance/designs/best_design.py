@@ -13,31 +13,31 @@ from numpy.typing import NDArray
 from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
 from balance.designs.certificate import CertificateCheck
-from balance.designs.constraints import Restriction, program, restriction
+from balance.designs.constraints import Constraints, constraints_of, program
 from balance.designs.feasibility import (
     ROUNDED,
     DesignCheck,
     Verdict,
-    answer,
-    assembled,
+    assemble_design,
     check_design,
-    off_plane,
+    decide_feasibility,
+    out_of_plane_asymmetry,
 )
-from balance.designs.mass_regions import WITHIN, Ball
-from balance.designs.objectives import Objective, optimum
-from balance.designs.pseudo_inertia_cone import from_si, given, matrices_of
-from balance.designs.verdicts import furthest, limits_of
+from balance.designs.mass_regions import BALL_RADIUS, Ball
+from balance.designs.objectives import Objective, minimise_objective
+from balance.designs.pseudo_inertia_cone import from_si, given_parameters, matrices_of
+from balance.designs.verdicts import describe_furthest, describe_limits
 from balance.inertial_parameters.body_inertia import BodyInertia, body_inertias
 from balance.inertial_parameters.conversions import LABELS
 from balance.spaces.compute import design_space
 from balance.spaces.design_space_result import DesignSpace
-from kinematics.wording import paragraph
+from kinematics.wording import repr_lines
 
-__all__ = ["SCHEMA", "Design", "Objective", "design"]
+__all__ = ["DESIGN_SCHEMA", "Design", "Objective", "design"]
 
 Array = NDArray[np.float64]
 
-SCHEMA = "balance.design/2"
+DESIGN_SCHEMA = "balance.design/2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +81,9 @@ class Design:
     anywhere: Design | None = None
 
     @property
-    def asked(self) -> Restriction:
+    def asked(self) -> Constraints:
         """What was asked, as `check_design` and `check_certificate` take it."""
-        return restriction(self.space, self.keep, self.bounds, self.within)
+        return constraints_of(self.space, self.keep, self.bounds, self.within)
 
     @property
     def balls(self) -> dict[str, Ball]:
@@ -103,7 +103,7 @@ class Design:
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the mass of each body."""
         bodies = (f"{body.name} {body.mass:.4g} kg" for body in self.bodies)
-        return paragraph(f"Design for {self.space.linkage.name}", self.words, *bodies)
+        return repr_lines(f"Design for {self.space.linkage.name}", self.words, *bodies)
 
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:
@@ -119,7 +119,7 @@ class Design:
     def to_dict(self) -> dict[str, object]:
         """The design as plain data, ready for JSON."""
         return {
-            "schema": SCHEMA,
+            "schema": DESIGN_SCHEMA,
             "model": self.space.linkage.name,
             "at": self.space.linkage.at,
             "algebra": "planar" if self.space.planar else "spatial",
@@ -166,7 +166,7 @@ def design(
     *,
     keep: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    within: float | None = WITHIN,
+    within: float | None = BALL_RADIUS,
 ) -> Design:
     """The best design of a space, or a certificate that there is none.
 
@@ -201,12 +201,12 @@ def design(
     if minimise is not None and minimise not in get_args(Objective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(Objective))}")
     bounds = dict(bounds or {})
-    asked = restriction(space, keep, bounds, within)
+    asked = constraints_of(space, keep, bounds, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, asked):
         wider = design_space(space.linkage, space.motion, spatial=True)
         space = certify(wider) if isinstance(space, CertifiedSpace) else wider
-        asked = restriction(space, keep, bounds, within)
-    found = answer(space, asked)
+        asked = constraints_of(space, keep, bounds, within)
+    found = decide_feasibility(space, asked)
     design = Design(
         space, found.verdict, minimise, None, tuple(keep), bounds, within, found.z,
         found.certificate, found.multipliers, found.margin, found.residuals, found.words,
@@ -216,7 +216,7 @@ def design(
     return design if within is None or design.z is not None else _beside(design, asked)
 
 
-def _beside(known: Design, asked: Restriction) -> Design:
+def _beside(known: Design, asked: Constraints) -> Design:
     """The answer where there is no design within balls, beside the one without them."""
     beyond = design(
         known.space, known.minimise, keep=known.keep, bounds=known.bounds, within=None
@@ -228,28 +228,28 @@ def _beside(known: Design, asked: Restriction) -> Design:
     says = f"{beyond.verdict} anywhere"
     if beyond.z is not None:
         P = matrices_of(known.space, beyond.z)
-        says = f"{says}: {furthest(known.space, P, asked)}"
-    own = known.words.replace("undecided:", f"undecided{limits_of(asked)}:", 1)
+        says = f"{says}: {describe_furthest(known.space, P, asked)}"
+    own = known.words.replace("undecided:", f"undecided{describe_limits(asked)}:", 1)
     return replace(known, words=f"{own}; {says}", anywhere=beyond)
 
 
-def _leaves_plane(space: DesignSpace, asked: Restriction) -> bool:
+def _leaves_plane(space: DesignSpace, asked: Constraints) -> bool:
     """Whether bodies that are kept have no common plane of symmetry."""
     moving = [b for b in asked.keep if space.chain.links[b] >= 0]
     kept = np.array([space.linkage.bodies[b].inertia for b in moving]).reshape(-1, 10)
-    return off_plane(from_si(kept, space.chain.frame)) > ROUNDED
+    return out_of_plane_asymmetry(from_si(kept, space.chain.frame)) > ROUNDED
 
 
-def _best(known: Design, asked: Restriction) -> Design:
+def _best(known: Design, asked: Constraints) -> Design:
     """The best design, once there is one."""
     assert known.z is not None and known.minimise is not None
     space, wanted = known.space, known.minimise
     question = program(space, asked)
-    best = optimum(space, question, wanted, known.z, known.margin)
+    best = minimise_objective(space, question, wanted, known.z, known.margin)
     if best is not None:
-        P = matrices_of(space, given(space))
+        P = matrices_of(space, given_parameters(space))
         P[list(question.free)] = best.P
-        z = assembled(space, asked, P, _thickness(space) if wanted == "change" else None)
+        z = assemble_design(space, asked, P, _thickness(space) if wanted == "change" else None)
         check = check_design(space, z, asked)
         if check.accepted:
             margin = question.cone.least(best.P).min() / np.trace(P, axis1=1, axis2=2).sum()
@@ -261,13 +261,11 @@ def _best(known: Design, asked: Restriction) -> Design:
         f"undecided: there are designs, but the one of the least {wanted} was not found; ask "
         "for no objective to see one"
     )
-    return replace(
-        known, verdict="undecided", z=None, margin=0.0, residuals=None, words=text
-    )
+    return replace(known, verdict="undecided", z=None, margin=0.0, residuals=None, words=text)
 
 
 def _thickness(space: DesignSpace) -> Array:
     """Second moments of the file's bodies along the third axis of the chain."""
-    P = from_si(given(space), space.chain.frame)
+    P = from_si(given_parameters(space), space.chain.frame)
     m = np.where(P[:, 3, 3], P[:, 3, 3], 1.0)
     return np.asarray(P[:, 2, 2] - P[:, 2, 3] ** 2 / m)

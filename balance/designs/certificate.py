@@ -26,19 +26,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.designs.constraints import SAME, Program, Restriction
-from balance.designs.pseudo_inertia_cone import Cone, cone_of, given, matrices_of
+from balance.designs.constraints import MASS_EQUAL, Constraints, Program
+from balance.designs.pseudo_inertia_cone import Cone, cone_of, given_parameters, matrices_of
 from balance.spaces.design_space_result import DesignSpace
-from kinematics.linalg.gauss_newton import Iterate, gauss_newton, never
-from kinematics.wording import checked
+from kinematics.linalg.gauss_newton import Iterate, gauss_newton, never_stop
+from kinematics.wording import check_summary
 
 __all__ = [
     "CertificateCheck",
-    "Proof",
+    "CertificateProof",
     "certificates",
     "check_certificate",
-    "clash",
-    "judged",
+    "conflicting_bodies",
+    "judge_certificate",
 ]
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ RIDGE = 1e-15
 SLACK = 1e-13
 
 
-class Proof(NamedTuple):
+class CertificateProof(NamedTuple):
     """What rules out every design.
 
     Attributes:
@@ -90,11 +90,11 @@ class CertificateCheck(NamedTuple):
 
     def __repr__(self) -> str:
         """One line: whether it is accepted, and its residuals to three digits."""
-        return checked(self)
+        return check_summary(self)
 
 
 def check_certificate(
-    space: DesignSpace, certificate: Sequence[Array], asked: Restriction | None = None,
+    space: DesignSpace, certificate: Sequence[Array], asked: Constraints | None = None,
     multipliers: ArrayLike | None = None,
 ) -> CertificateCheck:  # fmt: skip
     """Check a certificate in plain NumPy, without the solver.
@@ -124,11 +124,13 @@ def check_certificate(
     """
     Z = np.array(certificate, dtype=np.float64)
     spare = np.zeros(len(Z)) if multipliers is None else np.array(multipliers, np.float64)
-    return judged(space, cone_of(space), Proof(Z, spare), asked or Restriction())
+    return judge_certificate(
+        space, cone_of(space), CertificateProof(Z, spare), asked or Constraints()
+    )
 
 
-def judged(
-    space: DesignSpace, cone: Cone, proof: Proof, asked: Restriction
+def judge_certificate(
+    space: DesignSpace, cone: Cone, proof: CertificateProof, asked: Constraints
 ) -> CertificateCheck:
     """See `check_certificate`; the cone is that of the space."""
     Z, spare = proof
@@ -148,7 +150,7 @@ def judged(
 
 
 def _check(
-    space: DesignSpace, cone: Cone, proof: Proof, asked: Restriction
+    space: DesignSpace, cone: Cone, proof: CertificateProof, asked: Constraints
 ) -> CertificateCheck:
     """Check a certificate with all bounds of a restriction."""
     Z, spare = proof
@@ -167,7 +169,7 @@ def _check(
     return CertificateCheck(accepted, eigenvalue, orthogonality, separation)
 
 
-def _known(space: DesignSpace, Z: Array, asked: Restriction) -> tuple[Array, float]:
+def _known(space: DesignSpace, Z: Array, asked: Constraints) -> tuple[Array, float]:
     """Split a certificate into the part that is known of ``Σ_b <Z_b, P_b>`` and the rest.
 
     With the traces of a design adding up to T, which is at least the T0 of kept bodies and of
@@ -179,7 +181,7 @@ def _known(space: DesignSpace, Z: Array, asked: Restriction) -> tuple[Array, flo
     Returns:
         The matrices own_b of the rest (bodies, k, k), and the known part per unit of T0.
     """
-    file, keep = matrices_of(space, given(space)), list(asked.keep)
+    file, keep = matrices_of(space, given_parameters(space)), list(asked.keep)
     own, known, spare = Z.copy(), float(np.sum(Z[keep] * file[keep])), []
     for b, (low, high) in asked.bounds.items():
         surplus = _surplus(Z[b])
@@ -209,7 +211,7 @@ def _surplus(Z: Array) -> float:
     return surplus if abs(surplus) > slack else 0.0
 
 
-def certificates(question: Program, dual: Array) -> Iterator[Proof]:
+def certificates(question: Program, dual: Array) -> Iterator[CertificateProof]:
     """Certificates made of the solver's multipliers.
 
     Args:
@@ -220,7 +222,7 @@ def certificates(question: Program, dual: Array) -> Iterator[Proof]:
     lifted, (count, n) = cone.lifted().blocks, cone.blocks.shape[:2]
     Z = cone.duals(dual[: dual.size - len(lines)].reshape(count, -1))
     if not len(lines):
-        yield from (Proof(found, np.zeros(count)) for found in _polished(lifted, Z))
+        yield from (CertificateProof(found, np.zeros(count)) for found in _polished(lifted, Z))
         return
     # A row that must not be negative is a matrix of one entry; bounds are in one unit again.
     units = np.ones(len(lines))
@@ -234,7 +236,7 @@ def certificates(question: Program, dual: Array) -> Iterator[Proof]:
         yield _assembled(question, found[:count], found[count + question.sized :, 0, 0])
 
 
-def _assembled(question: Program, free: Array, values: Array) -> Proof:
+def _assembled(question: Program, free: Array, values: Array) -> CertificateProof:
     """Matrices of all bodies; those of kept ones are what makes the sum vanish.
 
     Args:
@@ -250,7 +252,7 @@ def _assembled(question: Program, free: Array, values: Array) -> Proof:
     spare, inside = np.zeros(len(Z)), np.zeros_like(Z)
     for value, (b, G) in zip(values[bounding:], question.balls, strict=True):
         spare[b], inside[b] = value, value * G
-    return Proof(_refined(question, Z, inside), spare)
+    return CertificateProof(_refined(question, Z, inside), spare)
 
 
 def _refined(question: Program, Z: Array, inside: Array | float = 0.0) -> Array:
@@ -263,7 +265,7 @@ def _refined(question: Program, Z: Array, inside: Array | float = 0.0) -> Array:
     """
     for _ in range(2 if len(question.fixed) else 0):
         rest = np.einsum("bnij,bij->n", question.whole.blocks, Z + inside)
-        Z = Z + _fixing(question, np.linalg.lstsq(question.fixed.T, -rest, rcond=SAME)[0])
+        Z = Z + _fixing(question, np.linalg.lstsq(question.fixed.T, -rest, rcond=MASS_EQUAL)[0])
     return Z
 
 
@@ -278,10 +280,10 @@ def _fixing(question: Program, multipliers: Array) -> Array:
     return Z
 
 
-def clash(question: Program) -> Proof:
+def conflicting_bodies(question: Program) -> CertificateProof:
     """The certificate that kept bodies and masses cannot be balanced by anything."""
     Z = _fixing(question, question.left / np.linalg.norm(question.left))
-    return Proof(_refined(question, Z), np.zeros(len(Z)))
+    return CertificateProof(_refined(question, Z), np.zeros(len(Z)))
 
 
 def _polished(blocks: Array, Z: Array) -> Iterator[Array]:
@@ -325,7 +327,9 @@ def _solved(blocks: Array, L: Array) -> Array:
         residual = path[-1].residual
         return bool(residual @ residual <= SMALL**2)
 
-    last, solved = gauss_newton(conditions, L.reshape(-1), _Alternating(), met, never, STEPS)
+    last, solved = gauss_newton(
+        conditions, L.reshape(-1), _Alternating(), met, never_stop, STEPS
+    )
     found: Array = last.x if solved else last.next
     return found.reshape(L.shape)
 

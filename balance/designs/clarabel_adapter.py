@@ -14,7 +14,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TRIANGLES", "Answer", "Part", "minimise", "triangles"]
+__all__ = ["TRIANGLES", "ConicSolution", "ConstraintBlock", "solve_conic", "triangles"]
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 INFEASIBLE = 1e-10
 
 
-class Part(NamedTuple):
+class ConstraintBlock(NamedTuple):
     """A cone that some consecutive rows must lie in.
 
     Attributes:
@@ -41,7 +41,7 @@ class Part(NamedTuple):
         return self.size * (self.size + 1) // 2 if self.kind == "matrix" else self.size
 
 
-class Answer(NamedTuple):
+class ConicSolution(NamedTuple):
     """What the solver found.
 
     Attributes:
@@ -66,10 +66,15 @@ class _Columns(NamedTuple):
     has_canonical_format: bool = True
 
 
-def minimise(
-    q: Array, rows: Array, offset: Array, parts: Sequence[Part], H: Array | None = None,
-    *, careful: bool = True,
-) -> Answer:  # fmt: skip
+def solve_conic(
+    q: Array,
+    rows: Array,
+    offset: Array,
+    parts: Sequence[ConstraintBlock],
+    H: Array | None = None,
+    *,
+    careful: bool = True,
+) -> ConicSolution:
     """Solve one problem.
 
     Args:
@@ -100,7 +105,7 @@ def minimise(
         quadratic, q.tolist(), _columns(-rows), offset.tolist(), cones, settings
     ).solve()
     infeasible = "PrimalInfeasible" in str(found.status)
-    return Answer(infeasible, np.array(found.x), np.array(found.z))
+    return ConicSolution(infeasible, np.array(found.x), np.array(found.z))
 
 
 def triangles(matrices: Array) -> Array:

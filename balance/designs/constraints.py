@@ -16,22 +16,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.designs.mass_regions import Ball, ball_of
-from balance.designs.pseudo_inertia_cone import Cone, cone_of, given, matrices_of
+from balance.designs.pseudo_inertia_cone import Cone, cone_of, given_parameters, matrices_of
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.errors import BodyError, LinkageError
 from kinematics.linalg.vectors import project_out
 
-__all__ = ["SAME", "Program", "Restriction", "program", "restriction"]
+__all__ = ["MASS_EQUAL", "Program", "Constraints", "program", "constraints_of"]
 
 Array = NDArray[np.float64]
 
 # Singular values of the conditions that kept bodies impose, relative to the largest.
-SAME = 1e-10
+MASS_EQUAL = 1e-10
 # The smallest unit, in mean masses, in which a bound on a mass is counted.
 SMALLEST = 1e-6
 
 
-class Restriction(NamedTuple):
+class Constraints(NamedTuple):
     """What is asked of the bodies.
 
     Attributes:
@@ -56,9 +56,9 @@ class Restriction(NamedTuple):
         return bool(self.keep or self.bounds)
 
     @property
-    def anywhere(self) -> Restriction:
+    def anywhere(self) -> Constraints:
         """The same without balls."""
-        return Restriction(self.keep, self.bounds)
+        return Constraints(self.keep, self.bounds)
 
 
 class Program(NamedTuple):
@@ -98,10 +98,10 @@ class Program(NamedTuple):
     left: Array
 
 
-def restriction(
+def constraints_of(
     space: DesignSpace, keep: Sequence[str], bounds: Mapping[str, tuple[float, float]],
     within: float | None = None,
-) -> Restriction:  # fmt: skip
+) -> Constraints:  # fmt: skip
     """The restriction of that name.
 
     Args:
@@ -133,7 +133,7 @@ def restriction(
         if name in keep:
             raise BodyError(source, name, "is kept and bounded: give one of the two")
     at = {name: b for b, name in enumerate(names)}
-    asked = Restriction(
+    asked = Constraints(
         tuple(sorted({at[name] for name in keep})),
         {at[name]: (float(low), float(high)) for name, (low, high) in bounds.items()},
     )
@@ -144,7 +144,7 @@ def restriction(
     return asked._replace(within=float(within), balls=balls)
 
 
-def program(space: DesignSpace, asked: Restriction) -> Program:
+def program(space: DesignSpace, asked: Constraints) -> Program:
     """The question whether a space has a design that fulfils a restriction."""
     cone, count = cone_of(space), len(space.bodies)
     unit = float(sum(body.inertia[0] for body in space.linkage.bodies)) / count or 1.0
@@ -156,7 +156,7 @@ def program(space: DesignSpace, asked: Restriction) -> Program:
             cone, free, False, _inside(cone, free, balls), (), balls, _traces(cone), unit,
             cone, np.eye(n), np.empty((0, n)), (), np.empty(0),
         )  # fmt: skip
-    file = matrices_of(space, given(space))
+    file = matrices_of(space, given_parameters(space))
     told = tuple(b for b, (low, high) in asked.bounds.items() if low == high)
     fixed, values = _fixed(cone, file, asked, told)
     start, motions, left = _solutions(fixed, values / unit)
@@ -173,7 +173,7 @@ def program(space: DesignSpace, asked: Restriction) -> Program:
 
 
 def _bounding(
-    cone: Cone, free: tuple[int, ...], asked: Restriction, tau: Array
+    cone: Cone, free: tuple[int, ...], asked: Constraints, tau: Array
 ) -> tuple[list[Array], tuple[tuple[int, float], ...]]:
     """Rows (1, n) of the bounds that are not equations, and what they limit; tau is per kg.
 
@@ -190,9 +190,7 @@ def _bounding(
     return rows, tuple(limits)
 
 
-def _inside(
-    cone: Cone, free: tuple[int, ...], balls: tuple[tuple[int, Array], ...]
-) -> Array:
+def _inside(cone: Cone, free: tuple[int, ...], balls: tuple[tuple[int, Array], ...]) -> Array:
     """Rows ``tr(G_b P_b)`` (balls, n)."""
     if not balls:
         return np.empty((0, cone.blocks.shape[1]))
@@ -205,7 +203,7 @@ def _traces(cone: Cone) -> Array:
 
 
 def _fixed(
-    cone: Cone, file: Array, asked: Restriction, told: tuple[int, ...]
+    cone: Cone, file: Array, asked: Constraints, told: tuple[int, ...]
 ) -> tuple[Array, Array]:
     """Rows of the cone that have a value, and these values."""
     keep = list(asked.keep)
@@ -218,7 +216,7 @@ def _fixed(
 def _solutions(E: Array, e: Array) -> tuple[Array, Array, Array]:
     """Least solution of ``E y = e``, basis of the null space of E, and what is left of e."""
     U, values, V = np.linalg.svd(E)
-    rank = int(np.sum(values > SAME * values.max(initial=0.0)))
+    rank = int(np.sum(values > MASS_EQUAL * values.max(initial=0.0)))
     U = U[:, :rank]
     # Twice, since the first difference loses digits where little is left.
     left = project_out(project_out(e, U), U)

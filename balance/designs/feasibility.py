@@ -18,33 +18,39 @@ from numpy.typing import ArrayLike, NDArray
 from balance.certification.certified_space import CertifiedSpace
 from balance.designs.certificate import (
     CertificateCheck,
-    Proof,
+    CertificateProof,
     certificates,
-    clash,
-    judged,
+    conflicting_bodies,
+    judge_certificate,
 )
-from balance.designs.clarabel_adapter import Part, minimise
-from balance.designs.constraints import Program, Restriction, program
-from balance.designs.mass_regions import reach
-from balance.designs.pseudo_inertia_cone import counted, from_si, given, matrices_of, to_si
-from balance.designs.verdicts import TOO_NARROW, UNSETTLED, clashing
+from balance.designs.clarabel_adapter import ConstraintBlock, solve_conic
+from balance.designs.constraints import Constraints, Program, program
+from balance.designs.mass_regions import reach_of
+from balance.designs.pseudo_inertia_cone import (
+    from_si,
+    given_parameters,
+    matrices_of,
+    parameters_by_body,
+    to_si,
+)
+from balance.designs.verdicts import TOO_NARROW, UNSETTLED, describe_conflict
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.linalg.vectors import project_out
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import from_pseudo_inertia
-from kinematics.wording import checked, paragraph
+from kinematics.wording import check_summary, repr_lines
 
 __all__ = [
     "DesignCheck",
     "Feasibility",
     "Verdict",
-    "answer",
-    "assembled",
+    "decide_feasibility",
+    "assemble_design",
     "check_design",
     "feasible",
-    "height",
+    "plane_offset",
     "least_traces",
-    "off_plane",
+    "out_of_plane_asymmetry",
 ]
 
 Array = NDArray[np.float64]
@@ -81,7 +87,7 @@ class DesignCheck(NamedTuple):
 
     def __repr__(self) -> str:
         """One line: whether it is accepted, and its residuals to three digits."""
-        return checked(self)
+        return check_summary(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +118,7 @@ class Feasibility:
 
     def __repr__(self) -> str:
         """One line: the verdict."""
-        return paragraph(f"Feasibility: {self.words}")
+        return repr_lines(f"Feasibility: {self.words}")
 
 
 def feasible(space: DesignSpace) -> Feasibility:
@@ -126,10 +132,12 @@ def feasible(space: DesignSpace) -> Feasibility:
         certificate that `check_certificate` accepts, or ``"undecided"``: neither stood up to
         its check, or there is a design, but not all conditions of the space are known.
     """
-    return answer(space, Restriction())
+    return decide_feasibility(space, Constraints())
 
 
-def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Feasibility:
+def decide_feasibility(
+    space: DesignSpace, asked: Constraints, trusted: bool = False
+) -> Feasibility:
     """Whether a design space holds a distribution that fulfils a restriction.
 
     See `feasible`; the design has the largest margin among those of its total trace.
@@ -140,7 +148,7 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
         trusted: whether every distribution in the space is known to be balanced.
     """
     # A certificate for a weaker restriction is one for the restriction itself.
-    less = asked.anywhere, Restriction(asked.keep), Restriction()
+    less = asked.anywhere, Constraints(asked.keep), Constraints()
     dropped = asked.balls, asked.bounds, asked.keep
     weaker = [one for one, without in zip(less, dropped, strict=True) if without]
     for wanted in (asked, *weaker):
@@ -159,7 +167,7 @@ def answer(space: DesignSpace, asked: Restriction, trusted: bool = False) -> Fea
     )
 
 
-def _decide_by_transfers(space: DesignSpace, asked: Restriction) -> Feasibility:
+def _decide_by_transfers(space: DesignSpace, asked: Constraints) -> Feasibility:
     """The verdict where there is a design, but the space is in doubt.
 
     Proved inertia transfers are balanced whatever the true space is, so a design made of them
@@ -169,25 +177,29 @@ def _decide_by_transfers(space: DesignSpace, asked: Restriction) -> Feasibility:
     if not (isinstance(space, CertifiedSpace) and space.certainty.nullity == serial):
         return _undecided(UNSETTLED)
     decision = replace(space.decision, basis=space.decision.basis[:, :serial])
-    found = answer(replace(space, basis=space.serial, decision=decision), asked, True)
+    found = decide_feasibility(
+        replace(space, basis=space.serial, decision=decision), asked, True
+    )
     return found if found.verdict == "feasible" else _undecided(UNSETTLED)
 
 
 def _proof(
-    space: DesignSpace, asked: Restriction, question: Program, proof: Proof
+    space: DesignSpace, asked: Constraints, question: Program, proof: CertificateProof
 ) -> Feasibility | None:
     """The verdict by a proof; None if it proves nothing."""
-    check = judged(space, question.whole, proof, asked)
+    check = judge_certificate(space, question.whole, proof, asked)
     if not check.accepted:
         return None
     if not space.encloses:
         return _undecided(TOO_NARROW)
     # The least that is to be asked for the proof to hold.
-    less = (Restriction(), asked._replace(keep=(), bounds={}), asked.anywhere) if asked else ()
-    enough = (one for one in less if judged(space, question.whole, proof, one).accepted)
-    text = clashing(space, proof.matrices, next(enough, asked))
+    less = (Constraints(), asked._replace(keep=(), bounds={}), asked.anywhere) if asked else ()
+    enough = (
+        one for one in less if judge_certificate(space, question.whole, proof, one).accepted
+    )
+    text = describe_conflict(space, proof.matrices, next(enough, asked))
     return Feasibility(
-        "infeasible", None, None, tuple(frozen(proof.matrices)), frozen(proof.multipliers),
+        "infeasible", None, None, tuple(freeze(proof.matrices)), freeze(proof.multipliers),
         0.0, check, text,
     )  # fmt: skip
 
@@ -197,7 +209,7 @@ def _undecided(why: str) -> Feasibility:
 
 
 def check_design(
-    space: DesignSpace, z: ArrayLike, asked: Restriction | None = None
+    space: DesignSpace, z: ArrayLike, asked: Constraints | None = None
 ) -> DesignCheck:
     """Check a design in plain NumPy, without the solver.
 
@@ -208,15 +220,15 @@ def check_design(
             masses are rounded: the conditions need then hold to 1e-9 only, and these bodies
             need not be definite. Bounds and the radii of balls must hold to 1e-8 of them.
     """
-    asked = asked or Restriction()
+    asked = asked or Constraints()
     z = np.reshape(z, (len(space.bodies), 10))
     P = from_si(z, space.chain.frame)
     own = from_pseudo_inertia(P)
-    part, Q = own[:, counted(space)].reshape(-1), space.scaled_basis
+    part, Q = own[:, parameters_by_body(space)].reshape(-1), space.scaled_basis
     left = project_out(part, Q)
     conditions = float(np.linalg.norm(left) / (np.linalg.norm(part) or 1.0))
     if space.planar and space.balance == "dynamic":
-        conditions = max(conditions, off_plane(P[space.chain.links >= 0]))
+        conditions = max(conditions, out_of_plane_asymmetry(P[space.chain.links >= 0]))
     total = float(np.einsum("bii->", P))
     if not (np.isfinite(own).all() and total > 0.0):
         return DesignCheck(False, conditions, -np.inf)
@@ -226,14 +238,14 @@ def check_design(
     doubt = max(BALANCED, ROUND_OFF * float(origin @ origin))
     balanced = conditions <= max(doubt, ROUNDED if asked.keep else 0.0)
     flat = matrices_of(space, z)
-    furthest = max((reach(ball, flat[b]) for b, ball in asked.balls.items()), default=0.0)
+    furthest = max((reach_of(ball, flat[b]) for b, ball in asked.balls.items()), default=0.0)
     accepted = (
         balanced and eigenvalue > doubt and furthest <= 1.0 + WITHIN and _heeds(space, z, asked)
     )
     return DesignCheck(accepted, conditions, eigenvalue, furthest)
 
 
-def _heeds(space: DesignSpace, z: Array, asked: Restriction) -> bool:
+def _heeds(space: DesignSpace, z: Array, asked: Constraints) -> bool:
     """Whether a design keeps what it is to keep, and its masses within bounds."""
     within = all(
         low * (1.0 - WITHIN) <= z[b, 0] <= high * (1.0 + WITHIN)
@@ -244,34 +256,34 @@ def _heeds(space: DesignSpace, z: Array, asked: Restriction) -> bool:
     )
 
 
-def off_plane(P: Array) -> float:
+def out_of_plane_asymmetry(P: Array) -> float:
     """How far bodies are from one plane of symmetry, relative to their size.
 
     Args:
         P: pseudo-inertias (bodies, 4, 4) in the coordinates of a planar chain.
     """
     lift = np.eye(4)
-    lift[2, 3] = -height(P)
+    lift[2, 3] = -plane_offset(P)
     size = np.linalg.norm(P) or 1.0
     return float(np.linalg.norm((lift @ P @ lift.T)[:, 2, [0, 1, 3]]) / size)
 
 
-def height(P: Array) -> float:
+def plane_offset(P: Array) -> float:
     """Height of the common centre of mass of pseudo-inertias (bodies, 4, 4) above a plane."""
     return float(P[:, 2, 3].sum() / (P[:, 3, 3].sum() or 1.0))
 
 
-def _candidates(question: Program) -> Iterator[tuple[Array | None, Iterable[Proof]]]:
+def _candidates(question: Program) -> Iterator[tuple[Array | None, Iterable[CertificateProof]]]:
     """Coordinates of a design, or certificates: of one problem, and then of another."""
     if question.left @ question.left > ROUNDED**2:
-        yield None, [clash(question)]
+        yield None, [conflicting_bodies(question)]
     if question.traces.size == 0:
         cone = question.cone
         every = np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))
-        yield None, [Proof(every, np.zeros(len(every)))]
+        yield None, [CertificateProof(every, np.zeros(len(every)))]
         return
     q, rows, offset, parts = least_traces(question)
-    found = minimise(q, rows, offset, parts, careful=len(question.lines) > 0)
+    found = solve_conic(q, rows, offset, parts, careful=len(question.lines) > 0)
     if found.infeasible:
         yield None, certificates(question, found.dual)
     else:
@@ -279,24 +291,26 @@ def _candidates(question: Program) -> Iterator[tuple[Array | None, Iterable[Proo
     # The largest t with P_b ⪰ t, and τ ≥ t, when all traces add up to at most 1.
     wide = np.block([[rows, offset[:, None]], [-q, 0.0]])
     room = np.append(np.zeros(offset.size), 1.0)
-    found = minimise(np.append(0.0 * q, -1.0), wide, room, [*parts, Part("line", 1)])
+    found = solve_conic(
+        np.append(0.0 * q, -1.0), wide, room, [*parts, ConstraintBlock("line", 1)]
+    )
     yield found.x[:-1], certificates(question, found.dual[:-1])
 
 
-def least_traces(question: Program) -> tuple[Array, Array, Array, list[Part]]:
-    """The least sum of traces with ``P_b ⪰ 1`` and τ ≥ 1, as arguments of `minimise`."""
+def least_traces(question: Program) -> tuple[Array, Array, Array, list[ConstraintBlock]]:
+    """The least sum of traces with ``P_b ⪰ 1`` and τ ≥ 1, as arguments of `solve_conic`."""
     cone, lines = question.cone, question.lines
     count, rows = len(cone.blocks), cone.stacked(cone.blocks)
     unit, parts = np.tile(cone.rows(np.eye(cone.size)), count), [cone.part] * count
     if len(lines):
         rows = np.concatenate([rows, lines])
         unit = np.append(unit, question.sized * (np.arange(len(lines)) == 0))
-        parts.append(Part("line", len(lines)))
+        parts.append(ConstraintBlock("line", len(lines)))
     return question.traces, rows, -unit, parts
 
 
 def _design(
-    space: DesignSpace, asked: Restriction, question: Program, x: Array
+    space: DesignSpace, asked: Constraints, question: Program, x: Array
 ) -> Feasibility | None:
     """The verdict on coordinates, if they are those of a design."""
     if not np.isfinite(x).all():
@@ -309,17 +323,17 @@ def _design(
     # Per unit of mass; or so that bodies have the mean mass of the file.
     scale = float(question.unit / (x[-1] if question.sized else P[:, -1, -1].mean()))
     y = scale * (question.embed @ x)
-    z = assembled(space, asked, scale * P)
+    z = assemble_design(space, asked, scale * P)
     check = check_design(space, z, asked)
     if not check.accepted:
         return None
     text = f"feasible: balanced by bodies that can be built, with a margin of {margin:.1e}"
-    y = frozen(y[: space.nullity])
+    y = freeze(y[: space.nullity])
     return Feasibility("feasible", y, z, None, None, margin, check, text)
 
 
-def assembled(
-    space: DesignSpace, asked: Restriction, P: Array, along: Array | None = None
+def assemble_design(
+    space: DesignSpace, asked: Constraints, P: Array, along: Array | None = None
 ) -> Array:
     """Parameters (bodies, 10) of pseudo-inertias in the coordinates of the chain, SI units.
 
@@ -332,9 +346,9 @@ def assembled(
     """
     frame, keep = space.chain.frame, list(asked.keep)
     if not keep:
-        return frozen(to_si(P, frame, 0.0, along))
-    file = given(space)
+        return freeze(to_si(P, frame, 0.0, along))
+    file = given_parameters(space)
     moving = [b for b in keep if space.chain.links[b] >= 0]
-    z = to_si(P, frame, height(from_si(file[moving], frame)), along)
+    z = to_si(P, frame, plane_offset(from_si(file[moving], frame)), along)
     z[keep] = file[keep]
-    return frozen(z)
+    return freeze(z)

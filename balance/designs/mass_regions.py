@@ -25,12 +25,12 @@ from numpy.typing import NDArray
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.model.linkage import Body
 
-__all__ = ["WITHIN", "Ball", "ball_of", "middle", "reach"]
+__all__ = ["BALL_RADIUS", "Ball", "ball_of", "middle_of", "reach_of"]
 
 Array = NDArray[np.float64]
 
 # Radius of the ball of a link, in lengths of the link.
-WITHIN = 1.5
+BALL_RADIUS = 1.5
 # A link of less than this part of the characteristic length has no length of its own.
 NO_LENGTH = 1e-3
 # Distances that differ by this, in characteristic lengths, are equal.
@@ -78,10 +78,10 @@ def ball_of(space: DesignSpace, body: Body, within: float) -> Ball:
         places.append(body.inertia[1:4] / body.inertia[0])
     points = (np.array(places) - frame.origin) @ frame.R.T[:, :d] / frame.length
     length = float(np.linalg.norm(points - points[0], axis=1).max())
-    return Ball(middle(points), within * (length if length > NO_LENGTH else 1.0))
+    return Ball(middle_of(points), within * (length if length > NO_LENGTH else 1.0))
 
 
-def reach(ball: Ball, P: Array) -> float:
+def reach_of(ball: Ball, P: Array) -> float:
     """Root mean square distance of a body from the centre of a ball, over its radius.
 
     Args:
@@ -92,7 +92,7 @@ def reach(ball: Ball, P: Array) -> float:
     return float(np.sqrt(max(0.0, 1.0 - inside)))
 
 
-def middle(points: Array) -> Array:
+def middle_of(points: Array) -> Array:
     """Centre (d,) of the smallest ball that holds points (n, d).
 
     A ball through at most d + 1 of them is tried; the point that is furthest outside takes

@@ -27,14 +27,14 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.designs.clarabel_adapter import Part, minimise, triangles
+from balance.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.designs.constraints import Program
-from balance.designs.pseudo_inertia_cone import Cone, given, matrices_of
+from balance.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError
 
-__all__ = ["Objective", "Optimum", "optimum"]
+__all__ = ["Objective", "Optimum", "minimise_objective"]
 
 Array = NDArray[np.float64]
 Objective = Literal["mass", "inertia", "rotor", "change"]
@@ -79,10 +79,10 @@ class _Goal(NamedTuple):
     scale: float
     H: Array | None
     rows: Array
-    parts: tuple[Part, ...]
+    parts: tuple[ConstraintBlock, ...]
 
 
-def optimum(
+def minimise_objective(
     space: DesignSpace, question: Program, wanted: Objective, z: Array, margin: float
 ) -> Optimum | None:
     """The best design, None if the solver does not find it.
@@ -97,7 +97,7 @@ def optimum(
     Raises:
         BodyError: the change is to be small, but a free body of the file is singular.
     """
-    file, cone = matrices_of(space, given(space)) / question.unit, question.cone
+    file, cone = matrices_of(space, given_parameters(space)) / question.unit, question.cone
     # For force balance in space, second moments are not conditioned, but wanted.
     if wanted == "change" or (cone.lorentz and cone.size == 4):
         cone = cone.lifted()
@@ -132,7 +132,7 @@ def _solve(
     offset = np.zeros(len(rows))
     offset[: len(linear) - len(lines)] = -cone.rows(floor).reshape(-1)
     offset[len(linear) - len(lines)] = room
-    parts = [cone.part] * count + [Part("line", len(lines)), *goal.parts]
+    parts = [cone.part] * count + [ConstraintBlock("line", len(lines)), *goal.parts]
     # The unit of mass is 1 here, and a bound that bounds nothing is 0.
     known, free = np.zeros(n + 1), np.ones(n + 1, dtype=bool)
     if question.sized:
@@ -141,7 +141,7 @@ def _solve(
     H, q = None, goal.q[free]
     if goal.H is not None:
         H, q = goal.H[np.ix_(free, free)], q + (goal.H @ known)[free]
-    found = minimise(q, rows[:, free], offset + rows @ known, parts, H)
+    found = solve_conic(q, rows[:, free], offset + rows @ known, parts, H)
     if found.infeasible or not np.isfinite(found.x).all():
         return None
     known[free] = found.x
@@ -187,7 +187,7 @@ def _goal(
     return _Goal(q, constant, scale, None, none, ())
 
 
-def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, Part]:
+def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, ConstraintBlock]:
     """Bound minus the inertia of each body about the origin of its link frame, as rows.
 
     In a plane that is the moment about the normal, the largest of a flat body.
@@ -199,11 +199,11 @@ def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, Pa
     S = (shift[:, None] @ cone.blocks @ shift[:, None].swapaxes(-1, -2))[..., :d, :d]
     trace = np.trace(S, axis1=-2, axis2=-1)
     if cone.lorentz:
-        return np.column_stack([-trace, np.ones(len(free))]), Part("line", len(free))
+        return np.column_stack([-trace, np.ones(len(free))]), ConstraintBlock("line", len(free))
     inertia = triangles(trace[..., None, None] * np.eye(d) - S)
     unit = np.tile(triangles(np.eye(d)), len(free))
     rows = np.column_stack([-inertia.transpose(0, 2, 1).reshape(-1, n), unit])
-    return rows, Part("matrix", d)
+    return rows, ConstraintBlock("matrix", d)
 
 
 def _swept(space: DesignSpace) -> Array:

@@ -16,13 +16,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.designs.clarabel_adapter import TRIANGLES, Part
+from balance.designs.clarabel_adapter import TRIANGLES, ConstraintBlock
 from balance.inertial_parameters.conversions import pseudo_inertia
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.model.arrays import Frame
 from kinematics.spatial.inertia import from_pseudo_inertia
 
-__all__ = ["Cone", "cone_of", "counted", "from_si", "given", "matrices_of", "to_si"]
+__all__ = [
+    "Cone",
+    "cone_of",
+    "parameters_by_body",
+    "from_si",
+    "given_parameters",
+    "matrices_of",
+    "to_si",
+]
 
 Array = NDArray[np.float64]
 
@@ -64,9 +72,13 @@ class Cone(NamedTuple):
         return self.blocks.shape[-1]
 
     @property
-    def part(self) -> Part:
+    def part(self) -> ConstraintBlock:
         """The cone of one body for the solver."""
-        return Part("lorentz", self.size + 1) if self.lorentz else Part("matrix", self.size)
+        return (
+            ConstraintBlock("lorentz", self.size + 1)
+            if self.lorentz
+            else ConstraintBlock("matrix", self.size)
+        )
 
     @property
     def weights(self) -> Array:
@@ -202,7 +214,7 @@ def from_si(z: Array, frame: Frame) -> Array:
     return np.asarray(H @ pseudo_inertia(z) @ H.T)
 
 
-def given(space: DesignSpace) -> Array:
+def given_parameters(space: DesignSpace) -> Array:
     """Parameters of the bodies in the file (bodies, 10) about the inertial origin, SI units."""
     return np.array([body.inertia for body in space.linkage.bodies]).reshape(-1, 10)
 
@@ -216,8 +228,7 @@ def matrices_of(space: DesignSpace, z: Array) -> Array:
     return P[:, [[0], [1], [3]], [0, 1, 3]] if space.planar else P
 
 
-def counted(space: DesignSpace) -> list[int]:
+def parameters_by_body(space: DesignSpace) -> list[int]:
     """Which of the ten parameters, in the coordinates of the chain, the space counts."""
     own = [0, 1, 2, 6] if space.planar else list(range(10))
     return own[: len(space.labels)]
-

@@ -5,11 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.designs.constraints import Restriction
-from balance.designs.mass_regions import reach
+from balance.designs.constraints import Constraints
+from balance.designs.mass_regions import reach_of
 from balance.spaces.design_space_result import DesignSpace
 
-__all__ = ["TOO_NARROW", "UNSETTLED", "clashing", "furthest", "limits_of"]
+__all__ = [
+    "TOO_NARROW",
+    "UNSETTLED",
+    "describe_conflict",
+    "describe_furthest",
+    "describe_limits",
+]
 
 Array = NDArray[np.float64]
 
@@ -26,18 +32,18 @@ TOO_NARROW = (
 )
 
 
-def limits_of(asked: Restriction) -> str:
+def describe_limits(asked: Constraints) -> str:
     """The limits of a restriction in words that follow a verdict; none without limits."""
     return f" within {asked.within:g} link lengths" if asked.balls else ""
 
 
-def clashing(space: DesignSpace, Z: Array, asked: Restriction) -> str:
+def describe_conflict(space: DesignSpace, Z: Array, asked: Constraints) -> str:
     """What a certificate says: which bodies' positivity clash."""
     sizes = np.abs(Z).max(axis=(1, 2))
     felt = (sizes > FELT * sizes.max()).tolist()
     clash = [name for name, weighs in zip(space.bodies, felt, strict=True) if weighs]
     listed = " and ".join(filter(None, [", ".join(clash[:-1]), clash[-1]]))
-    verdict = f"infeasible{limits_of(asked)}"
+    verdict = f"infeasible{describe_limits(asked)}"
     if set(clash) <= {space.bodies[b] for b in asked.keep}:
         return (
             f"{verdict}: {listed}, as kept, cannot be balanced by any masses of the others; "
@@ -60,7 +66,7 @@ def clashing(space: DesignSpace, Z: Array, asked: Restriction) -> str:
     return f"{verdict}: in every balanced distribution {sums}, {positive}; {remedy}"
 
 
-def furthest(space: DesignSpace, P: Array, asked: Restriction) -> str:
+def describe_furthest(space: DesignSpace, P: Array, asked: Constraints) -> str:
     """Which body of a design is furthest beyond the ball in which it might be, and how far.
 
     Args:
@@ -68,10 +74,10 @@ def furthest(space: DesignSpace, P: Array, asked: Restriction) -> str:
         P: pseudo-inertias (bodies, k, k), in the coordinates of the chain.
         asked: the restriction, with balls.
     """
-    b = max(asked.balls, key=lambda b: reach(asked.balls[b], P[b]))
+    b = max(asked.balls, key=lambda b: reach_of(asked.balls[b], P[b]))
     ball, name, length = asked.balls[b], space.bodies[b], space.chain.frame.length
     away = float(np.linalg.norm(P[b][:-1, -1] / P[b][-1, -1] - ball.centre))
     if away > ball.radius:
         return f"centre of mass of {name} {away * length:.2g} m away"
-    spread = reach(ball, P[b]) * ball.radius * length
+    spread = reach_of(ball, P[b]) * ball.radius * length
     return f"mass of {name} {spread:.2g} m away (root mean square)"

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from kinematics.model.linkage import Draft
-from kinematics.urdf.edit_xml import Splice, Text, read_again
-from kinematics.urdf.validate_fields import needed
+from kinematics.model.linkage import UnassembledLinkage
+from kinematics.urdf.edit_xml import Splice, Text, read_source
+from kinematics.urdf.validate_fields import check_needed
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["with_inertials"]
+__all__ = ["replace_inertials"]
 
 
-def with_inertials(linkage: Draft, inertials: Mapping[str, str]) -> bytes:
+def replace_inertials(linkage: UnassembledLinkage, inertials: Mapping[str, str]) -> bytes:
     """The bytes of the linkage's URDF file with new inertial parameters of its bodies.
 
     Links that fixed joints join are one body. Its topmost link, after which it is named,
@@ -32,7 +32,7 @@ def with_inertials(linkage: Draft, inertials: Mapping[str, str]) -> bytes:
         FileError: the linkage was not read from a file, or the file cannot be read any
             more, or its links are not those of the linkage.
     """
-    data, found = read_again(linkage, "link", "in which masses could be replaced")
+    data, found = read_source(linkage, "link", "in which masses could be replaced")
     assert linkage.tree is not None
     links = {link.name: link for link in found.every("link")}
     top = _tops(linkage.tree)
@@ -48,7 +48,7 @@ def with_inertials(linkage: Draft, inertials: Mapping[str, str]) -> bytes:
 def _tops(robot: Element) -> dict[str, str]:
     """The topmost of the links that fixed joints join to each link, by its name."""
     parent = {
-        needed(joint, "child", "link"): needed(joint, "parent", "link")
+        check_needed(joint, "child", "link"): check_needed(joint, "parent", "link")
         for joint in robot.every("joint")
         if joint.attributes["type"] == "fixed"
     }

@@ -19,20 +19,20 @@ from kinematics.assembly.assemble import moving_chain
 from kinematics.errors import ExactError, InexactPlaneError
 from kinematics.linalg.rational import (
     Vector,
-    bracket,
     cross,
     dot,
     echelon,
-    null_space,
+    rational_bracket,
+    rational_null_space,
     root,
 )
 from kinematics.model.chain import loop_joints
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 from kinematics.urdf.rational_screws import Geometry
-from kinematics.wording import counted
+from kinematics.wording import count_noun
 
-__all__ = ["ExactChain", "exact_chain", "regular"]
+__all__ = ["ExactChain", "exact_chain", "loops_are_regular"]
 
 IntArray = NDArray[np.int64]
 
@@ -65,9 +65,14 @@ class ExactChain(NamedTuple):
 
     def __repr__(self) -> str:
         """One line: how many joints, loops and columns."""
-        joints, loops = counted(len(self.parent), "joint"), counted(len(self.ends), "loop")
+        joints, loops = (
+            count_noun(len(self.parent), "joint"),
+            count_noun(len(self.ends), "loop"),
+        )
         width = len(self.columns[0]) if self.columns else 0
-        return f"ExactChain: {joints}, {loops}, {counted(width, 'column')}, in rational numbers"
+        return (
+            f"ExactChain: {joints}, {loops}, {count_noun(width, 'column')}, in rational numbers"
+        )
 
     @property
     def width(self) -> int:
@@ -149,7 +154,7 @@ def _columns(
             c * _ratio(linkage, geometry, int(j), joints[0], f"motion '{text}'") if c else c
             for c, j in zip(row, independent, strict=True)
         ])  # fmt: skip
-    return null_space(rows, independent.size)
+    return rational_null_space(rows, independent.size)
 
 
 def _mimics(linkage: Linkage, geometry: Geometry) -> tuple[Vector, ...]:
@@ -206,7 +211,7 @@ def _normal(
     if turning:
         n = turning[0][:3]
     else:
-        free = null_space(slides, 3)
+        free = rational_null_space(slides, 3)
         sizes = [abs(float(dot(v, v))) ** 0.5 for v in free]
         along = [abs(float(x @ normal)) for x in np.array(free, dtype=np.float64)]
         n = tuple(free[int(np.argmax(np.array(along) / sizes))])
@@ -214,7 +219,7 @@ def _normal(
     return tuple(-x for x in n) if largest < 0 else n
 
 
-def regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
+def loops_are_regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
     """Whether loops close at all orders because their constraints are independent.
 
     The displacement around a loop stays in the group that its screws generate. Where the
@@ -244,7 +249,9 @@ def _dimension(screws: Sequence[Vector]) -> int:
     """Dimension of the Lie algebra that screws generate."""
     basis = echelon(screws)[0]
     while len(basis) < 6:
-        wider = echelon(basis + [list(bracket(a, b)) for a, b in combinations(basis, 2)])[0]
+        wider = echelon(
+            basis + [list(rational_bracket(a, b)) for a, b in combinations(basis, 2)]
+        )[0]
         if len(wider) == len(basis):
             break
         basis = wider

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
 from balance.exact.modular import PRIMES, Echelon
-from balance.exact.series import Momenta, Remainders, Twists, modulo
+from balance.exact.series import Momenta, Remainders, Twists, chain_modulo
 
-__all__ = ["Gathering", "joints_at_rest", "orders_closed", "rays_of"]
+__all__ = ["ExactConditions", "joints_at_rest", "orders_closed", "directions_of"]
 
 IntArray = NDArray[np.int64]
 
@@ -23,7 +23,7 @@ RAYS = 2**20
 FEW = 3
 
 
-def rays_of(width: int) -> Iterator[IntArray]:
+def directions_of(width: int) -> Iterator[IntArray]:
     """Pseudo-random directions in the columns of a chain, the same for every prime.
 
     Args:
@@ -37,7 +37,7 @@ def rays_of(width: int) -> Iterator[IntArray]:
         yield rng.integers(1, RAYS, width) if width > 1 else np.ones(1, dtype=np.int64)
 
 
-class Gathering:
+class ExactConditions:
     """Ranks of the conditions modulo a prime, order by order, along as many rays as it takes.
 
     The conditions are ``(d^k h_w / dt^k) / k!`` at ``t = 0`` of the momentum ``h_w = X_w z``
@@ -56,7 +56,7 @@ class Gathering:
         self._chain, self._size = chain, chain.links.size * chain.parameters.shape[1]
         self._echelon = Echelon(self._size, chain.prime)
         self._momenta: list[Momenta] = []
-        self._drawn = rays_of(chain.rates.shape[1])
+        self._drawn = directions_of(chain.rates.shape[1])
         self.prime = chain.prime
         self.rays: list[IntArray] = []
         self.ranks: list[int] = []
@@ -109,7 +109,7 @@ def orders_closed(chain: ExactChain, order: int) -> int:
 
 def _twists(chain: ExactChain) -> Iterator[Twists]:
     """Series along a few rays, modulo a prime that divides no denominator and no pivot."""
-    found = next(filter(None, (modulo(chain, p) for p in PRIMES)), None)
+    found = next(filter(None, (chain_modulo(chain, p) for p in PRIMES)), None)
     if found is not None:
-        for ray in islice(rays_of(chain.width), min(chain.width, FEW)):
+        for ray in islice(directions_of(chain.width), min(chain.width, FEW)):
             yield Twists(found, ray)

@@ -22,7 +22,7 @@ from balance.exact.modular import eliminate
 from balance.exact.ranks import Witness
 from balance.exact.serial import ExactTransfer
 
-__all__ = ["Proof", "independent"]
+__all__ = ["Proof", "independent_transfers"]
 
 FORMAT = "balance.proof/2"
 
@@ -87,7 +87,7 @@ def _plain(value: object) -> object:
     return str(value) if isinstance(value, Fraction) else value
 
 
-def independent(
+def independent_transfers(
     chain: ExactChain, transfers: Sequence[ExactTransfer], p: int
 ) -> tuple[ExactTransfer, ...]:
     """As many of the transfers as are independent modulo the prime p.

@@ -18,19 +18,19 @@ from itertools import islice
 from math import inf
 from typing import NamedTuple
 
-from balance.exact.chain import ExactChain, exact_chain, regular
-from balance.exact.conditions import Gathering
+from balance.exact.chain import ExactChain, exact_chain, loops_are_regular
+from balance.exact.conditions import ExactConditions
 from balance.exact.modular import PRIMES
-from balance.exact.series import first_order_mobility, modulo
+from balance.exact.series import chain_modulo, first_order_mobility
 from balance.options import Balance
 from kinematics.errors import ExactError, InexactClosureError
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.model.motion import Motion, restriction
+from kinematics.model.motion import Motion, motion_of
 from kinematics.urdf.rational_screws import exact_geometry
-from kinematics.wording import counted, paragraph
+from kinematics.wording import count_noun, repr_lines
 
 __all__ = [
-    "GIVEN_UP",
+    "PLATEAU_WITHOUT_BOUND",
     "Exact",
     "Pivot",
     "Witness",
@@ -41,7 +41,7 @@ __all__ = [
 # Fewest orders that must add nothing before the rank counts as final.
 PLATEAU = 3
 # And at least, where inertia transfers do not bound the rank from above.
-GIVEN_UP = 12
+PLATEAU_WITHOUT_BOUND = 12
 # Highest orders tried one after the other: for one degree of freedom, and for more.
 LADDER = (6, 14, 30, 62, 126)
 LADDER_OF_MANY = (5, 9, 17, 33)
@@ -82,7 +82,7 @@ class Witness(NamedTuple):
 
     def __repr__(self) -> str:
         """One line: `Proof.to_dict` has all of it."""
-        return f"Witness: {counted(len(self.pivots), 'pivot')} modulo {self.prime}"
+        return f"Witness: {count_noun(len(self.pivots), 'pivot')} modulo {self.prime}"
 
 
 class Exact(NamedTuple):
@@ -118,7 +118,7 @@ class Exact(NamedTuple):
         primes = "both primes agree" if self.agreed else "primes disagree"
         state = "settled" if self.settled else "not settled"
         head = f"Exact: rank {self.rank} of {self.parameters} parameters, {state}, {primes}"
-        return paragraph(head, f"by order {ranks}")
+        return repr_lines(head, f"by order {ranks}")
 
     @property
     def rank(self) -> int:
@@ -178,7 +178,7 @@ def ranks_of_linkage(
     """
     geometry = exact_geometry(linkage)
     chain = exact_chain(
-        linkage, geometry, restriction(linkage, motion), balance == "force", spatial
+        linkage, geometry, motion_of(linkage, motion), balance == "force", spatial
     )
     return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
 
@@ -206,7 +206,7 @@ def ranks_of(
         ExactError: the loops do not close exactly, or the inputs do not determine the other
             joints.
     """
-    runs, closes = _start(source, chain), regular(chain)
+    runs, closes = _start(source, chain), loops_are_regular(chain)
     ladder = LADDER if chain.width == 1 else LADDER_OF_MANY
     for order in range((ladder[-1] if max_order is None else max_order) + 1):
         best = _extend(source, chain, runs)
@@ -245,13 +245,13 @@ def _plateau(kmax: int, reached: bool, careful: bool) -> int | float:
     """
     if not careful:
         return PLATEAU if reached else inf
-    return max(GIVEN_UP, kmax + 1 if reached else 2 * kmax)
+    return max(PLATEAU_WITHOUT_BOUND, kmax + 1 if reached else 2 * kmax)
 
 
-def _start(source: str, chain: ExactChain) -> list[Gathering]:
+def _start(source: str, chain: ExactChain) -> list[ExactConditions]:
     """Conditions modulo the first two primes that will do."""
-    found = filter(None, (modulo(chain, prime) for prime in PRIMES))
-    runs = [Gathering(remainders) for remainders in islice(found, 2)]
+    found = filter(None, (chain_modulo(chain, prime) for prime in PRIMES))
+    runs = [ExactConditions(remainders) for remainders in islice(found, 2)]
     if len(runs) < 2:
         raise ExactError(
             f"{source}: its inputs do not determine the other joints, to first "
@@ -260,7 +260,7 @@ def _start(source: str, chain: ExactChain) -> list[Gathering]:
     return runs
 
 
-def _extend(source: str, chain: ExactChain, runs: Sequence[Gathering]) -> tuple[int, ...]:
+def _extend(source: str, chain: ExactChain, runs: Sequence[ExactConditions]) -> tuple[int, ...]:
     """Compute the next order modulo each prime; the ranks by order, the larger ones."""
     for run in runs:
         run.extend()
@@ -271,7 +271,7 @@ def _extend(source: str, chain: ExactChain, runs: Sequence[Gathering]) -> tuple[
     return ranks
 
 
-def _witness(chain: ExactChain, run: Gathering) -> Witness:
+def _witness(chain: ExactChain, run: ExactConditions) -> Witness:
     """The minor that a run found, its rows and columns by name instead of by position."""
     rows, size = len(chain.rows), len(chain.parameters)
     pivots = (

@@ -18,11 +18,17 @@ from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
 from balance.momentum.product_tensors import MOMENTUM, RATE
-from kinematics.linalg.rational import Vector, bracket, dot, echelon, null_space
+from kinematics.linalg.rational import (
+    Vector,
+    dot,
+    echelon,
+    rational_bracket,
+    rational_null_space,
+)
 from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import GROUND
 
-__all__ = ["ExactTransfer", "branches", "exact_transfers"]
+__all__ = ["ExactTransfer", "has_branching_links", "exact_transfers"]
 
 Rows = list[list[Fraction]]
 Whole = NDArray[np.object_]
@@ -101,7 +107,7 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
     return found
 
 
-def branches(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
+def has_branching_links(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
     """Whether three or more joints meet at a link without parameters.
 
     There are more transfers then than `exact_transfers` finds.
@@ -201,7 +207,7 @@ def _vanishing(found: Whole, z: Whole, values: Whole) -> tuple[Whole, Whole]:
         values: what is to vanish (count, values).
     """
     conditions = [[Fraction(x) for x in row] for row in values.T.tolist() if any(row)]
-    mixed = _whole(null_space(conditions, len(found))).reshape(-1, len(found))
+    mixed = _whole(rational_null_space(conditions, len(found))).reshape(-1, len(found))
     return mixed @ found, mixed @ z
 
 
@@ -209,7 +215,7 @@ def _beyond(s: Vector, twists: Rows) -> Rows:
     """Twists attainable beyond a joint: ``Σ ad(s)ᵏ V + ⟨s⟩``, in echelon form."""
     basis = echelon([list(s), *twists])[0]
     while len(basis) < 6:
-        wider = echelon(basis + [list(bracket(s, t)) for t in basis])[0]
+        wider = echelon(basis + [list(rational_bracket(s, t)) for t in basis])[0]
         if len(wider) == len(basis):
             break
         basis = wider

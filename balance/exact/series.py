@@ -31,7 +31,7 @@ from balance.exact.modular import PRIMES, Convolution, eliminate, inverse, produ
 from balance.momentum.product_tensors import BRACKET, MOMENTUM, RATE
 from kinematics.model.chain import loop_signs, paths
 
-__all__ = ["Momenta", "Remainders", "Twists", "first_order_mobility", "modulo"]
+__all__ = ["Momenta", "Remainders", "Twists", "first_order_mobility", "chain_modulo"]
 
 IntArray = NDArray[np.int64]
 
@@ -72,7 +72,7 @@ class Remainders(NamedTuple):
     parameters: IntArray
 
 
-def modulo(chain: ExactChain, p: int) -> Remainders | None:
+def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
     """A chain modulo p, or None if p divides a denominator or a pivot of the loops."""
     dependent = np.array(chain.dependent, dtype=np.int64)
     ways, welds = paths(chain.parent)[:-1], loop_signs(chain.parent, chain.ends)

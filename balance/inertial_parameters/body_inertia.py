@@ -10,15 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.conversions import (
     LABELS,
-    displaced,
     inertia_tensor,
     parameters,
     violations,
 )
 from kinematics.errors import BodyError
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.model.chain import plane_axes
-from kinematics.wording import vector
+from kinematics.spatial.inertia import displace_parameters
+from kinematics.wording import vector_text
 
 __all__ = ["BodyInertia", "body_inertias", "in_link_frames"]
 
@@ -89,7 +89,7 @@ class BodyInertia:
         """One line: mass, centre of mass and inertia in the link frame."""
         if self.mass == 0.0:
             return f"BodyInertia of {self.name}: no mass"
-        com = vector(self.link_com) if self.link_com is not None else "none"
+        com = vector_text(self.link_com) if self.link_com is not None else "none"
         return f"BodyInertia of {self.name}: {self.mass:.4g} kg at {com} m in its link frame"
 
 
@@ -114,7 +114,7 @@ def body_inertias(
             to be computed with.
     """
     y = _coordinates(y, basis.shape[1])
-    parts, size = frozen(basis @ y).reshape(len(names), len(labels)), float(np.linalg.norm(y))
+    parts, size = freeze(basis @ y).reshape(len(names), len(labels)), float(np.linalg.norm(y))
     return tuple(
         replace(_body(name, part, frame, axes, labels, size, length), source=source)
         for name, part, frame in zip(names, parts, frames, strict=True)
@@ -154,7 +154,7 @@ def in_link_frames(basis: Array, frames: Array, axes: Array, labels: Sequence[st
     """
     changes = np.array([_change(frame, axes, labels) for frame in frames])
     parts = basis.reshape(*changes.shape[:2], basis.shape[1])
-    return frozen((changes @ parts).reshape(basis.shape))
+    return freeze((changes @ parts).reshape(basis.shape))
 
 
 def _body(
@@ -168,8 +168,8 @@ def _body(
     if abs(z[0]) > NO_MASS * size:
         mass = float(z[0])
         c = moments / mass
-        com = frozen(c @ axes[:2] + (n @ origin) * n if planar else c)
-        link_com = frozen(R.T @ (com - origin))
+        com = freeze(c @ axes[:2] + (n @ origin) * n if planar else c)
+        link_com = freeze(R.T @ (com - origin))
     elif np.abs(moments).max() > NO_MASS * size * length:
         return BodyInertia(name, z, mass)
     at = np.zeros(3) if link_com is None else link_com
@@ -180,8 +180,8 @@ def _body(
         moment, m = float(z[3] - mass * (c @ c)), R.T @ n
         whole = 0.5 * moment * (np.eye(3) + np.outer(m, m))
     else:
-        inertia = frozen(inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
-        whole = local = frozen(R.T @ inertia @ R)
+        inertia = freeze(inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
+        whole = local = freeze(R.T @ inertia @ R)
     element = _element(mass, at, whole)
     about = NO_MOMENT * float(np.abs(z[3:] if planar else z[4:]).max())
     unreal = violations(
@@ -215,7 +215,7 @@ def _change(frame: Array, axes: Array, labels: Sequence[str]) -> Array:
     if "mcz" in labels:
         back = np.eye(4)
         back[:3, :3], back[:3, 3] = R.T, -R.T @ origin
-        return displaced(np.eye(len(LABELS)), back).T[:count, :count]
+        return displace_parameters(np.eye(len(LABELS)), back).T[:count, :count]
     turn = plane_axes(R.T @ axes[2])[:2] @ R.T @ axes[:2].T
     x, y = axes[:2] @ origin
     G = np.eye(4)

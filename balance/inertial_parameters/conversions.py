@@ -12,13 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.model.arrays import Frame
-from kinematics.spatial.inertia import displaced, inertia_tensor, parameters, pseudo_inertia
-from kinematics.wording import vector
+from kinematics.spatial.inertia import (
+    inertia_tensor,
+    parameters,
+    pseudo_inertia,
+)
+from kinematics.wording import vector_text
 
 __all__ = [
     "MassProperties",
     "basis_from_chain",
-    "displaced",
     "from_chain",
     "inertia_tensor",
     "mass_properties",
@@ -50,8 +53,10 @@ class MassProperties(NamedTuple):
 
     def __repr__(self) -> str:
         """One line: mass, centre of mass, moments of inertia about the axes."""
-        moments = vector(np.diagonal(self.inertia))
-        return f"MassProperties: {self.mass:.4g} kg at {vector(self.com)} m, {moments} kg m²"
+        moments = vector_text(np.diagonal(self.inertia))
+        return (
+            f"MassProperties: {self.mass:.4g} kg at {vector_text(self.com)} m, {moments} kg m²"
+        )
 
 
 def mass_properties(z: ArrayLike) -> MassProperties:

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import pseudo_inertia
-from kinematics.wording import vector
+from kinematics.wording import vector_text
 
 __all__ = [
     "NOUNS",
@@ -23,8 +23,8 @@ __all__ = [
     "UNITS",
     "Multipole",
     "Primitive",
-    "displacement",
-    "multipole",
+    "displacement_dipole",
+    "multipole_of",
     "point_mass",
     "rod",
 ]
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 NOUNS = {"mass": "point mass", "displacement": "displacement", "rod": "rod"}
 UNITS = {"mass": "kg", "displacement": "kg m", "rod": "kg m²"}
 # Six directions of which every symmetric tensor is a sum: along the axes and between them.
-RODS = frozen(
+RODS = freeze(
     [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0.5**0.5, 0.5**0.5], [0.5**0.5, 0, 0.5**0.5],
      [0.5**0.5, 0.5**0.5, 0]]
 )  # fmt: skip
@@ -61,7 +61,7 @@ def point_mass(point: ArrayLike) -> Array:
     return _stacked(np.ones(r.shape[:-1]), r, _dyad(r, r))
 
 
-def displacement(direction: ArrayLike, point: ArrayLike) -> Array:
+def displacement_dipole(direction: ArrayLike, point: ArrayLike) -> Array:
     """Parameters of a displacement of 1 kg m in direction a at r; shape (..., 10).
 
     ``(0, a, -[a][r] - [r][a])``: the derivative of `point_mass` at r along a.
@@ -105,8 +105,8 @@ class Primitive(NamedTuple):
 
     def __repr__(self) -> str:
         """One line: value, kind, body, place."""
-        where = "" if self.point is None else f" at {vector(self.point)} m"
-        along = "" if self.direction is None else f" along {vector(self.direction)}"
+        where = "" if self.point is None else f" at {vector_text(self.point)} m"
+        along = "" if self.direction is None else f" along {vector_text(self.direction)}"
         value = f"{self.value:+.4g} {UNITS[self.kind]}"
         return f"Primitive: {value} {NOUNS[self.kind]} on {self.body}{where}{along}"
 
@@ -116,7 +116,7 @@ class Primitive(NamedTuple):
             return self.value * point_mass(np.asarray(self.point))
         if self.point is None:
             return self.value * rod(self.direction)
-        return self.value * displacement(self.direction, self.point)
+        return self.value * displacement_dipole(self.direction, self.point)
 
     def to_dict(self) -> dict[str, object]:
         """Plain data, ready for JSON."""
@@ -173,7 +173,7 @@ class Multipole(NamedTuple):
         return (*found, *(Primitive("rod", body, x, None, b) for x, b in rods if x != 0.0))
 
 
-def multipole(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -> Multipole:
+def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -> Multipole:
     """Take parameters apart into a mass and displacements at a point, and rods.
 
     Args:
@@ -208,7 +208,7 @@ def _placed(mass: float, moved: Array, r: Array) -> Array:
     """Parameters of a mass at r and a displacement there."""
     if r.size == 2:
         return np.array([mass, *(mass * r + moved), r @ (mass * r + 2.0 * moved)])
-    return mass * point_mass(r) + displacement(moved, r)
+    return mass * point_mass(r) + displacement_dipole(moved, r)
 
 
 def _dyads(b: Array) -> Array:

@@ -8,12 +8,12 @@ from typing import NamedTuple
 from balance.interpretation.freedoms import (
     Freedom,
     parallel_freedoms,
-    summary,
+    summarise,
     transfer_freedoms,
 )
 from balance.spaces.design_space_result import DesignSpace
 from balance.transfers.by_joint import Transfer
-from kinematics.wording import counted, paragraph
+from kinematics.wording import count_noun, repr_lines
 
 __all__ = ["ExplainedTransfer", "Explanation", "explain"]
 
@@ -45,7 +45,7 @@ class ExplainedTransfer(NamedTuple):
     @property
     def words(self) -> str:
         """All of it in one line."""
-        return summary(self.freedoms) or "nothing"
+        return summarise(self.freedoms) or "nothing"
 
     def to_dict(self) -> dict[str, object]:
         """Plain data, ready for JSON."""
@@ -73,10 +73,10 @@ class Explanation(NamedTuple):
         lines = [f"{item.title}: {item.words}" for item in self.transfers]
         lines += [f"freed by the loops: {freedom.words}" for freedom in self.freedoms]
         head = (
-            f"Explanation: {counted(len(self.transfers), 'transfer')}, "
-            f"{counted(len(self.freedoms), 'freedom')}"
+            f"Explanation: {count_noun(len(self.transfers), 'transfer')}, "
+            f"{count_noun(len(self.freedoms), 'freedom')}"
         )
-        return paragraph(head, *lines)
+        return repr_lines(head, *lines)
 
     def to_dict(self) -> dict[str, object]:
         """The entries ``transfers`` and ``freedoms`` of the report."""

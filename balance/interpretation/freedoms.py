@@ -15,16 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.inertial_parameters.multipole import Primitive
-from balance.interpretation.joint_frame_terms import elements
-from balance.interpretation.sparse_basis import Search
-from balance.interpretation.terms import Term, in_words, simple, vectors, vocabulary
+from balance.interpretation.joint_frame_terms import joint_frame_terms
+from balance.interpretation.sparse_basis import SparseSearch
+from balance.interpretation.terms import (
+    Term,
+    candidate_terms,
+    describe_terms,
+    is_simple,
+    term_vectors,
+)
 from balance.spaces.design_space_result import DesignSpace
 from balance.transfers.by_joint import Transfer
 from kinematics.linalg.rational import echelon
-from kinematics.model.arrays import frozen
-from kinematics.wording import paragraph
+from kinematics.model.arrays import freeze
+from kinematics.wording import repr_lines
 
-__all__ = ["Freedom", "parallel_freedoms", "summary", "transfer_freedoms"]
+__all__ = ["Freedom", "parallel_freedoms", "summarise", "transfer_freedoms"]
 
 Array = NDArray[np.float64]
 
@@ -54,7 +60,7 @@ class Freedom(NamedTuple):
 
     def __repr__(self) -> str:
         """One line in words."""
-        return paragraph(f"Freedom: {self.words}")
+        return repr_lines(f"Freedom: {self.words}")
 
     def to_dict(self) -> dict[str, object]:
         """Words and primitives as plain data, ready for JSON."""
@@ -64,8 +70,8 @@ class Freedom(NamedTuple):
 def _combined(space: DesignSpace, terms: Sequence[Term], words: str) -> Freedom:
     """The freedom that terms with their values add up to."""
     primitives = tuple(p for term in terms for p in term.primitives)
-    vector = vectors(space, primitives, False).sum(axis=1)
-    return Freedom(primitives, words, frozen(vector))
+    vector = term_vectors(space, primitives, False).sum(axis=1)
+    return Freedom(primitives, words, freeze(vector))
 
 
 def transfer_freedoms(space: DesignSpace, transfer: Transfer) -> tuple[Freedom, ...]:
@@ -77,7 +83,7 @@ def transfer_freedoms(space: DesignSpace, transfer: Transfer) -> tuple[Freedom, 
     """
     if not transfer.dimension:
         return ()
-    found = [_reading(space, transfer, terms) for terms in elements(space, transfer)]
+    found = [_reading(space, transfer, terms) for terms in joint_frame_terms(space, transfer)]
     # Of equally short readings the last one, which names the axis.
     best = min(reversed(found), key=_length)
     return tuple(
@@ -120,7 +126,7 @@ def _largest_in_column(
     return None
 
 
-def summary(freedoms: Sequence[Freedom]) -> str:
+def summarise(freedoms: Sequence[Freedom]) -> str:
     """The words of freedoms in one line, the same ones counted."""
     counts = Counter(freedom.words for freedom in freedoms)
     return ", ".join(_counted(words, n) for words, n in counts.items())
@@ -144,13 +150,13 @@ def parallel_freedoms(space: DesignSpace) -> tuple[Freedom, ...]:
     count = space.basis.shape[1] - space.serial_nullity
     if count == 0:
         return ()
-    terms = vocabulary(space)
+    terms = candidate_terms(space)
     D = _columns(space, terms)
     scale = np.linalg.norm(D, axis=0)
     costs = np.array([term.cost for term in terms])
-    search = Search.of(space.scaled_basis, space.serial_nullity, D / scale, costs)
+    search = SparseSearch.of(space.scaled_basis, space.serial_nullity, D / scale, costs)
     return tuple(
-        _combined(space, some, in_words(some))
+        _combined(space, some, describe_terms(some))
         for x in search.independent()
         for some in [_with_values(terms, _relative(x / scale))]
     )
@@ -159,7 +165,7 @@ def parallel_freedoms(space: DesignSpace) -> tuple[Freedom, ...]:
 def _columns(space: DesignSpace, terms: Sequence[Term]) -> Array:
     """Parameters of terms in the units of the chain (parameters, terms)."""
     first = np.cumsum([0, *(len(term.primitives) for term in terms[:-1])])
-    D = vectors(space, [p for term in terms for p in term.primitives], True)
+    D = term_vectors(space, [p for term in terms for p in term.primitives], True)
     return np.add.reduceat(D, first, axis=1)
 
 
@@ -172,4 +178,4 @@ def _relative(values: Array) -> Array:
     """Values divided by the largest, the first of them positive; round-off is taken off."""
     values = values / np.abs(values).max()
     values *= np.sign(values[np.flatnonzero(values)[0]])
-    return np.array([simple(value, ROUNDING) for value in values])
+    return np.array([is_simple(value, ROUNDING) for value in values])

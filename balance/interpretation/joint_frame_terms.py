@@ -15,11 +15,11 @@ from balance.inertial_parameters.multipole import NOUNS, Primitive
 from balance.interpretation.terms import Term
 from balance.spaces.design_space_result import DesignSpace
 from balance.transfers.by_joint import Transfer
-from kinematics.linalg.vectors import distinct, project_out
+from kinematics.linalg.vectors import distinct_vectors, project_out
 from kinematics.model.chain import plane_axes
 from kinematics.model.linkage import Joint
 
-__all__ = ["elements"]
+__all__ = ["joint_frame_terms"]
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 SAME = 1e-9
 
 
-def elements(space: DesignSpace, transfer: Transfer) -> Iterator[list[Term]]:
+def joint_frame_terms(space: DesignSpace, transfer: Transfer) -> Iterator[list[Term]]:
     """Ways to take the parameters of one body apart, each as many terms as parameters.
 
     The body is the first of the transfer. There is a way for each direction that its joints
@@ -67,7 +67,7 @@ def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> 
     if space.planar:
         some = [project_out(a, space.axes[2]) for a in some]
     unit = [a / size for a in some if (size := np.linalg.norm(a)) > SAME * space.length]
-    first = distinct(
+    first = distinct_vectors(
         unit, lambda few, a: np.linalg.norm(np.cross(few, a), axis=1) <= SAME
     )
     found = [unit[k] for k in first]

@@ -12,7 +12,13 @@ from balance.spaces.design_space_result import DesignSpace
 from kinematics.linalg import vectors
 from kinematics.model.linkage import Joint
 
-__all__ = ["Direction", "Site", "directions", "distinct", "sites"]
+__all__ = [
+    "NamedDirection",
+    "NamedPoint",
+    "named_directions",
+    "distinct_directions",
+    "named_points",
+]
 
 Array = NDArray[np.float64]
 
@@ -22,7 +28,7 @@ SAME = 1e-9
 NORMAL = "the normal to "
 
 
-class Direction(NamedTuple):
+class NamedDirection(NamedTuple):
     """A direction with a name.
 
     Attributes:
@@ -45,7 +51,7 @@ class Direction(NamedTuple):
         return f"across {self.name[len(NORMAL) :]}" if self.normal else f"along {self.name}"
 
 
-class Site(NamedTuple):
+class NamedPoint(NamedTuple):
     """A joint as a body sees it.
 
     Attributes:
@@ -61,7 +67,7 @@ class Site(NamedTuple):
     label: str
 
 
-def sites(space: DesignSpace, body: int) -> list[Site]:
+def named_points(space: DesignSpace, body: int) -> list[NamedPoint]:
     """The moving joints at a body, one for every centre; those of loops come last."""
     chain, joints = space.chain, space.linkage.joints
     part = space.exchanged.part
@@ -71,20 +77,22 @@ def sites(space: DesignSpace, body: int) -> list[Site]:
         if part[chain.links[body]] in (part[j], part[chain.parent[j]])
     ]
     apart = SAME * space.length
-    first = vectors.distinct(
+    first = vectors.distinct_vectors(
         [joint.point for joint in here],
         lambda some, one: np.linalg.norm(some - one, axis=1) <= apart,
     )
     return [_site(here[k]) for k in first]
 
 
-def _site(joint: Joint) -> Site:
+def _site(joint: Joint) -> NamedPoint:
     """A joint by name, centre and axis; one of several degrees goes by its own name."""
     axis = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
-    return Site(joint.whole, joint.point, axis / np.linalg.norm(axis), joint.name)
+    return NamedPoint(joint.whole, joint.point, axis / np.linalg.norm(axis), joint.name)
 
 
-def directions(space: DesignSpace, place: int, places: Sequence[Site]) -> list[Direction]:
+def named_directions(
+    space: DesignSpace, place: int, places: Sequence[NamedPoint]
+) -> list[NamedDirection]:
     """Directions at one of the joints of a body: along its links and axes, and across them.
 
     Across is the vector product of the axis, or of the normal of the plane, with another.
@@ -95,44 +103,44 @@ def directions(space: DesignSpace, place: int, places: Sequence[Site]) -> list[D
         places: the joints of the body.
     """
     site = places[place]
-    axis = Direction(site.axis, f"the axis of {site.label}")
+    axis = NamedDirection(site.axis, f"the axis of {site.label}")
     links = _links(place, places)
     if space.planar:
         n = space.axes[2]
-        plain = distinct([*links, *([axis] if abs(site.axis @ n) < SAME else [])])
+        plain = distinct_directions([*links, *([axis] if abs(site.axis @ n) < SAME else [])])
         crossed, end = plain, ""
     else:
         n = site.axis
-        crossed = [*links, *(Direction(s.axis, f"the axis of {s.label}") for s in places)]
-        plain = distinct([*links, axis])
+        crossed = [*links, *(NamedDirection(s.axis, f"the axis of {s.label}") for s in places)]
+        plain = distinct_directions([*links, axis])
         parallel = all(np.linalg.norm(np.cross(s.axis, n)) < SAME for s in places)
         end = "" if parallel else f" and {axis.name}"
-    normals = [Direction(np.cross(n, d.along), f"{NORMAL}{d.name}{end}") for d in crossed]
-    return distinct([*plain, *normals])
+    normals = [NamedDirection(np.cross(n, d.along), f"{NORMAL}{d.name}{end}") for d in crossed]
+    return distinct_directions([*plain, *normals])
 
 
-def _links(place: int, places: Sequence[Site]) -> list[Direction]:
+def _links(place: int, places: Sequence[NamedPoint]) -> list[NamedDirection]:
     """From joint to joint, and to the middle of more than two."""
     site, found = places[place], []
     for k, other in enumerate(places):
         if k != place:
             first, second = (site, other) if place < k else (other, site)
             along = second.point - first.point
-            found.append(Direction(along, f"{first.name}-{second.name}"))
+            found.append(NamedDirection(along, f"{first.name}-{second.name}"))
     if len(places) > 2:
         middle = np.mean([other.point for other in places], axis=0)
-        found.append(Direction(middle - site.point, f"{site.name}-middle"))
-    return distinct(found)
+        found.append(NamedDirection(middle - site.point, f"{site.name}-middle"))
+    return distinct_directions(found)
 
 
-def distinct(directions: Sequence[Direction]) -> list[Direction]:
+def distinct_directions(directions: Sequence[NamedDirection]) -> list[NamedDirection]:
     """Directions as unit vectors, without zeros and without repetitions, up to sign."""
     unit = [
         direction._replace(along=direction.along / size)
         for direction in directions
         if (size := float(np.linalg.norm(direction.along))) > SAME
     ]
-    first = vectors.distinct([direction.along for direction in unit], _opposite_or_same)
+    first = vectors.distinct_vectors([direction.along for direction in unit], _opposite_or_same)
     return [unit[k] for k in first]
 
 

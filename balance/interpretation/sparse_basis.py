@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Search"]
+__all__ = ["SparseSearch"]
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ SAME = 1e-6
 WORK = 300_000
 
 
-class Search(NamedTuple):
+class SparseSearch(NamedTuple):
     """Sparse x that balance: ``conditions @ x = 0``, with a part ``shadow @ x`` that is new.
 
     Attributes:
@@ -44,7 +44,7 @@ class Search(NamedTuple):
     cost: Array
 
     @classmethod
-    def of(cls, basis: Array, serial: int, columns: Array, cost: Array) -> Search:
+    def of(cls, basis: Array, serial: int, columns: Array, cost: Array) -> SparseSearch:
         """The search in a design space.
 
         Args:

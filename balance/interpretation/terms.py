@@ -16,11 +16,17 @@ from numpy.typing import NDArray
 
 from balance.inertial_parameters.conversions import to_chain
 from balance.inertial_parameters.multipole import UNITS, Primitive
-from balance.interpretation.named_points import Direction, Site, directions, distinct, sites
+from balance.interpretation.named_points import (
+    NamedDirection,
+    NamedPoint,
+    distinct_directions,
+    named_directions,
+    named_points,
+)
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.model.arrays import Frame
 
-__all__ = ["Term", "in_words", "simple", "vectors", "vocabulary"]
+__all__ = ["Term", "describe_terms", "is_simple", "term_vectors", "candidate_terms"]
 
 Array = NDArray[np.float64]
 
@@ -57,7 +63,7 @@ class Term(NamedTuple):
         return self._replace(primitives=tuple(p._replace(body=body) for p in self.primitives))
 
 
-def vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bool) -> Array:
+def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bool) -> Array:
     """Parameters of primitives in the rows of ``basis``; (parameters, primitives).
 
     Args:
@@ -87,24 +93,24 @@ def _scaled(primitive: Primitive, frame: Frame) -> Primitive:
     )
 
 
-def vocabulary(space: DesignSpace) -> list[Term]:
+def candidate_terms(space: DesignSpace) -> list[Term]:
     """Every term on the bodies that move, body by body; they span all parameters."""
     found: list[Term] = []
     for b, name in enumerate(space.bodies):
         if space.chain.links[b] >= 0:
-            found += _of_body(space, name, sites(space, b))
+            found += _of_body(space, name, named_points(space, b))
     return found
 
 
-def _of_body(space: DesignSpace, body: str, places: Sequence[Site]) -> list[Term]:
+def _of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> list[Term]:
     """Masses and displacements at joints, and rods; enough for all parameters of the body."""
-    named = [directions(space, k, places) for k in range(len(places))]
+    named = [named_directions(space, k, places) for k in range(len(places))]
     found = _all(space, body, places, named)
     own = [p for term in found for p in term.primitives]
-    if np.linalg.matrix_rank(vectors(space, own, True), SAME) < len(space.labels):
-        axes = [Direction(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
+    if np.linalg.matrix_rank(term_vectors(space, own, True), SAME) < len(space.labels):
+        axes = [NamedDirection(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
         axes = axes[:2] if space.planar else axes
-        origin = Site("the origin", np.zeros(3), space.axes[0], "x")
+        origin = NamedPoint("the origin", np.zeros(3), space.axes[0], "x")
         known = {term.name for term in found}
         more = _all(space, body, places[:1] or [origin], [axes])
         found += [term for term in more if term.name not in known]
@@ -112,8 +118,11 @@ def _of_body(space: DesignSpace, body: str, places: Sequence[Site]) -> list[Term
 
 
 def _all(
-    space: DesignSpace, body: str, places: Sequence[Site], named: Sequence[Sequence[Direction]]
-) -> list[Term]:  # fmt: skip
+    space: DesignSpace,
+    body: str,
+    places: Sequence[NamedPoint],
+    named: Sequence[Sequence[NamedDirection]],
+) -> list[Term]:
     """All terms at these places and in these directions, of which each place has its own."""
     found = [
         Term(f"point mass at {site.name}", (Primitive("mass", body, 1.0, site.point),))
@@ -121,7 +130,7 @@ def _all(
     ]
     if space.balance == "force":
         # The place of a displacement does not matter to the linear momentum.
-        some = distinct([d for group in named for d in group])
+        some = distinct_directions([d for group in named for d in group])
         return found + _displacements(body, places[0].point, "displacement", some)
     for site, group in zip(places, named, strict=True):
         found += _displacements(body, site.point, f"displacement at {site.name}", group)
@@ -129,7 +138,7 @@ def _all(
 
 
 def _displacements(
-    body: str, point: Array, name: str, some: Sequence[Direction]
+    body: str, point: Array, name: str, some: Sequence[NamedDirection]
 ) -> list[Term]:  # fmt: skip
     """Displacements from a point in some directions."""
     return [
@@ -141,12 +150,14 @@ def _displacements(
     ]  # fmt: skip
 
 
-def _rods(body: str, named: Sequence[Sequence[Direction]], planar: bool) -> list[Term]:
+def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) -> list[Term]:
     """Rods in all directions, and ± pairs between those at a joint that are perpendicular.
 
     In a plane all rods are the same.
     """
-    some = sorted(distinct([d for group in named for d in group]), key=lambda d: d.normal)
+    some = sorted(
+        distinct_directions([d for group in named for d in group]), key=lambda d: d.normal
+    )
     if planar:
         return [Term("rod", (Primitive("rod", body, 1.0, None, d.along),)) for d in some[:1]]
     found = [
@@ -166,7 +177,7 @@ def _rods(body: str, named: Sequence[Sequence[Direction]], planar: bool) -> list
     return found
 
 
-def _pair(body: str, one: Direction, other: Direction) -> Term:
+def _pair(body: str, one: NamedDirection, other: NamedDirection) -> Term:
     """Rods halfway between perpendicular directions a and b: + along a + b, - along a - b."""
     sides = ((1.0, one.along + other.along), (-1.0, one.along - other.along))
     rods = (Primitive("rod", body, sign, None, v / 2.0**0.5) for sign, v in sides)
@@ -174,7 +185,7 @@ def _pair(body: str, one: Direction, other: Direction) -> Term:
     return Term(f"± pair of rods between {one.name} and {second}", tuple(rods), OBLIQUE)
 
 
-def in_words(terms: Sequence[Term]) -> str:
+def describe_terms(terms: Sequence[Term]) -> str:
     """Terms with their values, those of one name together.
 
     Values carry their units where kinds are mixed; otherwise only ratios matter.
@@ -189,7 +200,7 @@ def in_words(terms: Sequence[Term]) -> str:
     return "; ".join(f"{name} {', '.join(values)}" for name, values in groups.items())
 
 
-def simple(value: float, tolerance: float) -> float:
+def is_simple(value: float, tolerance: float) -> float:
     """The fraction with a denominator up to 12 that is this near a number, or the number."""
     fraction = float(Fraction(value).limit_denominator(12))
     return fraction if abs(fraction - value) <= tolerance else value

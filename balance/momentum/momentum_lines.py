@@ -22,14 +22,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum.regressor import momentum_regressor
 from kinematics.closure.joint_positions import joint_positions, si_chain
-from kinematics.closure.newton import forward
+from kinematics.closure.newton import forward_kinematics
 from kinematics.errors import PackageError
 from kinematics.linalg.vectors import project_out
 from kinematics.model.linkage import GROUND, Linkage
-from kinematics.model.motion import Motion, restriction
+from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.spatial.screws import wrench_axis
-from kinematics.wording import vector
+from kinematics.wording import vector_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,7 +74,7 @@ class ScrewLine(NamedTuple):
         """One line: the line, and the pitch."""
         if not self.direction.any():
             return f"ScrewLine of {self.body}: at rest"
-        where = f"through {vector(self.point)} m along {vector(self.direction)}"
+        where = f"through {vector_text(self.point)} m along {vector_text(self.direction)}"
         return f"ScrewLine of {self.body}: {where}, pitch {self.pitch:.4g} m"
 
 
@@ -91,7 +91,7 @@ class Meeting(NamedTuple):
 
     def __repr__(self) -> str:
         """One line: the point, and how far lines miss it."""
-        return f"Meeting at {vector(self.point)} m, missed by {self.miss:.2g} m"
+        return f"Meeting at {vector_text(self.point)} m, missed by {self.miss:.2g} m"
 
 
 def momentum_wrenches(
@@ -116,7 +116,7 @@ def momentum_wrenches(
         MotionError: a relation of the motion is wrong.
     """
     linkage = as_linkage(linkage)
-    moving = restriction(linkage, motion) or Motion.free(linkage.inputs)
+    moving = motion_of(linkage, motion) or Motion.free(linkage.inputs)
     X = momentum_regressor(linkage, q, spatial=True)
     z = np.array([body.inertia for body in linkage.bodies]).reshape(-1, 10)
     by_input = np.einsum("urbp,bp->ubr", X.reshape(*X.shape[:2], *z.shape), z)
@@ -240,7 +240,7 @@ def screw_figure(
 
 def _pivots(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array:
     """Points of all joints at a pose, carried by their parents; shape (joints, 3)."""
-    H = forward(si_chain(linkage, True), joint_positions(linkage, q)).H
+    H = forward_kinematics(si_chain(linkage, True), joint_positions(linkage, q)).H
     return np.array(
         [
             joint.point

@@ -19,12 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 from balance.momentum.regressor import RegressorSeries
 from kinematics.closure.joint_positions import si_chain
 from kinematics.closure.series import expand
-from kinematics.model.arrays import IntArray, frozen
-from kinematics.model.motion import Motion, restriction
+from kinematics.model.arrays import IntArray, freeze
+from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.taylor.monomials import monomials, powers
+from kinematics.taylor.monomials import monomial_powers, monomial_table
 from kinematics.taylor.taylor_motion import scaled_chain
-from kinematics.wording import counted, listed
+from kinematics.wording import count_noun, first_names
 
 __all__ = ["MomentumTaylor", "momentum_taylor"]
 
@@ -57,8 +57,8 @@ class MomentumTaylor:
         rows, parameters = self.coefficients.shape[2:]
         order = int(self.exponents.sum(axis=1).max(initial=0))
         return (
-            f"MomentumTaylor: order {order} in {listed(self.motion.inputs)}, "
-            f"{rows} rows of {counted(parameters, 'parameter')}"
+            f"MomentumTaylor: order {order} in {first_names(self.motion.inputs)}, "
+            f"{rows} rows of {count_noun(parameters, 'parameter')}"
         )
 
     @property
@@ -69,7 +69,7 @@ class MomentumTaylor:
 
     def evaluate(self, u: ArrayLike) -> Array:
         """The regressor at points u (..., w); shape (..., w, rows, parameters)."""
-        points = powers(self.exponents, np.asarray(u, dtype=np.float64))
+        points = monomial_powers(self.exponents, np.asarray(u, dtype=np.float64))
         return np.tensordot(points, self.coefficients, axes=1)
 
     def momentum(self, z: ArrayLike) -> Array:
@@ -102,10 +102,10 @@ def momentum_taylor(
         LinkageError: there are too many coefficients.
     """
     linkage = as_linkage(linkage)
-    motion = restriction(linkage, motion) or Motion.free(linkage.inputs)
+    motion = motion_of(linkage, motion) or Motion.free(linkage.inputs)
     chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)
     chain, scales = scaled_chain(chain, linkage, motion)
-    table = monomials(chain.width, order)
+    table = monomial_table(chain.width, order)
     count = np.diff(table.starts)
     rays = np.random.default_rng(SEED).standard_normal((RAYS * int(count[-1]), chain.width))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
@@ -114,9 +114,9 @@ def momentum_taylor(
         _fitted(table.exponents[a:b], rays, values)
         for a, b, values in zip(table.starts[:-1], table.starts[1:], X, strict=True)
     ]
-    units = powers(table.exponents, 1.0 / scales)
+    units = monomial_powers(table.exponents, 1.0 / scales)
     found = np.concatenate(parts) * units[:, None, None, None] / scales[:, None, None]
-    return MomentumTaylor(motion, table.exponents, frozen(found))
+    return MomentumTaylor(motion, table.exponents, freeze(found))
 
 
 def _fitted(exponents: IntArray, rays: Array, values: Array) -> Array:
@@ -137,6 +137,6 @@ def _fitted(exponents: IntArray, rays: Array, values: Array) -> Array:
     products = [np.prod([factorial(a) for a in row]) for row in exponents.tolist()]
     weights = np.sqrt(factorial(degree) / np.array(products))
     flat = values.reshape(len(rays), -1)
-    fit = np.linalg.lstsq(powers(exponents, rays) * weights, flat, rcond=None)[0]
+    fit = np.linalg.lstsq(monomial_powers(exponents, rays) * weights, flat, rcond=None)[0]
     found: Array = (weights[:, None] * fit).reshape(len(exponents), *values.shape[1:])
     return found

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from kinematics.spatial.inertia import from_pseudo_inertia, pseudo_inertia
 from kinematics.spatial.screws import ad, hat
 
-__all__ = ["BRACKET", "MOMENTUM", "RATE", "Tensors", "tensors"]
+__all__ = ["BRACKET", "MOMENTUM", "RATE", "Tensors", "product_tensors"]
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ class Tensors(NamedTuple):
     momentum: Array
 
 
-def tensors(planar: bool, force: bool) -> Tensors:
+def product_tensors(planar: bool, force: bool) -> Tensors:
     """The tensors in space, or for twists ``[ω; v_x; v_y]`` and ``[m, mcx, mcy, Ezz]``.
 
     Args:

@@ -29,18 +29,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum.regressor_kernels import planar_regressor, spatial_regressor
 from kinematics.closure.joint_positions import joint_positions, si_chain
-from kinematics.closure.newton import Pose, expand_at, forward
+from kinematics.closure.newton import Pose, expand_at, forward_kinematics
 from kinematics.closure.series import Series
 from kinematics.model.arrays import Chain
 from kinematics.model_gallery import LinkageLike, as_linkage
 
 __all__ = [
     "RegressorSeries",
-    "moments_room",
+    "moments_workspace",
     "momentum_regressor",
     "parameters_per_body",
-    "regressor",
-    "room",
+    "body_regressors",
+    "regressor_workspace",
     "rows_at",
     "rows_per_column",
 ]
@@ -51,13 +51,13 @@ IntArray = NDArray[np.int64]
 NO_POSE = np.empty((0, 4, 4))
 
 
-def regressor(
+def body_regressors(
     first: int, last: int, start: Array, links: IntArray, moves: NDArray[np.bool_], V: Array,
     T: Array, room: tuple[Array, Array], X: Array,
 ) -> None:  # fmt: skip
     """Add the rows of orders first … last to X (orders, rays, width, rows, parameters).
 
-    ``room`` keeps what the next orders need; see `room`.
+    ``room`` keeps what the next orders need; see `regressor_workspace`.
     """
     orders, rays, width, rows, parameters = X.shape
     x = X.reshape(orders, rays, width, rows, links.size, parameters // max(links.size, 1))
@@ -65,7 +65,9 @@ def regressor(
     add(first, last, start, links, moves, V, T, *room, x)
 
 
-def room(V: Array, links: IntArray, moves: NDArray[np.bool_]) -> tuple[Array, Array]:
+def regressor_workspace(
+    V: Array, links: IntArray, moves: NDArray[np.bool_]
+) -> tuple[Array, Array]:
     """Room for the displacements of the bodies, and their rates, of all orders of V."""
     rays, orders = V.shape[:2]
     displacement, rate = ((4,), (4,)) if V.shape[3] == 3 else ((4, 3), (5, 3))
@@ -75,14 +77,18 @@ def room(V: Array, links: IntArray, moves: NDArray[np.bool_]) -> tuple[Array, Ar
     )
 
 
-def moments_room(
+def moments_workspace(
     V: Array, links: IntArray, moves: NDArray[np.bool_], per: int, size: int
 ) -> tuple[Array, Array, Array, Array]:
-    """As `room`, then the regressor, by bodies and as rows of each order; both zero."""
+    """Workspace as `regressor_workspace`, and zeros for the regressor, by bodies and as rows."""
     rays, orders = V.shape[:2]
     width, bodies = moves.shape[1], links.size
     X = np.zeros((orders, rays, width, per, bodies, size))
-    return *room(V, links, moves), X, X.reshape(orders, rays * width * per, bodies * size)
+    return (
+        *regressor_workspace(V, links, moves),
+        X,
+        X.reshape(orders, rays * width * per, bodies * size),
+    )
 
 
 def parameters_per_body(planar: bool, force: bool) -> int:
@@ -126,10 +132,10 @@ class RegressorSeries:
         purpose = "momentum", rays, orders
         # Displacements of lower orders stay in the workspace until the last order is done.
         workspace = self._workspace or chain.borrow(
-            purpose, lambda: room(V, chain.links, chain.moves)
+            purpose, lambda: regressor_workspace(V, chain.links, chain.moves)
         )
         X = np.zeros((last + 1 - first, rays, *self._shape))
-        regressor(first, last, self._start, chain.links, chain.moves, V, T, workspace, X)
+        body_regressors(first, last, self._start, chain.links, chain.moves, V, T, workspace, X)
         self._workspace = workspace if last + 1 < orders else None
         if self._workspace is None:
             chain.give_back(purpose, workspace)
@@ -164,6 +170,6 @@ def momentum_regressor(
     """
     linkage = as_linkage(linkage)
     chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)
-    pose = forward(chain, joint_positions(linkage, q)[chain.joints])
+    pose = forward_kinematics(chain, joint_positions(linkage, q)[chain.joints])
     X = rows_at(chain, pose)
     return X.reshape(chain.width, -1, X.shape[1])

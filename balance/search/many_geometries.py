@@ -18,29 +18,30 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.conditions.order_kernels import generic
-from balance.inertial_parameters.conversions import displaced, from_chain, to_chain
+from balance.conditions.order_kernels import generic_directions
+from balance.inertial_parameters.conversions import from_chain, to_chain
 from balance.momentum.regressor import parameters_per_body, rows_per_column
 from balance.options import Balance
 from balance.search.many_geometries_kernels import (
-    misfit,
-    place,
+    closure_residual,
+    place_geometry,
     planar_sweep,
     points_on,
     spatial_sweep,
-    sweep_room,
+    sweep_workspace,
 )
 from balance.spaces.compute import design_space
 from balance.spaces.design_space_result import DesignSpace
-from balance.transfers.rigid_parts import parts
-from balance.transfers.serial_space import transfers
+from balance.transfers.rigid_parts import number_rigid_parts
+from balance.transfers.serial_space import serial_transfers
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
-from kinematics.linalg.pivoted_qr import FLOOR, round_off
-from kinematics.model.arrays import Frame, frozen
+from kinematics.linalg.pivoted_qr import RANK_RELATIVE, round_off
+from kinematics.model.arrays import Frame, freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import counted, listed, paragraph
+from kinematics.spatial.inertia import displace_parameters
+from kinematics.wording import count_noun, first_names, repr_lines
 
 __all__ = ["ManySpaces", "design_space_many"]
 
@@ -93,10 +94,11 @@ class ManySpaces:
         algebra = "planar" if self.planar else "spatial"
         balance = "force" if self.force else "dynamic"
         ranks = sorted(set(self.rank[self.rank >= 0].tolist()))
-        return paragraph(
-            f"ManySpaces: {counted(self.rank.size, 'geometry')}, {algebra}, {balance} balance; "
+        return repr_lines(
+            f"ManySpaces: {count_noun(self.rank.size, 'geometry')}, {algebra}, "
+            f"{balance} balance; "
             f"{len(self.refused)} refused, {len(self.unsure)} unsure",
-            f"ranks {listed([str(rank) for rank in ranks])}",
+            f"ranks {first_names([str(rank) for rank in ranks])}",
         )
 
     def basis(self, number: int) -> Array:
@@ -158,7 +160,7 @@ def design_space_many(
 
 def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
     """The joint screws as an array; LinkageError if one is not of the kind of its joint."""
-    screws = frozen(geometries)
+    screws = freeze(geometries)
     count = len(linkage.joints)
     if screws.ndim != 3 or screws.shape[1:] != (count, 6):
         raise ValueError(f"geometries must have the shape (count, {count}, 6)")
@@ -166,7 +168,7 @@ def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
         np.array([joint.kind == kind for joint in linkage.joints])
         for kind in ("prismatic", "helical")
     )
-    wrong = int(misfit(screws, sliding, helical))
+    wrong = int(closure_residual(screws, sliding, helical))
     if wrong >= 0:
         number, j = divmod(wrong, count)
         joint = linkage.joints[j]
@@ -196,11 +198,11 @@ class _Work:
         self.near = np.array([joint.point for joint in linkage.joints])
         massive = [body.inertia for body in linkage.bodies if body.inertia[0] > 0.0]
         self.centres = np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
-        known = transfers(chain, force)
+        known = serial_transfers(chain, force)
         self.rigid = known.rows[known.owner < 0]
         # As many rays as a linkage without transfers needs, and then more.
         self.fewest = min(comb(chain.width + 1, 2), 1 - (-unknowns // (chain.width * self.per)))
-        self.rays = generic(0, 8 * self.fewest, chain.width)
+        self.rays = generic_directions(0, 8 * self.fewest, chain.width)
 
     def sweep(self, start: int) -> None:
         """The geometries of a chunk that need no second look."""
@@ -210,20 +212,20 @@ class _Work:
         mimics = np.empty((count, *chain.mimics.shape))
         relations = chain.mimics / chain.units
         pivots = np.argmax(relations != 0.0, axis=1)
-        place(
+        place_geometry(
             self.screws[part], self.near, self.centres, chain.frame.R, pivots, relations,
             screws, mimics, self.origins[part], self.lengths[part],
         )  # fmt: skip
         screws.flags.writeable = mimics.flags.writeable = False
         floors = [
-            round_off(origin, length) if length > 0.0 else FLOOR
+            round_off(origin, length) if length > 0.0 else RANK_RELATIVE
             for origin, length in zip(self.origins[part], self.lengths[part], strict=True)
         ]
         shape = len(self.rays), len(self.rigid), self.per, self.size
         sweep = planar_sweep if chain.planar else spatial_sweep
-        rooms = chain.borrow(shape, lambda: sweep_room(chain, *shape))
+        rooms = chain.borrow(shape, lambda: sweep_workspace(chain, *shape))
         sweep(
-            (chain.walked, chain.once(parts), chain.links, self.rigid, self.rays),
+            (chain.walked, chain.once(number_rigid_parts), chain.links, self.rigid, self.rays),
             (screws, mimics, np.array(floors), self.lengths[part]),
             (self.fewest, self.per, self.size),
             (self.answers[part], self.kept[part], self.bases[part]),
@@ -243,7 +245,7 @@ class _Work:
         points, linkage = np.empty_like(self.near), self.linkage
         points_on(self.screws[number], self.near, points)
         joints = tuple(
-            replace(joint, screw=frozen(screw), point=frozen(point))
+            replace(joint, screw=freeze(screw), point=freeze(point))
             for joint, screw, point in zip(
                 linkage.joints, self.screws[number], points, strict=True
             )
@@ -268,11 +270,11 @@ class _Work:
 
     def result(self, refused: dict[int, str], unsure: dict[int, str]) -> ManySpaces:
         """The answers, read-only."""
-        rank, nullity, serial, kmax = (frozen(a, np.int64) for a in self.answers.T)
+        rank, nullity, serial, kmax = (freeze(a, np.int64) for a in self.answers.T)
         return ManySpaces(
-            rank, nullity, serial, kmax, frozen(self.kept), MappingProxyType(refused),
-            MappingProxyType(unsure), frozen(self.bases), frozen(self.origins),
-            frozen(self.lengths), self.chain.frame.R, self.chain.planar, self.force,
+            rank, nullity, serial, kmax, freeze(self.kept), MappingProxyType(refused),
+            MappingProxyType(unsure), freeze(self.bases), freeze(self.origins),
+            freeze(self.lengths), self.chain.frame.R, self.chain.planar, self.force,
         )  # fmt: skip
 
 
@@ -290,7 +292,7 @@ def _move_back(space: DesignSpace, linkage: Linkage) -> Array:
     # maps the others to them.
     lift = np.linalg.pinv(to_chain(np.eye(10), Frame(space.axes), space.planar, force))
     z = space.basis.T.reshape(space.nullity, -1, len(lift)) @ lift
-    here = displaced(z, np.linalg.inv(away))
+    here = displace_parameters(z, np.linalg.inv(away))
     scaled = to_chain(here.reshape(-1, 10), space.chain.frame, space.planar, force)
     Q, _ = np.linalg.qr(scaled.reshape(space.nullity, -1).T)
     return np.asarray(Q.T)

@@ -1,6 +1,6 @@
 """The compiled loop of `balance.search.many_geometries`: one geometry after the other.
 
-Every array is room that belongs to one thread; see `sweep_room`.
+Every array is room that belongs to one thread; see `sweep_workspace`.
 """
 
 from __future__ import annotations
@@ -10,18 +10,30 @@ import numpy as np
 from balance.conditions.order_kernels import (
     FIRST,
     NEAR,
-    planar_stage,
-    spatial_stage,
-    stage_room,
+    planar_conditions_up_to_order,
+    spatial_conditions_up_to_order,
+    stage_workspace,
 )
-from balance.transfers.serial_space import CLEAR, SURE, search_room, walk
+from balance.transfers.serial_space import (
+    DROPPED_CLEARLY,
+    KEPT_CLEARLY,
+    search_transfers,
+    search_workspace,
+)
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.null_space import put_solutions
-from kinematics.linalg.pivoted_qr import MARGIN, anew, room_for, smallest_pivot
-from kinematics.linalg.skyline_qr import COUNT, ROWS, factor, fill
+from kinematics.linalg.pivoted_qr import MARGIN, factor_workspace, refactor, smallest_pivot
+from kinematics.linalg.skyline_qr import COUNT, ROWS, factor_envelope, fill_envelope
 from kinematics.model.arrays import Chain
 
-__all__ = ["misfit", "place", "planar_sweep", "points_on", "spatial_sweep", "sweep_room"]
+__all__ = [
+    "closure_residual",
+    "place_geometry",
+    "planar_sweep",
+    "points_on",
+    "spatial_sweep",
+    "sweep_workspace",
+]
 
 # Loops that stay closed to this are those of a linkage that moves.
 CLOSED = 1e-11
@@ -54,7 +66,7 @@ def points_on(screws, near, points):
 
 
 @kernel(reference_counting=False)
-def misfit(given, sliding, helical):
+def closure_residual(given, sliding, helical):
     """Find the first screw that is not of the kind of its joint.
 
     Args:
@@ -84,7 +96,7 @@ def misfit(given, sliding, helical):
 
 @kernel(reference_counting=False)
 def _frame(screws, points, centres, origin):
-    """Find origin and length of the frame, as in `kinematics.model.chain.arrange`.
+    """Find origin and length of the frame, as in `kinematics.model.chain.arrange_loops`.
 
     The length is the root mean square of ``|v + n × origin - pitch|`` over turning joints.
 
@@ -131,7 +143,9 @@ def _frame(screws, points, centres, origin):
 
 
 @kernel
-def place(given, near, centres, R, pivots, relations, screws, mimics, origins, lengths):
+def place_geometry(
+    given, near, centres, R, pivots, relations, screws, mimics, origins, lengths
+):
     """Write joint screws and mimic relations in the frame of each geometry.
 
     ``w = n``, ``v = (v + n × origin) / length`` for joints that turn; a plane takes ``R``.
@@ -199,8 +213,8 @@ def _regular(screws, mimics, lines, F, diagonal):
         F: workspace for its factor.
         diagonal: out: its pivots (nd,).
     """
-    fill(screws, mimics, lines, F)
-    factor(F, lines, diagonal)
+    fill_envelope(screws, mimics, lines, F)
+    factor_envelope(F, lines, diagonal)
     least, largest = np.inf, 0.0
     for d in range(diagonal.size):
         least, largest = min(least, abs(diagonal[d])), max(largest, abs(diagonal[d]))
@@ -238,11 +252,11 @@ def _sweep_kernel(dim):
                 link of each body (bodies,); transfers between bodies of rigid parts (count,
                 parameters); directions (rays, width).
             geometries: in: joint screws (g, n, dim), mimic relations (g, rows, n), relative
-                sizes of round-off (g,) and lengths of the frames (g,), as from `place`.
+                sizes of round-off (g,) and lengths of the frames (g,); see `place_geometry`.
             sizes: rays to begin with, momentum components that count, parameters of each body.
             results: out: the four integers (g, 4); smallest pivots, relative to the largest
                 (g,); orthonormal bases as rows (g, parameters, parameters), or (0, …).
-            rooms: workspace, as from `sweep_room`.
+            rooms: workspace, as from `sweep_workspace`.
         """
         chain, rigid_parts, links, rigid, rays = topology
         screws, mimics, tolerances, lengths = geometries
@@ -263,13 +277,13 @@ def _sweep_kernel(dim):
             ):  # fmt: skip
                 continue
             # The serial space: transfers, of which rows of a triangular factor are made.
-            count = walk(parent, s, rigid_parts, size, per, tolerance, to_walk)
+            count = search_transfers(parent, s, rigid_parts, size, per, tolerance, to_walk)
             gap = to_walk[2]
-            if count < 0 or gap[0] < CLEAR or gap[1] > SURE * tolerance:
+            if count < 0 or gap[0] < KEPT_CLEARLY or gap[1] > DROPPED_CLEARLY * tolerance:
                 continue
             for j in range(unknowns):
                 own[j] = j
-            height, _, _ = anew(
+            height, _, _ = refactor(
                 rigid, found[:count], own[:unknowns], tolerance, 1.0, flat, order[:unknowns],
                 serial,
             )  # fmt: skip
@@ -286,11 +300,13 @@ def _sweep_kernel(dim):
             while count <= rays.shape[0]:
                 if dim == 3:
                     rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
-                        planar_stage(here, links, rays[:count], orders, known, result, to_stage)
+                        planar_conditions_up_to_order(
+                            here, links, rays[:count], orders, known, result, to_stage
+                        )
                     )
                 else:
                     rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
-                        spatial_stage(
+                        spatial_conditions_up_to_order(
                             here, links, rays[:count], orders, known, result, to_stage
                         )
                     )
@@ -304,7 +320,7 @@ def _sweep_kernel(dim):
             least = smallest_pivot(R, permutation)
             firm = (
                 least >= max(FIRM, MARGIN * tolerance) * scale
-                and cut <= SURE * tolerance * scale
+                and cut <= DROPPED_CLEARLY * tolerance * scale
             )
             if reach < NEAR or not firm:
                 continue
@@ -324,7 +340,9 @@ def _sweep_kernel(dim):
 spatial_sweep, planar_sweep = _sweep_kernel(6), _sweep_kernel(3)
 
 
-def sweep_room(chain: Chain, rays: int, rigid: int, per: int, size: int) -> tuple[object, ...]:
+def sweep_workspace(
+    chain: Chain, rays: int, rigid: int, per: int, size: int
+) -> tuple[object, ...]:
     """Room for a sweep.
 
     Args:
@@ -337,9 +355,9 @@ def sweep_room(chain: Chain, rays: int, rigid: int, per: int, size: int) -> tupl
     n, dim = chain.screws.shape
     unknowns, transfers = chain.links.size * size, 4 * (2 * n + size)
     return (
-        stage_room(chain, rays, FIRST, per, size, unknowns),
-        search_room(n, dim, unknowns, size, per, transfers),
+        stage_workspace(chain, rays, FIRST, per, size, unknowns),
+        search_workspace(n, dim, unknowns, size, per, transfers),
         np.empty((5, max(unknowns, FIRST + 1)), np.int64),
-        room_for(unknowns, rigid + 2 * transfers), np.empty(chain.dependent.size),
+        factor_workspace(unknowns, rigid + 2 * transfers), np.empty(chain.dependent.size),
         np.empty((unknowns, unknowns)), np.empty((unknowns, unknowns)),
     )  # fmt: skip

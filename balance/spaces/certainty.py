@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from balance.exact.proof import Proof
-from kinematics.wording import paragraph
+from kinematics.wording import repr_lines
 
 __all__ = ["LEVELS", "Certainty"]
 
@@ -49,7 +49,7 @@ class Certainty(NamedTuple):
     def __repr__(self) -> str:
         """Up to six lines: level, reason, doubts."""
         doubts = [f"in doubt: {doubt}" for doubt in self.doubts]
-        return paragraph(f"Certainty: {self.level}", self.reason, *doubts)
+        return repr_lines(f"Certainty: {self.level}", self.reason, *doubts)
 
     def to_dict(self) -> dict[str, object]:
         """The entry ``evidence`` of the report: all attributes but level, proof and orders."""

@@ -10,18 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from balance.conditions.collect import Gathered, floor_of, gather_conditions
+from balance.conditions.collect import (
+    CollectedConditions,
+    collect_conditions,
+    relative_tolerance,
+)
 from balance.conditions.rank import Decision
 from balance.inertial_parameters.conversions import basis_from_chain
 from balance.options import Balance
 from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import table_of
-from balance.transfers.serial_space import Transfers, transfers
+from balance.spaces.result import rank_table
+from balance.transfers.serial_space import Transfers, serial_transfers
 from kinematics.assembly.assemble import moving_chain
 from kinematics.errors import MobilityError
-from kinematics.model.arrays import Chain, frozen
-from kinematics.model.linkage import Linkage, Notice, names
-from kinematics.model.motion import Motion, restriction
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.linkage import Linkage, Notice, names_of
+from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
 
 __all__ = ["design_space"]
@@ -60,12 +64,12 @@ def design_space(
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     if max_order is not None and not (isinstance(max_order, int) and 0 <= max_order <= HIGHEST):
         raise ValueError(f"max_order must be a whole number from 0 to {HIGHEST}")
-    motion = restriction(linkage, motion)
+    motion = motion_of(linkage, motion)
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
-    floor = floor_of(chain)
-    exchanged = transfers(chain, force, floor)
+    floor = relative_tolerance(chain)
+    exchanged = serial_transfers(chain, force, floor)
     try:
-        gathered = gather_conditions(chain, exchanged.rows, force, floor, max_order)
+        gathered = collect_conditions(chain, exchanged.rows, force, floor, max_order)
     except MobilityError as error:
         raise MobilityError(f"{linkage.source}: {error}") from None
     return _result(linkage, chain, motion, balance, max_order, exchanged, gathered)
@@ -73,16 +77,16 @@ def design_space(
 
 def _result(
     linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
-    highest: int | None, exchanged: Transfers, gathered: Gathered,
+    highest: int | None, exchanged: Transfers, gathered: CollectedConditions,
 ) -> DesignSpace:  # fmt: skip
     """Everything that the conditions tell, in SI units."""
     decision = gathered.conditions.decide()
     basis = basis_from_chain(decision.basis, chain.frame, chain.planar, balance == "force")
     return DesignSpace(
         source=linkage.source, linkage=linkage, motion=motion, balance=balance,
-        planar=chain.planar, bodies=names(linkage.bodies), inputs=linkage.inputs,
+        planar=chain.planar, bodies=names_of(linkage.bodies), inputs=linkage.inputs,
         idle=_idle(linkage, chain), poses=gathered.poses, settled=gathered.settled,
-        orders=table_of(gathered.ranks, len(basis)), basis=frozen(basis),
+        orders=rank_table(gathered.ranks, len(basis)), basis=freeze(basis),
         serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
         frames=linkage.frames, length=chain.frame.length,
         notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),

@@ -21,12 +21,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.rank import decompose
-from balance.momentum.product_tensors import tensors
+from balance.conditions.rank import singular_value_decomposition
+from balance.momentum.product_tensors import product_tensors
 from kinematics.closure.series import Series, loop_matrix
 from kinematics.model.arrays import Chain
 
-__all__ = ["Slopes"]
+__all__ = ["ConditionGradients"]
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 SUMS = 4
 
 
-class Slopes:
+class ConditionGradients:
     """Derivatives with respect to all joint screws, of a motion along rays."""
 
     def __init__(self, chain: Chain, rays: Array, series: Series, force: bool) -> None:
@@ -47,10 +47,10 @@ class Slopes:
             force: whether only linear momentum counts.
         """
         self._chain, self._rays, self._series = chain, rays, series
-        self._tensors = tensors(chain.planar, force)
+        self._tensors = product_tensors(chain.planar, force)
         self._ways, self._welds = _ways(chain)
         # A = Q B, so that the rates of dependent joints are -B⁻¹ Qᵀ (mismatch without them).
-        U, values, Vt = decompose(loop_matrix(chain)[:, chain.dependent])
+        U, values, Vt = singular_value_decomposition(loop_matrix(chain)[:, chain.dependent])
         self._range, self._solver = U, (U / values) @ Vt
         ground = np.zeros_like(series.V[:, :, :1])
         above = np.concatenate([series.V, ground], axis=2)[:, :, chain.parent]

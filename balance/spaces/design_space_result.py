@@ -13,21 +13,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.collect import floor_of
+from balance.conditions.collect import relative_tolerance
 from balance.conditions.rank import Decision
 from balance.inertial_parameters.conversions import to_chain, violations
-from balance.spaces.result import Answer
+from balance.spaces.result import SpaceData
 from balance.transfers.by_joint import Transfer, by_joint
-from balance.transfers.serial_space import CLEAR, SURE, Transfers
+from balance.transfers.serial_space import DROPPED_CLEARLY, KEPT_CLEARLY, Transfers
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.wording import listed, paragraph
+from kinematics.wording import first_names, repr_lines
 
-__all__ = ["SCHEMA", "AsGiven", "DesignSpace"]
+__all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace"]
 
 Array = NDArray[np.float64]
 
-SCHEMA = "balance.report/1"
+REPORT_SCHEMA = "balance.report/1"
 # Masses in files are rounded: a given distribution counts as balanced up to this part of
 # the sum of its bodies' contributions.
 BALANCED = 1e-9
@@ -49,7 +49,7 @@ class AsGiven(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class DesignSpace(Answer):
+class DesignSpace(SpaceData):
     """Mass distributions with vanishing momentum in every motion of a linkage.
 
     Attributes:
@@ -71,11 +71,11 @@ class DesignSpace(Answer):
     def __repr__(self) -> str:
         """Up to six lines: the space, its parts, how sure they are."""
         ranks = ", ".join(str(order.rank) for order in self.orders)
-        return paragraph(
+        return repr_lines(
             f"{type(self).__name__} of {self.linkage.name}",
             self.parts,
             f"ranks by order {ranks}",
-            f"bodies {listed(self.bodies)}",
+            f"bodies {first_names(self.bodies)}",
             self.assurance,
             f"as given: {'balanced' if self.as_given.balanced else 'not balanced'}",
         )
@@ -108,16 +108,16 @@ class DesignSpace(Answer):
         size that was kept is far above it.
         """
         found = []
-        floor = floor_of(self.chain)
-        if self.dropped > SURE * floor:
+        floor = relative_tolerance(self.chain)
+        if self.dropped > DROPPED_CLEARLY * floor:
             found.append(
                 f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be "
                 "too low"
             )
         exchanged = self.exchanged
-        if exchanged.kept < CLEAR:
+        if exchanged.kept < KEPT_CLEARLY:
             found.append(f"a direction of size {exchanged.kept:.1e} decides about transfers")
-        if exchanged.dropped > SURE * floor:
+        if exchanged.dropped > DROPPED_CLEARLY * floor:
             found.append(
                 f"a direction of size {exchanged.dropped:.1e} counts as round-off: the serial "
                 "part may be wrong"
@@ -214,7 +214,7 @@ class DesignSpace(Answer):
         """
         linkage = self.linkage
         return {
-            "schema": SCHEMA,
+            "schema": REPORT_SCHEMA,
             "model": linkage.name,
             "at": linkage.at,
             "algebra": "planar" if self.planar else "spatial",

@@ -14,11 +14,11 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.rank import decompose
+from balance.conditions.rank import singular_value_decomposition
 from balance.momentum.regressor import RegressorSeries, parameters_per_body, rows_per_column
-from balance.spaces.condition_gradients import Slopes
+from balance.spaces.condition_gradients import ConditionGradients
 from balance.spaces.design_space_result import DesignSpace
-from kinematics.closure.newton import radius
+from kinematics.closure.newton import radius_of_convergence
 from kinematics.closure.series import expand
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
@@ -68,14 +68,17 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
     if len(rays) * (order + 1) * rows * columns**2 > COSTLY:
         return np.inf
     series = expand(chain, rays, order)
-    weights = radius(series.C[0] @ rays[0]) ** np.arange(order + 1.0)
+    weights = radius_of_convergence(series.C[0] @ rays[0]) ** np.arange(order + 1.0)
     X = RegressorSeries(chain, series, force).rows(order)
     X *= weights.reshape(-1, 1, 1, 1, 1)
-    U, values, Vt = decompose(X.reshape(-1, columns))
+    U, values, Vt = singular_value_decomposition(X.reshape(-1, columns))
     if not 0 < rank <= values.size:
         return np.inf
     u, v = U[:, rank - 1].reshape(X.shape[:-1]), Vt[rank - 1].reshape(chain.links.size, -1)
-    slopes, changes = Slopes(chain, rays, series, force), rates_of_changes(linkage, chain)
+    slopes, changes = (
+        ConditionGradients(chain, rays, series, force),
+        rates_of_changes(linkage, chain),
+    )
     opening = np.einsum("gnd,fnd->gf", changes, slopes.of_closure(weights))
     closed = np.sqrt(np.sum(opening**2, axis=1)) <= OPEN
     along = slopes.of_momentum(u * weights.reshape(-1, 1, 1, 1), v)

@@ -14,9 +14,9 @@ from balance.inertial_parameters.conversions import parameter_labels
 from balance.options import Balance
 from kinematics.model.linkage import Notice
 from kinematics.model.motion import Motion
-from kinematics.wording import counted
+from kinematics.wording import count_noun
 
-__all__ = ["Answer", "Order", "table_of"]
+__all__ = ["SpaceData", "Order", "rank_table"]
 
 Array = NDArray[np.float64]
 
@@ -33,13 +33,13 @@ class Order(NamedTuple):
     nullity: int
 
 
-def table_of(ranks: Sequence[int], parameters: int) -> tuple[Order, ...]:
+def rank_table(ranks: Sequence[int], parameters: int) -> tuple[Order, ...]:
     """The table of ranks up to order 0, 1, 2 …, with the nullities that belong to them."""
     return tuple(Order(k, rank, parameters - rank) for k, rank in enumerate(ranks))
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class SpaceData:
     """What a design space and the record of one have in common.
 
     Attributes:
@@ -98,7 +98,7 @@ class Answer:
         """Rank, nullity and the two parts of the space, in words."""
         algebra = "planar" if self.planar else "spatial"
         return (
-            f"rank {self.rank} of {counted(len(self.basis), algebra + ' parameter')}, "
+            f"rank {self.rank} of {count_noun(len(self.basis), algebra + ' parameter')}, "
             f"{self.balance} balance, nullity {self.nullity} = {self.serial_nullity} serial + "
             f"{self.nullity - self.serial_nullity} parallel"
         )
@@ -152,7 +152,7 @@ class Answer:
         """
         return in_link_frames(self.basis, self.frames, self.axes, self.labels)
 
-    def differences(self, other: Answer) -> tuple[str, ...]:
+    def differences(self, other: SpaceData) -> tuple[str, ...]:
         """One line per respect in which another design space differs; none if they agree.
 
         Spaces are compared as such, not their bases; files are not compared.

@@ -17,16 +17,16 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.atomic_files import replacing
+from balance.atomic_files import open_atomic
 from balance.options import Balance
 from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import Answer, Order
+from balance.spaces.result import Order, SpaceData
 from kinematics.error_text import clean
 from kinematics.errors import FileError
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Notice
 from kinematics.model.motion import Motion
-from kinematics.wording import listed, paragraph
+from kinematics.wording import first_names, repr_lines
 
 __all__ = ["SpaceRecord", "load_space", "record_of", "save_space"]
 
@@ -38,7 +38,7 @@ LARGEST = 2**30
 
 
 @dataclass(frozen=True, eq=False)
-class SpaceRecord(Answer):
+class SpaceRecord(SpaceData):
     """A design space as data, without the linkage it came from.
 
     Attributes:
@@ -57,15 +57,15 @@ class SpaceRecord(Answer):
 
     def __repr__(self) -> str:
         """Up to four lines: the space, its parts, its origin."""
-        bodies, source = f"bodies {listed(self.bodies)}", f"from {self.source}"
-        return paragraph(f"SpaceRecord: {self.parts}", bodies, source)
+        bodies, source = f"bodies {first_names(self.bodies)}", f"from {self.source}"
+        return repr_lines(f"SpaceRecord: {self.parts}", bodies, source)
 
 
 def record_of(space: DesignSpace) -> SpaceRecord:
     """A design space without its linkage, and where it comes from."""
     from kinematics.version import __version__
 
-    known = {item.name: getattr(space, item.name) for item in fields(Answer)}
+    known = {item.name: getattr(space, item.name) for item in fields(SpaceData)}
     if space.linkage.at:
         pose = Notice("reference_pose", f"the reference pose is {space.linkage.pose}")
         known["notices"] = (*space.notices, pose)
@@ -100,7 +100,7 @@ def save_space(space: DesignSpace | SpaceRecord, path: str | os.PathLike[str]) -
     if record.motion:
         arrays["motion"] = record.motion.basis
     header = np.array(json.dumps(_header(record)))
-    with replacing(path) as file:
+    with open_atomic(path) as file:
         np.savez(file, allow_pickle=False, header=header, **arrays)
 
 
@@ -249,4 +249,4 @@ def _array(array: Array, shape: tuple[int, ...]) -> Array:
     )
     if not fits or array.dtype != np.float64 or not np.isfinite(array).all():
         raise ValueError("array")
-    return frozen(array)
+    return freeze(array)

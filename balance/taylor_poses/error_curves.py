@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.taylor_poses.prediction import Predictions, offset
-from kinematics.closure.continuation import walk
-from kinematics.taylor.monomials import powers
+from balance.taylor_poses.prediction import Predictions, offset_of
+from kinematics.closure.continuation import continue_along
+from kinematics.taylor.monomials import monomial_powers
 from kinematics.taylor.taylor_motion import TaylorMotion
 
-__all__ = ["Curves", "curves"]
+__all__ = ["Curves", "error_curves"]
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Curves(NamedTuple):
     target: float | None = None
 
 
-def curves(found: Predictions) -> list[Curves]:
+def error_curves(found: Predictions) -> list[Curves]:
     """The error along the line or the path that was asked for, or along each coordinate."""
     motion = found.motion
     if found.line and found.poses[0].distance > 0.0:
@@ -108,7 +108,7 @@ def _walked(motion: TaylorMotion, ray: Array, far: float) -> tuple[Array, Array]
     """
     chain = motion.chain
     rates = chain.columns @ ray
-    way = walk(chain, ray, reach=far / SAMPLES)
+    way = continue_along(chain, ray, reach=far / SAMPLES)
     s, q = [0.0], [np.zeros(len(motion.joints))]
     for pose in islice(way, 2 * SAMPLES):
         done = float(pose.q @ rates / (rates @ rates))
@@ -149,8 +149,8 @@ def _errors(motion: TaylorMotion, points: Array, q: Array) -> Array:
     """
     degree, sums, found = motion.exponents.sum(axis=1), np.zeros_like(q), []
     with np.errstate(over="ignore", invalid="ignore"):
-        terms = powers(motion.exponents, points)
+        terms = monomial_powers(motion.exponents, points)
         for k in range(1, motion.order + 1):
             sums = sums + terms[:, degree == k] @ motion.coefficients[degree == k]
-            found.append(offset(motion, sums, q))
+            found.append(offset_of(motion, sums, q))
     return np.array(found)

@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.errors import PoseError, UnreachedError
-from kinematics.model.arrays import IntArray, frozen
-from kinematics.model.full_turns import unit, within_turn
+from kinematics.model.arrays import IntArray, freeze
+from kinematics.model.full_turns import unit_of_joint, wrap_turns
 from kinematics.model.linkage import Notice
-from kinematics.wording import counted, paragraph, vector
+from kinematics.wording import count_noun, repr_lines, vector_text
 
 if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage
     from kinematics.taylor.taylor_motion import TaylorMotion
 
-__all__ = ["Prediction", "Predictions", "assigned", "coordinates", "offset", "predict"]
+__all__ = ["Prediction", "Predictions", "assign_inputs", "input_values", "offset_of", "predict"]
 
 Array = NDArray[np.float64]
 
@@ -67,8 +67,8 @@ class Prediction:
     def __repr__(self) -> str:
         """One line: where, and whether it was reached."""
         if self.corrected is None:
-            return f"Prediction at {vector(self.u)}: not reached"
-        return f"Prediction at {vector(self.u)}: reached, true error {self.difference:.2g}"
+            return f"Prediction at {vector_text(self.u)}: not reached"
+        return f"Prediction at {vector_text(self.u)}: reached, true error {self.difference:.2g}"
 
 
 def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
@@ -81,31 +81,37 @@ def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
     u = motion.motion.basis @ y
     if not np.abs(u).max(initial=0.0) <= FARTHEST:
         raise PoseError(
-            f"{motion.linkage.source}: the pose at {assigned(motion, u)} is too far away to "
+            f"{motion.linkage.source}: the pose at {assign_inputs(motion, u)} is too far away "
+            "to "
             "compute with; give a nearer pose"
         )
-    where = frozen(u), frozen(y), float(motion.distance(y))
+    where = freeze(u), freeze(y), float(motion.distance(y))
     try:
-        corrected = frozen(motion.polish(y))
+        corrected = freeze(motion.polish(y))
     except UnreachedError as stop:
-        furthest = frozen(motion.positions(stop.positions))
+        furthest = freeze(motion.positions(stop.positions))
         return Prediction(*where, None, None, None, None, stop.share, furthest, str(stop))
-    predicted = frozen(motion.evaluate(y))
+    predicted = freeze(motion.evaluate(y))
     if not np.isfinite(predicted).all():
         return Prediction(*where, None, None, corrected, None, 1.0)
-    estimate, difference = float(motion.error(y)), float(offset(motion, predicted, corrected))
+    estimate, difference = (
+        float(motion.error(y)),
+        float(offset_of(motion, predicted, corrected)),
+    )
     error = estimate if np.isfinite(estimate) else None
     return Prediction(*where, error, predicted, corrected, difference, 1.0)
 
 
-def offset(motion: TaylorMotion, q: Array, other: Array) -> Array:
+def offset_of(motion: TaylorMotion, q: Array, other: Array) -> Array:
     """How far joint positions (..., n) are apart, at the joint that is worst off; (...)."""
     apart = (q - other)[..., motion.chain.joints] / motion.chain.units
     found: Array = np.abs(apart).max(axis=-1, initial=0.0)
     return found
 
 
-def coordinates(motion: TaylorMotion, rows: ArrayLike, named: ArrayLike) -> tuple[Array, Array]:
+def input_values(
+    motion: TaylorMotion, rows: ArrayLike, named: ArrayLike
+) -> tuple[Array, Array]:
     """Coordinates y (N, w) at which inputs have given displacements (N, named).
 
     Inputs that are not named move no more than the relations of the motion ask of them.
@@ -125,7 +131,7 @@ def coordinates(motion: TaylorMotion, rows: ArrayLike, named: ArrayLike) -> tupl
     return y, off <= OFF * np.maximum(1.0, np.abs(rows).max(axis=1))
 
 
-def assigned(motion: TaylorMotion, u: Array) -> str:
+def assign_inputs(motion: TaylorMotion, u: Array) -> str:
     """Inputs with their displacements."""
     pairs = zip(motion.motion.inputs, u, strict=True)
     return ", ".join(f"{name}={value:.6g}" for name, value in pairs)
@@ -155,10 +161,10 @@ class Predictions:
     def __repr__(self) -> str:
         """Two lines: the motion, and how many poses it reaches."""
         reached = sum(pose.corrected is not None for pose in self.poses)
-        return paragraph(
+        return repr_lines(
             f"Predictions for {self.linkage.name}, order {self.motion.order}, radius of "
             f"convergence {self.motion.radius:.3g}",
-            f"{counted(len(self.poses), 'pose')}, {reached} reached",
+            f"{count_noun(len(self.poses), 'pose')}, {reached} reached",
         )
 
     @property
@@ -193,7 +199,7 @@ class Predictions:
     @property
     def units(self) -> tuple[str, ...]:
         """Unit of the position of each joint, ``"rad"`` or ``"m"``."""
-        return tuple(unit(joint) for joint in self.linkage.joints)
+        return tuple(unit_of_joint(joint) for joint in self.linkage.joints)
 
     def to_dict(self) -> dict[str, object]:
         """The report as plain data, ready for JSON.
@@ -224,7 +230,7 @@ class Predictions:
     def _plain(self, pose: Prediction) -> dict[str, object]:
         """One pose as plain data."""
         q = pose.corrected
-        within, turns = (None, None) if q is None else within_turn(self.linkage.joints, q)
+        within, turns = (None, None) if q is None else wrap_turns(self.linkage.joints, q)
         return {
             "inputs": pose.u.tolist(),
             "distance": pose.distance,

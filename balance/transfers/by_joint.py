@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from balance.inertial_parameters.conversions import from_chain
 from balance.transfers.serial_space import Transfers
-from kinematics.model.arrays import Chain, frozen
-from kinematics.model.linkage import Linkage, names
-from kinematics.wording import listed
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.linkage import Linkage, names_of
+from kinematics.wording import first_names
 
 __all__ = ["Transfer", "by_joint"]
 
@@ -44,8 +44,8 @@ class Transfer(NamedTuple):
     def __repr__(self) -> str:
         """One line: how many transfers across which joints between which bodies."""
         bodies = [*(["ground"] if self.ground else []), *self.bodies]
-        where = f"across {listed(self.joints)}" if self.joints else "between rigid parts"
-        return f"Transfer {where} ({listed(bodies)}): {self.dimension} independent"
+        where = f"across {first_names(self.joints)}" if self.joints else "between rigid parts"
+        return f"Transfer {where} ({first_names(bodies)}): {self.dimension} independent"
 
     @property
     def dimension(self) -> int:
@@ -65,8 +65,8 @@ def by_joint(
         force: whether they are those of force balance.
     """
     G = from_chain(chain.frame, chain.planar, force)
-    all_joints = names(linkage.joints)
-    all_bodies = names(linkage.bodies)
+    all_joints = names_of(linkage.joints)
+    all_bodies = names_of(linkage.bodies)
     result = []
     for owner in dict.fromkeys([*found.joints.tolist(), *found.owner.tolist()]):
         rows = found.rows[found.owner == owner].reshape(-1, len(all_bodies), len(G))
@@ -78,8 +78,8 @@ def by_joint(
                 tuple(all_joints[j] for j in chain.joints[joints]),
                 tuple(all_bodies[b] for b in _taking_part(chain, found, joints, owner)),
                 _touches_ground(chain, found, joints, owner),
-                frozen(basis.reshape(len(all_bodies) * len(G), len(rows))),
-                frozen(scaled.reshape(len(rows), len(all_bodies) * len(G)).T),
+                freeze(basis.reshape(len(all_bodies) * len(G), len(rows))),
+                freeze(scaled.reshape(len(rows), len(all_bodies) * len(G)).T),
             )
         )
     return tuple(result)

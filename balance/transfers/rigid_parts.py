@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from kinematics.compiled.jit import kernel
-from kinematics.model.arrays import Chain, IntArray, frozen
+from kinematics.model.arrays import Chain, IntArray, freeze
 
-__all__ = ["cluster", "parts"]
+__all__ = ["find_cluster", "number_rigid_parts"]
 
 
-def parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
+def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
     """Rigid parts, and who carries what passes a joint.
 
     Returns:
@@ -36,7 +36,7 @@ def parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
         else n + 1 + j
         for j, (a, b) in enumerate(sides)
     ]  # fmt: skip
-    return frozen(node, np.int64), frozen(body, np.int64), frozen(owner, np.int64)
+    return freeze(node, np.int64), freeze(body, np.int64), freeze(owner, np.int64)
 
 
 def _unite(name: list[int], members: list[list[int]], keep: int, drop: int) -> None:
@@ -49,7 +49,7 @@ def _unite(name: list[int], members: list[list[int]], keep: int, drop: int) -> N
 
 
 @kernel(reference_counting=False)
-def cluster(entry, start, parent, node, body, joint, before, target):
+def find_cluster(entry, start, parent, node, body, joint, before, target):
     """List the joints from a body through one of its joints up to the next bodies.
 
     A joint between links without bodies is met from either side.

@@ -18,35 +18,42 @@ from numpy.typing import NDArray
 
 from balance.momentum.regressor import parameters_per_body, rows_per_column
 from balance.transfers.joint_kernels import beyond, contains, transferable
-from balance.transfers.rigid_parts import cluster, parts
-from balance.transfers.shares import Cluster, Found, keep, share
+from balance.transfers.rigid_parts import find_cluster, number_rigid_parts
+from balance.transfers.shares import Cluster, FoundTransfers, keep_transfer, share_inertia
 from kinematics.compiled.jit import kernel
-from kinematics.linalg.pivoted_qr import FLOOR
+from kinematics.linalg.pivoted_qr import RANK_RELATIVE
 from kinematics.model.arrays import Chain
 
-__all__ = ["CLEAR", "SURE", "Transfers", "search_room", "transfers", "walk"]
+__all__ = [
+    "KEPT_CLEARLY",
+    "DROPPED_CLEARLY",
+    "Transfers",
+    "search_workspace",
+    "serial_transfers",
+    "search_transfers",
+]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # What is dropped as round-off is beyond doubt below this part of the limit for it; what is
 # kept, above this part of the whole. In regular linkages the sizes are 1e-15 and 1e-2.
-SURE, CLEAR = 0.01, 1e-6
+DROPPED_CLEARLY, KEPT_CLEARLY = 0.01, 1e-6
 
 
 @kernel(reference_counting=False)
-def walk(parent, screws, rigid_parts, size, rows, tolerance, rooms):
+def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, rooms):
     """Walk through the linkage from the ground, and find its transfers.
 
     Args:
         parent: in: link before each joint (n,).
         screws: in: joint screws (n, dim).
         rigid_parts: in: rigid part of each link, the first body on each, and a number for
-            every joint; see `parts`.
+            every joint; see `number_rigid_parts`.
         size: parameters of each body.
         rows: momentum components that count.
         tolerance: relative size of round-off.
-        rooms: workspace as from `search_room`. Its first three are out: the transfers,
+        rooms: workspace as from `search_workspace`. Its first three are out: the transfers,
             orthonormal for each owner; the owner of each; and the smallest size that a
             decision kept, and the largest that one dropped.
 
@@ -55,7 +62,7 @@ def walk(parent, screws, rigid_parts, size, rows, tolerance, rooms):
     """
     node, body, owner = rigid_parts
     found, owners, gap, reached, spans, passes, twists, numbers, work, mixing = rooms
-    known_transfers = Found(found, owners, gap)
+    known_transfers = FoundTransfers(found, owners, gap)
     n, dim = screws.shape
     joint, before, target = numbers[0], numbers[1], numbers[2]
     passed, tall, crossed, order = numbers[3], numbers[4], numbers[5], numbers[6]
@@ -78,7 +85,7 @@ def walk(parent, screws, rigid_parts, size, rows, tolerance, rooms):
             if crossed[carrier] and height == dim:
                 continue
             crossed[carrier] = 1
-            joints = cluster(entry, start, parent, node, body, joint, before, target)
+            joints = find_cluster(entry, start, parent, node, body, joint, before, target)
             # What passes the joints, and the twists beyond them.
             passing = 0
             for k in range(joints):
@@ -114,30 +121,37 @@ def walk(parent, screws, rigid_parts, size, rows, tolerance, rooms):
                     states += 1
             through = Cluster(start, before, target, body, joints)
             if joints > 1 or (target[0] >= 0 and body[target[0]] < 0):
-                count = share(
+                count = share_inertia(
                     known_transfers, count, carrier, passes, passed, through, tolerance,
                     numbers[7:], mixing,
                 )  # fmt: skip
                 if count < 0:
                     return -1
             else:
-                count = keep(known_transfers, count, carrier, passes, passed[0], through)
+                count = keep_transfer(
+                    known_transfers, count, carrier, passes, passed[0], through
+                )
         i += 1
     return count
 
 
-def search_room(
+def search_workspace(
     n: int, dim: int, unknowns: int, size: int, rows: int, room: int
 ) -> tuple[Array | IntArray, ...]:
-    """Room for so many transfers, their owners and what a walk needs; see `walk`."""
+    """Workspace for transfers, their owners and the search; see `search_transfers`."""
     wide = 2 * room + 4 * size
     return (
-        np.empty((2 * room, unknowns)), np.empty(2 * room, np.int64), np.empty(2),
-        np.empty((room, 3), np.int64), np.empty((room, dim, dim)),
-        np.empty((2 * n, size, size)), np.empty((2 * n + 1, dim, dim)),
-        np.empty((10, wide), np.int64), np.empty((rows * (dim + 1) + 2 * size, size)),
+        np.empty((2 * room, unknowns)),
+        np.empty(2 * room, np.int64),
+        np.empty(2),
+        np.empty((room, 3), np.int64),
+        np.empty((room, dim, dim)),
+        np.empty((2 * n, size, size)),
+        np.empty((2 * n + 1, dim, dim)),
+        np.empty((10, wide), np.int64),
+        np.empty((rows * (dim + 1) + 2 * size, size)),
         np.empty(2 * wide * wide),
-    )  # fmt: skip
+    )
 
 
 class Transfers(NamedTuple):
@@ -161,7 +175,9 @@ class Transfers(NamedTuple):
     dropped: float
 
 
-def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transfers:
+def serial_transfers(
+    chain: Chain, force: bool = False, floor: float = RANK_RELATIVE
+) -> Transfers:
     """Every inertia transfer of a linkage whose loops are opened by splitting bodies.
 
     Args:
@@ -171,16 +187,18 @@ def transfers(chain: Chain, force: bool = False, floor: float = FLOOR) -> Transf
     """
     size = parameters_per_body(chain.planar, force)
     n, dim = chain.screws.shape
-    rigid_parts = chain.once(parts)
+    rigid_parts = chain.once(number_rigid_parts)
     node, _, joints = rigid_parts
     rows, unknowns = rows_per_column(chain.planar, force), chain.links.size * size
     enough = 2 * n + size
-    room = chain.borrow((size,), lambda: search_room(n, dim, unknowns, size, rows, enough))
+    room = chain.borrow((size,), lambda: search_workspace(n, dim, unknowns, size, rows, enough))
     while True:
-        count = walk(chain.parent, chain.screws, rigid_parts, size, rows, floor, room)
+        count = search_transfers(
+            chain.parent, chain.screws, rigid_parts, size, rows, floor, room
+        )
         if count >= 0:
             break
-        room = search_room(n, dim, unknowns, size, rows, 2 * len(room[3]))
+        room = search_workspace(n, dim, unknowns, size, rows, 2 * len(room[3]))
     kept, dropped = room[2].tolist()
     found = Transfers(
         room[0][:count].copy(), room[1][:count].copy(), joints, node, kept, dropped

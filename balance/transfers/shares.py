@@ -10,17 +10,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.transfers.joint_kernels import SAME
+from balance.transfers.joint_kernels import DIRECTION_EQUAL
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.null_space import null_space
 
-__all__ = ["Cluster", "Found", "keep", "share"]
+__all__ = ["Cluster", "FoundTransfers", "keep_transfer", "share_inertia"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-class Found(NamedTuple):
+class FoundTransfers(NamedTuple):
     """The transfers found so far (≥ count, parameters), as kernels pass them to each other.
 
     With the owner of each (≥ count,); the smallest size that a decision kept, and the largest
@@ -50,7 +50,7 @@ class Cluster(NamedTuple):
 
 
 @kernel(reference_counting=False)
-def keep(found, count, owner, shares, combinations, through):
+def keep_transfer(found, count, owner, shares, combinations, through):
     """Add what passes a cluster to the transfers of its owner, if not in their span.
 
     Share k goes to the body after joint k, and that of the first joint is taken from the body
@@ -58,7 +58,7 @@ def keep(found, count, owner, shares, combinations, through):
     Parlett, 1980).
 
     Args:
-        found: in, out: a `Found`.
+        found: in, out: a `FoundTransfers`.
         count: how many transfers it holds.
         owner: number of the cluster's owner.
         combinations: how many transfers to add.
@@ -96,7 +96,7 @@ def keep(found, count, owner, shares, combinations, through):
         for j in range(x.size):
             left += x[j] * x[j]
         left = np.sqrt(left)
-        if left <= SAME:
+        if left <= DIRECTION_EQUAL:
             gap[1] = max(gap[1], left)
         else:
             gap[0] = min(gap[0], left)
@@ -108,13 +108,13 @@ def keep(found, count, owner, shares, combinations, through):
 
 
 @kernel(reference_counting=False)
-def share(found, known, owner, passes, passed, through, tolerance, numbers, workspace):
+def share_inertia(found, known, owner, passes, passed, through, tolerance, numbers, workspace):
     """Add combinations of what passes the joints of a cluster that leave inner links empty.
 
     For every link without a body inside, ``Σ c_in pass_in - Σ c_out pass_out = 0``.
 
     Args:
-        found: in, out: a `Found`.
+        found: in, out: a `FoundTransfers`.
         known: how many transfers it holds.
         owner: number of the cluster's owner.
         passes: in: parameters that can pass each joint (≥ joints, size, size).
@@ -163,4 +163,4 @@ def share(found, known, owner, passes, passed, through, tolerance, numbers, work
                 for c in range(passed[k]):
                     total += mixed[i, first[k] + c] * passes[k, c, p]
                 out[k, i, p] = total
-    return keep(found, known, owner, out, combinations, through)
+    return keep_transfer(found, known, owner, out, combinations, through)

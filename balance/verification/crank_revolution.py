@@ -18,17 +18,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.verification.trajectory import Trajectory, driven, ordered
-from kinematics.closure.continuation import walk
+from balance.verification.trajectory import Trajectory, drive, order_inputs
+from kinematics.closure.continuation import continue_along
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.newton import Pose
 from kinematics.errors import CoordinateError, MotionError, PoseError
 from kinematics.linalg.vectors import project_out
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 
-__all__ = ["Crank", "revolution"]
+__all__ = ["Crank", "revolve_crank"]
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class Crank(NamedTuple):
         return self.speed * 60.0 / TURN
 
 
-def revolution(
+def revolve_crank(
     linkage: Linkage, speed: float, joint: str | None = None, motion: Motion | None = None
 ) -> tuple[Trajectory, Crank]:
     """One revolution of a crank at constant speed, both ends included.
@@ -107,7 +107,7 @@ def _turn(linkage: Linkage, speed: float, rates: Array, phase: float) -> Traject
     """One revolution from a crank angle of ``phase`` steps on."""
     time = (np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed))
     u, ud = (np.outer(x, rates) for x in (speed * time, np.full(time.size, speed)))
-    return driven(linkage, time, u, ud, np.zeros_like(u))
+    return drive(linkage, time, u, ud, np.zeros_like(u))
 
 
 def _crank(linkage: Linkage, joint: str | None) -> str:
@@ -143,7 +143,7 @@ def _rates(linkage: Linkage, joint: str, motion: Motion | None) -> Array:
     alone: Array = np.eye(linkage.mobility)[at]
     if motion is None:
         return alone
-    basis = ordered(motion, linkage)
+    basis = order_inputs(motion, linkage)
     if basis.shape[1] == 1 and basis[at, 0] != 0.0:
         related: Array = basis[:, 0] / basis[at, 0]
         return related
@@ -159,11 +159,12 @@ def _limits(linkage: Linkage, joint: str, rates: Array) -> str:
     column = chain.columns @ (rates / chain.units[linkage.positions_of(linkage.inputs)])
     crank = int(linkage.positions_of([joint])[0])
     alone = replace(
-        chain, columns=frozen(column[:, None]),
-        moves=frozen(chain.moves.any(axis=1, keepdims=True), np.bool_),
+        chain, columns=freeze(column[:, None]),
+        moves=freeze(chain.moves.any(axis=1, keepdims=True), np.bool_),
     )  # fmt: skip
     low, high = (
-        sign * degrees(_farthest(walk(alone, np.array([sign]), reach=TURN / STEPS), crank))
+        sign
+        * degrees(_farthest(continue_along(alone, np.array([sign]), reach=TURN / STEPS), crank))
         for sign in (-1.0, 1.0)
     )
     return (

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kinematics.error_text import clean
 from kinematics.errors import FileError
 
-__all__ = ["columns", "unfit"]
+__all__ = ["read_columns", "refuse_row"]
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ MOST = 100_000
 REMEDY = "write a line of names, then one line of numbers per sample"
 
 
-def unfit(
+def refuse_row(
     path: str | PathLike[str], where: str, problem: str, remedy: str = REMEDY
 ) -> FileError:
     """The error of a table that cannot be used, to be raised.
@@ -36,7 +36,7 @@ def unfit(
     return FileError(clean(fsdecode(path), 1000), where, problem, remedy)
 
 
-def columns(
+def read_columns(
     path: str | PathLike[str],
     wanted: Sequence[str],
     fewest: int = 1,
@@ -58,22 +58,24 @@ def columns(
             lines = list(islice(csv.reader(file), MOST + 2))
     except (OSError, UnicodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "it is not text of comma-separated values"
-        raise unfit(path, "", f"cannot be read ({reason})") from None
+        raise refuse_row(path, "", f"cannot be read ({reason})") from None
     lines = [line for line in lines if any(cell.strip() for cell in line)]
     names = [name.strip() for name in lines[0]] if lines else []
     other = short or {}
     names = [name if name in wanted else other.get(name, name) for name in names]
     if sorted(names) != sorted(wanted):
-        raise unfit(path, "line 1", f"the columns must be {', '.join(wanted)}")
+        raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}")
     if not fewest < len(lines) <= MOST + 1:
-        raise unfit(path, "", f"holds {len(lines) - 1} samples, not {fewest} to {MOST}")
+        raise refuse_row(path, "", f"holds {len(lines) - 1} samples, not {fewest} to {MOST}")
     order = [names.index(name) for name in wanted]
     rows = np.empty((len(lines) - 1, len(wanted)))
     for number, line in enumerate(lines[1:]):
         try:
             rows[number] = [float(line[column]) for column in order]
         except (ValueError, IndexError):
-            raise unfit(path, f"sample {number + 1}", "cannot be read as numbers") from None
+            raise refuse_row(
+                path, f"sample {number + 1}", "cannot be read as numbers"
+            ) from None
     if not np.isfinite(rows).all():
-        raise unfit(path, "", "holds numbers that are not finite")
+        raise refuse_row(path, "", "holds numbers that are not finite")
     return rows

@@ -23,12 +23,12 @@ from balance.verification.shaking_wrench import Loads
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import loop_signs
 
-__all__ = ["Bearings", "bearings"]
+__all__ = ["JointReactions", "joint_reactions"]
 
 Array = NDArray[np.float64]
 
 
-class Bearings(NamedTuple):
+class JointReactions(NamedTuple):
     """Joint wrenches along a motion, in the frame and units of a spatial chain.
 
     Attributes:
@@ -44,7 +44,7 @@ class Bearings(NamedTuple):
     open: int
 
 
-def bearings(chain: Chain, loads: Loads) -> Bearings:
+def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:
     """Wrenches in all joints, with motors at the inputs only.
 
     Args:
@@ -66,7 +66,7 @@ def bearings(chain: Chain, loads: Loads) -> Bearings:
     mimics = np.broadcast_to(chain.mimics, (samples, *chain.mimics.shape))
     A = np.concatenate([A, mimics], axis=1)
     if chain.dependent.size == 0:
-        return Bearings(wrenches, np.zeros((samples, loops, 6)), torque, 0)
+        return JointReactions(wrenches, np.zeros((samples, loops, 6)), torque, 0)
     Q, R = np.linalg.qr(A[:, :, chain.dependent])
     right = torque[:, chain.dependent, None]
     least = (Q @ np.linalg.solve(R.transpose(0, 2, 1), right))[..., 0]
@@ -74,4 +74,4 @@ def bearings(chain: Chain, loads: Loads) -> Bearings:
     joints = wrenches - np.einsum("lj,tli->tji", ways, welds)
     motors = torque - np.einsum("trj,tr->tj", A, least)
     motors[:, chain.dependent] = 0.0
-    return Bearings(joints, welds, motors, A.shape[1] - chain.dependent.size)
+    return JointReactions(joints, welds, motors, A.shape[1] - chain.dependent.size)

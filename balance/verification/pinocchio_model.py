@@ -19,20 +19,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.conversions import mass_properties
 from balance.options import Balance
-from balance.verification.crank_revolution import revolution
-from balance.verification.joint_reactions import bearings
+from balance.verification.crank_revolution import revolve_crank
+from balance.verification.joint_reactions import joint_reactions
 from balance.verification.result import Run, Verification
-from balance.verification.shaking_wrench import inertia_loads, masses, to_si
-from balance.verification.trajectory import FIRM, Trajectory, driven, random_motions
+from balance.verification.shaking_wrench import inertia_loads, mass_parameters, wrench_to_si
+from balance.verification.trajectory import FIRM, Trajectory, drive, random_motions
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, PackageError, PoseError
-from kinematics.model.arrays import Chain, frozen
+from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Joint, Linkage
-from kinematics.model.motion import Motion, restriction
+from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.spatial.inertia import displaced, inertia_tensor
+from kinematics.spatial.inertia import displace_parameters, inertia_tensor
 
-__all__ = ["TOLERANCE", "Twin", "beside", "verify"]
+__all__ = ["TOLERANCE", "PinocchioModel", "verify_beside", "verify"]
 
 Array = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ def verify(
             own inertia wrenches at their peak.
         along: motions to use instead of random ones.
         speed: radians per second of a crank; one revolution at this speed is the motion.
-        crank: name of that crank; see `balance.verification.crank_revolution.revolution`.
+        crank: name of that crank; see `balance.verification.crank_revolution.revolve_crank`.
         progress: called with the number of motions done and of all of them.
 
     Raises:
@@ -86,13 +86,13 @@ def verify(
     if speed is not None and along is not None:
         raise ValueError("give either a speed or motions to move along")
     linkage, turning = as_linkage(linkage), None
-    twin = Twin(linkage, masses(linkage, z))
+    twin = PinocchioModel(linkage, mass_parameters(linkage, z))
     if speed is not None:
-        way, turning = revolution(linkage, speed, crank, restriction(linkage, motion))
+        way, turning = revolve_crank(linkage, speed, crank, motion_of(linkage, motion))
         along = [way]
     ways: Iterable[Trajectory] = along or ()
     if along is None:
-        limits = restriction(linkage, motion)
+        limits = motion_of(linkage, motion)
         ways = random_motions(linkage, trajectories, samples, seed, motion=limits)
     elif not any(way.moves for way in along):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
@@ -106,7 +106,7 @@ def verify(
 
 
 def _runs(
-    linkage: Linkage, twin: Twin, ways: Iterable[Trajectory],
+    linkage: Linkage, twin: PinocchioModel, ways: Iterable[Trajectory],
     progress: Callable[[int, int], None] | None, count: int,
 ) -> Iterator[Run]:  # fmt: skip
     """The loads along each motion, one after the other."""
@@ -117,9 +117,7 @@ def _runs(
             progress(done, count)
 
 
-def beside(
-    first: Verification, linkage: LinkageLike, **options: Any
-) -> Verification:
+def verify_beside(first: Verification, linkage: LinkageLike, **options: Any) -> Verification:
     """Another linkage verified beside a first one, driven by the same inputs.
 
     A crank at constant speed turns in both at that speed. If the inputs have other names, or
@@ -137,20 +135,22 @@ def beside(
     if linkage.inputs == first.linkage.inputs:
         with suppress(PoseError):
             ways = [run.trajectory for run in first.runs]
-            along = [driven(linkage, way.time, way.u, way.ud, way.udd) for way in ways]
+            along = [drive(linkage, way.time, way.u, way.ud, way.udd) for way in ways]
     if along and first.seed is not None and min(way.firmness for way in along) < FIRM:
         along = None
     found = verify(linkage, along=along, **options)
     return found if along is None else replace(found, shown=first.plotted)
 
 
-def _run(linkage: Linkage, twin: Twin, chain: Chain, way: Trajectory) -> Run:
+def _run(linkage: Linkage, twin: PinocchioModel, chain: Chain, way: Trajectory) -> Run:
     """All loads along one motion, in SI units."""
     scale = chain.units[linkage.positions_of(linkage.inputs)]
     loads = inertia_loads(chain, twin.z, way.q / chain.units, way.ud / scale, way.udd / scale)
-    held = bearings(chain, loads)
+    held = joint_reactions(chain, loads)
     L = chain.frame.length
-    own, momentum = (to_si(x.sum(axis=1), chain.frame) for x in (loads.rate, loads.momentum))
+    own, momentum = (
+        wrench_to_si(x.sum(axis=1), chain.frame) for x in (loads.rate, loads.momentum)
+    )
     reaction, other = twin.reactions(way), twin.momenta(way)
     # About the middle, in characteristic lengths: moments are as large as forces.
     sizes = [L * np.linalg.norm(x, axis=2).sum(axis=1) for x in (loads.rate, loads.momentum)]
@@ -158,12 +158,12 @@ def _run(linkage: Linkage, twin: Twin, chain: Chain, way: Trajectory) -> Run:
     wrenches = np.concatenate([held.joints, held.welds], axis=1)
     forces = L * np.linalg.norm(wrenches[..., 3:], axis=2)
     return Run(
-        trajectory=way, shaking=frozen(reaction), own=frozen(own), momentum=frozen(other),
-        middle=frozen(_at(reaction, middle)),
-        inertia=frozen(sizes[0]), impulse=frozen(sizes[1]),
-        bearing=frozen(forces[:, : len(linkage.joints)]),
-        rate_difference=frozen(_at(reaction - own, middle)),
-        momentum_difference=frozen(_at(other - momentum, middle)), open=held.open,
+        trajectory=way, shaking=freeze(reaction), own=freeze(own), momentum=freeze(other),
+        middle=freeze(_at(reaction, middle)),
+        inertia=freeze(sizes[0]), impulse=freeze(sizes[1]),
+        bearing=freeze(forces[:, : len(linkage.joints)]),
+        rate_difference=freeze(_at(reaction - own, middle)),
+        momentum_difference=freeze(_at(other - momentum, middle)), open=held.open,
     )  # fmt: skip
 
 
@@ -173,7 +173,7 @@ def _at(wrenches: Array, point: Array) -> Array:
     return np.concatenate([moment, wrenches[..., 3:]], axis=-1)
 
 
-class Twin:
+class PinocchioModel:
     """A linkage in Pinocchio, opened at its welds.
 
     Coordinates are inertial axes with the origin amid the mechanism, SI units; the frame of
@@ -219,7 +219,7 @@ class Twin:
         """
         shift = np.eye(4)
         shift[:3, 3] = -self._origin - point
-        own = displaced(z, shift)
+        own = displace_parameters(z, shift)
         inertia = self._pin.Inertia.Zero()
         if np.abs(own[1:4]).max() <= FAR * abs(own[0]) and own[0] != 0.0:
             inertia.mass, inertia.lever, inertia.inertia = mass_properties(own)

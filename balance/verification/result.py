@@ -12,13 +12,13 @@ from balance.options import Balance
 from balance.verification.crank_revolution import Crank
 from balance.verification.trajectory import Trajectory
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.wording import counted, paragraph
+from kinematics.wording import count_noun, repr_lines
 
-__all__ = ["AGREE", "SCHEMA", "Run", "Verification"]
+__all__ = ["AGREE", "VERIFY_SCHEMA", "Run", "Verification"]
 
 Array = NDArray[np.float64]
 
-SCHEMA = "balance.verify/1"
+VERIFY_SCHEMA = "balance.verify/1"
 # Both programs must agree to this part of the inertia forces for a verdict.
 AGREE = 1e-9
 # Where loops hold by less, relative to the reference pose, round-off shows.
@@ -76,7 +76,7 @@ class Run:
     def __repr__(self) -> str:
         """Two lines in words."""
         force, moment = self.peak("force"), self.peak("moment")
-        return paragraph(
+        return repr_lines(
             f"Run: {self.trajectory!r}",
             f"shaking force {force:.3g} N, shaking moment {moment:.3g} N m",
         )
@@ -111,8 +111,8 @@ class Verification:
 
     def __repr__(self) -> str:
         """Four lines in words: the motions, the peaks, the verdict."""
-        count = counted(len(self.runs), "motion")
-        return paragraph(
+        count = count_noun(len(self.runs), "motion")
+        return repr_lines(
             f"Verification of {self.model}, {self.balance} balance, over {count}",
             f"shaking force {self.force:.3g} N, {self.force_residual:.1e} of inertia",
             f"shaking moment {self.moment:.3g} N m, {self.moment_residual:.1e} of inertia",
@@ -281,7 +281,7 @@ class Verification:
         ``balance/schemas/verify.schema.json`` describes it.
         """
         return {
-            "schema": SCHEMA,
+            "schema": VERIFY_SCHEMA,
             "model": self.model,
             "file": self.linkage.source,
             "at": self.linkage.at,

@@ -19,14 +19,14 @@ from numpy.typing import ArrayLike, NDArray
 from balance.inertial_parameters.conversions import to_chain
 from balance.momentum.regressor import RegressorSeries
 from kinematics.closure.joint_positions import input_chain, joint_positions
-from kinematics.closure.newton import forward
+from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from
 from kinematics.errors import LinkageError, PoseError
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
 
-__all__ = ["Loads", "inertia_loads", "masses", "shaking", "to_si"]
+__all__ = ["Loads", "inertia_loads", "mass_parameters", "shaking", "wrench_to_si"]
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class Loads(NamedTuple):
     screws: Array
 
 
-def masses(linkage: Linkage, z: ArrayLike | None = None) -> Array:
+def mass_parameters(linkage: Linkage, z: ArrayLike | None = None) -> Array:
     """Ten parameters of each body (bodies, 10) about the inertial origin, SI units.
 
     Args:
@@ -105,7 +105,7 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
     found = np.zeros((2, len(q), len(own), 6))
     screws = np.empty((len(q), *chain.screws.shape))
     for k, (position, speed, change) in enumerate(zip(q, ud, udd, strict=True)):
-        pose = forward(chain, position)
+        pose = forward_kinematics(chain, position)
         screws[k] = pose.screws
         series = expand_from(chain, pose.screws, speed[None], 1)
         X = RegressorSeries(chain, series, pose=pose).rows(1)[:, 0]
@@ -116,7 +116,7 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
     return Loads(found[0], found[1], screws)
 
 
-def to_si(wrenches: Array, frame: Frame) -> Array:
+def wrench_to_si(wrenches: Array, frame: Frame) -> Array:
     """Wrenches or momenta (..., 6) of a spatial chain about the inertial origin, SI units.
 
     Forces scale with the length of the chain, moments with its square.
@@ -144,7 +144,7 @@ def shaking(
             (n,), which must close the loops; or one such row for each of N samples.
         qd: velocities of the inputs or of all joints.
         qdd: accelerations of the inputs or of all joints.
-        z: inertial parameters of the bodies; those of the file by default. See `masses`.
+        z: inertial parameters of the bodies, by default the file's; see `mass_parameters`.
 
     Raises:
         PoseError: a pose or a velocity does not fulfil the loops, or cannot be reached.
@@ -168,8 +168,10 @@ def shaking(
         _check(linkage, chain, positions, ud / chain.units)
     ud, udd = (x if x.shape[1] == linkage.mobility else x[:, inputs] for x in (ud, udd))
     scale = chain.units[inputs]
-    loads = inertia_loads(chain, masses(linkage, z), positions, ud / scale, udd / scale)
-    found = to_si(loads.rate.sum(axis=1), chain.frame)
+    loads = inertia_loads(
+        chain, mass_parameters(linkage, z), positions, ud / scale, udd / scale
+    )
+    found = wrench_to_si(loads.rate.sum(axis=1), chain.frame)
     return found[0] if single else found
 
 
@@ -177,7 +179,7 @@ def _check(linkage: Linkage, chain: Chain, q: Array, qd: Array) -> None:
     """Refuse velocities of all joints that open the loops."""
     inputs = linkage.positions_of(linkage.inputs)
     for position, speed in zip(q, qd, strict=True):
-        screws = forward(chain, position).screws
+        screws = forward_kinematics(chain, position).screws
         C = expand_from(chain, screws, np.zeros((1, chain.width)), 0).C[0, 0]
         off = np.abs(C @ speed[inputs] - speed).max()
         if not off <= CONSISTENT * np.abs(speed).max():

@@ -16,18 +16,18 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.verification.csv_motion import columns, unfit
+from balance.verification.csv_motion import read_columns, refuse_row
 from kinematics.closure.joint_positions import input_chain, joint_positions
-from kinematics.closure.newton import follow, forward
+from kinematics.closure.newton import follow_ray, forward_kinematics
 from kinematics.closure.series import expand_from
 from kinematics.errors import MotionError, PoseError
 from kinematics.linalg.skyline_qr import pivots
-from kinematics.model.arrays import Chain, frozen
+from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 
 __all__ = [
-    "FIRM", "Trajectory", "driven", "from_csv", "ordered", "random_motions", "rest_to_rest",
+    "FIRM", "Trajectory", "drive", "from_csv", "order_inputs", "random_motions", "rest_to_rest",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -99,7 +99,7 @@ class Trajectory:
         return bool(far > STILL * size and SLOWEST < rate < FASTEST)
 
 
-def driven(
+def drive(
     linkage: Linkage, time: ArrayLike, u: ArrayLike, ud: ArrayLike, udd: ArrayLike
 ) -> Trajectory:
     """The motion of all joints when the inputs move as given.
@@ -161,7 +161,7 @@ def random_motions(
     """
     chain = input_chain(linkage)
     units = chain.units[linkage.positions_of(linkage.inputs)]
-    basis = np.eye(linkage.mobility) if motion is None else ordered(motion, linkage)
+    basis = np.eye(linkage.mobility) if motion is None else order_inputs(motion, linkage)
     basis = np.linalg.qr(basis / units[:, None])[0] * units[:, None] if basis.size else basis
     time = np.linspace(0.0, period, samples)
     fastest, least = FASTER * _fastest(chain), FIRM
@@ -195,7 +195,7 @@ def _firmness(chain: Chain, screws: Array) -> float:
     return float(np.abs(found).min()) if found.size else 1.0
 
 
-def ordered(motion: Motion, linkage: Linkage) -> Array:
+def order_inputs(motion: Motion, linkage: Linkage) -> Array:
     """The basis of a motion with its rows in the order of the linkage's inputs."""
     if sorted(motion.inputs) != sorted(linkage.inputs):
         problem = f"made for the inputs {', '.join(motion.inputs)}"
@@ -254,7 +254,7 @@ def rest_to_rest(
     u = stops[leg] + way * (x**3 * (10.0 - 15.0 * x + 6.0 * x * x))
     ud = way * (30.0 * x * x * (1.0 - x) ** 2) / duration
     udd = way * (60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)) / duration**2
-    return driven(linkage, duration * tau, u, ud, udd)
+    return drive(linkage, duration * tau, u, ud, udd)
 
 
 def from_csv(
@@ -276,18 +276,18 @@ def from_csv(
     """
     from scipy.interpolate import make_interp_spline
 
-    table = columns(path, ["time", *linkage.inputs], SAMPLES)
+    table = read_columns(path, ["time", *linkage.inputs], SAMPLES)
     time, u = table[:, 0], table[:, 1:]
     if not np.all(np.diff(time) > 0.0):
-        raise unfit(path, "", "its times do not increase")
+        raise refuse_row(path, "", "its times do not increase")
     if motion is not None:
-        basis = np.linalg.qr(ordered(motion, linkage))[0]
+        basis = np.linalg.qr(order_inputs(motion, linkage))[0]
         if np.abs(u - u @ basis @ basis.T).max() > OFF * max(1.0, np.abs(u).max()):
-            raise unfit(path, "", f"its rows are not on {', '.join(motion.relations)}")
+            raise refuse_row(path, "", f"its rows are not on {', '.join(motion.relations)}")
     spline = make_interp_spline(time, u, k=5)
-    if (way := driven(linkage, time, u, spline(time, 1), spline(time, 2))).moves:
+    if (way := drive(linkage, time, u, spline(time, 1), spline(time, 2))).moves:
         return way
-    raise unfit(path, "", "nothing moves", "give inputs that change with time")
+    raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
 
 
 def _track(
@@ -310,12 +310,12 @@ def _track(
     start = np.zeros(chain.parent.size)
     if u[:1].any():
         start = joint_positions(linkage, u[0]) / chain.units
-    pose = forward(chain, start)
+    pose = forward_kinematics(chain, start)
     q, qd, qdd = (np.zeros((time.size, chain.parent.size)) for _ in range(3))
     closure, firmness = 0.0, 1.0
     held = _firmness(chain, chain.screws)
     # What is ahead depends on one column only, the ray: far fewer numbers to expand.
-    narrow = replace(chain, moves=frozen(chain.moves.any(axis=1, keepdims=True), np.bool_))
+    narrow = replace(chain, moves=freeze(chain.moves.any(axis=1, keepdims=True), np.bool_))
     steps = zip(u / scale, ud / scale, udd / scale, strict=True)
     for k, (now, speed, change) in enumerate(steps):
         ahead = u[min(k + 1, len(u) - 1)] / scale - now
@@ -326,13 +326,13 @@ def _track(
         if not (np.abs(C[0]).max(initial=0.0) <= fastest and firmness >= least):
             return float(time[k])
         q[k], qd[k], qdd[k] = pose.q, C[0] @ speed, C[0] @ change + C[1] @ speed
-        closure = max(closure, forward(chain, pose.q).error)
-        left, line = length, replace(narrow, columns=frozen((chain.columns @ ray)[:, None]))
+        closure = max(closure, forward_kinematics(chain, pose.q).error)
+        left, line = length, replace(narrow, columns=freeze((chain.columns @ ray)[:, None]))
         for _ in range(STEPS):
             if left == 0.0:
                 break
             series = expand_from(line, pose.screws, np.ones((1, 1)), ORDER)
-            pose, step = follow(line, pose.q, series, np.ones(1), left)
+            pose, step = follow_ray(line, pose.q, series, np.ones(1), left)
             if step == 0.0:
                 return float(time[k])
             left -= step
@@ -340,6 +340,6 @@ def _track(
             return float(time[k])
     q, qd, qdd = (chain.units * x for x in (q, qd, qdd))
     return Trajectory(
-        frozen(time), frozen(u), frozen(ud), frozen(udd), frozen(q), frozen(qd), frozen(qdd),
+        freeze(time), freeze(u), freeze(ud), freeze(udd), freeze(q), freeze(qd), freeze(qdd),
         closure, firmness,
     )  # fmt: skip

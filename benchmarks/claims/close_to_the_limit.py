@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from balance.momentum.regressor import regressor, room
+from balance.momentum.regressor import body_regressors, regressor_workspace
 from benchmarks.references import compiled, reference
 from kinematics.closure.series import expand
 from kinematics.model_gallery import load
@@ -37,7 +37,7 @@ class CloseToTheLimit:
         size, rows = (4, 3) if self.chain.planar else (10, 6)
         shape = (order + 1, rays, self.chain.width, rows, self.chain.links.size * size)
         self.X, self.C = np.zeros(shape), np.zeros(shape)
-        self.room = room(self.series.V, self.chain.links, self.chain.moves)
+        self.room = regressor_workspace(self.series.V, self.chain.links, self.chain.moves)
         self.start = np.empty((0, 4, 4))
         self.time_in_c(model, order, rays)
 
@@ -45,7 +45,7 @@ class CloseToTheLimit:
         """The compiled kernel of the product."""
         chain, series = self.chain, self.series
         self.X[:] = 0.0
-        regressor(
+        body_regressors(
             0,
             order,
             self.start,

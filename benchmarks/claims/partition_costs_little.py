@@ -13,7 +13,7 @@ from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
 from balance.spaces import compute as designspace
 from balance.spaces.design_space_result import DesignSpace
-from balance.transfers.serial_space import Transfers, transfers
+from balance.transfers.serial_space import Transfers, serial_transfers
 from benchmarks.inputs.geometry import resized
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
@@ -59,4 +59,4 @@ def _unparted(linkage: Linkage) -> DesignSpace:
     try:
         return design_space(linkage)
     finally:
-        designspace.transfers = transfers
+        designspace.transfers = serial_transfers

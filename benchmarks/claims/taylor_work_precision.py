@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.references.reference import gap
 from kinematics.assembly.tool_frame import tool
-from kinematics.closure.newton import forward, newton
+from kinematics.closure.newton import forward_kinematics, solve_positions
 from kinematics.closure.series import expand_from
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
@@ -77,7 +77,7 @@ class TaylorWorkPrecision:
             rates = expand_from(self.chain, screws, ray[None], 2).C[0] @ ray
             q = q + rates[0] + rates[1] / 2.0 + rates[2] / 3.0
             if k + 1 < self.steps:
-                screws = forward(self.chain, q).screws
+                screws = forward_kinematics(self.chain, q).screws
         return q
 
     def row(self, job: str, order: int) -> dict[str, str]:
@@ -93,7 +93,7 @@ class TaylorWorkPrecision:
     def time_newton(self, job: str, order: int) -> None:
         """Close every pose from the reference pose, one after the other."""
         for v in self.v:
-            newton(self.chain, self.chain.columns @ v)
+            solve_positions(self.chain, self.chain.columns @ v)
 
     def time_steps(self, job: str, order: int) -> None:
         """Step to every point."""

@@ -20,11 +20,11 @@ from benchmarks.peers.measured import times
 from benchmarks.peers.ours import LINE, linkage
 from benchmarks.references.reference import off, positions
 from kinematics import load, taylor_motion
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.taylor.expansion_kernels import polynomials
-from kinematics.taylor.layout import layout
-from kinematics.taylor.monomials import monomials, powers
+from kinematics.taylor.layout import packed_layout
+from kinematics.taylor.monomials import monomial_powers, monomial_table
 from kinematics.taylor.taylor_motion import TaylorMotion
 
 # Seconds, by order; the Bennett linkage with the closure of rotations only, and with all.
@@ -80,8 +80,8 @@ class ThesisTableByOrder:
         self.job = _job(name)
         self.found = _expanded(self.job, order)
         chain, equations = self.found.chain, self.job[2]
-        chosen = None if equations is None else frozen(equations, np.int64)
-        self.layout = layout(chain, monomials(chain.width, order), chosen)
+        chosen = None if equations is None else freeze(equations, np.int64)
+        self.layout = packed_layout(chain, monomial_table(chain.width, order), chosen)
 
     def time_kernel(self, name: str, order: int) -> None:
         """From joint screws."""
@@ -105,7 +105,7 @@ def _expanded(job: Job, order: int) -> TaylorMotion:
 def _error(found: TaylorMotion) -> float:
     """Of all joints along a direction."""
     chain, ray = found.chain, np.linspace(1.0, 0.6, found.scales.size)
-    terms = powers(found.exponents, ray * found.scales)[:, None] * found.coefficients
+    terms = monomial_powers(found.exponents, ray * found.scales)[:, None] * found.coefficients
     degree = found.exponents.sum(axis=1)
     series = [terms[degree == k].sum(axis=0)[chain.joints] for k in range(1, found.order + 1)]
     return off(np.array(series) / chain.units, positions(chain, ray, found.order))

@@ -18,15 +18,15 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from balance import design_space
-from balance.designs.clarabel_adapter import Part
-from balance.designs.constraints import Restriction, program
+from balance.designs.clarabel_adapter import ConstraintBlock
+from balance.designs.constraints import Constraints, program
 from balance.designs.feasibility import Feasibility, feasible, least_traces
-from balance.designs.pseudo_inertia_cone import counted, from_si
+from balance.designs.pseudo_inertia_cone import from_si, parameters_by_body
 from balance.inertial_parameters.conversions import pseudo_inertia
 from balance.momentum.regressor import rows_at
 from balance.spaces.design_space_result import DesignSpace
 from benchmarks.inputs.geometry import resized
-from kinematics.closure.newton import forward, newton
+from kinematics.closure.newton import forward_kinematics, solve_positions
 from kinematics.model_gallery import load
 from kinematics.spatial.inertia import from_pseudo_inertia
 
@@ -87,7 +87,7 @@ class PlanarVerdictAddsAFewTenthsOfAMillisecond(VerdictCloseToTheBareSolver):
 
 def _bare(space: DesignSpace) -> tuple:
     """Arguments of the solver."""
-    q, rows, offset, parts = least_traces(program(space, Restriction()))
+    q, rows, offset, parts = least_traces(program(space, Constraints()))
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     cones = [_cone(part) for part in parts]
@@ -98,11 +98,11 @@ def _error(space: DesignSpace, found: Feasibility) -> float:
     """What is left of a design or a certificate at poses that were not used."""
     chain = space.chain
     poses = SIZE * np.random.default_rng(8).uniform(-1.0, 1.0, (POSES, chain.width))
-    closed = [newton(chain, chain.columns @ v)[0] for v in poses]
-    X = np.concatenate([rows_at(chain, forward(chain, q)) for q in closed])
+    closed = [solve_positions(chain, chain.columns @ v)[0] for v in poses]
+    X = np.concatenate([rows_at(chain, forward_kinematics(chain, q)) for q in closed])
     if found.z is not None:
         P = from_si(found.z, chain.frame)
-        z = from_pseudo_inertia(P)[:, counted(space)].reshape(-1)
+        z = from_pseudo_inertia(P)[:, parameters_by_body(space)].reshape(-1)
         left = np.abs(X @ z).max() / (np.abs(X) @ np.abs(z)).max()
         return float(left) if np.linalg.eigvalsh(P).min() > 0.0 else np.inf
     if found.certificate is None:
@@ -123,7 +123,7 @@ def _functional(Z: np.ndarray) -> np.ndarray:
     return np.einsum("bij,pij->bp", Z, units)
 
 
-def _cone(part: Part) -> object:
+def _cone(part: ConstraintBlock) -> object:
     kinds = {"matrix": clarabel.PSDTriangleConeT, "lorentz": clarabel.SecondOrderConeT}
     return kinds[part.kind](part.size)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from kinematics.assembly.assemble import assemble
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
 
@@ -43,7 +43,7 @@ def _moved(linkage: Linkage, rng: np.random.Generator, size: float) -> Linkage:
         step = moves.setdefault(key, drawn)
         screw = joint.screw.copy()
         screw[3:] += np.cross(step, screw[:3])
-        joints.append(replace(joint, screw=frozen(screw), point=frozen(joint.point + step)))
+        joints.append(replace(joint, screw=freeze(screw), point=freeze(joint.point + step)))
     return assemble(replace(linkage, joints=tuple(joints)), linkage.inputs)
 
 
@@ -77,8 +77,8 @@ def placed(linkage: Linkage, size: float, shift: np.ndarray) -> Linkage:
         screw = joint.screw.copy()
         if joint.kind != "prismatic":
             screw[3:] = size * screw[3:] + np.cross(shift, screw[:3])
-        point = frozen(size * joint.point + shift)
-        joints.append(replace(joint, screw=frozen(screw), point=point))
+        point = freeze(size * joint.point + shift)
+        joints.append(replace(joint, screw=freeze(screw), point=point))
     return assemble(replace(linkage, joints=tuple(joints)), linkage.inputs)
 
 

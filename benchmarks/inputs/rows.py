@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinematics.model.arrays import Chain, Frame, frozen
+from kinematics.model.arrays import Chain, Frame, freeze
 
 __all__ = ["coupled_four_bars", "serial"]
 
@@ -62,9 +62,9 @@ def _chain(parent, screws, ends, dependent, columns, bodies) -> Chain:
     """A chain without frame and mimics, all of whose links may move."""
     n, whole = len(parent), np.int64
     return Chain(
-        frame=Frame(), joints=frozen(range(n), whole), units=frozen(np.ones(n)),
-        parent=frozen(parent, whole), screws=frozen(screws),
-        ends=frozen(np.reshape(ends, (-1, 2)), whole), mimics=frozen(np.zeros((0, n))),
-        dependent=frozen(dependent, whole), columns=frozen(columns),
-        moves=frozen(np.ones(columns.shape), np.bool_), links=frozen(range(bodies), whole),
+        frame=Frame(), joints=freeze(range(n), whole), units=freeze(np.ones(n)),
+        parent=freeze(parent, whole), screws=freeze(screws),
+        ends=freeze(np.reshape(ends, (-1, 2)), whole), mimics=freeze(np.zeros((0, n))),
+        dependent=freeze(dependent, whole), columns=freeze(columns),
+        moves=freeze(np.ones(columns.shape), np.bool_), links=freeze(range(bodies), whole),
     )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
-from balance.verification.shaking_wrench import masses
+from balance.verification.shaking_wrench import mass_parameters
 from kinematics.model.linkage import Linkage
 
 __all__ = ["Sampling"]
@@ -22,11 +22,11 @@ class Sampling:
         try:
             import pinocchio as pin
 
-            from balance.verification.pinocchio_model import Twin
+            from balance.verification.pinocchio_model import PinocchioModel
         except ImportError:
             raise NotImplementedError("Pinocchio is not installed") from None
         self.pin, self.linkage = pin, linkage
-        self.model = Twin(linkage, masses(linkage, None)).model
+        self.model = PinocchioModel(linkage, mass_parameters(linkage, None)).model
         self.data = self.model.createData()
         self.bodies = [body.link + 1 for body in linkage.bodies]
         self.loops = [(loop.end + 1, loop.successor + 1) for loop in linkage.loops]

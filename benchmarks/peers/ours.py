@@ -14,13 +14,13 @@ import numpy as np
 from benchmarks.peers import jobs
 from kinematics.assembly.assemble import assemble, moving_chain
 from kinematics.assembly.tool_frame import tool
-from kinematics.model.arrays import frozen
-from kinematics.model.linkage import Body, Draft, Joint, Linkage, Loop
-from kinematics.model.motion import Motion, restriction
+from kinematics.model.arrays import freeze
+from kinematics.model.linkage import Body, Joint, Linkage, Loop, UnassembledLinkage
+from kinematics.model.motion import Motion, motion_of
 from kinematics.spatial.screws import revolute
 from kinematics.taylor.expansion_kernels import polynomials
-from kinematics.taylor.layout import layout
-from kinematics.taylor.monomials import monomials, powers
+from kinematics.taylor.layout import packed_layout
+from kinematics.taylor.monomials import monomial_powers, monomial_table
 from kinematics.taylor.taylor_motion import scaled_chain
 
 __all__ = ["LINE", "five_bar", "linkage", "six_r"]
@@ -31,7 +31,7 @@ LINE = tuple(
     f"flange.{axis}={float(part / jobs.DIRECTION[0])!r}*flange.x"
     for axis, part in zip("yz", jobs.DIRECTION[1:], strict=True)
 )
-UNIT = frozen([1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+UNIT = freeze([1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def five_bar(order: int) -> tuple[Callable, Callable]:
@@ -58,14 +58,14 @@ def _job(
 ) -> tuple[Callable, Callable]:
     rng = np.random.default_rng(SEED)
     first = build(rng, 0.0)
-    given = restriction(first, relations) if relations else None
+    given = motion_of(first, relations) if relations else None
     motion = given or Motion.free(first.inputs)
     chain, scales = scaled_chain(moving_chain(first, given), first, motion)
-    table = monomials(chain.width, order)
-    whole = layout(chain, table)
+    table = monomial_table(chain.width, order)
+    whole = packed_layout(chain, table)
     # The direction of the 6R arm's line is not of unit length along x.
     scales = scales / jobs.DIRECTION[0] if relations else scales
-    units = powers(table.exponents, 1.0 / scales)[:, None]
+    units = monomial_powers(table.exponents, 1.0 / scales)[:, None]
     others = [moving_chain(build(rng, SIZE), given) for _ in range(COUNT)]
     screws = cycle([other.screws for other in others])
 
@@ -81,12 +81,14 @@ def _job(
 
 
 def _joint(name: str, parent: int, axis: np.ndarray, at: np.ndarray) -> Joint:
-    return Joint(name, "revolute", parent, frozen(revolute(axis, at)), frozen(at))
+    return Joint(name, "revolute", parent, freeze(revolute(axis, at)), freeze(at))
 
 
-def _draft(joints: list[Joint], bodies: dict[str, int], loops: tuple[Loop, ...]) -> Draft:
-    made = tuple(Body(name, link, UNIT, frozen(np.eye(4))) for name, link in bodies.items())
-    return Draft("job", "job", tuple(joints), made, loops)
+def _draft(
+    joints: list[Joint], bodies: dict[str, int], loops: tuple[Loop, ...]
+) -> UnassembledLinkage:
+    made = tuple(Body(name, link, UNIT, freeze(np.eye(4))) for name, link in bodies.items())
+    return UnassembledLinkage("job", "job", tuple(joints), made, loops)
 
 
 def _five_bar(rng: np.random.Generator, size: float) -> Linkage:

@@ -93,7 +93,7 @@ def _call(function: ctypes._CFuncPtr, *arguments: int | np.ndarray) -> None:
 def momentum(
     chain: Chain, V: np.ndarray, T: np.ndarray, X: np.ndarray, options: tuple[str, ...] = LIMIT
 ) -> None:
-    """Add the rows of all orders to X; as `balance.momentum.regressor.regressor`."""
+    """Add the rows of all orders to X; as `balance.momentum.regressor.body_regressors`."""
     library = _library(options)
     function = library.momentum_planar if chain.planar else library.momentum_spatial
     rays, orders, n = V.shape[:3]

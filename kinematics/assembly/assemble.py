@@ -19,16 +19,21 @@ from kinematics.assembly import close_loops as closing
 from kinematics.assembly.repair_axes import (
     has_near_zero_singular_values,
     repair_axes,
-    repair_part,
+    repair_component,
 )
-from kinematics.assembly.singular_pose import CLOSED, crowded, generic, settled
+from kinematics.assembly.singular_pose import (
+    SINGULAR_POSE_RESIDUAL,
+    generic_direction,
+    is_near_singular,
+    leave_singular_pose,
+)
 from kinematics.closure.newton import Pose
 from kinematics.errors import CoordinateError, MobilityError, MotionError
-from kinematics.mobility.components import Component, components, freedoms
-from kinematics.mobility.independent_coordinates import coordinates
-from kinematics.model.arrays import Chain, frozen
-from kinematics.model.chain import arrange, move, plane_normal, reduce
-from kinematics.model.linkage import Draft, Linkage, Notice
+from kinematics.mobility.components import Component, component_freedoms, split_components
+from kinematics.mobility.independent_coordinates import choose_coordinates
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.chain import arrange_loops, move_chain, plane_normal, reduce_to_plane
+from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.motion import Motion
 
 __all__ = ["assemble", "moving_chain"]
@@ -41,7 +46,7 @@ NEARLY = 1e-4
 
 
 def assemble(
-    draft: Draft, inputs: Sequence[str] | None = None, *, exactly: bool = False
+    draft: UnassembledLinkage, inputs: Sequence[str] | None = None, *, exactly: bool = False
 ) -> Linkage:
     """Close the loops of a draft and choose its independent coordinates.
 
@@ -59,7 +64,9 @@ def assemble(
             branches of motion meet at the pose of the file.
         CoordinateError: an input is unknown or depends on the others.
     """
-    draft = closing.welded(closing.closed(draft, None if exactly else repair_part))
+    draft = closing.merge_welded_bodies(
+        closing.close_loops(draft, None if exactly else repair_component)
+    )
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     try:
         linkage, rounded, near = _assembled(draft, wanted)
@@ -75,8 +82,10 @@ def assemble(
 
 
 def _better(
-    draft: Draft, mend: bool, problem: CoordinateError | MobilityError | None = None
-) -> Draft:
+    draft: UnassembledLinkage,
+    mend: bool,
+    problem: CoordinateError | MobilityError | None = None,
+) -> UnassembledLinkage:
     """The draft with axes that were rounded put right, or at a pose that is not singular.
 
     Raises:
@@ -86,7 +95,7 @@ def _better(
     found = repair_axes(draft) if mend else ""
     if not isinstance(found, str):
         return found
-    regular = settled(draft)
+    regular = leave_singular_pose(draft)
     if regular is draft and problem is not None:
         if found:
             raise MobilityError(f"{draft.source}: its loops do not close: {found}") from None
@@ -94,35 +103,39 @@ def _better(
     return regular
 
 
-def _assembled(draft: Draft, wanted: Sequence[str]) -> tuple[Linkage, bool, bool]:
+def _assembled(draft: UnassembledLinkage, wanted: Sequence[str]) -> tuple[Linkage, bool, bool]:
     """The linkage at the pose of a draft.
 
     Also whether its axes look rounded, and whether a singular pose is near.
     """
-    chain, parts = arrange(draft), components(draft)
-    free, spectra = freedoms(parts, len(draft.joints))
+    chain, parts = arrange_loops(draft), split_components(draft)
+    free, spectra = component_freedoms(parts, len(draft.joints))
     mobility = free.shape[1]
     if mobility == 0:
         raise MobilityError(
             f"{draft.source}: the linkage is rigid: its loops leave no joint free to move; "
             "check the axes of the joints along them"
         )
-    independent, notices = coordinates(draft, free, wanted)
-    chain = move(chain, independent, np.eye(mobility))
+    independent, notices = choose_coordinates(draft, free, wanted)
+    chain = move_chain(chain, independent, np.eye(mobility))
     idle, poses = _still(draft, chain, parts)
     near = any(
-        pose is not None and crowded(part.with_columns(chain), values, pose)
+        pose is not None and is_near_singular(part.with_columns(chain), values, pose)
         for part, values, pose in zip(parts, spectra, poses, strict=True)
     )
-    spatial, flat = reduce(chain, idle)
+    spatial, flat = reduce_to_plane(chain, idle)
     notices += _nearly_planar(flat)
     linkage = Linkage(
-        **{f.name: getattr(draft, f.name) for f in fields(Draft) if f.name != "notices"},
+        **{
+            f.name: getattr(draft, f.name)
+            for f in fields(UnassembledLinkage)
+            if f.name != "notices"
+        },
         notices=(*draft.notices, *notices),
         mobility=mobility,
         inputs=tuple(draft.joints[j].name for j in independent),
         idle=tuple(draft.joints[j].name for j in np.flatnonzero(idle)),
-        frames=frozen(np.reshape([body.frame for body in draft.bodies], (-1, 4, 4))),
+        frames=freeze(np.reshape([body.frame for body in draft.bodies], (-1, 4, 4))),
         chain=flat,
         spatial_chain=spatial,
     )
@@ -156,13 +169,13 @@ def moving_chain(
     if problem := _unfit(linkage, motion):
         text = ", ".join(motion.relations)
         raise MotionError(text, problem, linkage.inputs, linkage.source)
-    full = arrange(linkage)
+    full = arrange_loops(linkage)
     independent = linkage.positions_of(motion.inputs)
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
-    moved = move(full, independent, scaled)
+    moved = move_chain(full, independent, scaled)
     if idle is None:
-        idle, _ = _still(linkage, moved, components(linkage))
-    reduced, flat = reduce(moved, idle)
+        idle, _ = _still(linkage, moved, split_components(linkage))
+    reduced, flat = reduce_to_plane(moved, idle)
     return reduced if spatial else flat
 
 
@@ -190,7 +203,7 @@ def _nearly_planar(chain: Chain) -> list[Notice]:
 
 
 def _still(
-    draft: Draft, chain: Chain, parts: Sequence[Component]
+    draft: UnassembledLinkage, chain: Chain, parts: Sequence[Component]
 ) -> tuple[NDArray[np.bool_], list[Pose | None]]:
     """Find the joints that do not move up to a generic pose, and so in no motion.
 
@@ -213,17 +226,17 @@ def _still(
         pose = _moved(draft, part, local) if local.width else None
         poses.append(pose)
         if pose is not None:
-            still[part.joints] = np.abs(pose.q) <= CLOSED * np.abs(pose.q).max()
+            still[part.joints] = np.abs(pose.q) <= SINGULAR_POSE_RESIDUAL * np.abs(pose.q).max()
     return still, poses
 
 
-def _moved(draft: Draft, part: Component, chain: Chain) -> Pose:
+def _moved(draft: UnassembledLinkage, part: Component, chain: Chain) -> Pose:
     """A finite pose of a part in a generic direction of the chain's columns.
 
     Raises:
         MobilityError: closure fails at a higher order or at a finite pose.
     """
-    order, pose = generic(chain)
+    order, pose = generic_direction(chain)
     if pose is None:
         moving = part.joints[np.any(chain.columns != 0.0, axis=1)]
         raise MobilityError(

@@ -15,22 +15,34 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.newton import Pose, forward
+from kinematics.closure.newton import Pose, forward_kinematics
 from kinematics.errors import OpenLoopError
-from kinematics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton, never, step_grows
-from kinematics.mobility.components import Component, components
+from kinematics.linalg.gauss_newton import (
+    Iterate,
+    LeastNorm,
+    gauss_newton,
+    never_stop,
+    step_grows,
+)
+from kinematics.mobility.components import Component, split_components
 from kinematics.mobility.first_order import closure_equations
-from kinematics.model.arrays import Chain, frozen
-from kinematics.model.chain import arrange, extent, paths
-from kinematics.model.full_turns import measured, within_turn
-from kinematics.model.linkage import Draft, Notice, Place
-from kinematics.spatial.inertia import displaced
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.chain import arrange_loops, extent, paths
+from kinematics.model.full_turns import position_text, wrap_turns
+from kinematics.model.linkage import LinkPose, Notice, UnassembledLinkage
+from kinematics.spatial.inertia import displace_parameters
 from kinematics.spatial.screws import Ad, hat
 
-__all__ = ["NEARBY", "closed", "moved", "neighbours", "welded"]
+__all__ = [
+    "NEARBY_DISTANCE",
+    "close_loops",
+    "rereference",
+    "nearby_starts",
+    "merge_welded_bodies",
+]
 
 Array = NDArray[np.float64]
-Mend = Callable[[Draft, Sequence[int], float, float], Draft | str]
+Mend = Callable[[UnassembledLinkage, Sequence[int], float, float], UnassembledLinkage | str]
 
 # Mismatch, in radians and characteristic lengths, at which loops count as closed.
 CLOSED = 1e-11
@@ -41,10 +53,10 @@ DISTANCES = (0.1, 0.3, 1.0, 3.0)
 PER_DISTANCE = 8
 SEED = 0
 # A pose is another than the reference pose if a joint has moved by more (radians, lengths).
-NEARBY = 0.2
+NEARBY_DISTANCE = 0.2
 
 
-def closed(draft: Draft, mend: Mend | None = None) -> Draft:
+def close_loops(draft: UnassembledLinkage, mend: Mend | None = None) -> UnassembledLinkage:
     """The draft at a pose that closes its loops; the draft itself if its own pose does.
 
     Components are closed one by one, with tolerances relative to their own size. A notice
@@ -54,7 +66,7 @@ def closed(draft: Draft, mend: Mend | None = None) -> Draft:
     Args:
         draft: the linkage as its file describes it.
         mend: repair of a component whose loops almost close, such as
-            `kinematics.assembly.repair_axes.repair_part`. Its arguments are the draft with
+            `kinematics.assembly.repair_axes.repair_component`. Its arguments are the draft with
             welds moved to close the loops, the joints of the component, and the largest angle
             (rad) and distance (m) by which welds were moved; it returns a draft, or why it
             cannot.
@@ -65,7 +77,7 @@ def closed(draft: Draft, mend: Mend | None = None) -> Draft:
     """
     if all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops):
         return draft
-    parts = components(draft)
+    parts = split_components(draft)
     loose = set(range(len(draft.loops))).difference(*(part.loops for part in parts))
     if any(not np.array_equal(draft.loops[k].gap, np.eye(4)) for k in loose):
         raise _error(draft, "")
@@ -74,12 +86,12 @@ def closed(draft: Draft, mend: Mend | None = None) -> Draft:
         if isinstance(each, str):
             raise _error(draft, each)
     closings = [each for each in found if isinstance(each, _Closing)]
-    chain = arrange(draft)
+    chain = arrange_loops(draft)
     q = np.zeros(len(draft.joints))
     for each in closings:
         q += each.part.all_positions(each.q, chain.units)
     furthest = max(closings, key=_distance)
-    there = replace(moved(draft, chain, q), notices=(*draft.notices, *_told(furthest)))
+    there = replace(rereference(draft, chain, q), notices=(*draft.notices, *_told(furthest)))
     for each in closings:
         if each.open and mend is not None:
             better = mend(there, each.part.joints.tolist(), *each.open)
@@ -107,7 +119,7 @@ class _Closing(NamedTuple):
 
 def _distance(closing: _Closing) -> float:
     """How far joints moved, unless welds were moved instead."""
-    q, _ = within_turn(closing.part.draft.joints, closing.q)
+    q, _ = wrap_turns(closing.part.draft.joints, closing.q)
     size = float(np.abs(q).max())
     return size if size > ALMOST or not closing.open else 0.0
 
@@ -133,16 +145,16 @@ def _gaps(part: Component) -> Array:
     return np.reshape(gaps, (-1, 4, 4))
 
 
-def neighbours(chain: Chain) -> Iterator[Array]:
+def nearby_starts(chain: Chain) -> Iterator[Array]:
     """Joint positions of closed poses some way from the reference pose, which is closed."""
     gaps = np.tile(np.eye(4), (len(chain.ends), 1, 1))
     for start in _starts(chain.parent.size):
         q = _solved(chain, gaps, start)
-        if q is not None and np.abs(q).max() > NEARBY:
+        if q is not None and np.abs(q).max() > NEARBY_DISTANCE:
             yield q
 
 
-def welded(draft: Draft) -> Draft:
+def merge_welded_bodies(draft: UnassembledLinkage) -> UnassembledLinkage:
     """The draft with every two bodies that a loop without a joint welds together as one.
 
     A body that is welded to the ground is dropped. The loops must be closed.
@@ -158,7 +170,7 @@ def welded(draft: Draft) -> Draft:
         joined = "the ground"
         if loop.successor >= 0:
             first, second = pair
-            total = frozen(first.inertia + second.inertia)
+            total = freeze(first.inertia + second.inertia)
             bodies.append(replace(first, inertia=total))
             bodies.sort(key=lambda body: body.link)
             joined, pair = first.name, [second]
@@ -189,8 +201,8 @@ def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
 
     before = paths(chain.parent)
     q: Array = least_squares(
-        lambda q: _openness(chain, gaps, forward(chain, q)), start,
-        lambda q: _opening(chain, gaps, before, forward(chain, q)), max_nfev=200,
+        lambda q: _openness(chain, gaps, forward_kinematics(chain, q)), start,
+        lambda q: _opening(chain, gaps, before, forward_kinematics(chain, q)), max_nfev=200,
     ).x  # fmt: skip
     return q
 
@@ -206,12 +218,16 @@ def _almost(part: Component, mend: Mend) -> _Closing | str:
     for far in (False, True):
         q = _damped(chain, gaps, home) if far else home
         rule = LeastNorm(1e-3, longest=0.5)
-        q = gauss_newton(closure_equations(chain, gaps), q, rule, never, never, 10).last.next
-        D = _openness(chain, gaps, forward(chain, q))[: 12 * len(gaps)].reshape(-1, 3, 4)
+        q = gauss_newton(
+            closure_equations(chain, gaps), q, rule, never_stop, never_stop, 10
+        ).last.next
+        D = _openness(chain, gaps, forward_kinematics(chain, q))[: 12 * len(gaps)].reshape(
+            -1, 3, 4
+        )
         angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
         if max(angle, distance) <= ALMOST:
             left = angle, distance * chain.frame.length
-            better = mend(moved(part.draft, chain, q), range(q.size), *left)
+            better = mend(rereference(part.draft, chain, q), range(q.size), *left)
             return better if isinstance(better, str) else _Closing(scaled, q, 0, left)
     return ""
 
@@ -223,7 +239,7 @@ def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
     """
 
     def closed(path: Sequence[Iterate]) -> bool:
-        pose = forward(chain, path[-1].x)
+        pose = forward_kinematics(chain, path[-1].x)
         open_by = float(np.abs(_openness(chain, gaps, pose)).max())
         return open_by <= CLOSED and (len(path) == 1 or path[-2].size <= CLOSED)
 
@@ -266,8 +282,8 @@ def _told(found: _Closing) -> list[Notice]:
     if _distance(found) <= 1e-9:
         return []
     chain, number, joints = found.part.chain, found.start, found.part.draft.joints
-    q, _ = within_turn(joints, found.q)
-    home = forward(chain, np.zeros(q.size))
+    q, _ = wrap_turns(joints, found.q)
+    home = forward_kinematics(chain, np.zeros(q.size))
     open_by = np.abs(_openness(chain, _gaps(found.part), home)).max()
     furthest = int(np.argmax(np.abs(q)))
     joint = joints[furthest]
@@ -275,12 +291,12 @@ def _told(found: _Closing) -> list[Notice]:
     text = (
         f"the loops were open by {open_by:.2g} (radians, characteristic lengths); closed from "
         f"{start}; joint '{joint.name}' moved furthest, by "
-        f"{measured(joint, q[furthest] * chain.units[furthest])}"
+        f"{position_text(joint, q[furthest] * chain.units[furthest])}"
     )
     return [Notice("assembled", text)]
 
 
-def _error(draft: Draft, hint: str) -> OpenLoopError:
+def _error(draft: UnassembledLinkage, hint: str) -> OpenLoopError:
     """The error for the loop that is furthest open in the file."""
     worst, distance, angle = draft.loops[0], 0.0, 0.0
     for loop in draft.loops:
@@ -308,34 +324,36 @@ def _from_frame(chain: Chain, H: Array) -> Array:
     return out
 
 
-def moved(draft: Draft, chain: Chain, q: Array) -> Draft:
+def rereference(draft: UnassembledLinkage, chain: Chain, q: Array) -> UnassembledLinkage:
     """The draft with the joint positions q as its reference pose and its gaps closed."""
-    H = np.array([_from_frame(chain, h) for h in forward(chain, q).H])
+    H = np.array([_from_frame(chain, h) for h in forward_kinematics(chain, q).H])
     before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
     joints = tuple(
         replace(
             joint,
-            screw=frozen(Ad(h) @ joint.screw),
-            point=frozen(h[:3, :3] @ joint.point + h[:3, 3]),
+            screw=freeze(Ad(h) @ joint.screw),
+            point=freeze(h[:3, :3] @ joint.point + h[:3, 3]),
         )
         for joint, h in zip(draft.joints, before, strict=True)
     )
     bodies = tuple(
         replace(
             body,
-            inertia=frozen(displaced(body.inertia, H[body.link])),
-            frame=frozen(H[body.link] @ body.frame),
+            inertia=freeze(displace_parameters(body.inertia, H[body.link])),
+            frame=freeze(H[body.link] @ body.frame),
         )
         for body in draft.bodies
     )
     places = {
-        name: place if place.link < 0 else Place(place.link, frozen(H[place.link] @ place.pose))
+        name: place
+        if place.link < 0
+        else LinkPose(place.link, freeze(H[place.link] @ place.pose))
         for name, place in draft.places.items()
     }
     positions = draft.displaced
     if q.any():
-        positions = frozen(q * chain.units + (0.0 if positions is None else positions))
+        positions = freeze(q * chain.units + (0.0 if positions is None else positions))
     return replace(
         draft, joints=joints, bodies=bodies, places=places, displaced=positions,
-        loops=tuple(replace(loop, gap=frozen(np.eye(4))) for loop in draft.loops),
+        loops=tuple(replace(loop, gap=freeze(np.eye(4))) for loop in draft.loops),
     )  # fmt: skip

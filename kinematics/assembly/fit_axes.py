@@ -21,27 +21,33 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.newton import forward
+from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import loop_matrix
-from kinematics.linalg.gauss_newton import FixedRank, Iterate, LeastNorm, gauss_newton, never
+from kinematics.linalg.gauss_newton import (
+    FixedRank,
+    Iterate,
+    LeastNorm,
+    gauss_newton,
+    never_stop,
+)
 from kinematics.linalg.vectors import alike_groups
-from kinematics.mobility.first_order import DEPENDENT, closure_equations, spectrum
-from kinematics.model.arrays import Chain, frozen
-from kinematics.model.chain import arrange, extent, loop_signs
-from kinematics.model.linkage import Draft, Joint
+from kinematics.mobility.first_order import DEPENDENT, closure_equations, loop_singular_values
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.chain import arrange_loops, extent, loop_signs
+from kinematics.model.linkage import Joint, UnassembledLinkage
 from kinematics.spatial.screws import Ad, exp, skew
 
-__all__ = ["CLOSED", "LARGEST", "Fit", "fit_axes"]
+__all__ = ["FIT_RESIDUAL", "MAX_AXIS_CHANGE", "Fit", "fit_axes"]
 
 Array = NDArray[np.float64]
 
 # Largest change of an axis that counts as rounding, in radians or in parts of the size of the
 # linkage: four decimals.
-LARGEST = 1e-4
+MAX_AXIS_CHANGE = 1e-4
 # Largest change of an axis that is tried, to find out how far it is from closing the loops.
 FAR = 1e-2
 # Opening of the loops after the fit, at poses that were not used for it.
-CLOSED = 1e-12
+FIT_RESIDUAL = 1e-12
 # Poses that are looked at: how far away, and how many of them for each freedom and one more.
 NEAREST, FURTHEST, POSES = 0.15, 0.75, 8
 SEED = 6
@@ -61,7 +67,7 @@ class Fit(NamedTuple):
             they can, at the poses looked at; in radians and parts of the size.
     """
 
-    draft: Draft
+    draft: UnassembledLinkage
     angle: float
     shift: float
     size: float
@@ -70,7 +76,7 @@ class Fit(NamedTuple):
     gap: float
 
 
-def fit_axes(draft: Draft, normal: Array | None = None) -> Fit | None:
+def fit_axes(draft: UnassembledLinkage, normal: Array | None = None) -> Fit | None:
     """Find the axes nearest to those of a linkage that let its loops move.
 
     Args:
@@ -82,7 +88,7 @@ def fit_axes(draft: Draft, normal: Array | None = None) -> Fit | None:
     Returns:
         The fit; None if no axes nearby let the loops move.
     """
-    chain = arrange(draft, extent(draft))
+    chain = arrange_loops(draft, extent(draft))
     size = chain.frame.length
     rank = _rank(chain)
     poses = _poses(chain, rank) if 0 < rank < chain.parent.size else []
@@ -90,14 +96,14 @@ def fit_axes(draft: Draft, normal: Array | None = None) -> Fit | None:
         return None
     fresh, used = poses[::4], [q for i, q in enumerate(poses) if i % 4]
     gap = max(np.abs(_left(chain, q, rank)[1]).max() for q in fresh)
-    if gap <= CLOSED:
+    if gap <= FIT_RESIDUAL:
         return Fit(draft, 0.0, 0.0, size, 0.0, chain.parent.size - rank, float(gap))
     points = np.array([joint.point for joint in draft.joints])
     points = (points - chain.frame.origin) / size
     for groups in (_parallel(chain), [[j] for j in range(len(points))]):
         aligned, moves = _aligned(chain, groups, points, normal), _moves(groups, points)
         moved = _moved(aligned, used, rank, moves)
-        if moved and max(np.abs(_left(moved, q, rank)[1]).max() for q in fresh) <= CLOSED:
+        if moved and max(np.abs(_left(moved, q, rank)[1]).max() for q in fresh) <= FIT_RESIDUAL:
             break
     else:
         return None
@@ -123,7 +129,7 @@ def _parallel(chain: Chain) -> list[list[int]]:
                           chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
     return alike_groups(
         directions,
-        lambda some, one: np.linalg.norm(np.cross(some, one), axis=1) <= 2 * LARGEST,
+        lambda some, one: np.linalg.norm(np.cross(some, one), axis=1) <= 2 * MAX_AXIS_CHANGE,
     )
 
 
@@ -148,7 +154,7 @@ def _aligned(
             n, p = sign * mean, points[j]
             pitch = chain.screws[j, :3] @ chain.screws[j, 3:]
             screws[j] = np.concatenate([n, pitch * n - np.cross(n, p)] if t else [0 * n, n])
-    return replace(chain, screws=frozen(screws))
+    return replace(chain, screws=freeze(screws))
 
 
 def _moves(groups: list[list[int]], points: Array) -> Array:
@@ -166,7 +172,7 @@ def _moves(groups: list[list[int]], points: Array) -> Array:
 
 def _rank(chain: Chain) -> int:
     """Rank of the loop matrix of the linkage that is meant, by the widest gap below."""
-    values, _ = spectrum(loop_matrix(chain))
+    values, _ = loop_singular_values(loop_matrix(chain))
     values = values / max(values[0], 1e-300)
     rank = int(np.sum(values > DEPENDENT))
     choices = [r for r in range(1, rank) if values[r] < FAR]
@@ -175,7 +181,7 @@ def _rank(chain: Chain) -> int:
 
 def _poses(chain: Chain, rank: int) -> list[Array]:
     """Joint positions in many directions that close the loops as well as they can."""
-    _, Vt = spectrum(loop_matrix(chain))
+    _, Vt = loop_singular_values(loop_matrix(chain))
     N, rng, found = Vt[rank:].T, np.random.default_rng(SEED), []
     for reach in np.linspace(NEAREST, FURTHEST, POSES * (N.shape[1] + 1)):
         v = N @ rng.standard_normal(N.shape[1])
@@ -193,7 +199,7 @@ def _left(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
         return path[-1].size <= 1e-15
 
     rule = FixedRank(rank)
-    last, _ = gauss_newton(closure_equations(chain), q, rule, settled, never, 12)
+    last, _ = gauss_newton(closure_equations(chain), q, rule, settled, never_stop, 12)
     return last.next, last.residual
 
 
@@ -208,7 +214,7 @@ def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain |
 
     def move(moved: Chain, step: Array) -> Chain:
         small = (moves @ -step).reshape(-1, 6)
-        return replace(moved, screws=frozen([
+        return replace(moved, screws=freeze([
             Ad(_displacement(d)) @ s for d, s in zip(small, moved.screws, strict=True)
         ]))  # fmt: skip
 
@@ -221,7 +227,7 @@ def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain |
         return bool(np.abs(path[-1].next.screws - chain.screws).max() > 2 * FAR)
 
     best = gauss_newton(relations, chain, rule, closed, failed, 12, move).last
-    return best.x if best.error <= CLOSED else None
+    return best.x if best.error <= FIT_RESIDUAL else None
 
 
 class _Halving:
@@ -261,7 +267,7 @@ def _unreachable(
     solved, openings, slopes = [], [], []
     for start in poses:
         q, b = _left(chain, start, rank)
-        A = loop_matrix(chain, forward(chain, q).screws)
+        A = loop_matrix(chain, forward_kinematics(chain, q).screws)
         apart = np.linalg.svd(A)[0][:, rank:]
         solved.append(q)
         openings.append(apart.T @ b)
@@ -271,7 +277,7 @@ def _unreachable(
 
 def _effect(chain: Chain, q: Array) -> Array:
     """Derivatives of the loop residual by displacements of the axes at a pose; (rows, 6 n)."""
-    pose = forward(chain, q)
+    pose = forward_kinematics(chain, q)
     n, signs = q.size, loop_signs(chain.parent, chain.ends)
     J = np.zeros((len(chain.ends), 6, n, 6))
     for j in range(n):
@@ -289,7 +295,7 @@ def _displacement(small: NDArray[np.floating]) -> Array:
     return exp(small / size, size) if size > 0.0 else exp(small, 1.0)
 
 
-def _written(draft: Draft, chain: Chain) -> Draft:
+def _written(draft: UnassembledLinkage, chain: Chain) -> UnassembledLinkage:
     """The draft with the axes of the chain."""
     o, length = chain.frame.origin, chain.frame.length
     joints = []
@@ -297,5 +303,5 @@ def _written(draft: Draft, chain: Chain) -> Draft:
         screw = s.copy()
         if joint.kind != "prismatic":
             screw[3:] = length * s[3:] - np.cross(s[:3], o)
-        joints.append(replace(joint, screw=frozen(screw)))
+        joints.append(replace(joint, screw=freeze(screw)))
     return replace(draft, joints=tuple(joints))

@@ -6,16 +6,18 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from kinematics.assembly.assemble import assemble
-from kinematics.assembly.close_loops import moved
+from kinematics.assembly.close_loops import rereference
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError
-from kinematics.model.chain import arrange
+from kinematics.model.chain import arrange_loops
 from kinematics.model.linkage import Linkage
 
-__all__ = ["repose"]
+__all__ = ["move_reference_pose"]
 
 
-def repose(linkage: Linkage, at: Mapping[str, float], *, exactly: bool = False) -> Linkage:
+def move_reference_pose(
+    linkage: Linkage, at: Mapping[str, float], *, exactly: bool = False
+) -> Linkage:
     """Move a linkage to another pose, which becomes its reference pose.
 
     The inputs fix the pose. The other joints follow along the straight line of input
@@ -45,8 +47,8 @@ def repose(linkage: Linkage, at: Mapping[str, float], *, exactly: bool = False) 
     if before is not None:
         here = dict(zip(inputs, before[linkage.positions_of(inputs)].tolist(), strict=True))
     q = joint_positions(linkage, {name: value - here[name] for name, value in at.items()})
-    chain = arrange(linkage)
-    there = assemble(moved(linkage, chain, q / chain.units), inputs, exactly=exactly)
+    chain = arrange_loops(linkage)
+    there = assemble(rereference(linkage, chain, q / chain.units), inputs, exactly=exactly)
     pose = {name: float(at.get(name, here[name])) for name in inputs}
     # Both assemblies may have had the same to tell.
     return replace(there, at=pose, notices=tuple(dict.fromkeys(there.notices)))

@@ -12,15 +12,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.assembly.fit_axes import CLOSED, LARGEST, fit_axes
+from kinematics.assembly.fit_axes import FIT_RESIDUAL, MAX_AXIS_CHANGE, fit_axes
 from kinematics.linalg.vectors import project_out
-from kinematics.mobility.components import component, components
+from kinematics.mobility.components import component_of, split_components
 from kinematics.mobility.first_order import DEPENDENT
-from kinematics.model.arrays import frozen
-from kinematics.model.chain import arrange, plane_normal
-from kinematics.model.linkage import Draft, Joint, Notice
+from kinematics.model.arrays import freeze
+from kinematics.model.chain import arrange_loops, plane_normal
+from kinematics.model.linkage import Joint, Notice, UnassembledLinkage
 
-__all__ = ["has_near_zero_singular_values", "repair_axes", "repair_part"]
+__all__ = ["has_near_zero_singular_values", "repair_axes", "repair_component"]
 
 Array = NDArray[np.float64]
 
@@ -38,24 +38,24 @@ def has_near_zero_singular_values(values: Array, planar: bool) -> bool:
     """
     relative = values / max(values.max(initial=0.0), 1e-300)
     least = DEPENDENT if planar else EXACT
-    return bool(np.any((relative > least) & (relative < LARGEST)))
+    return bool(np.any((relative > least) & (relative < MAX_AXIS_CHANGE)))
 
 
-def repair_axes(draft: Draft) -> Draft | str:
+def repair_axes(draft: UnassembledLinkage) -> UnassembledLinkage | str:
     """Move axes within rounding so that the loops move, component by component.
 
     Args:
         draft: a linkage whose loops are closed at the reference pose.
 
     Returns:
-        The repaired draft, or a text as of `repair_part` if no component was repaired.
+        The repaired draft, or a text as of `repair_component` if no component was repaired.
 
     Raises:
         MobilityError: a component is too small for double precision.
     """
     better, texts = draft, []
-    for part in components(draft):
-        found = repair_part(better, part.joints.tolist())
+    for part in split_components(draft):
+        found = repair_component(better, part.joints.tolist())
         if isinstance(found, str):
             texts.append(found)
         else:
@@ -63,9 +63,9 @@ def repair_axes(draft: Draft) -> Draft | str:
     return max(texts, key=len, default="") if better is draft else better
 
 
-def repair_part(
-    draft: Draft, joints: Sequence[int], angle: float = 0.0, distance: float = 0.0
-) -> Draft | str:
+def repair_component(
+    draft: UnassembledLinkage, joints: Sequence[int], angle: float = 0.0, distance: float = 0.0
+) -> UnassembledLinkage | str:
     """Move the axes of one component within rounding so that its loops move.
 
     Args:
@@ -83,24 +83,25 @@ def repair_part(
         MobilityError: the component is too small for double precision.
     """
     normal = _normal(draft)
-    fit = fit_axes(component(draft, joints).draft, normal)
+    fit = fit_axes(component_of(draft, joints).draft, normal)
     if fit is None:
         return ""
     gap = max(angle, distance / fit.size, fit.gap)
-    if gap <= CLOSED:
+    if gap <= FIT_RESIDUAL:
         return ""
     turn, shift = max(angle, fit.angle), max(distance, fit.shift)
     by = f"by up to {turn:.2g} rad and {shift:.2g} m"
     degrees = f"{fit.freedom} degree{'s' if fit.freedom > 1 else ''} of freedom"
-    if max(fit.change, gap) > LARGEST:
+    if max(fit.change, gap) > MAX_AXIS_CHANGE:
         return (
             f"as written they stay open by {gap:.2g} (radians, parts of the size of the "
             f"linkage); with axes and welds moved {by} they would close and have {degrees}, "
-            f"but more than {LARGEST:.0e} is no rounding: correct the axes along them"
+            f"but more than {MAX_AXIS_CHANGE:.0e} is no rounding: correct the axes along them"
         )
     text = (
         f"overconstrained loops close only to rounding: as written they stay open by "
-        f"{gap:.2g} (radians, parts of the size of the linkage; up to {LARGEST:.0e} counts as "
+        f"{gap:.2g} (radians, parts of the size of the linkage; up to {MAX_AXIS_CHANGE:.0e} "
+        "counts as "
         f"rounding); their axes and welds were moved {by}, after which they close exactly and "
         f"have {degrees}"
     )
@@ -111,10 +112,10 @@ def repair_part(
     return replace(draft, joints=tuple(new), notices=notices)
 
 
-def _normal(draft: Draft) -> Array | None:
+def _normal(draft: UnassembledLinkage) -> Array | None:
     """Mean direction of all axes of rotation, if the linkage is planar but for rounding."""
-    chain = arrange(draft)
-    near = plane_normal(chain, LARGEST)
+    chain = arrange_loops(draft)
+    near = plane_normal(chain, MAX_AXIS_CHANGE)
     if near is None:
         return None
     turning = chain.screws[np.any(chain.screws[:, :3], axis=1), :3]
@@ -131,4 +132,4 @@ def _levelled(joint: Joint, normal: Array) -> Joint:
     else:
         upright = np.sign(n @ normal) * normal
         screw = np.concatenate([upright, np.cross(joint.point, upright) + (n @ m) * upright])
-    return replace(joint, screw=frozen(screw))
+    return replace(joint, screw=freeze(screw))

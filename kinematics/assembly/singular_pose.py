@@ -13,32 +13,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.assembly import close_loops as closing
-from kinematics.closure.newton import Pose, follow
+from kinematics.closure.newton import Pose, follow_ray
 from kinematics.closure.series import Series, expand, loop_matrix
 from kinematics.errors import MobilityError
-from kinematics.mobility.components import Component, components
+from kinematics.mobility.components import Component, split_components
 from kinematics.mobility.first_order import (
     DEPENDENT,
-    away,
     conditioning,
     first_order,
-    independent,
-    nullity,
-    onward,
+    first_order_mobility_of,
+    independent_rows,
+    step_along,
+    step_from_singular,
 )
-from kinematics.mobility.higher_order import ORDERS, Local, examine
+from kinematics.mobility.higher_order import MAX_ORDER, LocalMobility, analyse_local_mobility
 from kinematics.model.arrays import Chain
-from kinematics.model.chain import arrange, move
-from kinematics.model.full_turns import within_turn
-from kinematics.model.linkage import Draft, Notice
+from kinematics.model.chain import arrange_loops, move_chain
+from kinematics.model.full_turns import wrap_turns
+from kinematics.model.linkage import Notice, UnassembledLinkage
 
-__all__ = ["CLOSED", "crowded", "generic", "settled"]
+__all__ = [
+    "SINGULAR_POSE_RESIDUAL",
+    "is_near_singular",
+    "generic_direction",
+    "leave_singular_pose",
+]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # Closure to round-off, at series orders and at finite poses.
-CLOSED = 1e-9
+SINGULAR_POSE_RESIDUAL = 1e-9
 # The least singular value that counts of a loop matrix, relative to the largest: poses below
 # the first may be near a singular one; those below the second cannot be told from it.
 NEAR, AT = 0.05, 1e-3
@@ -52,11 +57,11 @@ class _Group(NamedTuple):
     """Joints that move together, what they can do, and poses on their branches."""
 
     part: Component
-    local: Local
+    local: LocalMobility
     poses: list[Array]
 
 
-def generic(chain: Chain) -> tuple[int, Pose | None]:
+def generic_direction(chain: Chain) -> tuple[int, Pose | None]:
     """A finite pose in a generic direction of the columns of a chain, if its loops allow.
 
     Returns:
@@ -68,7 +73,7 @@ def generic(chain: Chain) -> tuple[int, Pose | None]:
     series = expand(chain, ray[None], 4)
     if order := _fails(series):
         return order, None
-    pose, step = follow(chain, np.zeros(chain.parent.size), series, ray)
+    pose, step = follow_ray(chain, np.zeros(chain.parent.size), series, ray)
     return (len(series.residual) + 1, None) if step == 0.0 else (0, pose)
 
 
@@ -76,12 +81,12 @@ def _fails(series: Series) -> int:
     """The first order of motion at which loops do not close; 0 if they do."""
     sizes = np.abs(series.C[0]).max(axis=(1, 2))
     for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
-        if residual > CLOSED * max(1.0, size, sizes[0] ** (order + 1)):
+        if residual > SINGULAR_POSE_RESIDUAL * max(1.0, size, sizes[0] ** (order + 1)):
             return order + 1
     return 0
 
 
-def crowded(chain: Chain, values: Array, pose: Pose) -> bool:
+def is_near_singular(chain: Chain, values: Array, pose: Pose) -> bool:
     """Whether a regular pose is near a singular one: loops open better at the next one.
 
     Args:
@@ -96,7 +101,7 @@ def crowded(chain: Chain, values: Array, pose: Pose) -> bool:
     return here < NEAR and conditioning(chain, pose.q, freedom) > 1.5 * here
 
 
-def settled(draft: Draft) -> Draft:
+def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
     """The draft at a regular pose: its own, or one on the only branch that leaves it.
 
     Args:
@@ -106,8 +111,8 @@ def settled(draft: Draft) -> Draft:
         MobilityError: joints move only infinitesimally, or several branches of motion meet
             at the pose of the file.
     """
-    chain = arrange(draft)
-    parts = components(draft)
+    chain = arrange_loops(draft)
+    parts = split_components(draft)
     groups = [g for part in parts if (g := _singular(part))]
     if not groups:
         return draft
@@ -120,7 +125,8 @@ def settled(draft: Draft) -> Draft:
         return draft
     outside = q.size - sum(part.joints.size for part in parts)
     here, there = (
-        outside + sum(nullity(p.chain, p.own_positions(at, chain.units)) for p in parts)
+        outside
+        + sum(first_order_mobility_of(p.chain, p.own_positions(at, chain.units)) for p in parts)
         for at in (np.zeros(q.size), q)
     )
     text = (
@@ -134,7 +140,7 @@ def settled(draft: Draft) -> Draft:
             f"along it, by {_positions(draft, chain, q)}"
         )
     notices = (*draft.notices, Notice("left_singular_pose", text))
-    return replace(closing.moved(draft, chain, q), notices=notices)
+    return replace(closing.rereference(draft, chain, q), notices=notices)
 
 
 def _singular(group: Component) -> _Group | None:
@@ -157,16 +163,20 @@ def _singular(group: Component) -> _Group | None:
             joints=[draft.joints[j].name for j in joints],
         )
     if pose is not None:
-        if not crowded(part, values, pose):
+        if not is_near_singular(part, values, pose):
             return None
         here = float(values[values.size - freedom - 1] / values[0])
-        local = examine(part, 2 * here) if here < AT else None
+        local = analyse_local_mobility(part, 2 * here) if here < AT else None
         if local is None or len(local.branches) < 2:
-            return _Group(group, Local(freedom, freedom, 0, free.T), [away(part, free)])
+            return _Group(
+                group,
+                LocalMobility(freedom, freedom, 0, free.T),
+                [step_from_singular(part, free)],
+            )
     elif freedom == 0:
         return None
     else:
-        local = examine(part)
+        local = analyse_local_mobility(part)
     if local.mobility == 0:
         raise _rigid(group, local)
     if local.mobility >= local.freedom:
@@ -176,25 +186,29 @@ def _singular(group: Component) -> _Group | None:
             "pose nearby, but cannot follow them all; replace that part by one rigid link",
             joints=[draft.joints[j].name for j in joints],
         )
-    return _Group(group, local, [onward(part, q) for q in local.branches])
+    return _Group(group, local, [step_along(part, q) for q in local.branches])
 
 
 def _ahead(chain: Chain, free: Array) -> Pose | None:
     """A pose in a generic direction of the freedoms at first order (n, f), if there is one."""
-    return generic(move(chain, independent(free), np.eye(free.shape[1])))[1]
+    return generic_direction(move_chain(chain, independent_rows(free), np.eye(free.shape[1])))[
+        1
+    ]
 
 
-def _rigid(group: Component, local: Local) -> MobilityError:
+def _rigid(group: Component, local: LocalMobility) -> MobilityError:
     """The error for joints that move only infinitesimally."""
     draft, chain = group.draft, group.chain
     joints = range(len(draft.joints))
-    order = f"at order {local.order}" if local.order <= ORDERS else f"beyond order {ORDERS}"
+    order = (
+        f"at order {local.order}" if local.order <= MAX_ORDER else f"beyond order {MAX_ORDER}"
+    )
     remedy = "it is a structure: check the origins and axes along its loops"
-    for far in closing.neighbours(chain):
-        q, _ = within_turn(draft.joints, far)
-        there = arrange(closing.moved(draft, chain, q))
+    for far in closing.nearby_starts(chain):
+        q, _ = wrap_turns(draft.joints, far)
+        there = arrange_loops(closing.rereference(draft, chain, q))
         free, _ = first_order(loop_matrix(there))
-        if np.abs(q).max() > closing.NEARBY and free.shape[1] and _ahead(there, free):
+        if np.abs(q).max() > closing.NEARBY_DISTANCE and free.shape[1] and _ahead(there, free):
             where = _positions(draft, chain, q)
             remedy = f"it moves at other poses: write the file at one, such as {where}"
             break
@@ -206,7 +220,9 @@ def _rigid(group: Component, local: Local) -> MobilityError:
     )  # fmt: skip
 
 
-def _bifurcation(draft: Draft, chain: Chain, groups: Sequence[_Group]) -> MobilityError:
+def _bifurcation(
+    draft: UnassembledLinkage, chain: Chain, groups: Sequence[_Group]
+) -> MobilityError:
     """The error for a pose at which branches of motion meet."""
     group = groups[0]
     here, there = group.local.freedom, group.local.mobility
@@ -251,15 +267,15 @@ def _degrees(count: int) -> str:
     return f"{count} degree{'s' if count > 1 else ''} of freedom"
 
 
-def _listed(draft: Draft, joints: Sequence[int] | IntArray) -> str:
+def _listed(draft: UnassembledLinkage, joints: Sequence[int] | IntArray) -> str:
     """Names of joints, the first few of many."""
     more = ["…"] if len(joints) > NAMED else []
     return ", ".join([draft.joints[j].name for j in joints[:NAMED]] + more)
 
 
-def _positions(draft: Draft, chain: Chain, q: Array) -> str:
+def _positions(draft: UnassembledLinkage, chain: Chain, q: Array) -> str:
     """Positions of the joints of the tree within one turn, as far as they move."""
-    within, _ = within_turn(draft.joints, q * chain.units)
+    within, _ = wrap_turns(draft.joints, q * chain.units)
     return ", ".join(
         f"{joint.name}={value:.3g}"
         for joint, value in zip(draft.joints, within, strict=True)

@@ -16,12 +16,20 @@ from kinematics.assembly.assemble import assemble
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError, CoordinateError
 from kinematics.linalg.vectors import project_out
-from kinematics.model.arrays import frozen
-from kinematics.model.chain import arrange, move
-from kinematics.model.linkage import GROUND, Draft, Joint, Linkage, Loop, Place, names
+from kinematics.model.arrays import freeze
+from kinematics.model.chain import arrange_loops, move_chain
+from kinematics.model.linkage import (
+    GROUND,
+    Joint,
+    Linkage,
+    LinkPose,
+    Loop,
+    UnassembledLinkage,
+    names_of,
+)
 from kinematics.spatial.screws import prismatic, revolute
 
-__all__ = ["DIRECTIONS", "coordinates_of", "tool"]
+__all__ = ["DIRECTIONS", "tool_coordinates", "tool"]
 
 Array = NDArray[np.float64]
 
@@ -77,13 +85,15 @@ def tool(
     screws = [prismatic(axis) for axis in np.eye(3)]
     screws += [revolute(axis, at) for axis in np.eye(3)]
     joints, last = list(linkage.joints), GROUND
-    coordinates = coordinates_of(link)
+    coordinates = tool_coordinates(link)
     for k, name in enumerate(coordinates):
         if k not in held:
             kind = "prismatic" if k < 3 else "revolute"
-            joints.append(Joint(name, kind, last, frozen(screws[k]), frozen(at), True))
+            joints.append(Joint(name, kind, last, freeze(screws[k]), freeze(at), True))
             last = len(joints) - 1
-    draft = Draft(**{f.name: getattr(linkage, f.name) for f in fields(Draft)})
+    draft = UnassembledLinkage(
+        **{f.name: getattr(linkage, f.name) for f in fields(UnassembledLinkage)}
+    )
     draft = replace(
         draft,
         joints=tuple(joints),
@@ -93,7 +103,7 @@ def tool(
     return assemble(draft, [coordinates[k] for k in named])
 
 
-def coordinates_of(link: str) -> tuple[str, ...]:
+def tool_coordinates(link: str) -> tuple[str, ...]:
     """Names of the coordinates of a tool, in the order of `DIRECTIONS`."""
     return tuple(f"{link}.{direction}" for direction in DIRECTIONS)
 
@@ -102,11 +112,11 @@ def _carrier(
     linkage: Linkage, link: str, point: ArrayLike | None, frame: str
 ) -> tuple[int, Array]:
     """The rigid body that carries the tool, and the tool's point (3,), inertial."""
-    bodies = {body.name: Place(body.link, body.frame) for body in linkage.bodies}
+    bodies = {body.name: LinkPose(body.link, body.frame) for body in linkage.bodies}
     moving = bodies | {n: place for n, place in linkage.places.items() if place.link != GROUND}
     if link not in moving:
         raise BodyError(linkage.source, link, "no moving link of this name", list(moving))
-    if set(coordinates_of(link)) & set(names(linkage.joints)):
+    if set(tool_coordinates(link)) & set(names_of(linkage.joints)):
         raise BodyError(linkage.source, link, "is a tool already; give another link")
     carrier, pose = moving[link]
     if point is None:
@@ -163,7 +173,7 @@ def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[
 def _rates(linkage: Linkage, link: int, at: Array) -> Array:
     """Velocity of the tool's point, then angular velocity, for unit inputs (6, mobility)."""
     independent = linkage.positions_of(linkage.inputs)
-    chain = move(arrange(linkage), independent, np.eye(linkage.mobility))
+    chain = move_chain(arrange_loops(linkage), independent, np.eye(linkage.mobility))
     twists = expand(chain, np.zeros((1, chain.width)), 0).T[0, 0, link].T
     point = (at - chain.frame.origin) / chain.frame.length
     velocity = twists[3:] + np.cross(twists[:3], point[:, None], axis=0)

@@ -12,22 +12,22 @@ from contextlib import contextmanager
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
-from kinematics.urdf.input_files import Options
-from kinematics.urdf.loop_file import merge
-from kinematics.urdf.read import drafted
-from kinematics.urdf.validate import checked
-from kinematics.urdf.xml_tree import naming
+from kinematics.urdf.input_files import ReadOptions
+from kinematics.urdf.loop_file import merge_loop_file
+from kinematics.urdf.read import read_linkage
+from kinematics.urdf.validate import validate_loaded
+from kinematics.urdf.xml_tree import name_file
 from kinematics.urdf_elements.element import Document, Element
-from kinematics.urdf_elements.write_numbers import written
+from kinematics.urdf_elements.write_numbers import element_text
 
-__all__ = ["assembled", "faults_of"]
+__all__ = ["assemble_elements", "faults_of"]
 
 Remarks = Sequence[tuple[str, str]]
 
 
-def assembled(
+def assemble_elements(
     robot: Element, source: str, inputs: Sequence[str] | None = None,
-    options: Options | None = None, remarks: Remarks = (),
+    options: ReadOptions | None = None, remarks: Remarks = (),
 ) -> Linkage:  # fmt: skip
     """Check the elements of a linkage, close its loops and choose its coordinates.
 
@@ -41,13 +41,13 @@ def assembled(
     Raises:
         LinkageError: the linkage cannot be used; the subclass says why.
     """
-    options = options or Options()
+    options = options or ReadOptions()
     with faults_of(source):
-        tree = checked(robot, source, options.fix_base)
-        side = merge(tree, source, search=False)
+        tree = validate_loaded(robot, source, options.fix_base)
+        side = merge_loop_file(tree, source, search=False)
         side = side._replace(remarks=(*remarks, *side.remarks))
-        document = Document(source, written(tree).encode())
-        draft = drafted(document, side, options)
+        document = Document(source, element_text(tree).encode())
+        draft = read_linkage(document, side, options)
     return assemble(draft, inputs)
 
 
@@ -55,7 +55,7 @@ def assembled(
 def faults_of(source: str) -> Iterator[None]:
     """Turns a `Refusal` inside into the error of a linkage, in words for Python."""
     try:
-        with naming(source):
+        with name_file(source):
             yield
     except FileError as error:
         remedy = error.remedy.replace("a <loop> element", "an item of loops")

@@ -8,20 +8,26 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.building.assembled import assembled, faults_of
-from kinematics.building.numbers import BodyLike, bodies_of, carriers, name_of, named
+from kinematics.building.assembled import assemble_elements, faults_of
+from kinematics.building.numbers import (
+    BodyLike,
+    bodies_by_link,
+    checked_name,
+    find_by_name,
+    links_and_joints,
+)
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.screws import exp, prismatic, revolute
 from kinematics.urdf.rounded_angles import (
-    READINGS,
+    ANGLE_READINGS,
     ROUND_OFF,
-    ROUNDED,
+    ROUNDED_ANGLES,
     Rounded,
-    remark,
-    twelfths,
+    describe_rounded_angles,
+    nearest_twelfth,
 )
-from kinematics.urdf.validate_fields import LARGEST, WIDEST
+from kinematics.urdf.validate_fields import MAX_LENGTH, MAX_NUMBER
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
@@ -90,13 +96,17 @@ def from_dh(
     source = f"{clean(str(name))} (built from Denavit-Hartenberg rows)"
     with faults_of(source):
         _check_option("convention", convention, CONVENTIONS)
-        _check_option("angles", angles, READINGS)
+        _check_option("angles", angles, ANGLE_READINGS)
         numbers = _rows(rows)
         titles = _titles(names, len(numbers))
         numbers, found = _meant(numbers, titles, angles)
         robot = _robot(name, numbers, convention, _kinds(kinds, titles), titles, bodies)
-    told = [(ROUNDED, f"{source}: {remark(found, angles)}")] if found else []
-    return assembled(robot, source, titles, carriers(bodies), told)
+    told = (
+        [(ROUNDED_ANGLES, f"{source}: {describe_rounded_angles(found, angles)}")]
+        if found
+        else []
+    )
+    return assemble_elements(robot, source, titles, links_and_joints(bodies), told)
 
 
 def transformations(row: ArrayLike, convention: str) -> tuple[Array, Array]:
@@ -143,7 +153,7 @@ def _rows(rows: ArrayLike) -> Array:
         raise Refusal("", problem, "give θ, d, a, α of each joint")
     for i, row in enumerate(found):
         for column, value in zip(COLUMNS, row.tolist(), strict=True):
-            most = WIDEST if column in ("theta", "alpha") else LARGEST
+            most = MAX_LENGTH if column in ("theta", "alpha") else MAX_NUMBER
             if not abs(value) <= most:
                 problem = f"{column} = {value!r} is not a finite number of at most {most:g}"
                 raise Refusal(f"row {i + 1}", problem, "give radians and metres")
@@ -157,7 +167,7 @@ def _titles(names: Sequence[str] | None, count: int) -> list[str]:
     if isinstance(names, str) or len(names) != count:
         problem = f"{clean(repr(names), 60)} does not name {count} joints"
         raise Refusal("names", problem, "give one name for each row")
-    return [name_of(f"row {i + 1}", "name", each) for i, each in enumerate(names)]
+    return [checked_name(f"row {i + 1}", "name", each) for i, each in enumerate(names)]
 
 
 def _kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
@@ -169,7 +179,9 @@ def _kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
     for title, kind in zip(titles, found, strict=True):
         if kind not in KINDS:
             problem = f"unknown kind '{clean(str(kind))}'"
-            raise Refusal(named("joint", title), problem, f"choose from {', '.join(KINDS)}")
+            raise Refusal(
+                find_by_name("joint", title), problem, f"choose from {', '.join(KINDS)}"
+            )
     return found
 
 
@@ -179,11 +191,11 @@ def _meant(rows: Array, titles: Sequence[str], angles: str) -> tuple[Array, list
     for i, title in enumerate(titles):
         for k in (COLUMNS.index("theta"), COLUMNS.index("alpha")):
             word = repr(float(rows[i, k]))
-            multiple = twelfths(word)
+            multiple = nearest_twelfth(word)
             angle = multiple * math.pi / 12
             if multiple and abs(rows[i, k] - angle) > ROUND_OFF:
                 meant[i, k] = angle
-                found.append(Rounded(named("joint", title), COLUMNS[k], word))
+                found.append(Rounded(find_by_name("joint", title), COLUMNS[k], word))
     return (meant if angles == "nominal" else rows), found
 
 
@@ -192,9 +204,9 @@ def _robot(
     bodies: Mapping[str, BodyLike] | None,
 ) -> Element:  # fmt: skip
     """The elements of the linkage."""
-    name_of("<robot>", "name", name)
+    checked_name("<robot>", "name", name)
     links = ["base", *(f"link{i + 1}" for i in range(len(rows)))]
-    masses = bodies_of(bodies, dict.fromkeys(links, _CENTRE))
+    masses = bodies_by_link(bodies, dict.fromkeys(links, _CENTRE))
     parts, joints, after = [make_elements.link("base")], [], np.eye(4)
     for parent, child, row, kind, title in zip(
         links, links[1:], rows, kinds, titles, strict=False

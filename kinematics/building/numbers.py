@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.error_text import clean, closest_names
-from kinematics.urdf.input_files import Options
-from kinematics.urdf.validate_fields import LARGEST, SMALLEST_AXIS
+from kinematics.urdf.input_files import ReadOptions
+from kinematics.urdf.validate_fields import MAX_NUMBER, SMALLEST_AXIS
 from kinematics.urdf.xml_tree import Refusal
 
 __all__ = [
     "BodyLike",
-    "array",
-    "bodies_of",
-    "carriers",
-    "differences",
-    "direction",
-    "name_of",
-    "named",
+    "checked_array",
+    "bodies_by_link",
+    "links_and_joints",
+    "exact_differences",
+    "checked_direction",
+    "checked_name",
+    "find_by_name",
 ]
 
 Array = NDArray[np.float64]
@@ -29,12 +29,12 @@ BodyLike = tuple[float, ArrayLike, ArrayLike]
 """Mass (kg), centre of mass (3,) and inertia tensor about that centre (3, 3)."""
 
 
-def named(kind: str, name: object) -> str:
+def find_by_name(kind: str, name: object) -> str:
     """How messages call an item, such as ``joint 'j1'``."""
     return f"{kind} '{clean(str(name))}'"
 
 
-def name_of(label: str, what: str, value: object) -> str:
+def checked_name(label: str, what: str, value: object) -> str:
     """A name, which must be a text that is not empty."""
     if not isinstance(value, str) or not value.strip():
         text = clean(repr(value), 40)
@@ -42,7 +42,7 @@ def name_of(label: str, what: str, value: object) -> str:
     return value
 
 
-def array(label: str, what: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+def checked_array(label: str, what: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     """Finite numbers of a shape.
 
     Raises:
@@ -53,22 +53,22 @@ def array(label: str, what: str, value: ArrayLike, shape: tuple[int, ...]) -> Ar
         found = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         found = np.array(np.nan)
-    if found.shape != shape or not np.all(np.abs(found) <= LARGEST):
+    if found.shape != shape or not np.all(np.abs(found) <= MAX_NUMBER):
         numbers = "number" if not shape else "numbers"
         problem = f"{what} = {clean(repr(value), 60)} is not {count} finite {numbers}"
         raise Refusal(label, problem, f"give {count} finite {numbers}")
     return found
 
 
-def direction(label: str, what: str, value: ArrayLike) -> Array:
+def checked_direction(label: str, what: str, value: ArrayLike) -> Array:
     """A direction (3,) of any length but zero."""
-    axis = array(label, what, value, (3,))
+    axis = checked_array(label, what, value, (3,))
     if np.linalg.norm(axis) < SMALLEST_AXIS:
         raise Refusal(label, f"{what} is zero", f"give {what} a direction, such as (0, 0, 1)")
     return axis
 
 
-def differences(ends: Iterable[float], starts: Iterable[float]) -> str:
+def exact_differences(ends: Iterable[float], starts: Iterable[float]) -> str:
     """The words of ``end - start``, exact in the decimals of the numbers.
 
     0.3 - 0.1 is 0.2, where floating-point arithmetic finds 0.19999999999999998: loops that
@@ -81,12 +81,12 @@ def differences(ends: Iterable[float], starts: Iterable[float]) -> str:
         return " ".join(str(d.normalize()) if d else "0" for d in exact)
 
 
-def carriers(bodies: Mapping[str, BodyLike] | None) -> Options:
+def links_and_joints(bodies: Mapping[str, BodyLike] | None) -> ReadOptions:
     """Which bodies carry parameters: those that are named, or all if none is given."""
-    return Options(bodies="all" if bodies is None else "given")
+    return ReadOptions(bodies="all" if bodies is None else "given")
 
 
-def bodies_of(
+def bodies_by_link(
     bodies: Mapping[str, BodyLike] | None, frames: Mapping[str, ArrayLike]
 ) -> dict[str, tuple[float, Array, Array]]:
     """Masses, centres of mass and inertias of links, checked.
@@ -100,7 +100,7 @@ def bodies_of(
     """
     found = {}
     for name, body in (bodies or {}).items():
-        label = named("body", name)
+        label = find_by_name("body", name)
         if name not in frames:
             remedy = f"correct the name; the links are {closest_names(str(name), frames)}"
             raise Refusal(label, "there is no such link", remedy)
@@ -109,10 +109,13 @@ def bodies_of(
         except (TypeError, ValueError):
             problem = f"{clean(repr(body), 60)} is not mass, centre of mass and inertia"
             raise Refusal(label, problem, "give (kg, 3 numbers, 3 by 3 numbers)") from None
-        tensor = array(label, "inertia", inertia, (3, 3))
+        tensor = checked_array(label, "inertia", inertia, (3, 3))
         if np.abs(tensor - tensor.T).max() > 1e-12 * np.abs(tensor).max():
             problem = "inertia is not symmetric"
             raise Refusal(label, problem, "give the tensor about the centre of mass")
-        found[name] = (float(array(label, "mass", mass, ())), array(label, "com", com, (3,)),
-                       tensor)  # fmt: skip
+        found[name] = (
+            float(checked_array(label, "mass", mass, ())),
+            checked_array(label, "com", com, (3,)),
+            tensor,
+        )
     return found

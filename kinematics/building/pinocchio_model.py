@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.building.assembled import assembled, faults_of
-from kinematics.building.numbers import named
+from kinematics.building.assembled import assemble_elements, faults_of
+from kinematics.building.numbers import find_by_name
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
-from kinematics.urdf.input_files import Options
+from kinematics.urdf.input_files import ReadOptions
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.write_numbers import words
+from kinematics.urdf_elements.write_numbers import number_words
 
 if TYPE_CHECKING:
     import pinocchio
@@ -99,7 +99,9 @@ def from_pinocchio(
     source = f"{clean(model.name or 'model')} (built from a Pinocchio model)"
     with faults_of(source):
         robot = _Model(model).robot(constraints)
-    return assembled(robot, source, inputs, Options(fix_base=fix_base, bodies=bodies))
+    return assemble_elements(
+        robot, source, inputs, ReadOptions(fix_base=fix_base, bodies=bodies)
+    )
 
 
 class _Model:
@@ -192,7 +194,7 @@ def _steps(model: Any, index: int) -> list[_Step]:
     Raises:
         Refusal: it can be no joint of the file.
     """
-    label, joint = named("joint", model.names[index]), model.joints[index]
+    label, joint = find_by_name("joint", model.names[index]), model.joints[index]
     if joint.shortname() != "JointModelMimic":
         return _parts(label, joint, np.zeros(model.nq))
     own = joint.extract()
@@ -211,9 +213,9 @@ def _parts(label: str, joint: Any, q: Array) -> list[_Step]:
     if kind in _SEVERAL:
         return [_Step(_SEVERAL[kind], np.eye(4), ("0 0 1", ""))]
     if kind == "JointModelTranslation":
-        return [_Step("prismatic", np.eye(4), (words(axis), "")) for axis in np.eye(3)]
+        return [_Step("prismatic", np.eye(4), (number_words(axis), "")) for axis in np.eye(3)]
     if kind == "JointModelUniversal":
-        axes = words(own.axis1), words(own.axis2)
+        axes = number_words(own.axis1), number_words(own.axis2)
         if abs(own.axis1 @ own.axis2) <= IDENTITY:
             return [_Step("universal", np.eye(4), axes)]
         return [_Step("continuous", np.eye(4), (axis, "")) for axis in axes]
@@ -243,8 +245,8 @@ def _single(motion: Array) -> _Step:
     """A joint with the motion ``[λ n; n]``, or ``[n; 0]`` if it slides."""
     v, n = motion[:3], motion[3:]
     if not n.any():
-        return _Step("prismatic", np.eye(4), (words(v), ""))
-    return _Step("continuous", np.eye(4), (words(n), ""), pitch=float(v @ n))
+        return _Step("prismatic", np.eye(4), (number_words(v), ""))
+    return _Step("continuous", np.eye(4), (number_words(n), ""), pitch=float(v @ n))
 
 
 def _pose(placement: Any) -> Array:

@@ -8,16 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.building.assembled import assembled, faults_of
+from kinematics.building.assembled import assemble_elements, faults_of
 from kinematics.building.numbers import (
     BodyLike,
-    array,
-    bodies_of,
-    carriers,
-    differences,
-    direction,
-    name_of,
-    named,
+    bodies_by_link,
+    checked_array,
+    checked_direction,
+    checked_name,
+    exact_differences,
+    find_by_name,
+    links_and_joints,
 )
 from kinematics.error_text import clean, closest_names
 from kinematics.model.linkage import Linkage
@@ -26,15 +26,15 @@ from kinematics.urdf.validate_fields import PERPENDICULAR
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.joint_types import DEGREES
-from kinematics.urdf_elements.write_numbers import words
+from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM
+from kinematics.urdf_elements.write_numbers import number_words
 
 __all__ = ["ScrewJoint", "from_screws"]
 
 Array = NDArray[np.float64]
 
 # Types of the file, and screw joints by a name of their own.
-KINDS = (*DEGREES, "helical")
+KINDS = (*DEGREES_OF_FREEDOM, "helical")
 # A screw whose pitch is smaller, relative to the length of v, is a rotation.
 ROTATION = 1e-13
 
@@ -92,7 +92,7 @@ class _Drawn(NamedTuple):
         """The words of both axes."""
         if self.kind == "fixed":
             return "", ""
-        return words(self.axis), "" if self.axis2 is None else words(self.axis2)
+        return number_words(self.axis), "" if self.axis2 is None else number_words(self.axis2)
 
 
 def from_screws(
@@ -144,7 +144,7 @@ def from_screws(
     source = f"{clean(str(name))} (built from screws)"
     with faults_of(source):
         robot = _robot(name, joints, loops, bodies)
-    return assembled(robot, source, inputs, carriers(bodies))
+    return assemble_elements(robot, source, inputs, links_and_joints(bodies))
 
 
 def _robot(
@@ -152,18 +152,18 @@ def _robot(
     bodies: Mapping[str, BodyLike] | None,
 ) -> Element:  # fmt: skip
     """The elements of the linkage."""
-    name_of("<robot>", "name", name)
+    checked_name("<robot>", "name", name)
     drawn = [_drawn("joint", joint) for joint in joints]
     if not drawn:
         raise Refusal("", "no joints", "give at least one joint")
     points = _points(drawn)
-    masses = bodies_of(bodies, points)
+    masses = bodies_by_link(bodies, points)
     parts = []
     for link, point in points.items():
         body = masses.get(link)
         inertial = None
         if body is not None:
-            at = Element("origin", {"xyz": differences(body[1], point)})
+            at = Element("origin", {"xyz": exact_differences(body[1], point)})
             inertial = make_elements.inertial(body[0], body[2], at)
         parts.append(make_elements.link(link, inertial))
     parts += [_joint(each, points) for each in drawn]
@@ -186,7 +186,7 @@ def _points(joints: Sequence[_Drawn]) -> dict[str, Array]:
             problem = f"no joint carries its parent link '{clean(joint.parent)}', and the "
             problem += f"base is '{clean(base)}'"
             remedy = f"correct the name; the links are {closest_names(joint.parent, known)}"
-            raise Refusal(named("joint", joint.name), problem, remedy)
+            raise Refusal(find_by_name("joint", joint.name), problem, remedy)
     return known
 
 
@@ -195,17 +195,19 @@ def _drawn(word: str, joint: object) -> _Drawn:
     if not isinstance(joint, ScrewJoint):
         problem = f"{clean(repr(joint), 60)} is not a ScrewJoint"
         raise Refusal(f"{word}s", problem, "write ScrewJoint(name, parent, child, …)")
-    label = named(word, joint.name)
+    label = find_by_name(word, joint.name)
     for what in ("name", "parent", "child"):
-        name_of(label, what, getattr(joint, what))
+        checked_name(label, what, getattr(joint, what))
     if joint.kind not in KINDS:
         problem = f"unknown kind '{clean(str(joint.kind))}'"
         raise Refusal(label, problem, f"choose from {', '.join(KINDS)}")
     if joint.screw is not None:
         return _of_screw(label, joint, joint.screw)
-    axis = direction(label, "axis", (0.0, 0.0, 1.0) if joint.axis is None else joint.axis)
+    axis = checked_direction(
+        label, "axis", (0.0, 0.0, 1.0) if joint.axis is None else joint.axis
+    )
     axis2 = _second(label, joint, axis)
-    pitch = float(array(label, "pitch", joint.pitch, ()))
+    pitch = float(checked_array(label, "pitch", joint.pitch, ()))
     if pitch and (joint.kind != "helical" or word == "loop"):
         problem = f"a pitch on a {joint.kind} {word}"
         raise Refusal(label, problem, 'use kind="helical" on a joint of the tree')
@@ -218,7 +220,7 @@ def _second(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
         return None
     if joint.kind != "universal":
         raise Refusal(label, f"axis2 of a {joint.kind} joint", "give it to universal ones only")
-    axis2 = direction(label, "axis2", joint.axis2)
+    axis2 = checked_direction(label, "axis2", joint.axis2)
     size = float(np.linalg.norm(axis) * np.linalg.norm(axis2))
     if abs(float(axis @ axis2)) > PERPENDICULAR * size:
         problem = "axis2 is not perpendicular to the axis"
@@ -232,7 +234,7 @@ def _kind(kind: str) -> str:
 
 
 def _point(label: str, joint: ScrewJoint) -> Array:
-    return array(label, "point", joint.point, (3,))
+    return checked_array(label, "point", joint.point, (3,))
 
 
 def _of_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _Drawn:
@@ -241,9 +243,9 @@ def _of_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _Drawn:
     if any(other is not None for other in others) or joint.kind != "revolute":
         problem = "a screw, and beside it an axis, a pitch or a kind"
         raise Refusal(label, problem, "give the screw alone, or the others without it")
-    screw = array(label, "screw", given, (6,))
+    screw = checked_array(label, "screw", given, (6,))
     turning = bool(np.any(screw[:3]))
-    axis = direction(label, "screw", screw[:3] if turning else screw[3:])
+    axis = checked_direction(label, "screw", screw[:3] if turning else screw[3:])
     if not turning:
         return _Drawn(joint, "prismatic", axis, None, _point(label, joint), 0.0)
     line = twist_axis(screw, ROTATION)
@@ -253,7 +255,9 @@ def _of_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _Drawn:
 def _joint(each: _Drawn, points: Mapping[str, Array]) -> Element:
     """The ``<joint>`` element."""
     joint = each.joint
-    at = Element("origin", {"xyz": differences(points[joint.child], points[joint.parent])})
+    at = Element(
+        "origin", {"xyz": exact_differences(points[joint.child], points[joint.parent])}
+    )
     return make_elements.joint(
         joint.name, each.kind, joint.parent, joint.child, at, each.axes, each.pitch,
         _mimic(joint),
@@ -263,13 +267,17 @@ def _joint(each: _Drawn, points: Mapping[str, Array]) -> Element:
 def _mimic(joint: ScrewJoint) -> tuple[str, float, float] | None:
     if joint.mimic is None:
         return None
-    label = named("joint", joint.name)
+    label = find_by_name("joint", joint.name)
     try:
         source, ratio = joint.mimic
     except (TypeError, ValueError):
         problem = f"mimic = {clean(repr(joint.mimic), 60)} is not a name and a ratio"
         raise Refusal(label, problem, 'write it as in mimic=("u1", -1.0)') from None
-    return name_of(label, "mimic", source), float(array(label, "ratio", ratio, ())), 0.0
+    return (
+        checked_name(label, "mimic", source),
+        float(checked_array(label, "ratio", ratio, ())),
+        0.0,
+    )
 
 
 def _loop(each: _Drawn, points: Mapping[str, Array]) -> Element:
@@ -277,7 +285,7 @@ def _loop(each: _Drawn, points: Mapping[str, Array]) -> Element:
     loop = each.joint
     if loop.mimic is not None or each.pitch:
         problem = "a loop cannot mimic another joint, or have a pitch"
-        raise Refusal(named("loop", loop.name), problem, "let a joint of the tree do so")
+        raise Refusal(find_by_name("loop", loop.name), problem, "let a joint of the tree do so")
     return make_elements.loop(
         loop.name, each.kind, [_side(each, end, points) for end in (loop.parent, loop.child)],
         each.axes,
@@ -286,5 +294,7 @@ def _loop(each: _Drawn, points: Mapping[str, Array]) -> Element:
 
 def _side(each: _Drawn, link: str, points: Mapping[str, Array]) -> tuple[str, Element | None]:
     """A link, known or not, and the ``<origin>`` of the loop in its frame."""
-    at = Element("origin", {"xyz": differences(each.point, points.get(link, np.zeros(3)))})
+    at = Element(
+        "origin", {"xyz": exact_differences(each.point, points.get(link, np.zeros(3)))}
+    )
     return link, at

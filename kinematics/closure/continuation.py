@@ -8,12 +8,12 @@ from itertools import cycle
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.newton import Pose, follow
+from kinematics.closure.newton import Pose, follow_ray
 from kinematics.closure.series import Series, expand, expand_from
 from kinematics.model.arrays import Chain
-from kinematics.model.chain import move
+from kinematics.model.chain import move_chain
 
-__all__ = ["walk", "wander"]
+__all__ = ["continue_along", "continue_in_directions"]
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 ORDER = 3
 
 
-def walk(
+def continue_along(
     chain: Chain, ray: Array, known: Series | None = None, reach: float = np.inf
 ) -> Iterator[Pose]:
     """Closed poses along a ray, each predicted by its predecessor's series.
@@ -37,7 +37,7 @@ def walk(
     series = expand(chain, ray[None], ORDER) if known is None else known
     q = np.zeros(chain.parent.size)
     while True:
-        pose, step = follow(chain, q, series, ray, reach)
+        pose, step = follow_ray(chain, q, series, ray, reach)
         if step == 0.0:
             return
         yield pose
@@ -45,7 +45,7 @@ def walk(
         series = expand_from(chain, pose.screws, ray[None], ORDER)
 
 
-def wander(chain: Chain, rays: Array) -> Iterator[tuple[Chain, Pose]]:
+def continue_in_directions(chain: Chain, rays: Array) -> Iterator[tuple[Chain, Pose]]:
     """Poses along rays (count, w) and against them in turn, ever further away.
 
     Where one joint moves all others, the fastest is the coordinate, chosen anew at each
@@ -58,7 +58,7 @@ def wander(chain: Chain, rays: Array) -> Iterator[tuple[Chain, Pose]]:
     if chain.dependent.size == chain.parent.size - 1:
         walks = [_along_the_curve(chain, way) for way in ways]
     else:
-        walks = [((chain, pose) for pose in walk(chain, way)) for way in ways]
+        walks = [((chain, pose) for pose in continue_along(chain, way)) for way in ways]
     ended = 0
     for path in cycle(walks):
         found = next(path, None)
@@ -75,10 +75,10 @@ def _along_the_curve(chain: Chain, ray: Array) -> Iterator[tuple[Chain, Pose]]:
     while True:
         rates = expand_from(here, screws, ray[None], 0).C[0, 0] @ ray
         fastest = np.argmax(np.abs(rates))
-        here = move(chain, np.array([fastest]), np.eye(1))
+        here = move_chain(chain, np.array([fastest]), np.eye(1))
         ray = np.sign(rates[fastest : fastest + 1])
         series = expand_from(here, screws, ray[None], ORDER)
-        pose, step = follow(here, q, series, ray)
+        pose, step = follow_ray(here, q, series, ray)
         if step == 0.0:
             return
         yield here, pose

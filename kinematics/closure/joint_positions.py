@@ -8,14 +8,14 @@ from math import hypot
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.closure.newton import follow, forward
+from kinematics.closure.newton import follow_ray, forward_kinematics
 from kinematics.closure.series import expand_from
 from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import Chain, Frame
-from kinematics.model.chain import arrange, flatten, lock, move
-from kinematics.model.linkage import Linkage, names
+from kinematics.model.chain import arrange_loops, flatten, lock_joints, move_chain
+from kinematics.model.linkage import Linkage, names_of
 
-__all__ = ["followed", "input_chain", "joint_positions", "si_chain"]
+__all__ = ["solve_joint_positions", "input_chain", "joint_positions", "si_chain"]
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
     Raises:
         PoseError: the joints do not close the loops, or the loops cannot be closed.
     """
-    all_names = names(linkage.joints)
+    all_names = names_of(linkage.joints)
     if isinstance(q, Mapping):
         unknown = [name for name in q if name not in linkage.inputs]
         if unknown:
@@ -55,7 +55,7 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
         chain = input_chain(linkage)
         point = values / chain.units[linkage.positions_of(linkage.inputs)]
         goal = zip(linkage.inputs, values, strict=True)
-        return followed(chain, point, linkage.source, goal) * chain.units
+        return solve_joint_positions(chain, point, linkage.source, goal) * chain.units
     if values.shape == (len(all_names),):
         return _checked(linkage, values)
     raise PoseError(
@@ -69,10 +69,10 @@ def input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:
 
     Args:
         linkage: an assembled linkage.
-        frame: coordinates to use; by default those of `kinematics.model.chain.arrange`.
+        frame: coordinates to use; by default those of `kinematics.model.chain.arrange_loops`.
     """
     independent = linkage.positions_of(linkage.inputs)
-    return move(arrange(linkage, frame), independent, np.eye(linkage.mobility))
+    return move_chain(arrange_loops(linkage, frame), independent, np.eye(linkage.mobility))
 
 
 def si_chain(linkage: Linkage, spatial: bool) -> Chain:
@@ -83,14 +83,14 @@ def si_chain(linkage: Linkage, spatial: bool) -> Chain:
     chain = input_chain(linkage, Frame())
     if spatial or not linkage.planar:
         return chain
-    moving = lock(chain, np.isin(names(linkage.joints), linkage.idle))
+    moving = lock_joints(chain, np.isin(names_of(linkage.joints), linkage.idle))
     return flatten(moving, linkage.chain.frame.R[2])
 
 
 def _checked(linkage: Linkage, q: Array) -> Array:
     """The given positions, if they close the loops."""
-    chain = arrange(linkage)
-    error = forward(chain, q / chain.units).error
+    chain = arrange_loops(linkage)
+    error = forward_kinematics(chain, q / chain.units).error
     if not error <= OPEN:
         raise PoseError(
             f"{linkage.source}: these joint positions leave the loops open by {error:.2g} "
@@ -99,7 +99,7 @@ def _checked(linkage: Linkage, q: Array) -> Array:
     return q
 
 
-def followed(
+def solve_joint_positions(
     chain: Chain, point: Array, source: str, goal: Iterable[tuple[str, float]]
 ) -> Array:
     """Positions reached along the straight line from the reference pose to a point.
@@ -130,7 +130,7 @@ def followed(
             return q
         ray = point / length
         series = expand_from(chain, screws, ray[None], ORDER)
-        pose, step = follow(chain, q, series, ray, left)
+        pose, step = follow_ray(chain, q, series, ray, left)
         if step == 0.0:
             break
         q, screws, left = pose.q, pose.screws, left - step

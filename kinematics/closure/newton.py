@@ -9,21 +9,34 @@ from numpy.typing import NDArray
 
 from kinematics.closure.series import Series, expand_from
 from kinematics.compiled.jit import kernel
-from kinematics.linalg.skyline_qr import COUNT, HEIGHT, JOINT, ROW, ROWS, factor, fill, solve
+from kinematics.linalg.skyline_qr import (
+    COUNT,
+    HEIGHT,
+    JOINT,
+    ROW,
+    ROWS,
+    factor_envelope,
+    fill_envelope,
+    solve_least_norm,
+)
 from kinematics.model.arrays import Chain, read_only
-from kinematics.spatial.displacements import invert, multiply, place
+from kinematics.spatial.displacements import (
+    invert_displacement,
+    multiply_displacements,
+    place_links,
+)
 
 __all__ = [
     "Pose",
     "expand_at",
-    "follow",
+    "follow_ray",
     "follow_series",
-    "forward",
+    "forward_kinematics",
     "mismatch",
-    "newton",
-    "radius",
+    "solve_positions",
+    "radius_of_convergence",
     "radius_along",
-    "step_room",
+    "newton_workspace",
 ]
 
 Array = NDArray[np.float64]
@@ -34,7 +47,7 @@ MAX_NEWTON_STEPS = 30
 ROUND_OFF = 1e-15
 # Mismatch below which a step that does not halve it ends the method; that of a divergence.
 STALLED, DIVERGED = 1e-12, 1e6
-# Largest mismatch of a pose that `follow` accepts.
+# Largest mismatch of a pose that `follow_ray` accepts.
 ACCEPTED = 1e-10
 # Largest part of the radius of convergence that one step covers, and how often it is halved.
 STEP_SHARE, HALVINGS = 0.4, 6
@@ -65,12 +78,12 @@ def _mismatch(H, ends, gaps, b, dim, scratch):
             identity[i, j] = 1.0 if i == j else 0.0
     for loop in range(ends.shape[0]):
         e, f = ends[loop, 0], ends[loop, 1]
-        invert(H[f] if f >= 0 else identity, inverse)
-        multiply(H[e] if e >= 0 else identity, inverse, D)
+        invert_displacement(H[f] if f >= 0 else identity, inverse)
+        multiply_displacements(H[e] if e >= 0 else identity, inverse, D)
         if gaps.shape[0] > 0:
-            invert(gaps[loop], D)
-            multiply(H[e] if e >= 0 else identity, D, product)
-            multiply(product, inverse, D)
+            invert_displacement(gaps[loop], D)
+            multiply_displacements(H[e] if e >= 0 else identity, D, product)
+            multiply_displacements(product, inverse, D)
         r = loop * dim
         # rotation: half of D - Dᵀ
         if dim == 3:
@@ -114,7 +127,7 @@ def close(chain, q, H, s, steps, workspace):
         H: out; displacements of the links at the last pose looked at.
         s: out; joint screws there (n, 6 or 3).
         steps: how many at most.
-        workspace: as from `step_room`.
+        workspace: as from `newton_workspace`.
 
     Returns:
         The mismatch of the last pose looked at; it is q unless the steps were used up.
@@ -126,7 +139,7 @@ def close(chain, q, H, s, steps, workspace):
     diagonal, b, step = numbers[:nd], numbers[nd : nd + rows], numbers[nd + rows :]
     best = error = np.inf
     for _ in range(steps):
-        place(parent, screws, q, H, s, displacements[0])
+        place_links(parent, screws, q, H, s, displacements[0])
         # H[:0]: no gaps, the loops are closed at the reference pose
         _mismatch(H, ends, H[:0], b, dim, displacements)
         # errors of the mimic relations: Σ_j mimics[r, j] q_j
@@ -144,10 +157,10 @@ def close(chain, q, H, s, steps, workspace):
         if not error < DIVERGED or stalled or error < ROUND_OFF:
             return error
         best = min(best, error)
-        fill(s, mimics, envelope, F)
-        factor(F, envelope, diagonal)
+        fill_envelope(s, mimics, envelope, F)
+        factor_envelope(F, envelope, diagonal)
         _negate_by_envelope(b, dim, loops, envelope, step)
-        solve(F, envelope, diagonal, step)
+        solve_least_norm(F, envelope, diagonal, step)
         for d in range(nd):
             q[envelope[JOINT, d]] += step[d]
     return error
@@ -155,7 +168,7 @@ def close(chain, q, H, s, steps, workspace):
 
 @kernel(reference_counting=False)
 def radius_along(C, ray, rates):
-    """Estimate the radius of convergence along a ray; see `radius`.
+    """Estimate the radius of convergence along a ray; see `radius_of_convergence`.
 
     ``q̇_k = C_k δ``; the radius is ``1 / max(1, |q̇_0|, (|q̇_k| / |q̇_0|)^(1/k))``.
 
@@ -184,7 +197,7 @@ def radius_along(C, ray, rates):
 
 @kernel(reference_counting=False)
 def follow_series(chain, start, C, ray, longest, q, H, s, workspace):
-    """Find a closed pose along a ray, predicted by the series; see `follow`.
+    """Find a closed pose along a ray, predicted by the series; see `follow_ray`.
 
     The prediction is ``q - start = Σ_k q̇_k step^(k+1) / (k+1)``, by Horner's scheme.
 
@@ -197,7 +210,7 @@ def follow_series(chain, start, C, ray, longest, q, H, s, workspace):
         q: out; joint positions (n,).
         H: out; displacements of the links.
         s: out; joint screws (n, 6 or 3).
-        workspace: as from `step_room`, for as many orders.
+        workspace: as from `newton_workspace`, for as many orders.
 
     Returns:
         The length of the step, 0 if there is none.
@@ -223,7 +236,7 @@ def follow_series(chain, start, C, ray, longest, q, H, s, workspace):
     return 0.0
 
 
-def step_room(chain: Chain, orders: int = 0) -> tuple[Array, ...]:
+def newton_workspace(chain: Chain, orders: int = 0) -> tuple[Array, ...]:
     """Make the workspace of Newton's method, and of a prediction by a series.
 
     Args:
@@ -263,7 +276,7 @@ def expand_at(chain: Chain, pose: Pose) -> Series:
     return expand_from(chain, pose.screws, np.zeros((1, chain.width)), 0)
 
 
-def radius(rates: Array) -> float:
+def radius_of_convergence(rates: Array) -> float:
     """Estimate the radius of convergence from the growth of joint rates (order + 1, n).
 
     At most 1, and such that no joint moves by more than 1 to first order.
@@ -273,7 +286,7 @@ def radius(rates: Array) -> float:
     return float(1.0 / max(1.0, sizes[0], *growth))
 
 
-def follow(
+def follow_ray(
     chain: Chain, start: Array, series: Series, ray: Array, reach: float = np.inf
 ) -> tuple[Pose, float]:
     """Find a closed pose further along a ray, on the same branch.
@@ -295,13 +308,23 @@ def follow(
     H, screws = _pose_arrays(chain)
     q, C = np.empty(start.size), series.C[-1]
     step = follow_series(
-        chain.walked, start, C, read_only(ray), reach, q, H, screws, step_room(chain, len(C))
+        chain.walked,
+        start,
+        C,
+        read_only(ray),
+        reach,
+        q,
+        H,
+        screws,
+        newton_workspace(chain, len(C)),
     )
     screws.flags.writeable = False
     return Pose(q, H, screws, 0.0), step
 
 
-def newton(chain: Chain, start: Array, steps: int = MAX_NEWTON_STEPS) -> tuple[Array, float]:
+def solve_positions(
+    chain: Chain, start: Array, steps: int = MAX_NEWTON_STEPS
+) -> tuple[Array, float]:
     """Close the loops by Newton's method on the dependent joints.
 
     Args:
@@ -313,7 +336,7 @@ def newton(chain: Chain, start: Array, steps: int = MAX_NEWTON_STEPS) -> tuple[A
         Joint positions (n,), and how far the loops were open when last looked at.
     """
     q = np.array(start, dtype=np.float64)
-    error = close(chain.walked, q, *_pose_arrays(chain), steps, step_room(chain))
+    error = close(chain.walked, q, *_pose_arrays(chain), steps, newton_workspace(chain))
     return q, float(error)
 
 
@@ -323,10 +346,10 @@ def _pose_arrays(chain: Chain) -> tuple[Array, Array]:
     return np.empty((chain.parent.size, m, m)), np.empty(chain.screws.shape)
 
 
-def forward(chain: Chain, q: Array) -> Pose:
+def forward_kinematics(chain: Chain, q: Array) -> Pose:
     """Compute the pose at joint positions q (n,), whether or not it closes the loops."""
     H, screws = _pose_arrays(chain)
-    place(chain.parent, chain.screws, q, H, screws, np.empty(H.shape[1:]))
+    place_links(chain.parent, chain.screws, q, H, screws, np.empty(H.shape[1:]))
     screws.flags.writeable = False
     error = mismatch(chain, H, q)
     return Pose(q, H, screws, float(np.sqrt(error @ error)))

@@ -35,8 +35,16 @@ from kinematics.closure.series_steps import (
     sum_columns,
 )
 from kinematics.compiled.jit import kernel
-from kinematics.linalg.skyline_qr import COUNT, HEIGHT, JOINT, ROWS, factor, fill, solve
-from kinematics.model.arrays import Chain, frozen, read_only
+from kinematics.linalg.skyline_qr import (
+    COUNT,
+    HEIGHT,
+    JOINT,
+    ROWS,
+    factor_envelope,
+    fill_envelope,
+    solve_least_norm,
+)
+from kinematics.model.arrays import Chain, freeze, read_only
 
 __all__ = [
     "Series",
@@ -46,7 +54,7 @@ __all__ = [
     "fill_loop_matrix",
     "loop_matrix",
     "planar_series",
-    "room",
+    "series_workspace",
     "spatial_series",
 ]
 
@@ -115,15 +123,15 @@ def _series_kernel(dim):
             chain: in; arrays of the chain, as `Chain.walked`.
             screws: in; joint screws at the pose (n, dim), chain units.
             rays: in; directions δ (count, width).
-            workspace: in and out; as from `room`, for as many rays and orders or more.
+            workspace: in and out; as from `series_workspace`, for these rays and orders.
         """
         parent, _, ends, mimics, columns, moves, envelope = chain
         F, numbers, S, V, C, T, residual = workspace
         nd, rows, joints = F.shape[0], envelope[COUNT, ROWS], envelope[JOINT]
         diagonal, b, correction = numbers[:nd], numbers[nd : nd + rows], numbers[nd + rows :]
         if first == 0:
-            fill(screws, mimics, envelope, F)
-            factor(F, envelope, diagonal)
+            fill_envelope(screws, mimics, envelope, F)
+            factor_envelope(F, envelope, diagonal)
         for k in range(first, last + 1):
             residual[k] = 0.0
         for ray in range(rays.shape[0]):
@@ -138,7 +146,9 @@ def _series_kernel(dim):
                         if nd == 0:
                             continue
                         fill_mismatch(dim, k, w, ends, mimics, columns, envelope, t, b)
-                        residual[k] = max(residual[k], solve(F, envelope, diagonal, b))
+                        residual[k] = max(
+                            residual[k], solve_least_norm(F, envelope, diagonal, b)
+                        )
                         # The solution, by columns of the envelope, is C_k.
                         for d in range(nd):
                             c[k, joints[d], w] = b[d]
@@ -153,7 +163,7 @@ def _series_kernel(dim):
 spatial_series, planar_series = _series_kernel(6), _series_kernel(3)
 
 
-def room(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
+def series_workspace(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
     """Make the workspace of a series.
 
     Args:
@@ -248,7 +258,7 @@ def loop_matrix(chain: Chain, screws: Array | None = None) -> Array:
         chain: the linkage as arrays.
         screws: joint screws of another pose; those of the reference pose by default.
     """
-    at = chain.screws if screws is None else frozen(screws)
+    at = chain.screws if screws is None else freeze(screws)
     S = np.zeros((len(chain.ends) * at.shape[1] + len(chain.mimics), len(at)))
     fill_loop_matrix(chain.parent, at, chain.ends, chain.mimics, S)
     return S

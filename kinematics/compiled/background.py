@@ -18,15 +18,15 @@ from pathlib import Path
 from time import monotonic
 from typing import NamedTuple
 
-from kinematics.compiled.cache_contents import ALL, cache_folder, note, ready
+from kinematics.compiled.cache_contents import ALL, cache_folder, note_kernels, ready_kernels
 from kinematics.errors import UsageError
 
 __all__ = [
     "begin_command",
     "compile",
     "compile_in_background",
-    "kernel_time",
-    "mode",
+    "measure_kernel_time",
+    "compile_mode",
     "register_warm_up",
 ]
 
@@ -81,7 +81,7 @@ def begin_command() -> None:
     _Choice.default = "background"
 
 
-def mode() -> str:
+def compile_mode() -> str:
     """When this process compiles: ``"now"``, ``"background"`` or ``"never"``.
 
     Raises:
@@ -112,17 +112,17 @@ def compile() -> None:
     Without it, a session of Python compiles each kernel when it is first called. Where
     kernels are never compiled (``BALANCE_COMPILE=never``), nothing happens.
     """
-    if mode() == "never" or _Choice.warm_up is None:
+    if compile_mode() == "never" or _Choice.warm_up is None:
         return
     from kinematics.compiled.numba_compiler import compiled_kernels
 
-    kernel_time.compile_all()
+    measure_kernel_time.compile_all()
     folder, package = cache_folder(), _Choice.warm_up.package
     for _ in _Choice.warm_up.stages():
         if folder is not None and not folder.exists():
             return  # somebody has taken the cache away
-        note(package, compiled_kernels())
-    note(package, [*compiled_kernels(), ALL])
+        note_kernels(package, compiled_kernels())
+    note_kernels(package, [*compiled_kernels(), ALL])
 
 
 class _KernelTime:
@@ -146,17 +146,17 @@ class _KernelTime:
     def add(self, seconds: float) -> None:
         """Note that a kernel has run so long; change to compiled ones when it is time."""
         self._seconds += seconds
-        if self._seconds < WORTH or monotonic() < self._next or mode() != "background":
+        if self._seconds < WORTH or monotonic() < self._next or compile_mode() != "background":
             return
         assert _Choice.warm_up is not None  # who imports a package registers it
-        self._compiled = ready(_Choice.warm_up.package)
+        self._compiled = ready_kernels(_Choice.warm_up.package)
         if ALL not in self._compiled and not self._asked:
             self._asked = True
             _start_background()
         self._next = monotonic() + PAUSE
 
 
-kernel_time = _KernelTime()
+measure_kernel_time = _KernelTime()
 
 
 def _start_background() -> None:
@@ -207,7 +207,7 @@ def compile_in_background() -> int:
         return 1
     try:
         with FileLock(folder / "kernels.lock", timeout=0):
-            if ALL not in ready(_Choice.warm_up.package):
+            if ALL not in ready_kernels(_Choice.warm_up.package):
                 compile()
     except Timeout:
         return 0

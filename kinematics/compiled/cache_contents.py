@@ -14,7 +14,15 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-__all__ = ["ALL", "cache_folder", "kernel_folder", "name_of", "note", "package_of", "ready"]
+__all__ = [
+    "ALL",
+    "cache_folder",
+    "kernel_folder",
+    "kernel_name",
+    "note_kernels",
+    "package_of",
+    "ready_kernels",
+]
 
 logger = logging.getLogger(__name__)
 
@@ -23,7 +31,7 @@ logger = logging.getLogger(__name__)
 READY, ALL, KEPT = "kernels.ready", "all", 3
 
 
-def name_of(function: Callable[..., object]) -> str:
+def kernel_name(function: Callable[..., object]) -> str:
     """Name of a kernel, the same in every process; it has no blanks."""
     values = [cell.cell_contents for cell in function.__closure__ or ()]
     made_for = ",".join(str(value) for value in values if isinstance(value, int))
@@ -123,7 +131,7 @@ def _remove_old(new: Path) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def ready(package: Path) -> frozenset[str]:
+def ready_kernels(package: Path) -> frozenset[str]:
     """Names of the kernels of a package, and below, that are compiled for this processor."""
     folder = kernel_folder(package)
     try:
@@ -133,10 +141,10 @@ def ready(package: Path) -> frozenset[str]:
     return frozenset(text.split())
 
 
-def note(package: Path, kernels: Iterable[str]) -> None:
+def note_kernels(package: Path, kernels: Iterable[str]) -> None:
     """Tell other processes which kernels have been compiled."""
     folder = kernel_folder(package)
-    if folder is None or ALL in ready(package):
+    if folder is None or ALL in ready_kernels(package):
         return
     new = folder / f"{READY}.{os.getpid()}"
     try:

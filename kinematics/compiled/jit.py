@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.compiled.background import kernel_time, mode
-from kinematics.compiled.cache_contents import name_of
+from kinematics.compiled.background import compile_mode, measure_kernel_time
+from kinematics.compiled.cache_contents import kernel_name
 
 __all__ = ["kernel"]
 
@@ -43,7 +43,7 @@ def kernel(
     if function is None:
         return partial(kernel, inline=inline, reference_counting=reference_counting)
     found = _Kernel(function, inline, reference_counting)
-    return found.compiled if mode() == "now" else found
+    return found.compiled if compile_mode() == "now" else found
 
 
 class _Within(local):
@@ -68,13 +68,13 @@ class _Kernel:
         """Keep what a compiler needs to know."""
         update_wrapper(self, function)
         self.py_func, self._options = function, (inline, reference_counting)
-        self._name = name_of(function)
+        self._name = kernel_name(function)
 
     def __call__(self, *args: Any) -> Any:
         """The results of the function."""
         if _within.kernel:
             return self.py_func(*args)
-        if kernel_time.runs_compiled(self._name):
+        if measure_kernel_time.runs_compiled(self._name):
             return self.compiled(*args)
         _within.kernel, start = True, perf_counter()
         try:
@@ -83,7 +83,7 @@ class _Kernel:
                 return _unboxed(self.py_func(*numbers))
         finally:
             _within.kernel = False
-            kernel_time.add(perf_counter() - start)
+            measure_kernel_time.add(perf_counter() - start)
 
     @cached_property
     def compiled(self) -> Any:

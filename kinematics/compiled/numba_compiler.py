@@ -19,7 +19,7 @@ from numba.core.typed_passes import NopythonTypeInference
 from numba.extending import typeof_impl
 
 import kinematics.compiled.simd_types  # noqa: F401  (Numba learns of lanes)
-from kinematics.compiled.cache_contents import kernel_folder, name_of, package_of
+from kinematics.compiled.cache_contents import kernel_folder, kernel_name, package_of
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -64,7 +64,7 @@ def compile_kernel(function: Callable[..., Any], inline: bool, reference_countin
 
 def compiled_kernels() -> list[str]:
     """Names of the kernels that this process has compiled or loaded."""
-    return [name_of(k.py_func) for k in _events.kernels.values() if k.signatures]
+    return [kernel_name(k.py_func) for k in _events.kernels.values() if k.signatures]
 
 
 @cache

@@ -9,15 +9,15 @@ from numba.core import types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 
-from kinematics.compiled.simd import LANES, load, spread, store
+from kinematics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
 
 __all__: list[str] = []
 
-_VECTOR = ir.VectorType(ir.DoubleType(), LANES)
+_VECTOR = ir.VectorType(ir.DoubleType(), VECTOR_WIDTH)
 
 
 class _Lanes(types.Type):
-    """The type of what `load` returns, in compiled code."""
+    """The type of what `load_vector` returns, in compiled code."""
 
 
 _lanes = _Lanes("lanes")
@@ -83,22 +83,22 @@ def _spread(typing, value):
     def generate(context, builder, sig, args):
         none = ir.Constant(_VECTOR, ir.Undefined)
         first = builder.insert_element(none, args[0], ir.Constant(ir.IntType(32), 0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), VECTOR_WIDTH), [0] * VECTOR_WIDTH)
         return builder.shuffle_vector(first, none, zeros)
 
     return _lanes(types.float64), generate
 
 
-@overload(load)
+@overload(load_vector)
 def _(array, at):
     return lambda array, at: _load(array, at)
 
 
-@overload(store)
+@overload(store_vector)
 def _(array, at, values):
     return lambda array, at, values: _store(array, at, values)
 
 
-@overload(spread)
+@overload(broadcast)
 def _(value):
     return lambda value: _spread(value)

@@ -34,7 +34,7 @@ __all__ = [
     "StepRule",
     "StoppingRule",
     "gauss_newton",
-    "never",
+    "never_stop",
     "step_grows",
 ]
 
@@ -150,7 +150,7 @@ def gauss_newton(
     return Solution(path[-1], False)
 
 
-def never(path: Sequence[Iterate]) -> bool:
+def never_stop(path: Sequence[Iterate]) -> bool:
     """The stopping rule that goes on until the evaluations are used up."""
     return False
 

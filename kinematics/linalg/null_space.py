@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kinematics.compiled.jit import kernel
 
-__all__ = ["extend", "null_space", "put_solutions", "solutions"]
+__all__ = ["extend", "null_space", "put_solutions", "known_and_null_space"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -160,7 +160,9 @@ def put_solutions(known, factor, permutation, columns, out):
                 out[i, j] = 0.0
 
 
-def solutions(known: Array, factor: Array, permutation: IntArray, columns: IntArray) -> Array:
+def known_and_null_space(
+    known: Array, factor: Array, permutation: IntArray, columns: IntArray
+) -> Array:
     """Orthonormal solutions as rows: those known, and then the others that a factor leaves."""
     rank, p = factor.shape
     out = np.empty((len(known) + p - rank, known.shape[1]))

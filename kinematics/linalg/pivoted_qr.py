@@ -12,21 +12,33 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.linalg.reflections import fold, reflect
 from kinematics.compiled.jit import kernel
-from kinematics.compiled.simd import LANES, load, spread, store
+from kinematics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
+from kinematics.linalg.reflections import apply_reflector, apply_reflector_sparse
 
 __all__ = [
-    "FLOOR", "MARGIN", "Factor", "absorb", "absorbed", "anew", "follows", "implied",
-    "put_factor", "room_for", "round_off", "smallest_pivot", "take", "take_factor",
-]  # fmt: skip
+    "RANK_RELATIVE",
+    "MARGIN",
+    "Factor",
+    "update_factor",
+    "updated_factor",
+    "refactor",
+    "rows_follow",
+    "contains_rows",
+    "put_factor",
+    "factor_workspace",
+    "round_off",
+    "smallest_pivot",
+    "append_rows",
+    "take_factor",
+]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # Round-off of a regressor, relative to its largest singular value: measured values lie
 # below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
-FLOOR = 2.0**-40
+RANK_RELATIVE = 2.0**-40
 # What is kept within this factor of round-off is uncertain.
 MARGIN = 1e3
 # Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
@@ -39,7 +51,7 @@ class Factor(NamedTuple):
     Kernels make it of their arguments at no cost; from Python it would take 2 to 3 µs to pass.
 
     Attributes:
-        F: workspace as from `room_for`: the rows of the factor, rows to be absorbed, columns
+        F: workspace as from `factor_workspace`: rows of the factor, rows to be absorbed, columns
             in the order of elimination (≥ rank + m + 1, P), P a multiple of the vector width.
         permutation: that order, as numbers of the entries of ``columns`` (p,).
         columns: the parameters that the columns stand for (p,).
@@ -59,13 +71,14 @@ def round_off(origin: Array, length: float) -> float:
     """
     x, y, z = origin.tolist()
     return max(
-        FLOOR, 2.0**-44 * sqrt((x / length) ** 2 + (y / length) ** 2 + (z / length) ** 2)
+        RANK_RELATIVE,
+        2.0**-44 * sqrt((x / length) ** 2 + (y / length) ** 2 + (z / length) ** 2),
     )
 
 
-def room_for(p: int, m: int) -> Array:
+def factor_workspace(p: int, m: int) -> Array:
     """Room for a factor of p unknowns, m rows to be absorbed, and a row of work."""
-    return np.empty((p + m + 1, -(-p // LANES) * LANES))
+    return np.empty((p + m + 1, -(-p // VECTOR_WIDTH) * VECTOR_WIDTH))
 
 
 @kernel(reference_counting=False)
@@ -100,7 +113,7 @@ def put_factor(F, permutation, rank, R):
 
 
 @kernel(reference_counting=False)
-def take(factor, rank, rows, weight):
+def append_rows(factor, rank, rows, weight):
     """Append rows below a factor: ``F[rank + i, j] = weight rows[i, columns[permutation[j]]]``.
 
     Args:
@@ -118,7 +131,7 @@ def take(factor, rank, rows, weight):
 
 
 @kernel(reference_counting=False)
-def absorb(factor, rank, m, scale):
+def update_factor(factor, rank, m, scale):
     """Update a factor R with the m rows A below it: ``Qᵀ [R; A] = [R'; 0]``.
 
     The columns that the factor has eliminated stay its first; the others follow, largest
@@ -145,14 +158,14 @@ def absorb(factor, rank, m, scale):
         if total > 0.0:
             size = np.sqrt(F[k, k] * F[k, k] + total)
             scale = max(scale, size)
-            fold(f, P, k, rank, end, -size if F[k, k] > 0.0 else size)
+            apply_reflector_sparse(f, P, k, rank, end, -size if F[k, k] > 0.0 else size)
     # Remainders of the other columns: norms_j = Σ_i A_ij².
-    for c in range(rank // LANES * LANES, P, LANES):
-        squares = spread(0.0)
+    for c in range(rank // VECTOR_WIDTH * VECTOR_WIDTH, P, VECTOR_WIDTH):
+        squares = broadcast(0.0)
         for i in range(rank, end):
-            x = load(f, i * P + c)
+            x = load_vector(f, i * P + c)
             squares = squares + x * x
-        store(norms, c, squares)
+        store_vector(norms, c, squares)
     # The column of the largest remainder next: swap it to the front, reflect the rows left.
     while True:
         remainder = 0.0
@@ -171,13 +184,13 @@ def absorb(factor, rank, m, scale):
             permutation[rank], permutation[pivot] = permutation[pivot], permutation[rank]
             for i in range(end):
                 F[i, rank], F[i, pivot] = F[i, pivot], F[i, rank]
-        reflect(f, P, rank, end, -size if F[rank, rank] > 0.0 else size, norms)
+        apply_reflector(f, P, rank, end, -size if F[rank, rank] > 0.0 else size, norms)
         rank += 1
     return rank, scale, np.sqrt(remainder)
 
 
 @kernel(reference_counting=False)
-def implied(factor, rank, rows, weight, scale):
+def contains_rows(factor, rank, rows, weight, scale):
     """Decide whether ``weight * rows`` follow from a factor: ``x = cᵀ rows`` lies in its span.
 
     One generic combination of the rows is eliminated by the factor: if any of them adds a
@@ -212,9 +225,9 @@ def implied(factor, rank, rows, weight, scale):
     for k in range(rank):
         multiplier = x[k] / F[k, k]
         growth = max(growth, abs(multiplier))
-        factor = spread(-multiplier)
-        for c in range(k // LANES * LANES, P, LANES):
-            store(x, c, load(x, c) + factor * load(f, k * P + c))
+        factor = broadcast(-multiplier)
+        for c in range(k // VECTOR_WIDTH * VECTOR_WIDTH, P, VECTOR_WIDTH):
+            store_vector(x, c, load_vector(x, c) + factor * load_vector(f, k * P + c))
     remainder = 0.0
     for j in range(rank, p):
         remainder += x[j] * x[j]
@@ -223,7 +236,7 @@ def implied(factor, rank, rows, weight, scale):
 
 
 @kernel(reference_counting=False)
-def anew(R, rows, columns, tolerance, scale, F, order, out):
+def refactor(R, rows, columns, tolerance, scale, F, order, out):
     """Factor ``[R; rows]`` with all pivots chosen anew: ``Qᵀ [R; rows] = [R'; 0]``.
 
     Args:
@@ -232,7 +245,7 @@ def anew(R, rows, columns, tolerance, scale, F, order, out):
         columns: in: the parameters that the columns of the factor stand for (p,).
         tolerance: relative size of round-off.
         scale: largest pivot so far.
-        F: workspace as from `room_for`.
+        F: workspace as from `factor_workspace`.
         order: out: the order in which columns are eliminated (p,).
         out: out: the new factor, with its columns in their own order (≥ rank, p).
 
@@ -244,13 +257,13 @@ def anew(R, rows, columns, tolerance, scale, F, order, out):
         order[j] = j
     take_factor(R, order, F)
     factor = Factor(F, order, columns, tolerance)
-    take(factor, old, rows, 1.0)
-    rank, scale, remainder = absorb(factor, 0, end, scale)
+    append_rows(factor, old, rows, 1.0)
+    rank, scale, remainder = update_factor(factor, 0, end, scale)
     put_factor(F, order, rank, out)
     return rank, scale, remainder
 
 
-def absorbed(
+def updated_factor(
     R: Array, rows: Array, columns: IntArray, floor: float, scale: float
 ) -> tuple[Array, IntArray, float, float]:
     """The factor of a factor R and of rows, all pivots chosen anew.
@@ -262,18 +275,24 @@ def absorbed(
         eliminated, the largest pivot, and the norm of what was cut off.
     """
     p = columns.size
-    F, order, out = room_for(p, len(R) + len(rows)), np.empty(p, np.int64), np.empty((p, p))
-    rank, scale, remainder = anew(R, rows, columns, floor, scale, F, order, out)
+    F, order, out = (
+        factor_workspace(p, len(R) + len(rows)),
+        np.empty(p, np.int64),
+        np.empty((p, p)),
+    )
+    rank, scale, remainder = refactor(R, rows, columns, floor, scale, F, order, out)
     return out[:rank], order, scale, remainder
 
 
-def follows(
+def rows_follow(
     R: Array, permutation: IntArray, rows: Array, columns: IntArray, floor: float, scale: float
 ) -> bool:
     """Whether rows follow from a factor with its columns in their own order."""
-    F = room_for(columns.size, 0)
+    F = factor_workspace(columns.size, 0)
     take_factor(R, permutation, F)
-    found: bool = implied(Factor(F, permutation, columns, floor), len(R), rows, 1.0, scale)
+    found: bool = contains_rows(
+        Factor(F, permutation, columns, floor), len(R), rows, 1.0, scale
+    )
     return found
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinematics.compiled.jit import kernel
-from kinematics.compiled.simd import LANES, load, spread, store
+from kinematics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
 
 __all__ = ["pseudo_inverse"]
 
@@ -47,7 +47,7 @@ def pseudo_inverse(S, equations, dependent, G, W, v):
         W[r * stride + nd + r] = 1.0
     # W = [R Qᵀ]: rows k … m of each column y become y + v (v · y) / (norm v_k). Reflections are
     # applied to whole vectors of columns side by side: one column at a time, as in
-    # `kinematics.linalg.skyline_qr.factor`, takes 1.4 times as long for 3 unknowns and 2.5 for
+    # `skyline_qr.factor_envelope`, takes 1.4 times as long for 3 unknowns and 2.5 for
     # 30. To make them by a kernel shared with that file takes a fifth longer for 30 unknowns.
     for k in range(nd):
         square = 0.0
@@ -58,24 +58,26 @@ def pseudo_inverse(S, equations, dependent, G, W, v):
             return np.inf
         norm = -np.sqrt(square) if v[k] > 0.0 else np.sqrt(square)
         v[k] -= norm
-        factor = spread(1.0 / (norm * v[k]))
-        for x in range(k // LANES * LANES, stride, LANES):
-            dot = spread(0.0)
+        factor = broadcast(1.0 / (norm * v[k]))
+        for x in range(k // VECTOR_WIDTH * VECTOR_WIDTH, stride, VECTOR_WIDTH):
+            dot = broadcast(0.0)
             for r in range(k, m):
-                dot = dot + spread(v[r]) * load(W, r * stride + x)
+                dot = dot + broadcast(v[r]) * load_vector(W, r * stride + x)
             dot = dot * factor
             for r in range(k, m):
-                store(W, r * stride + x, load(W, r * stride + x) + spread(v[r]) * dot)
+                store_vector(
+                    W, r * stride + x, load_vector(W, r * stride + x) + broadcast(v[r]) * dot
+                )
     # R⁻¹ Qᵀ: rows from the last one on
     for k in range(nd - 1, -1, -1):
         pivot = 1.0 / W[k * stride + k]
         for d in range(k + 1, nd):
             v[d] = -W[k * stride + d]
-        for x in range(nd // LANES * LANES, stride, LANES):
-            row = load(W, k * stride + x)
+        for x in range(nd // VECTOR_WIDTH * VECTOR_WIDTH, stride, VECTOR_WIDTH):
+            row = load_vector(W, k * stride + x)
             for d in range(k + 1, nd):
-                row = row + spread(v[d]) * load(W, d * stride + x)
-            store(W, k * stride + x, row * spread(pivot))
+                row = row + broadcast(v[d]) * load_vector(W, d * stride + x)
+            store_vector(W, k * stride + x, row * broadcast(pivot))
     # the transpose
     for r in range(m):
         for d in range(nd):
@@ -104,19 +106,19 @@ def _refine(S, equations, dependent, lanes, G, E, before):
         E[i] = 0.0
     for e in range(nd):
         E[e * lanes + e] = 1.0
-        for x in range(0, lanes, LANES):
-            rest = load(E, e * lanes + x)
+        for x in range(0, lanes, VECTOR_WIDTH):
+            rest = load_vector(E, e * lanes + x)
             for r in range(m):
                 entry = -S[equations[r], dependent[e]]
-                rest = rest + spread(entry) * load(G, equations[r] * lanes + x)
-            store(E, e * lanes + x, rest)
+                rest = rest + broadcast(entry) * load_vector(G, equations[r] * lanes + x)
+            store_vector(E, e * lanes + x, rest)
     # Pᵀ ← Pᵀ + Pᵀ E
     for r in range(m):
         row = equations[r] * lanes
         for e in range(nd):
             before[e] = G[row + e]
-        for x in range(0, lanes, LANES):
-            total = load(G, row + x)
+        for x in range(0, lanes, VECTOR_WIDTH):
+            total = load_vector(G, row + x)
             for e in range(nd):
-                total = total + spread(before[e]) * load(E, e * lanes + x)
-            store(G, row + x, total)
+                total = total + broadcast(before[e]) * load_vector(E, e * lanes + x)
+            store_vector(G, row + x, total)

@@ -18,9 +18,9 @@ from kinematics.errors import ExactError
 
 __all__ = [
     "BITS",
-    "LONGEST",
+    "MAX_DIGITS",
     "Vector",
-    "bracket",
+    "rational_bracket",
     "combination",
     "cross",
     "decimal",
@@ -28,11 +28,11 @@ __all__ = [
     "echelon",
     "largest_entry",
     "leading_entry",
-    "null_space",
+    "rational_null_space",
     "pi",
     "quarters",
     "root",
-    "rounded",
+    "nearby_fraction",
     "rounds_root",
     "tangent",
 ]
@@ -45,7 +45,7 @@ Pivot = Callable[[Rows[Number], Sequence[int]], tuple[int, int] | None]
 BITS = 64
 """Replacements are multiples of ``2**-BITS``."""
 # A number of more characters is not one that somebody measured.
-LONGEST = 400
+MAX_DIGITS = 400
 # What double precision rounds off, and the largest denominator of a simple fraction.
 DOUBLE, SIMPLE = Fraction(1, 10**15), 1000
 # Terms of series are kept to so many more bits.
@@ -58,8 +58,8 @@ def decimal(word: str) -> Fraction:
     Raises:
         ExactError: the text is too long.
     """
-    if len(word) > LONGEST:
-        raise ExactError(f"a number of {len(word)} characters; write at most {LONGEST}")
+    if len(word) > MAX_DIGITS:
+        raise ExactError(f"a number of {len(word)} characters; write at most {MAX_DIGITS}")
     return Fraction(word) if float(word) else Fraction(0)
 
 
@@ -80,7 +80,7 @@ def rounds_root(value: Fraction) -> bool:
     return near and abs(value.limit_denominator(SIMPLE) - value) > 100 * DOUBLE
 
 
-def rounded(value: Fraction) -> Fraction:
+def nearby_fraction(value: Fraction) -> Fraction:
     """The nearest multiple of ``2**-BITS``."""
     return Fraction(round(value * (1 << BITS)), 1 << BITS)
 
@@ -123,7 +123,7 @@ def tangent(angle: Fraction) -> Fraction:
         # Towards zero, so that the terms of a negative angle end too.
         size = abs(term) * abs(x) // (one * k)
         term = size if (term < 0) == (x < 0) else -size
-    return rounded(Fraction(sine, cosine))
+    return nearby_fraction(Fraction(sine, cosine))
 
 
 def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
@@ -140,7 +140,7 @@ def cross(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
     )
 
 
-def bracket(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
+def rational_bracket(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
     """Lie bracket of twists ``[ω_a × ω_b; v_a × ω_b + ω_a × v_b]`` (6,)."""
     moments = zip(cross(a[3:], b[:3]), cross(a[:3], b[3:]), strict=True)
     return cross(a[:3], b[:3]) + tuple(x + y for x, y in moments)
@@ -194,7 +194,7 @@ def echelon(
     return done, pivots
 
 
-def null_space(
+def rational_null_space(
     rows: Sequence[Sequence[Fraction]], columns: int, pivot: Pivot[Fraction] = leading_entry
 ) -> list[list[Fraction]]:
     """Independent vectors of ``columns`` entries with which every row has product 0.
@@ -211,8 +211,6 @@ def null_space(
     return found
 
 
-def combination(
-    x: Sequence[Fraction], vectors: Sequence[Sequence[Fraction]]
-) -> list[Fraction]:
+def combination(x: Sequence[Fraction], vectors: Sequence[Sequence[Fraction]]) -> list[Fraction]:
     """Sum of vectors times the entries of x."""
     return [dot(x, column) for column in zip(*vectors, strict=True)]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from kinematics.compiled.jit import kernel
-from kinematics.compiled.simd import LANES, load, spread, store
+from kinematics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
 
-__all__ = ["fold", "reflect"]
+__all__ = ["apply_reflector_sparse", "apply_reflector"]
 
 
 @kernel(reference_counting=False)
-def fold(f, P, k, begin, end, diagonal):
+def apply_reflector_sparse(f, P, k, begin, end, diagonal):
     """Apply ``I - v vᵀ / (d (r - d))`` to row k of a factor and to rows begin … end below.
 
     ``v = (r - d, A_k)`` turns column k into the diagonal d; r is the entry on the diagonal
@@ -25,31 +25,31 @@ def fold(f, P, k, begin, end, diagonal):
     """
     row = k * P
     head = f[row + k] - diagonal
-    top, factor = spread(head), spread(1.0 / (diagonal * head))
+    top, factor = broadcast(head), broadcast(1.0 / (diagonal * head))
     # The block with column k comes last: it holds the multipliers.
-    for c in range(P - LANES, k // LANES * LANES - 1, -LANES):
-        total = top * load(f, row + c)
+    for c in range(P - VECTOR_WIDTH, k // VECTOR_WIDTH * VECTOR_WIDTH - 1, -VECTOR_WIDTH):
+        total = top * load_vector(f, row + c)
         for i in range(begin, end):
             x = f[i * P + k]
             if x != 0.0:
-                total = total + spread(x) * load(f, i * P + c)
+                total = total + broadcast(x) * load_vector(f, i * P + c)
         total = total * factor
-        store(f, row + c, load(f, row + c) + top * total)
+        store_vector(f, row + c, load_vector(f, row + c) + top * total)
         for i in range(begin, end):
             x = f[i * P + k]
             if x != 0.0:
-                store(f, i * P + c, load(f, i * P + c) + spread(x) * total)
+                store_vector(f, i * P + c, load_vector(f, i * P + c) + broadcast(x) * total)
     f[row + k] = diagonal
     for i in range(begin, end):
         f[i * P + k] = 0.0
 
 
 @kernel(reference_counting=False)
-def reflect(f, P, k, end, diagonal, norms):
+def apply_reflector(f, P, k, end, diagonal, norms):
     """Apply ``I - v vᵀ / (d (r - d))`` to rows k … end; norms of what is left below row k.
 
     Args:
-        f: in, out: as in `fold`, as are the next four.
+        f: in, out: as in `apply_reflector_sparse`, as are the next four.
         P: entries of a row.
         k: the row and column.
         end: first row that is left out.
@@ -58,19 +58,19 @@ def reflect(f, P, k, end, diagonal, norms):
     """
     row = k * P
     head = f[row + k] - diagonal
-    top, factor = spread(head), spread(1.0 / (diagonal * head))
-    for c in range(P - LANES, k // LANES * LANES - 1, -LANES):
-        total = top * load(f, row + c)
+    top, factor = broadcast(head), broadcast(1.0 / (diagonal * head))
+    for c in range(P - VECTOR_WIDTH, k // VECTOR_WIDTH * VECTOR_WIDTH - 1, -VECTOR_WIDTH):
+        total = top * load_vector(f, row + c)
         for i in range(k + 1, end):
-            total = total + spread(f[i * P + k]) * load(f, i * P + c)
+            total = total + broadcast(f[i * P + k]) * load_vector(f, i * P + c)
         total = total * factor
-        store(f, row + c, load(f, row + c) + top * total)
-        squares = spread(0.0)
+        store_vector(f, row + c, load_vector(f, row + c) + top * total)
+        squares = broadcast(0.0)
         for i in range(k + 1, end):
-            x = load(f, i * P + c) + spread(f[i * P + k]) * total
-            store(f, i * P + c, x)
+            x = load_vector(f, i * P + c) + broadcast(f[i * P + k]) * total
+            store_vector(f, i * P + c, x)
             squares = squares + x * x
-        store(norms, c, squares)
+        store_vector(norms, c, squares)
     f[row + k] = diagonal
     for i in range(k + 1, end):
         f[i * P + k] = 0.0

@@ -30,8 +30,17 @@ from numpy.typing import NDArray
 from kinematics.compiled.jit import kernel
 
 __all__ = [
-    "COUNT", "HEIGHT", "JOINT", "ROW", "ROWS", "factor", "fill", "pivots", "profile", "solve",
-]  # fmt: skip
+    "COUNT",
+    "HEIGHT",
+    "JOINT",
+    "ROW",
+    "ROWS",
+    "factor_envelope",
+    "fill_envelope",
+    "pivots",
+    "envelope_table",
+    "solve_least_norm",
+]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -46,7 +55,7 @@ ROW, JOINT, TOP, BELOW, RIGHT, MEMBER, COLUMN, PLACE, SIGN, COUNT = range(10)
 IN_LOOPS, ENTRIES, HEIGHT, ROWS = range(4)
 
 
-def profile(
+def envelope_table(
     parent: IntArray, ends: IntArray, mimics: Array, dependent: IntArray, dim: int
 ) -> IntArray:
     """Make the envelope table of the loop matrix of the dependent joints.
@@ -158,7 +167,7 @@ def _narrow(
 
 
 @kernel(reference_counting=False)
-def fill(screws, mimics, envelope, F):
+def fill_envelope(screws, mimics, envelope, F):
     """Fill the loop matrix S_0 and the mimic relations into an envelope, by columns.
 
     Args:
@@ -181,7 +190,7 @@ def fill(screws, mimics, envelope, F):
 
 
 @kernel(reference_counting=False)
-def factor(F, envelope, diagonal):
+def factor_envelope(F, envelope, diagonal):
     """Compute the Householder QR of a matrix in its envelope, in place.
 
     The reflection of column x has ``v = x - r e_1`` with ``r = -sign(x_1) |x|``, so that
@@ -193,7 +202,7 @@ def factor(F, envelope, diagonal):
     applies them column by column it would take 2.5 times as long.
 
     Args:
-        F: in, the columns as from `fill`; out, R above the diagonal, and on and below it the
+        F: in, columns as from `fill_envelope`; out, R above the diagonal, on and below it the
             vector v of each reflection.
         envelope: in; the table.
         diagonal: out; R's diagonal (dependent joints,), 0 for a column that is 0.
@@ -237,17 +246,17 @@ def pivots(screws: Array, mimics: Array, envelope: IntArray, count: int) -> Arra
         Shape (count,), in the order of the columns of the table.
     """
     F, diagonal = np.empty((count, envelope[COUNT, HEIGHT])), np.empty(count)
-    fill(screws, mimics, envelope, F)
-    factor(F, envelope, diagonal)
+    fill_envelope(screws, mimics, envelope, F)
+    factor_envelope(F, envelope, diagonal)
     return diagonal
 
 
 @kernel(reference_counting=False)
-def solve(F, envelope, diagonal, b):
+def solve_least_norm(F, envelope, diagonal, b):
     """Compute the least-squares solution of ``S x = b`` from the factors of S.
 
     Args:
-        F: in; as from `factor`.
+        F: in; as from `factor_envelope`.
         envelope: in; the table.
         diagonal: in; R's diagonal. Unknowns with a 0 there are set to 0.
         b: in, the right-hand side by rows of the envelope; out, x by its columns, then the

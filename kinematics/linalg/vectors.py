@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["alike_groups", "distinct", "project_out"]
+__all__ = ["alike_groups", "distinct_vectors", "project_out"]
 
 Array = NDArray[np.float64]
 Alike = Callable[[Array, Array], NDArray[np.bool_]]
@@ -37,7 +37,7 @@ def alike_groups(vectors: Sequence[Array] | Array, alike: Alike) -> list[list[in
     return found
 
 
-def distinct(vectors: Sequence[Array] | Array, alike: Alike) -> list[int]:
+def distinct_vectors(vectors: Sequence[Array] | Array, alike: Alike) -> list[int]:
     """Indices of the vectors that are alike none of those before; see `alike_groups`."""
     return [group[0] for group in alike_groups(vectors, alike)]
 

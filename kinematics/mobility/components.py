@@ -18,10 +18,10 @@ from kinematics.closure.series import loop_matrix
 from kinematics.errors import MobilityError
 from kinematics.mobility.first_order import first_order
 from kinematics.model.arrays import Chain, Frame
-from kinematics.model.chain import arrange, carriers, clusters, extent, move
-from kinematics.model.linkage import Draft, Mimic
+from kinematics.model.chain import arrange_loops, carriers, clusters, extent, move_chain
+from kinematics.model.linkage import Mimic, UnassembledLinkage
 
-__all__ = ["Component", "component", "components", "freedoms"]
+__all__ = ["Component", "component_of", "split_components", "component_freedoms"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -42,7 +42,7 @@ class Component(NamedTuple):
     """
 
     joints: IntArray
-    draft: Draft
+    draft: UnassembledLinkage
     chain: Chain
     loops: tuple[int, ...]
 
@@ -52,11 +52,11 @@ class Component(NamedTuple):
         joints = self.joints[own]
         ratio = whole.units[joints] / self.chain.units[own]
         basis = ratio[:, None] * whole.columns[joints]
-        return move(self.chain, own, basis[:, np.any(basis != 0.0, axis=0)])
+        return move_chain(self.chain, own, basis[:, np.any(basis != 0.0, axis=0)])
 
     def in_frame(self, frame: Frame) -> Component:
         """The same component in other coordinates."""
-        return self._replace(chain=arrange(self.draft, frame))
+        return self._replace(chain=arrange_loops(self.draft, frame))
 
     def own_positions(self, q: Array, units: Array) -> Array:
         """Positions of its joints (n,), in its own units, from those of the linkage.
@@ -80,17 +80,17 @@ class Component(NamedTuple):
         return out
 
 
-def components(draft: Draft) -> list[Component]:
+def split_components(draft: UnassembledLinkage) -> list[Component]:
     """Split a linkage into its components.
 
     Raises:
         MobilityError: a component is too small for double precision, beside its distance from
             the ground.
     """
-    return [component(draft, group) for group in clusters(arrange(draft)) if group]
+    return [component_of(draft, group) for group in clusters(arrange_loops(draft)) if group]
 
 
-def component(draft: Draft, joints: Sequence[int]) -> Component:
+def component_of(draft: UnassembledLinkage, joints: Sequence[int]) -> Component:
     """One component of a linkage.
 
     Args:
@@ -124,10 +124,10 @@ def component(draft: Draft, joints: Sequence[int]) -> Component:
         displaced=None,
     )  # fmt: skip
     _check_size(part)
-    return Component(np.array(joints, dtype=np.int64), part, arrange(part), loops)
+    return Component(np.array(joints, dtype=np.int64), part, arrange_loops(part), loops)
 
 
-def _check_size(part: Draft) -> None:
+def _check_size(part: UnassembledLinkage) -> None:
     """Refuse a component so small, beside its distance from the ground, that digits are lost.
 
     Raises:
@@ -145,7 +145,7 @@ def _check_size(part: Draft) -> None:
         )
 
 
-def freedoms(parts: Sequence[Component], count: int) -> tuple[Array, list[Array]]:
+def component_freedoms(parts: Sequence[Component], count: int) -> tuple[Array, list[Array]]:
     """Null space of the loop matrix of a linkage, component by component.
 
     Args:

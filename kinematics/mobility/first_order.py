@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.newton import forward, mismatch
+from kinematics.closure.newton import forward_kinematics, mismatch
 from kinematics.closure.series import loop_matrix
 from kinematics.linalg.gauss_newton import (
     Equations,
@@ -21,14 +21,14 @@ from kinematics.model.arrays import Chain
 
 __all__ = [
     "DEPENDENT",
-    "away",
+    "step_from_singular",
     "closure_equations",
     "conditioning",
     "first_order",
-    "independent",
-    "nullity",
-    "onward",
-    "spectrum",
+    "independent_rows",
+    "first_order_mobility_of",
+    "step_along",
+    "loop_singular_values",
 ]
 
 Array = NDArray[np.float64]
@@ -56,13 +56,13 @@ def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
     """
 
     def equations(q: Array) -> tuple[Array, Array]:
-        pose = forward(chain, q)
+        pose = forward_kinematics(chain, q)
         return mismatch(chain, pose.H, q, gaps), loop_matrix(chain, pose.screws)
 
     return equations
 
 
-def spectrum(A: Array) -> tuple[Array, Array]:
+def loop_singular_values(A: Array) -> tuple[Array, Array]:
     """Singular values of a loop matrix (rows, n), padded to n, and its right vectors."""
     if not len(A):
         return np.zeros(A.shape[1]), np.eye(A.shape[1])
@@ -76,16 +76,18 @@ def first_order(A: Array, tolerance: float = DEPENDENT) -> tuple[Array, Array]:
     Returns:
         Orthonormal rates (n, freedom), and the values, descending, padded to n.
     """
-    values, Vt = spectrum(A)
+    values, Vt = loop_singular_values(A)
     return Vt[int(np.sum(values > tolerance * values.max(initial=0.0))) :].T, values
 
 
-def nullity(chain: Chain, q: Array) -> int:
+def first_order_mobility_of(chain: Chain, q: Array) -> int:
     """First-order degrees of freedom at a closed pose."""
-    return first_order(loop_matrix(chain, forward(chain, q).screws), SOLVED)[0].shape[1]
+    return first_order(loop_matrix(chain, forward_kinematics(chain, q).screws), SOLVED)[
+        0
+    ].shape[1]
 
 
-def independent(free: Array) -> NDArray[np.int64]:
+def independent_rows(free: Array) -> NDArray[np.int64]:
     """Joints whose rates determine the others', well conditioned; ``free`` is (n, f)."""
     rest, chosen = free.copy(), []
     for _ in range(free.shape[1]):
@@ -97,11 +99,11 @@ def independent(free: Array) -> NDArray[np.int64]:
 
 def conditioning(chain: Chain, q: Array, freedom: int) -> float:
     """Smallest singular value of the loop matrix that counts, relative to the largest."""
-    values, _ = spectrum(loop_matrix(chain, forward(chain, q).screws))
+    values, _ = loop_singular_values(loop_matrix(chain, forward_kinematics(chain, q).screws))
     return float(values[values.size - freedom - 1] / values[0])
 
 
-def away(chain: Chain, free: Array) -> Array:
+def step_from_singular(chain: Chain, free: Array) -> Array:
     """A better conditioned pose on the branch of the reference pose, which is regular.
 
     Args:
@@ -112,10 +114,10 @@ def away(chain: Chain, free: Array) -> Array:
     freedom, step = free.shape[1], 0.1 * conditioning(chain, np.zeros(len(v)), free.shape[1])
     starts = [q for sign in (1.0, -1.0) if (q := _polished(chain, sign * step * v)) is not None]
     starts.sort(key=lambda q: conditioning(chain, q, freedom))
-    return onward(chain, starts[-1]) if starts else np.zeros(len(v))
+    return step_along(chain, starts[-1]) if starts else np.zeros(len(v))
 
 
-def onward(chain: Chain, start: Array, goal: float = 0.5) -> Array:
+def step_along(chain: Chain, start: Array, goal: float = 0.5) -> Array:
     """The best conditioned pose along the branch on which a pose near the reference pose is.
 
     Args:
@@ -125,9 +127,11 @@ def onward(chain: Chain, start: Array, goal: float = 0.5) -> Array:
     """
     q, tangent, step = start, start, 0.5 * float(np.abs(start).max())
     least = 0.01 * step
-    best, freedom = (0.0, start), nullity(chain, start)
+    best, freedom = (0.0, start), first_order_mobility_of(chain, start)
     for _ in range(80):
-        values, Vt = spectrum(loop_matrix(chain, forward(chain, q).screws))
+        values, Vt = loop_singular_values(
+            loop_matrix(chain, forward_kinematics(chain, q).screws)
+        )
         rank = values.size - freedom
         if values[rank - 1] > best[0]:
             best = float(values[rank - 1]), q

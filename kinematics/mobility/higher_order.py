@@ -19,15 +19,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.closure.newton import forward
+from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand, loop_matrix
 from kinematics.linalg.gauss_newton import Iterate, LevenbergMarquardt, gauss_newton
-from kinematics.linalg.vectors import distinct, project_out
-from kinematics.mobility.first_order import DEPENDENT, closure_equations, first_order, nullity
+from kinematics.linalg.vectors import distinct_vectors, project_out
+from kinematics.mobility.first_order import (
+    DEPENDENT,
+    closure_equations,
+    first_order,
+    first_order_mobility_of,
+)
 from kinematics.model.arrays import Chain
-from kinematics.model.chain import move
+from kinematics.model.chain import move_chain
 
-__all__ = ["ORDERS", "Local", "examine"]
+__all__ = ["MAX_ORDER", "LocalMobility", "analyse_local_mobility"]
 
 Array = NDArray[np.float64]
 
@@ -35,7 +40,7 @@ Array = NDArray[np.float64]
 # which the same is found count.
 REACHES = (0.06, 0.02, 0.006)
 # Highest order that is looked at.
-ORDERS = 8
+MAX_ORDER = 8
 # Openings of loops that are round-off: along a series, and at a pose near the singular one.
 CLOSES, SHUT = 1e-9, 1e-12
 # Starts: at most so many, and fewer for many joints.
@@ -43,7 +48,7 @@ MOST, WORK = 240, 400_000
 SEED = 4
 
 
-class Local(NamedTuple):
+class LocalMobility(NamedTuple):
     """What a linkage can do near a pose; n joints.
 
     Attributes:
@@ -61,7 +66,7 @@ class Local(NamedTuple):
     branches: Array
 
 
-def examine(chain: Chain, tolerance: float = DEPENDENT) -> Local:
+def analyse_local_mobility(chain: Chain, tolerance: float = DEPENDENT) -> LocalMobility:
     """The branches that leave the reference pose of a chain, at which its loops close.
 
     Args:
@@ -73,12 +78,12 @@ def examine(chain: Chain, tolerance: float = DEPENDENT) -> Local:
     freedom = N.shape[1]
     empty = np.empty((0, len(N)))
     if freedom == 0:
-        return Local(0, 0, 1, empty)
+        return LocalMobility(0, 0, 1, empty)
     if freedom == 1:
         order = _order_of_one(chain, N)
         if order or _closest(chain, N, REACHES[0], N[:, 0])[1] > SHUT:
-            return Local(1, 0, order or ORDERS, empty)
-        return Local(1, 1, 0, REACHES[0] * N.T)
+            return LocalMobility(1, 0, order or MAX_ORDER, empty)
+        return LocalMobility(1, 1, 0, REACHES[0] * N.T)
     seen = None
     for reach in REACHES:
         mobility, branches = _leaving(chain, N, reach)
@@ -86,15 +91,15 @@ def examine(chain: Chain, tolerance: float = DEPENDENT) -> Local:
             break
         seen = mobility, len(branches)
     if mobility == 0:
-        return Local(freedom, 0, _order(chain, N), empty)
-    return Local(freedom, mobility, 0, branches)
+        return LocalMobility(freedom, 0, _order(chain, N), empty)
+    return LocalMobility(freedom, mobility, 0, branches)
 
 
 def _order_of_one(chain: Chain, N: Array) -> int:
     """The order at which a single freedom stops closing the loops; 0 if none is found."""
     joint = int(np.argmax(np.abs(N[:, 0])))
-    moved = move(chain, np.array([joint]), np.eye(1))
-    series = expand(moved, np.ones((1, 1)), ORDERS - 1)
+    moved = move_chain(chain, np.array([joint]), np.eye(1))
+    series = expand(moved, np.ones((1, 1)), MAX_ORDER - 1)
     sizes = np.abs(series.C[0]).max(axis=(1, 2))
     for order, residual in enumerate(series.residual):
         if residual > CLOSES * max(1.0, sizes[order], sizes[0] ** (order + 1)):
@@ -157,7 +162,7 @@ def _closest(
         return rule.damping > 1e6
 
     x = gauss_newton(opening, start, rule, closest, stuck, 61).last.x
-    pose = forward(chain, reach * x)
+    pose = forward_kinematics(chain, reach * x)
     return pose.q, pose.error
 
 
@@ -170,7 +175,7 @@ def _leaving(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
             points.append(q)
     if not points:
         return 0, np.empty((0, len(N)))
-    sizes = [nullity(chain, q) for q in points]
+    sizes = [first_order_mobility_of(chain, q) for q in points]
     mobility = max(sizes)
     if mobility == 1:
         return 1, _paired(_distinct([*points, *_opposite(chain, N, reach, points)], reach))
@@ -190,7 +195,9 @@ def _opposite(chain: Chain, N: Array, reach: float, points: list[Array]) -> Iter
 
 def _distinct(points: list[Array], reach: float) -> list[Array]:
     """Poses that differ from one another."""
-    first = distinct(points, lambda some, q: np.abs(some - q).max(axis=1) <= 1e-3 * reach)
+    first = distinct_vectors(
+        points, lambda some, q: np.abs(some - q).max(axis=1) <= 1e-3 * reach
+    )
     return [points[k] for k in first]
 
 
@@ -247,4 +254,4 @@ def _order(chain: Chain, N: Array) -> int:
     for reach in (0.1, 0.05):
         openings = [_closest(chain, N, reach, start)[1] for start in _starts(N)]
         least.append(min(openings))
-    return int(np.clip(np.rint(np.log2(least[0] / least[1])), 2, ORDERS))
+    return int(np.clip(np.rint(np.log2(least[0] / least[1])), 2, MAX_ORDER))

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from kinematics.errors import CoordinateError
 from kinematics.linalg.vectors import project_out
-from kinematics.model.linkage import Draft, Joint, Notice, names
+from kinematics.model.linkage import Joint, Notice, UnassembledLinkage, names_of
 
-__all__ = ["coordinates"]
+__all__ = ["choose_coordinates"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -23,8 +23,8 @@ STILL = 1e-5
 DEPENDENT = 1e-8
 
 
-def coordinates(
-    draft: Draft, velocities: Array, wanted: Sequence[str]
+def choose_coordinates(
+    draft: UnassembledLinkage, velocities: Array, wanted: Sequence[str]
 ) -> tuple[IntArray, list[Notice]]:
     """Independent joints: the wanted ones, completed by well-conditioned ones.
 
@@ -40,7 +40,7 @@ def coordinates(
         CoordinateError: a name is unknown, or its joint depends on those before it.
     """
     mobility = velocities.shape[1]
-    all_names = names(draft.joints)
+    all_names = names_of(draft.joints)
     rest = velocities.copy()
     chosen: list[int] = []
     for name in _expanded(wanted, draft.joints):
@@ -92,7 +92,7 @@ def _expanded(wanted: Sequence[str], joints: Sequence[Joint]) -> list[str]:
     return found
 
 
-def _candidates(draft: Draft, rest: Array) -> list[int]:
+def _candidates(draft: UnassembledLinkage, rest: Array) -> list[int]:
     """Joints that would serve as the next coordinate, the preferred one first.
 
     Any joint whose remaining freedom is at least a third of the largest is well enough

@@ -11,17 +11,17 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.linalg.skyline_qr import profile
-from kinematics.wording import counted, vector
+from kinematics.linalg.skyline_qr import envelope_table
+from kinematics.wording import count_noun, vector_text
 
-__all__ = ["Chain", "Frame", "IntArray", "Structure", "frozen", "read_only"]
+__all__ = ["Chain", "Frame", "IntArray", "Structure", "freeze", "read_only"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Made = TypeVar("Made")
 
 
-def frozen(array: object, dtype: type = np.float64) -> NDArray:
+def freeze(array: object, dtype: type = np.float64) -> NDArray:
     """A read-only, contiguous copy of ``array``."""
     copy: NDArray = np.array(array, dtype=dtype, order="C")
     copy.flags.writeable = False
@@ -46,13 +46,13 @@ class Frame:
         length: characteristic length, metres.
     """
 
-    R: Array = field(default_factory=lambda: frozen(np.eye(3)))
-    origin: Array = field(default_factory=lambda: frozen(np.zeros(3)))
+    R: Array = field(default_factory=lambda: freeze(np.eye(3)))
+    origin: Array = field(default_factory=lambda: freeze(np.zeros(3)))
     length: float = 1.0
 
     def __repr__(self) -> str:
         """One line: origin and length."""
-        return f"Frame: origin {vector(self.origin)} m, length {self.length:.4g} m"
+        return f"Frame: origin {vector_text(self.origin)} m, length {self.length:.4g} m"
 
 
 class Structure:
@@ -116,9 +116,12 @@ class Chain:
 
     def __repr__(self) -> str:
         """One line: how many joints, loops and columns."""
-        joints, loops = counted(self.parent.size, "joint"), counted(len(self.ends), "loop")
+        joints, loops = (
+            count_noun(self.parent.size, "joint"),
+            count_noun(len(self.ends), "loop"),
+        )
         algebra = "planar" if self.planar else "spatial"
-        return f"Chain: {algebra}, {joints}, {loops}, {counted(self.width, 'column')}"
+        return f"Chain: {algebra}, {joints}, {loops}, {count_noun(self.width, 'column')}"
 
     @property
     def planar(self) -> bool:
@@ -173,5 +176,5 @@ class Chain:
 
 def _lines(chain: Chain) -> IntArray:
     dim = chain.screws.shape[1]
-    lines = profile(chain.parent, chain.ends, chain.mimics, chain.dependent, dim)
-    return frozen(lines, np.int64)
+    lines = envelope_table(chain.parent, chain.ends, chain.mimics, chain.dependent, dim)
+    return freeze(lines, np.int64)

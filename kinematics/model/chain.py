@@ -13,24 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.linalg.vectors import project_out
-from kinematics.model.arrays import Chain, Frame, frozen
-from kinematics.model.linkage import Draft
+from kinematics.model.arrays import Chain, Frame, freeze
+from kinematics.model.linkage import UnassembledLinkage
 
 __all__ = [
-    "arrange",
+    "arrange_loops",
     "carriers",
     "clusters",
     "extent",
     "flatten",
-    "lock",
+    "lock_joints",
     "loop_joints",
     "loop_signs",
-    "move",
+    "move_chain",
     "path",
     "paths",
     "plane_axes",
     "plane_normal",
-    "reduce",
+    "reduce_to_plane",
     "rigid_parts",
 ]
 
@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def arrange(draft: Draft, frame: Frame | None = None) -> Chain:
+def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chain:
     """All joints of a linkage as a spatial chain, with nothing chosen as independent.
 
     Args:
@@ -59,23 +59,23 @@ def arrange(draft: Draft, frame: Frame | None = None) -> Chain:
         row[mimic.source] = -mimic.ratio * units[mimic.source] / units[mimic.joint]
     return Chain(
         frame=frame,
-        joints=frozen(range(n), np.int64),
-        units=frozen(units),
-        parent=frozen([joint.parent for joint in draft.joints], np.int64),
-        screws=frozen(screws),
-        ends=frozen(np.reshape(ends, (-1, 2)), np.int64),
-        mimics=frozen(mimics),
-        dependent=frozen([], np.int64),
-        columns=frozen(np.zeros((n, 0))),
-        moves=frozen(np.zeros((n, 0)), np.bool_),
-        links=frozen([body.link for body in draft.bodies], np.int64),
+        joints=freeze(range(n), np.int64),
+        units=freeze(units),
+        parent=freeze([joint.parent for joint in draft.joints], np.int64),
+        screws=freeze(screws),
+        ends=freeze(np.reshape(ends, (-1, 2)), np.int64),
+        mimics=freeze(mimics),
+        dependent=freeze([], np.int64),
+        columns=freeze(np.zeros((n, 0))),
+        moves=freeze(np.zeros((n, 0)), np.bool_),
+        links=freeze([body.link for body in draft.bodies], np.int64),
     )
 
 
-def extent(draft: Draft) -> Frame:
+def extent(draft: UnassembledLinkage) -> Frame:
     """Coordinates amid the joints, in units of the distance of the furthest.
 
-    Unlike those of `arrange` they do not degenerate where all axes nearly meet in a point:
+    Unlike those of `arrange_loops` they do not degenerate where all axes nearly meet:
     then half of the centres of mass are further away, and the middle one counts.
     """
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
@@ -83,10 +83,10 @@ def extent(draft: Draft) -> Frame:
     far = float(np.linalg.norm(points - origin, axis=1).max())
     centres = np.linalg.norm(_centres(draft) - origin, axis=1)
     length = max(far, float(np.median(centres)) if centres.size else 0.0)
-    return Frame(frozen(np.eye(3)), frozen(origin), length or 1.0)
+    return Frame(freeze(np.eye(3)), freeze(origin), length or 1.0)
 
 
-def _frame(draft: Draft) -> Frame:
+def _frame(draft: UnassembledLinkage) -> Frame:
     """Origin amid the joints; length from the distances of their axes to it.
 
     The distances vanish where all axes meet in a point, but for rounding, or nothing turns:
@@ -105,8 +105,8 @@ def _frame(draft: Draft) -> Frame:
         if len(candidate):
             length = float(np.sqrt(np.mean(np.sum(candidate**2, axis=1))))
             if length > least:
-                return Frame(frozen(np.eye(3)), frozen(origin), length)
-    return Frame(frozen(np.eye(3)), frozen(origin), 1.0)
+                return Frame(freeze(np.eye(3)), freeze(origin), length)
+    return Frame(freeze(np.eye(3)), freeze(origin), 1.0)
 
 
 def _parallel(screws: list[Array]) -> bool:
@@ -114,13 +114,13 @@ def _parallel(screws: list[Array]) -> bool:
     return all(np.abs(np.cross(s[:3], screws[0][:3])).max() <= 1e-4 for s in screws)
 
 
-def _centres(draft: Draft) -> Array:
+def _centres(draft: UnassembledLinkage) -> Array:
     """Centres of mass (count, 3), of the bodies that have one."""
     massive = [body.inertia for body in draft.bodies if body.inertia[0] > 0.0]
     return np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
 
 
-def lock(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
+def lock_joints(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
     """The chain without the joints that are idle; links they joined become one."""
     if not idle.any():
         return chain
@@ -131,16 +131,16 @@ def lock(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
     dependent = chain.dependent[~idle[chain.dependent]]
     return replace(
         chain,
-        joints=frozen(chain.joints[kept], np.int64),
-        units=frozen(chain.units[kept]),
-        parent=frozen(carried[chain.parent[kept]], np.int64),
-        screws=frozen(chain.screws[kept]),
-        ends=frozen(ends[ends[:, 0] != ends[:, 1]], np.int64),
-        mimics=frozen(mimics[np.any(mimics != 0.0, axis=1)]),
-        dependent=frozen(carried[dependent], np.int64),
-        columns=frozen(chain.columns[kept]),
-        moves=frozen(chain.moves[kept], np.bool_),
-        links=frozen(carried[chain.links], np.int64),
+        joints=freeze(chain.joints[kept], np.int64),
+        units=freeze(chain.units[kept]),
+        parent=freeze(carried[chain.parent[kept]], np.int64),
+        screws=freeze(chain.screws[kept]),
+        ends=freeze(ends[ends[:, 0] != ends[:, 1]], np.int64),
+        mimics=freeze(mimics[np.any(mimics != 0.0, axis=1)]),
+        dependent=freeze(carried[dependent], np.int64),
+        columns=freeze(chain.columns[kept]),
+        moves=freeze(chain.moves[kept], np.bool_),
+        links=freeze(carried[chain.links], np.int64),
     )
 
 
@@ -186,11 +186,11 @@ def flatten(chain: Chain, normal: Array) -> Chain:
     R = plane_axes(normal)
     turned = np.concatenate([chain.screws[:, :3] @ R.T, chain.screws[:, 3:] @ R.T], axis=1)
     turned[:, 2] = np.rint(turned[:, 2])
-    frame = replace(chain.frame, R=frozen(R))
-    return replace(chain, frame=frame, screws=frozen(turned[:, 2:5]))
+    frame = replace(chain.frame, R=freeze(R))
+    return replace(chain, frame=frame, screws=freeze(turned[:, 2:5]))
 
 
-def move(chain: Chain, independent: IntArray, basis: Array) -> Chain:
+def move_chain(chain: Chain, independent: IntArray, basis: Array) -> Chain:
     """The chain with its independent joints and the columns they move in.
 
     Args:
@@ -211,15 +211,15 @@ def move(chain: Chain, independent: IntArray, basis: Array) -> Chain:
             moves[j] |= moves[chain.parent[j]]
     return replace(
         chain,
-        dependent=frozen(dependent, np.int64),
-        columns=frozen(columns),
-        moves=frozen(moves, np.bool_),
+        dependent=freeze(dependent, np.int64),
+        columns=freeze(columns),
+        moves=freeze(moves, np.bool_),
     )
 
 
-def reduce(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain]:
+def reduce_to_plane(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain]:
     """The chain without its idle joints, and the same in its plane if it has one."""
-    reduced = lock(chain, idle)
+    reduced = lock_joints(chain, idle)
     normal = plane_normal(reduced)
     return reduced, reduced if normal is None else flatten(reduced, normal)
 

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.model.arrays import IntArray
 from kinematics.model.linkage import Joint
 
-__all__ = ["measured", "unit", "within_turn"]
+__all__ = ["position_text", "unit_of_joint", "wrap_turns"]
 
 Array = NDArray[np.float64]
 
 
-def within_turn(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]:
+def wrap_turns(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]:
     """Split joint positions into positions within one turn and counts of full turns.
 
         q = within + 2π turns,    |within| ≤ π    (revolute joints)
@@ -36,12 +36,12 @@ def within_turn(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]
     return positions - 2.0 * np.pi * turns, turns.astype(np.int64)
 
 
-def unit(joint: Joint) -> str:
+def unit_of_joint(joint: Joint) -> str:
     """Unit of the position of a joint, ``"rad"`` or ``"m"``."""
     return "m" if joint.kind == "prismatic" else "rad"
 
 
-def measured(joint: Joint, q: float, digits: int = 3) -> str:
+def position_text(joint: Joint, q: float, digits: int = 3) -> str:
     """The position of a joint within one turn, with its unit, in words."""
-    within, _ = within_turn([joint], [q])
-    return f"{within[0]:.{digits}g} {unit(joint)}"
+    within, _ = wrap_turns([joint], [q])
+    return f"{within[0]:.{digits}g} {unit_of_joint(joint)}"

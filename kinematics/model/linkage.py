@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.model.arrays import Chain, IntArray, frozen
-from kinematics.wording import counted, listed, paragraph, vector
+from kinematics.model.arrays import Chain, IntArray, freeze
+from kinematics.wording import count_noun, first_names, repr_lines, vector_text
 
 if TYPE_CHECKING:
     from kinematics.urdf_elements.element import Document, Element
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 __all__ = [
     "GROUND",
     "Body",
-    "Draft",
+    "UnassembledLinkage",
     "Joint",
     "Linkage",
     "Loop",
     "Mimic",
     "Notice",
-    "Place",
-    "names",
+    "LinkPose",
+    "names_of",
 ]
 
 GROUND = -1
@@ -70,7 +70,8 @@ class Joint:
     def __repr__(self) -> str:
         """One line: kind, and the axis or direction."""
         axis = self.screw[:3] if np.any(self.screw[:3]) else self.screw[3:]
-        return f"Joint {self.name}: {self.kind} at {vector(self.point)} m, axis {vector(axis)}"
+        where = f"{vector_text(self.point)} m, axis {vector_text(axis)}"
+        return f"Joint {self.name}: {self.kind} at {where}"
 
     @property
     def whole(self) -> str:
@@ -117,7 +118,7 @@ class Loop:
     name: str
     end: int
     successor: int
-    gap: Array = field(default_factory=lambda: frozen(np.eye(4)))
+    gap: Array = field(default_factory=lambda: freeze(np.eye(4)))
 
     def __repr__(self) -> str:
         """One line: what is welded to what."""
@@ -138,7 +139,7 @@ class Mimic:
     ratio: float
 
 
-class Place(NamedTuple):
+class LinkPose(NamedTuple):
     """Where a link of the file is.
 
     Attributes:
@@ -151,11 +152,11 @@ class Place(NamedTuple):
 
     def __repr__(self) -> str:
         """One line: the rigid body, and the origin of the frame."""
-        return f"Place: on link {self.link}, origin {vector(self.pose[:3, 3])} m"
+        return f"Place: on link {self.link}, origin {vector_text(self.pose[:3, 3])} m"
 
 
 @dataclass(frozen=True, eq=False)
-class Draft:
+class UnassembledLinkage:
     """A linkage as its file describes it, before its loops are closed.
 
     Attributes:
@@ -185,7 +186,7 @@ class Draft:
     mimics: tuple[Mimic, ...] = ()
     named_inputs: tuple[str, ...] = ()
     notices: tuple[Notice, ...] = ()
-    places: Mapping[str, Place] = field(default_factory=dict, repr=False)
+    places: Mapping[str, LinkPose] = field(default_factory=dict, repr=False)
     tree: Element | None = field(default=None, repr=False)
     document: Document | None = field(default=None, repr=False)
     displaced: Array | None = field(default=None, repr=False)
@@ -194,15 +195,15 @@ class Draft:
     def __repr__(self) -> str:
         """Two lines: what the linkage is made of, and its file."""
         parts = (
-            counted(len(self.bodies), "body"), counted(len(self.joints), "joint"),
-            counted(len(self.loops), "loop"),
+            count_noun(len(self.bodies), "body"), count_noun(len(self.joints), "joint"),
+            count_noun(len(self.loops), "loop"),
         )  # fmt: skip
         head = f"{type(self).__name__} {self.name}: {', '.join(parts)}"
-        return paragraph(head, f"from {self.source}")
+        return repr_lines(head, f"from {self.source}")
 
 
 @dataclass(frozen=True, eq=False)
-class Linkage(Draft):
+class Linkage(UnassembledLinkage):
     """A linkage at its reference pose, with loops closed and coordinates chosen.
 
     Attributes:
@@ -225,8 +226,8 @@ class Linkage(Draft):
         """Four lines: parts, mobility, file."""
         head, source = super().__repr__().split("\n")
         algebra = "planar" if self.planar else "spatial"
-        moves = f"{algebra}, mobility {self.mobility}, inputs {listed(self.inputs)}"
-        return paragraph(head, moves, f"bodies {listed(names(self.bodies))}", source)
+        moves = f"{algebra}, mobility {self.mobility}, inputs {first_names(self.inputs)}"
+        return repr_lines(head, moves, f"bodies {first_names(names_of(self.bodies))}", source)
 
     @property
     def planar(self) -> bool:
@@ -276,6 +277,6 @@ class Linkage(Draft):
         return np.array([at[name] for name in joints], dtype=np.int64)
 
 
-def names(items: Sequence[Joint] | Sequence[Body] | Sequence[Loop]) -> tuple[str, ...]:
+def names_of(items: Sequence[Joint] | Sequence[Body] | Sequence[Loop]) -> tuple[str, ...]:
     """The names of joints, bodies or loops, in order."""
     return tuple(item.name for item in items)

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.errors import MotionError
-from kinematics.linalg.rational import LONGEST, decimal, null_space
-from kinematics.model.arrays import frozen
+from kinematics.linalg.rational import MAX_DIGITS, decimal, rational_null_space
+from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
-from kinematics.wording import listed
+from kinematics.wording import first_names
 
-__all__ = ["Motion", "restriction"]
+__all__ = ["Motion", "motion_of"]
 
 Array = NDArray[np.float64]
 
@@ -44,12 +44,12 @@ class Motion:
     def __repr__(self) -> str:
         """One line: the relations, or that every input is free."""
         rule = ", ".join(self.relations) or f"{self.basis.shape[1]} free"
-        return f"Motion of {listed(self.inputs)}: {rule}"
+        return f"Motion of {first_names(self.inputs)}: {rule}"
 
     @classmethod
     def free(cls, inputs: Sequence[str]) -> Motion:
         """The motion that moves every input freely."""
-        return cls(tuple(inputs), (), frozen(np.eye(len(inputs))))
+        return cls(tuple(inputs), (), freeze(np.eye(len(inputs))))
 
     @classmethod
     def parse(cls, relations: str | Sequence[str], inputs: Sequence[str]) -> Motion:
@@ -66,11 +66,13 @@ class Motion:
         """
         relations = [relations] if isinstance(relations, str) else relations
         rows = [_row(relation, tuple(inputs)) for relation in relations]
-        columns = null_space([_unit(row) for row in rows], len(inputs), _largest_in_row)
+        columns = rational_null_space(
+            [_unit(row) for row in rows], len(inputs), _largest_in_row
+        )
         if not columns and inputs:
             raise MotionError(", ".join(relations), "leaves no input to move", inputs)
         basis = np.array(columns, dtype=np.float64).reshape(len(columns), len(inputs)).T
-        return cls(tuple(inputs), tuple(relations), frozen(basis))
+        return cls(tuple(inputs), tuple(relations), freeze(basis))
 
     def coefficients(self) -> list[list[Fraction]]:
         """The relations as rows of rational coefficients, one per input.
@@ -81,10 +83,10 @@ class Motion:
         if self.relations:
             return [_row(relation, self.inputs) for relation in self.relations]
         columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
-        return null_space(columns, len(self.inputs))
+        return rational_null_space(columns, len(self.inputs))
 
 
-def restriction(
+def motion_of(
     linkage: Linkage, relations: Motion | str | Sequence[str] | None
 ) -> Motion | None:
     """The motion of a linkage that is meant by relations of its inputs; None if it is free.
@@ -130,8 +132,8 @@ def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
         if match is None or (position > 0 and not match[1]):
             raise MotionError(relation, _complaint(text[position:]), inputs)
         word = match[2] or "1"
-        if len(word) > LONGEST or not float(word) <= LARGEST:
-            raise MotionError(relation, f"'{word[:LONGEST]}' is too large", inputs)
+        if len(word) > MAX_DIGITS or not float(word) <= LARGEST:
+            raise MotionError(relation, f"'{word[:MAX_DIGITS]}' is too large", inputs)
         row[inputs.index(match[3])] += decimal(word) * (-1 if match[1] == "-" else 1)
         position = match.end()
     return row

@@ -12,7 +12,7 @@ import numpy as np
 
 from kinematics.compiled.jit import kernel
 
-__all__ = ["invert", "multiply", "place"]
+__all__ = ["invert_displacement", "multiply_displacements", "place_links"]
 
 
 @kernel(reference_counting=False)
@@ -58,7 +58,7 @@ def _exponential(s, q, E):
 
 
 @kernel(reference_counting=False)
-def multiply(A, B, out):
+def multiply_displacements(A, B, out):
     """Compute the product ``A B`` of small square matrices.
 
     Args:
@@ -100,7 +100,7 @@ def _carry(H, s, out):
 
 
 @kernel(reference_counting=False)
-def place(parent, screws, q, H, s, E):
+def place_links(parent, screws, q, H, s, E):
     """Compute the displacement of every link, and carry every screw to the pose.
 
     ``H_j = H_parent exp(q_j ŝ_j)`` and ``s_j(q) = Ad(H_parent) s_j``.
@@ -117,7 +117,7 @@ def place(parent, screws, q, H, s, E):
         if parent[j] >= 0:
             _carry(H[parent[j]], screws[j], s[j])
             _exponential(screws[j], q[j], E)
-            multiply(H[parent[j]], E, H[j])
+            multiply_displacements(H[parent[j]], E, H[j])
         else:
             for i in range(screws.shape[1]):
                 s[j, i] = screws[j, i]
@@ -125,7 +125,7 @@ def place(parent, screws, q, H, s, E):
 
 
 @kernel(reference_counting=False)
-def invert(H, out):
+def invert_displacement(H, out):
     """Compute the inverse of a displacement: ``[[Rᵀ, -Rᵀ d], [0, 1]]``.
 
     Args:

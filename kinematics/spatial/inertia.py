@@ -10,7 +10,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["displaced", "from_pseudo_inertia", "inertia_tensor", "parameters", "pseudo_inertia"]
+__all__ = [
+    "displace_parameters",
+    "from_pseudo_inertia",
+    "inertia_tensor",
+    "parameters",
+    "pseudo_inertia",
+]
 
 Array = NDArray[np.float64]
 
@@ -69,7 +75,7 @@ def from_pseudo_inertia(P: ArrayLike) -> Array:
     return np.asarray(P.reshape(*P.shape[:-2], 16) @ _PARAMETERS)
 
 
-def displaced(z: ArrayLike, H: ArrayLike) -> Array:
+def displace_parameters(z: ArrayLike, H: ArrayLike) -> Array:
     """Parameters (..., 10) of bodies after displacements H (..., 4, 4), about the same origin.
 
     H may be an affine map, such as a change of units.

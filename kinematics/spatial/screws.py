@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.wording import vector
+from kinematics.wording import vector_text
 
 __all__ = [
     "Ad",
@@ -142,7 +142,7 @@ class ScrewAxis:
 
     def __repr__(self) -> str:
         """One line: the line, and the pitch."""
-        where = f"through {vector(self.point)} m along {vector(self.direction)}"
+        where = f"through {vector_text(self.point)} m along {vector_text(self.direction)}"
         return f"ScrewAxis {where}, pitch {self.pitch:.4g} m, magnitude {self.magnitude:.4g}"
 
 

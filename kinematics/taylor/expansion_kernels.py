@@ -28,13 +28,13 @@ from kinematics.closure.series import fill_loop_matrix
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.pseudo_inverse import pseudo_inverse
 from kinematics.taylor.layout import SECTION, SIZE, WORK, Layout
-from kinematics.taylor.monomials import multiply
+from kinematics.taylor.monomials import multiply_polynomials
 from kinematics.taylor.vector_kernels import (
     fill_points,
     fill_starts,
     planar_responses,
     planar_vectors,
-    solve,
+    solve_order,
     spatial_responses,
     spatial_vectors,
 )
@@ -148,8 +148,10 @@ def _polynomials_kernel(dim):
             if k > 1:
                 # The last degree needs no turned axes: those lanes come after the loops'.
                 count = lanes if k == order else stride
-                multiply(begin, end, count, stride, places, pairs, left, right, product)
-                solve(begin, end, lanes, stride, product, response, dependent, x, rates)
+                multiply_polynomials(
+                    begin, end, count, stride, places, pairs, left, right, product
+                )
+                solve_order(begin, end, lanes, stride, product, response, dependent, x, rates)
             if k < order and dim == 6:
                 spatial_vectors(
                     k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates,

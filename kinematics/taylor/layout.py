@@ -19,12 +19,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.compiled.simd import padded
-from kinematics.model.arrays import Chain, IntArray, frozen
+from kinematics.compiled.simd import round_up_to_vectors
+from kinematics.model.arrays import Chain, IntArray, freeze
 from kinematics.model.chain import path
 from kinematics.taylor.monomials import Monomials
 
-__all__ = ["SECTION", "SIZE", "WORK", "Layout", "layout"]
+__all__ = ["SECTION", "SIZE", "WORK", "Layout", "packed_layout"]
 
 Array = NDArray[np.float64]
 Rows = list[list[int]]
@@ -151,7 +151,7 @@ class _Vectors(NamedTuple):
     cuts: Rows
 
 
-def layout(chain: Chain, table: Monomials, equations: IntArray | None = None) -> Layout:
+def packed_layout(chain: Chain, table: Monomials, equations: IntArray | None = None) -> Layout:
     """Lay out the data of the kernel for a chain.
 
     Args:
@@ -170,13 +170,16 @@ def layout(chain: Chain, table: Monomials, equations: IntArray | None = None) ->
     loop_lanes = across * arms + space * axes
     for k, axis in enumerate(vectors.axes):
         axis += [loop_lanes + across * k, across * arms + space * k]
-    stride, wide = padded(loop_lanes + across * axes), padded(chain.dependent.size)
+    stride, wide = (
+        round_up_to_vectors(loop_lanes + across * axes),
+        round_up_to_vectors(chain.dependent.size),
+    )
     every = range(rows) if equations is None else equations
     m, monomials = len(every), len(table.exponents)
     lengths = _Work(
         left=monomials * stride, right=monomials * stride, product=monomials * stride,
         response=loop_lanes * wide, inverse=rows * wide, unknown=wide,
-        reflected=m * padded(chain.dependent.size + m), matrix=rows * n,
+        reflected=m * round_up_to_vectors(chain.dependent.size + m), matrix=rows * n,
         points=(n + len(vectors.cuts)) * space, starts=(arms + axes) * space,
         omega=n * (dim - space), pitch=n, scratch=m,
     )  # fmt: skip
@@ -188,8 +191,8 @@ def layout(chain: Chain, table: Monomials, equations: IntArray | None = None) ->
     flat = [np.ravel(np.array(section, dtype=np.int64)) for section in sections]
     places = np.cumsum([len(flat) + 1, *map(len, flat)])
     return Layout(
-        frozen(np.concatenate([places, *flat]), np.int64),
-        frozen(np.concatenate([chain.columns.ravel(), chain.mimics.ravel()])),
+        freeze(np.concatenate([places, *flat]), np.int64),
+        freeze(np.concatenate([chain.columns.ravel(), chain.mimics.ravel()])),
         (monomials, n),
     )
 

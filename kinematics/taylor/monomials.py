@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.compiled.jit import kernel
-from kinematics.compiled.simd import LANES, load, store
+from kinematics.compiled.simd import VECTOR_WIDTH, load_vector, store_vector
 from kinematics.errors import LinkageError
-from kinematics.model.arrays import IntArray, frozen
+from kinematics.model.arrays import IntArray, freeze
 
-__all__ = ["Monomials", "monomials", "multiply", "powers"]
+__all__ = ["Monomials", "monomial_table", "multiply_polynomials", "monomial_powers"]
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ class Monomials(NamedTuple):
     pairs: IntArray
 
 
-def monomials(width: int, order: int) -> Monomials:
+def monomial_table(width: int, order: int) -> Monomials:
     """List the monomials of ``width`` variables up to degree ``order``, and their products.
 
     Args:
@@ -66,7 +66,7 @@ def monomials(width: int, order: int) -> Monomials:
         for k in range(order + 1)
         for factors in combinations_with_replacement(range(width), k)
     ] if width else [np.zeros(0, np.int64)]  # fmt: skip
-    exponents = frozen(np.reshape(np.array(rows, dtype=np.int64), (-1, width)), np.int64)
+    exponents = freeze(np.reshape(np.array(rows, dtype=np.int64), (-1, width)), np.int64)
     starts = np.searchsorted(exponents.sum(axis=1), np.arange(order + 2))
     # Sums of codes are codes of products, and within a degree codes descend.
     codes = exponents @ (order + 1) ** np.arange(width, dtype=np.int64)[::-1]
@@ -75,7 +75,7 @@ def monomials(width: int, order: int) -> Monomials:
     np.cumsum(places[:, 0], out=places[:, 0])
     pairs = np.empty((int(places[-1, 0]), 2), np.int64)
     _list_factors(codes, starts, places.copy(), pairs)
-    return Monomials(*(frozen(x, np.int64) for x in (exponents, starts, places, pairs)))
+    return Monomials(*(freeze(x, np.int64) for x in (exponents, starts, places, pairs)))
 
 
 @kernel
@@ -128,7 +128,7 @@ def _list_products(i, a, b, codes, starts, places, pairs):
 
 
 @kernel
-def multiply(begin, end, count, lanes, places, pairs, left, right, out):
+def multiply_polynomials(begin, end, count, lanes, places, pairs, left, right, out):
     """Multiply polynomials side by side: the coefficients of monomials begin … end.
 
     ``out_t = left_r right_r + Σ_(i,j) (left_i right_j + left_j right_i)`` with the root r of t,
@@ -138,8 +138,8 @@ def multiply(begin, end, count, lanes, places, pairs, left, right, out):
     Args:
         begin: first monomial.
         end: monomial after the last one.
-        count: how many products; others up to a multiple of `LANES` are formed with them.
-        lanes: numbers of each monomial, one for each product; a multiple of `LANES`.
+        count: number of products; it is rounded up to a multiple of `VECTOR_WIDTH`.
+        lanes: numbers of each monomial, one for each product; a multiple of `VECTOR_WIDTH`.
         places: in; as in `Monomials`.
         pairs: in; as in `Monomials`.
         left: in; left factors, flat (monomials * lanes,).
@@ -147,17 +147,19 @@ def multiply(begin, end, count, lanes, places, pairs, left, right, out):
         out: out; products.
     """
     for t in range(begin, end):
-        for x in range(0, count, LANES):
+        for x in range(0, count, VECTOR_WIDTH):
             root = places[t, 1] * lanes + x  # that of the constant term, 0, if there is none
-            total = load(left, root) * load(right, root)
+            total = load_vector(left, root) * load_vector(right, root)
             for p in range(places[t, 0], places[t + 1, 0]):
                 i, j = pairs[p, 0] * lanes + x, pairs[p, 1] * lanes + x
-                both = load(left, i) * load(right, j) + load(left, j) * load(right, i)
+                both = load_vector(left, i) * load_vector(right, j) + load_vector(
+                    left, j
+                ) * load_vector(right, i)
                 total = total + both
-            store(out, t * lanes + x, total)
+            store_vector(out, t * lanes + x, total)
 
 
-def powers(exponents: IntArray, u: Array) -> Array:
+def monomial_powers(exponents: IntArray, u: Array) -> Array:
     """Evaluate monomials ``u^α``.
 
     Args:

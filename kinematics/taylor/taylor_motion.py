@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.assembly.assemble import moving_chain
-from kinematics.closure.joint_positions import followed
-from kinematics.closure.newton import newton
+from kinematics.closure.joint_positions import solve_joint_positions
+from kinematics.closure.newton import solve_positions
 from kinematics.closure.series import expand
 from kinematics.errors import MobilityError, PoseError
-from kinematics.model.arrays import Chain, IntArray, frozen
-from kinematics.model.chain import move
-from kinematics.model.linkage import Linkage, names
-from kinematics.model.motion import Motion, restriction
+from kinematics.model.arrays import Chain, IntArray, freeze
+from kinematics.model.chain import move_chain
+from kinematics.model.linkage import Linkage, names_of
+from kinematics.model.motion import Motion, motion_of
 from kinematics.taylor.expansion_kernels import polynomials
-from kinematics.taylor.layout import layout
-from kinematics.taylor.monomials import Monomials, monomials, powers
-from kinematics.wording import counted, listed, paragraph
+from kinematics.taylor.layout import packed_layout
+from kinematics.taylor.monomials import Monomials, monomial_powers, monomial_table
+from kinematics.wording import count_noun, first_names, repr_lines
 
 __all__ = ["TaylorMotion", "scaled_chain", "taylor_motion"]
 
@@ -77,10 +77,11 @@ class TaylorMotion:
 
     def __repr__(self) -> str:
         """Three lines: order, inputs, radius of convergence."""
-        return paragraph(
+        return repr_lines(
             f"TaylorMotion of {self.linkage.name}: order {self.order}, "
-            f"{counted(len(self.joints), 'joint')}, {counted(len(self.exponents), 'term')}",
-            f"inputs {listed(self.motion.inputs)}",
+            f"{count_noun(len(self.joints), 'joint')}, "
+            f"{count_noun(len(self.exponents), 'term')}",
+            f"inputs {first_names(self.motion.inputs)}",
             f"radius of convergence {self.radius:.3g}, condition {self.condition:.3g}",
         )
 
@@ -95,7 +96,7 @@ class TaylorMotion:
         They are not finite where they are too large to be numbers, far beyond the radius.
         """
         with np.errstate(over="ignore", invalid="ignore"):
-            found: Array = powers(self.exponents, self._points(u)) @ self.coefficients
+            found: Array = monomial_powers(self.exponents, self._points(u)) @ self.coefficients
         return found
 
     def derivatives(self, alpha: ArrayLike, u: ArrayLike | None = None) -> Array:
@@ -117,7 +118,7 @@ class TaylorMotion:
         ratio = (factorial[self.exponents[above]] / factorial[left]).prod(axis=1)
         coefficients = ratio[:, None] * self.coefficients[above]
         at = np.zeros(alpha.size) if u is None else self._points(u)
-        found: Array = powers(left, at) @ coefficients
+        found: Array = monomial_powers(left, at) @ coefficients
         return found
 
     @cached_property
@@ -159,7 +160,7 @@ class TaylorMotion:
         found = np.full(points.shape[:-1], np.nan)
         inside = self.distance(points) <= self.radius
         q = self._in_chain(self.evaluate(points[inside]))
-        steps = np.reshape([newton(self.chain, x, 1)[0] - x for x in q], q.shape)
+        steps = np.reshape([solve_positions(self.chain, x, 1)[0] - x for x in q], q.shape)
         rounding = np.finfo(float).eps * self.condition
         sizes = rounding * np.maximum(1.0, np.abs(q).max(axis=-1, initial=0.0))
         found[inside] = sizes + np.abs(steps).max(axis=-1, initial=0.0)
@@ -183,7 +184,7 @@ class TaylorMotion:
             )
         inputs, asked = self.motion.inputs, self.motion.basis @ point
         goal = zip(inputs, asked, strict=True)
-        q = followed(self.chain, point / self.scales, self.linkage.source, goal)
+        q = solve_joint_positions(self.chain, point / self.scales, self.linkage.source, goal)
         found = self.positions(q)
         found[self.linkage.positions_of(inputs)] = asked  # without the rounding of the steps
         return found
@@ -244,7 +245,7 @@ def scaled_chain(chain: Chain, linkage: Linkage, motion: Motion) -> tuple[Chain,
     independent = np.array([at[inputs[c]] for c in kept], dtype=np.int64)
     basis = motion.basis[kept] / chain.units[independent, None]
     scales = 1.0 / np.linalg.norm(basis, axis=0)
-    return move(chain, independent, basis * scales), frozen(scales)
+    return move_chain(chain, independent, basis * scales), freeze(scales)
 
 
 def taylor_motion(
@@ -271,12 +272,12 @@ def taylor_motion(
     """
     if order < 1:
         raise ValueError(f"the order is at least 1, not {order}")
-    given = restriction(linkage, motion)
+    given = motion_of(linkage, motion)
     motion = given or Motion.free(linkage.inputs)
     chain, scales = scaled_chain(moving_chain(linkage, given), linkage, motion)
-    table = monomials(chain.width, order)
-    chosen = None if equations is None else frozen(equations, np.int64)
-    found, condition = polynomials(chain.screws, layout(chain, table, chosen))
+    table = monomial_table(chain.width, order)
+    chosen = None if equations is None else freeze(equations, np.int64)
+    found, condition = polynomials(chain.screws, packed_layout(chain, table, chosen))
     if not condition < SINGULAR:
         raise MobilityError(
             f"{linkage.source}: the closure equations hardly determine the other joints "
@@ -285,7 +286,7 @@ def taylor_motion(
     return TaylorMotion(
         linkage=linkage,
         motion=motion,
-        joints=names(linkage.joints),
+        joints=names_of(linkage.joints),
         exponents=table.exponents,
         coefficients=_in_si(found, chain, scales, table, len(linkage.joints)),
         condition=condition,
@@ -297,6 +298,6 @@ def taylor_motion(
 def _in_si(found: Array, chain: Chain, scales: Array, table: Monomials, joints: int) -> Array:
     """Coefficients of all joints in SI units, from those of the moving joints."""
     coefficients = np.zeros((len(found), joints))
-    units = powers(table.exponents, 1.0 / scales)
+    units = monomial_powers(table.exponents, 1.0 / scales)
     coefficients[:, chain.joints] = found * units[:, None] * chain.units
-    return frozen(coefficients)
+    return freeze(coefficients)

@@ -13,10 +13,10 @@ planar linkage by the kernel of space takes 2 (five-bar, order 5) to 11 times as
 from __future__ import annotations
 
 from kinematics.compiled.jit import kernel
-from kinematics.compiled.simd import LANES, load, spread, store
+from kinematics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
 
 __all__ = [
-    "fill_points", "fill_starts", "planar_responses", "planar_vectors", "solve",
+    "fill_points", "fill_starts", "planar_responses", "planar_vectors", "solve_order",
     "spatial_responses", "spatial_vectors",
 ]  # fmt: skip
 
@@ -154,7 +154,7 @@ def planar_responses(inverse, width, axes, terms, response):
 
 
 @kernel
-def solve(begin, end, lanes, stride, product, response, dependent, x, rates):
+def solve_order(begin, end, lanes, stride, product, response, dependent, x, rates):
     """Compute the rates of the dependent joints: ``Dq = Σ_lane product_lane response_lane``.
 
     Args:
@@ -169,12 +169,12 @@ def solve(begin, end, lanes, stride, product, response, dependent, x, rates):
         rates: out; joint rates (monomials, n).
     """
     for t in range(begin, end):
-        for y in range(0, x.size, LANES):
-            total = spread(0.0)
+        for y in range(0, x.size, VECTOR_WIDTH):
+            total = broadcast(0.0)
             for lane in range(lanes):
-                entry = spread(product[t * stride + lane])
-                total = total + entry * load(response, lane * x.size + y)
-            store(x, y, total)
+                entry = broadcast(product[t * stride + lane])
+                total = total + entry * load_vector(response, lane * x.size + y)
+            store_vector(x, y, total)
         for d in range(dependent.size):
             rates[t, dependent[d]] = x[d]
 

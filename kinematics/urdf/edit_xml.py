@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 from kinematics.error_text import clean
 from kinematics.errors import FileError
-from kinematics.model.linkage import Draft
-from kinematics.urdf.xml_tree import build, contents, naming
+from kinematics.model.linkage import UnassembledLinkage
+from kinematics.urdf.xml_tree import build_tree, name_file, read_bytes
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["Splice", "Text", "read_again"]
+__all__ = ["Splice", "Text", "read_source"]
 
 
-def read_again(linkage: Draft, tag: str, purpose: str) -> tuple[bytes, Element]:
+def read_source(linkage: UnassembledLinkage, tag: str, purpose: str) -> tuple[bytes, Element]:
     """Read the file of a linkage once more, to change it; one from a stream was kept.
 
     Args:
@@ -36,9 +36,9 @@ def read_again(linkage: Draft, tag: str, purpose: str) -> tuple[bytes, Element]:
     if linkage.tree is None:
         problem = f"a model in memory, not a file {purpose}"
         raise FileError(file, "", problem, "load the linkage from the path of its URDF file")
-    with naming(linkage.source):
-        data = linkage.document.data if linkage.document else contents(linkage.source)
-        found = build(data)
+    with name_file(linkage.source):
+        data = linkage.document.data if linkage.document else read_bytes(linkage.source)
+        found = build_tree(data)
     here, known = ({x.name for x in tree.every(tag)} for tree in (found, linkage.tree))
     if here != known:
         raise FileError(file, "", f"has other {tag}s than when it was read", "start again")

@@ -9,18 +9,23 @@ import os
 from typing import NamedTuple
 
 from kinematics.error_text import clean
-from kinematics.urdf.input_streams import source_of
-from kinematics.urdf.loop_file import Sidecar, merge
-from kinematics.urdf.rounded_angles import ROUNDED, nominal, remark, rounded
-from kinematics.urdf.validate import check, parse
+from kinematics.urdf.input_streams import source_name
+from kinematics.urdf.loop_file import Sidecar, merge_loop_file
+from kinematics.urdf.rounded_angles import (
+    ROUNDED_ANGLES,
+    describe_rounded_angles,
+    find_rounded_angles,
+    replace_rounded_angles,
+)
+from kinematics.urdf.validate import parse_file, validate_file
 from kinematics.urdf_elements.element import Document
 
-__all__ = ["Options", "Path", "accepted"]
+__all__ = ["ReadOptions", "Path", "read_files"]
 
 Path = str | os.PathLike[str]
 
 
-class Options(NamedTuple):
+class ReadOptions(NamedTuple):
     """What the user changes about a file.
 
     Attributes:
@@ -37,7 +42,7 @@ class Options(NamedTuple):
     angles: str = "nominal"
 
 
-def accepted(model: Path | Document, loops: Path | None, options: Options) -> Sidecar:
+def read_files(model: Path | Document, loops: Path | None, options: ReadOptions) -> Sidecar:
     """What a URDF file and the file beside it say, with angles read as the user wants.
 
     Args:
@@ -48,14 +53,14 @@ def accepted(model: Path | Document, loops: Path | None, options: Options) -> Si
     Raises:
         FileError: a file cannot be read as a linkage; the message says where and why.
     """
-    source = source_of(model)
+    source = source_name(model)
     if isinstance(model, Document):
-        tree = parse(model.data, source, options.fix_base)
+        tree = parse_file(model.data, source, options.fix_base)
     else:
-        tree = check(model, options.fix_base)
-    side = merge(tree, source, loops, search=not isinstance(model, Document))
-    found = rounded(side.tree)
-    tree = nominal(side.tree) if options.angles == "nominal" else side.tree
-    text = f"{clean(source, 1000)}: {remark(found, options.angles)}"
-    told = ((ROUNDED, text),) if found else ()
+        tree = validate_file(model, options.fix_base)
+    side = merge_loop_file(tree, source, loops, search=not isinstance(model, Document))
+    found = find_rounded_angles(side.tree)
+    tree = replace_rounded_angles(side.tree) if options.angles == "nominal" else side.tree
+    text = f"{clean(source, 1000)}: {describe_rounded_angles(found, options.angles)}"
+    told = ((ROUNDED_ANGLES, text),) if found else ()
     return side._replace(tree=tree, remarks=(*side.remarks, *told))

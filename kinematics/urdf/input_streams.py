@@ -7,21 +7,21 @@ import stat
 import sys
 from collections.abc import Hashable
 
-from kinematics.urdf.xml_tree import MAX_BYTES, Refusal, naming, sound
+from kinematics.urdf.xml_tree import MAX_BYTES, Refusal, check_bytes, name_file
 from kinematics.urdf_elements.element import Document
 
-__all__ = ["STANDARD_INPUT", "source_of", "stream_of", "streamed"]
+__all__ = ["STANDARD_INPUT", "source_name", "stream_identity", "read_stream"]
 
 STANDARD_INPUT = "-"
 """The model that is read from standard input."""
 
 
-def source_of(model: str | os.PathLike[str] | Document) -> str:
+def source_name(model: str | os.PathLike[str] | Document) -> str:
     """How messages call a file: by its path, if it was not read from a stream."""
     return model.name if isinstance(model, Document) else os.fsdecode(model)
 
 
-def stream_of(model: str | os.PathLike[str]) -> Hashable | None:
+def stream_identity(model: str | os.PathLike[str]) -> Hashable | None:
     """What tells the stream that a model comes through from others; None if it is none."""
     try:
         if os.fspath(model) == STANDARD_INPUT:
@@ -35,7 +35,7 @@ def stream_of(model: str | os.PathLike[str]) -> Hashable | None:
     return found.st_dev, found.st_ino
 
 
-def streamed(model: str | os.PathLike[str]) -> Document | None:
+def read_stream(model: str | os.PathLike[str]) -> Document | None:
     """Read a model to the end if it comes through a stream.
 
     Args:
@@ -47,17 +47,17 @@ def streamed(model: str | os.PathLike[str]) -> Document | None:
     Raises:
         FileError: it cannot be read, is empty, or is longer than a file may be.
     """
-    if stream_of(model) is None:
+    if stream_identity(model) is None:
         return None
     standard = os.fspath(model) == STANDARD_INPUT
     name = "<stdin>" if standard else os.fsdecode(model)
-    with naming(name):
+    with name_file(name):
         try:
             data = _read_input() if standard else _read_pipe(model)
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             raise Refusal("", f"cannot be read ({reason})", "give the path of a file") from None
-        return Document(name, sound(data))
+        return Document(name, check_bytes(data))
 
 
 def _read_input() -> bytes:

@@ -17,15 +17,15 @@ from typing import NamedTuple
 
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
-from kinematics.urdf.validate import validate
-from kinematics.urdf.validate_fields import needed
-from kinematics.urdf.validate_inertias import unphysical
-from kinematics.urdf.xml_tree import Refusal, contents, naming
-from kinematics.urdf.yaml_keys import Keys
+from kinematics.urdf.validate import validate_tree
+from kinematics.urdf.validate_fields import check_needed
+from kinematics.urdf.validate_inertias import find_unphysical
+from kinematics.urdf.xml_tree import Refusal, name_file, read_bytes
+from kinematics.urdf.yaml_keys import YamlMapping
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.joint_types import DEGREES, coordinates
+from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM, coordinate_names
 
-__all__ = ["Sidecar", "beside", "merge"]
+__all__ = ["Sidecar", "loop_file_of", "merge_loop_file"]
 
 MAX_BYTES = 2**17
 
@@ -58,18 +58,18 @@ class Sidecar(NamedTuple):
     remarks: tuple[tuple[str, str], ...] = ()
 
 
-def beside(source: str) -> str | None:
+def loop_file_of(source: str) -> str | None:
     """The YAML file with the stem of a URDF file, next to it, if it describes loops."""
     for path in (Path(source).with_suffix(suffix) for suffix in (".yaml", ".yml")):
         if path.is_file():
-            with naming(str(path)):
-                data = contents(str(path), MAX_BYTES)
+            with name_file(str(path)):
+                data = read_bytes(str(path), MAX_BYTES)
             if any(key.encode() in data for key in _KEYS if key != "type"):
                 return str(path)
     return None
 
 
-def merge(
+def merge_loop_file(
     tree: Element, source: str, loops: str | os.PathLike[str] | None = None, search: bool = True
 ) -> Sidecar:
     """Put loops that are described in YAML into the tree of a URDF file.
@@ -86,16 +86,16 @@ def merge(
             loops.
     """
     side = _sought(tree, source, loops, search)
-    return side._replace(remarks=(*side.remarks, *unphysical(tree, source)))
+    return side._replace(remarks=(*side.remarks, *find_unphysical(tree, source)))
 
 
 def _sought(
     tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool
 ) -> Sidecar:
-    """As :func:`merge`, without remarks on the URDF file itself."""
+    """As :func:`merge_loop_file`, without remarks on the URDF file itself."""
     inline = tree.first("loop")
     if loops is None:
-        file = beside(source) if search else None
+        file = loop_file_of(source) if search else None
         if file is None:
             return Sidecar(tree)
         if inline is not None:
@@ -107,11 +107,11 @@ def _sought(
             problem = f"there are loops here and in '{clean(file)}'"
             remedy = "remove the <loop> elements, or do without the other file"
             raise FileError(clean(source, 1000), inline.label, problem, remedy)
-    with naming(file):
-        return _merged(tree, Keys(contents(file, MAX_BYTES), _KEYS + _IDLE, _RETIRED))
+    with name_file(file):
+        return _merged(tree, YamlMapping(read_bytes(file, MAX_BYTES), _KEYS + _IDLE, _RETIRED))
 
 
-def _merged(tree: Element, keys: Keys) -> Sidecar:
+def _merged(tree: Element, keys: YamlMapping) -> Sidecar:
     tree = _valid(_retyped(tree, keys), "joint_type")
     inputs = _inputs(tree, keys)
     tree = _valid(_looped(tree, keys), "closed_loop")
@@ -123,17 +123,17 @@ def _merged(tree: Element, keys: Keys) -> Sidecar:
 def _valid(tree: Element, key: str) -> Element:
     """The tree, if the guard accepts what a key made of it."""
     try:
-        validate(tree)
+        validate_tree(tree)
     except Refusal as refusal:
         element, *rest = refusal.args
         raise Refusal(f"{key}: {element}", *rest) from None
     return tree
 
 
-def _like(tree: Element, keys: Keys, key: str) -> list[str]:
+def _like(tree: Element, keys: YamlMapping, key: str) -> list[str]:
     """The moving joint that a text names, or else all those whose names contain it."""
     word = keys.text(key) or ""
-    moving = [j.name for j in tree.every("joint") if DEGREES[j.attributes["type"]]]
+    moving = [j.name for j in tree.every("joint") if DEGREES_OF_FREEDOM[j.attributes["type"]]]
     found = [word] if word in moving else [name for name in moving if word in name]
     if not found or not word:
         remedy = f"list names; the joints that move are {closest_names(word, moving)}"
@@ -141,7 +141,7 @@ def _like(tree: Element, keys: Keys, key: str) -> list[str]:
     return found
 
 
-def _known(keys: Keys, key: str, names: Iterable[str], known: Collection[str]) -> None:
+def _known(keys: YamlMapping, key: str, names: Iterable[str], known: Collection[str]) -> None:
     """Every name of a key is among the known ones."""
     for name in names:
         if name not in known:
@@ -149,7 +149,7 @@ def _known(keys: Keys, key: str, names: Iterable[str], known: Collection[str]) -
             raise keys.wrong(key, f"'{clean(name)}' does not exist", remedy)
 
 
-def _retyped(tree: Element, keys: Keys) -> Element:
+def _retyped(tree: Element, keys: YamlMapping) -> Element:
     """The tree with joints replaced."""
     joints = {joint.name: joint for joint in tree.every("joint")}
     names = keys.names("joint_name")
@@ -185,23 +185,23 @@ def _replaced(joint: Element, kind: str) -> Element:
     return replace(joint, attributes=attributes, children=(*kept, *lines))
 
 
-def _inputs(tree: Element, keys: Keys) -> tuple[str, ...] | None:
+def _inputs(tree: Element, keys: YamlMapping) -> tuple[str, ...] | None:
     """Coordinates of the joints that the file names as inputs."""
     types = {joint.name: joint.attributes["type"] for joint in tree.every("joint")}
     one = keys.text("name_mot") is not None
     names = _like(tree, keys, "name_mot") if one else keys.names("name_mot")
     _known(keys, "name_mot", names, types)
     for name in names:
-        if not DEGREES[types[name]]:
+        if not DEGREES_OF_FREEDOM[types[name]]:
             raise keys.wrong("name_mot", f"'{clean(name)}' is fixed", "name joints that move")
-    found = [name for joint in names for name in coordinates(joint, types[joint])]
+    found = [name for joint in names for name in coordinate_names(joint, types[joint])]
     return tuple(found) or None
 
 
-def _looped(tree: Element, keys: Keys) -> Element:
+def _looped(tree: Element, keys: YamlMapping) -> Element:
     """The tree with the loops, named ``frame1/frame2``."""
     links = {link.name: link.name for link in tree.every("link")}
-    after = {j.name: needed(j, "child", "link") for j in tree.every("joint")}
+    after = {j.name: check_needed(j, "child", "link") for j in tree.every("joint")}
     frames = after | links
     pairs = keys.entries("closed_loop")
     kinds = ["6d"] * len(pairs)

@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.linalg.vectors import project_out
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.model.chain import loop_joints
-from kinematics.model.linkage import GROUND, Joint, Loop, Place
+from kinematics.model.linkage import GROUND, Joint, LinkPose, Loop
 from kinematics.spatial.screws import exp, prismatic, revolute
-from kinematics.urdf.robot_tree import pose_of
+from kinematics.urdf.robot_tree import pose_matrix
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.joint_types import coordinates
+from kinematics.urdf_elements.joint_types import coordinate_names
 
-__all__ = ["FREEDOMS", "attach", "freedoms", "perpendicular", "unit"]
+__all__ = ["FREEDOMS", "attach_loop", "freedoms_of_joint", "perpendicular_to", "unit_vector"]
 
 Array = NDArray[np.float64]
 
@@ -46,14 +46,14 @@ FREEDOMS = {
 """The single freedoms of each type of joint, along its axes n, u and w = n × u."""
 
 
-def unit(axis: ArrayLike) -> Array:
+def unit_vector(axis: ArrayLike) -> Array:
     """The unit vector along ``axis``, which is not zero; shape (3,)."""
     a = np.asarray(axis, dtype=np.float64)
     a = a / np.abs(a).max()
     return a / np.linalg.norm(a)
 
 
-def perpendicular(n: Array, direction: ArrayLike | None = None) -> Array:
+def perpendicular_to(n: Array, direction: ArrayLike | None = None) -> Array:
     """The unit vector perpendicular to ``n`` that is nearest to ``direction``; shape (3,).
 
     Args:
@@ -64,11 +64,11 @@ def perpendicular(n: Array, direction: ArrayLike | None = None) -> Array:
     if direction is None:
         d = np.roll(np.eye(3), 1, axis=1)[np.argmax(np.abs(n))]
     else:
-        d = unit(direction)
-    return unit(project_out(d, n))
+        d = unit_vector(direction)
+    return unit_vector(project_out(d, n))
 
 
-def freedoms(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Array]]:
+def freedoms_of_joint(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Array]]:
     """The single freedoms of a joint, from its fixed side to its moving side.
 
     Args:
@@ -92,13 +92,13 @@ def freedoms(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Arr
     return steps
 
 
-def attach(
-    loop: Element, places: Mapping[str, Place], before_it: Sequence[Joint], extent: float
+def attach_loop(
+    loop: Element, places: Mapping[str, LinkPose], before_it: Sequence[Joint], extent: float
 ) -> tuple[list[Joint], Loop]:
     """The joints and the weld of a ``<loop>`` element.
 
     The loop's axis is in the frame of the predecessor, its second axis (universal loops
-    only) in that of the successor; there, :func:`perpendicular` gives its default.
+    only) in that of the successor; there, :func:`perpendicular_to` gives its default.
 
     Args:
         loop: the element, accepted by the guard.
@@ -113,10 +113,10 @@ def attach(
     start, before = _end(loop, "predecessor", places)
     end, after = _end(loop, "successor", places)
     axis = _direction(loop, "axis", np.array([1.0, 0.0, 0.0]))
-    n, u = before[:3, :3] @ axis, before[:3, :3] @ perpendicular(axis)
+    n, u = before[:3, :3] @ axis, before[:3, :3] @ perpendicular_to(axis)
     reached = _reached(kind, before, after, n)
     if kind == "universal":
-        second = after[:3, :3] @ _direction(loop, "axis2", perpendicular(axis))
+        second = after[:3, :3] @ _direction(loop, "axis2", perpendicular_to(axis))
         lean = float(np.arctan2(n @ second, np.linalg.norm(np.cross(n, second))))
         upright = _rotation(_across(n, np.cross(n, second)), lean)
         reached[:3, :3] = upright @ after[:3, :3]
@@ -125,33 +125,33 @@ def attach(
     size = ROUND_OFF * _size(before_it, start, end, centre) + LOST * extent
     joints: list[Joint] = []
     first = len(before_it)
-    steps = freedoms(kind, n, u, centre)
-    names, point = coordinates(loop.name, kind), frozen(centre)
+    steps = freedoms_of_joint(kind, n, u, centre)
+    names, point = coordinate_names(loop.name, kind), freeze(centre)
     for name, (motion, screw) in zip(names, steps, strict=True):
         parent = first + len(joints) - 1 if joints else start
-        joints.append(Joint(name, motion, parent, frozen(screw), point, True, len(names) > 1))
+        joints.append(Joint(name, motion, parent, freeze(screw), point, True, len(names) > 1))
     last = first + len(joints) - 1 if joints else start
     if last == GROUND:
         return joints, Loop(loop.name, end, GROUND, _gap(after, reached, size))
     return joints, Loop(loop.name, last, end, _gap(reached, after, size))
 
 
-def _end(loop: Element, role: str, places: Mapping[str, Place]) -> Place:
+def _end(loop: Element, role: str, places: Mapping[str, LinkPose]) -> LinkPose:
     """The rigid body at one side of a loop, and the pose of the loop's frame there."""
     side = loop.first(role) or loop
     link, pose = places[side.attributes["link"]]
-    return Place(link, pose @ pose_of(side.first("origin")))
+    return LinkPose(link, pose @ pose_matrix(side.first("origin")))
 
 
 def _direction(loop: Element, tag: str, default: Array) -> Array:
     item = loop.first(tag)
-    return default if item is None else unit(item.vector("xyz", ""))
+    return default if item is None else unit_vector(item.vector("xyz", ""))
 
 
 def _across(n: Array, second: Array) -> Array:
     """``second``, made perpendicular to ``n``; any perpendicular if it is along ``n``."""
     along = np.linalg.norm(np.cross(n, second)) <= ROUND_OFF
-    return perpendicular(n) if along else perpendicular(n, second)
+    return perpendicular_to(n) if along else perpendicular_to(n, second)
 
 
 def _rotation(axis: Array, angle: float) -> Array:
@@ -198,6 +198,6 @@ def _gap(here: Array, there: Array, size: float) -> Array:
     distance = np.abs(there[:3, 3] - here[:3, 3]).max()
     angle = np.abs(D[:3, :3] - np.eye(3)).max()
     if distance <= size and angle <= ROUND_OFF:
-        return frozen(np.eye(4))
+        return freeze(np.eye(4))
     D[:3, 3] = there[:3, 3] - D[:3, :3] @ here[:3, 3]
-    return frozen(D)
+    return freeze(D)

@@ -11,10 +11,18 @@ from fractions import Fraction
 from math import sqrt, tan
 from typing import NamedTuple
 
-from kinematics.linalg.rational import Vector, cross, dot, root, rounded
+from kinematics.linalg.rational import Vector, cross, dot, nearby_fraction, root
 from kinematics.model.linkage import GROUND, Joint
 
-__all__ = ["AXES", "Matrix", "Pose", "add", "move_screws", "rotation", "scale"]
+__all__ = [
+    "AXES",
+    "Matrix",
+    "RationalPose",
+    "add_vectors",
+    "move_screws",
+    "rotation",
+    "scale_vector",
+]
 
 Matrix = tuple[Vector, ...]
 
@@ -22,7 +30,7 @@ AXES = tuple(tuple(Fraction(int(i == j)) for j in range(3)) for i in range(3))
 """The unit vectors along the coordinate axes."""
 
 
-class Pose(NamedTuple):
+class RationalPose(NamedTuple):
     """A displacement: rotation (3, 3) by rows, and position (3,)."""
 
     R: Matrix = AXES
@@ -35,20 +43,22 @@ class Pose(NamedTuple):
     def carry(self, screw: Vector) -> Vector:
         """The screw ``[n; m]`` after the displacement: ``[R n; R m + d × R n]``."""
         n, m = self.turn(screw[:3]), self.turn(screw[3:])
-        return n + add(m, cross(self.d, n))
+        return n + add_vectors(m, cross(self.d, n))
 
-    def __matmul__(self, other: Pose) -> Pose:
+    def __matmul__(self, other: RationalPose) -> RationalPose:
         """The displacement ``other``, followed by this one."""
         columns = [self.turn(column) for column in zip(*other.R, strict=True)]
-        return Pose(tuple(zip(*columns, strict=True)), add(self.d, self.turn(other.d)))
+        return RationalPose(
+            tuple(zip(*columns, strict=True)), add_vectors(self.d, self.turn(other.d))
+        )
 
 
-def add(a: Vector, b: Vector) -> Vector:
+def add_vectors(a: Vector, b: Vector) -> Vector:
     """``a + b``."""
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
-def scale(factor: Fraction, a: Vector) -> Vector:
+def scale_vector(factor: Fraction, a: Vector) -> Vector:
     """``factor a``."""
     return tuple(factor * x for x in a)
 
@@ -72,8 +82,8 @@ def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
     columns = []
     for axis in AXES:
         once = cross(n, axis)
-        moved = add(axis, scale(s, once))
-        columns.append(add(moved, scale((1 - c) / square, cross(n, once))))
+        moved = add_vectors(axis, scale_vector(s, once))
+        columns.append(add_vectors(moved, scale_vector((1 - c) / square, cross(n, once))))
     return tuple(zip(*columns, strict=True))
 
 
@@ -93,7 +103,7 @@ def move_screws(
     Returns:
         The screws at that pose (n, 6), in the inertial frame.
     """
-    links: dict[int, Pose] = {GROUND: Pose()}
+    links: dict[int, RationalPose] = {GROUND: RationalPose()}
     found = []
     for j, (joint, screw, q) in enumerate(zip(joints, screws, positions, strict=True)):
         before = links[joint.parent]
@@ -102,15 +112,17 @@ def move_screws(
     return tuple(found)
 
 
-def _step(kind: str, screw: Vector, q: float) -> Pose:
+def _step(kind: str, screw: Vector, q: float) -> RationalPose:
     """The displacement along a screw ``[n; r × n + λ n]`` or ``[0; n]`` to a position q."""
     n, m = screw[:3], screw[3:]
     if kind == "prismatic":
-        return Pose(AXES, scale(rounded(Fraction(q / sqrt(dot(m, m)))), m))
+        return RationalPose(
+            AXES, scale_vector(nearby_fraction(Fraction(q / sqrt(dot(m, m)))), m)
+        )
     square = dot(n, n)
     length = sqrt(square)
-    R = Pose(rotation(n, rounded(Fraction(tan(q / 2) / length))))
-    foot = scale(1 / square, cross(n, m))
-    away = add(foot, scale(Fraction(-1), R.turn(foot)))
-    slide = dot(n, m) / square * rounded(Fraction(q / length))
-    return Pose(R.R, add(away, scale(slide, n)))
+    R = RationalPose(rotation(n, nearby_fraction(Fraction(tan(q / 2) / length))))
+    foot = scale_vector(1 / square, cross(n, m))
+    away = add_vectors(foot, scale_vector(Fraction(-1), R.turn(foot)))
+    slide = dot(n, m) / square * nearby_fraction(Fraction(q / length))
+    return RationalPose(R.R, add_vectors(away, scale_vector(slide, n)))

@@ -23,22 +23,30 @@ from kinematics.linalg.rational import (
     cross,
     decimal,
     dot,
+    nearby_fraction,
     pi,
     quarters,
     root,
-    rounded,
     rounds_root,
     tangent,
 )
-from kinematics.model.full_turns import measured
+from kinematics.model.full_turns import position_text
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.urdf.loop_joints import FREEDOMS
-from kinematics.urdf.rational_poses import AXES, Matrix, Pose, add, move_screws, rotation, scale
+from kinematics.urdf.rational_poses import (
+    AXES,
+    Matrix,
+    RationalPose,
+    add_vectors,
+    move_screws,
+    rotation,
+    scale_vector,
+)
 from kinematics.urdf.rounded_angles import exact_angle
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.joint_types import coordinates
+from kinematics.urdf_elements.joint_types import coordinate_names
 
-__all__ = ["Geometry", "changed_screws", "exact_geometry"]
+__all__ = ["Geometry", "change_replaced_numbers", "exact_geometry"]
 
 # Screws that differ by more, relative to the largest, are those of another pose.
 SAME = 1e-12
@@ -104,7 +112,7 @@ def exact_geometry(linkage: Linkage) -> Geometry:
     return Geometry(screws, squares, ratios, tuple(found.notices))
 
 
-def changed_screws(linkage: Linkage) -> tuple[Vector, ...]:
+def change_replaced_numbers(linkage: Linkage) -> tuple[Vector, ...]:
     """The joint screws with other numbers for those that `exact_geometry` replaces.
 
     Equal numbers stay equal, and opposite ones opposite; no other relation is kept.
@@ -137,7 +145,8 @@ def _positions(linkage: Linkage) -> Iterator[Notice]:
     for j, (joint, q) in enumerate(zip(linkage.joints, linkage.displaced, strict=True)):
         if q and j in carriers:
             text = (
-                f"joint '{joint.name}': {how} by Newton's method at {measured(joint, q, 6)} "
+                f"joint '{joint.name}': {how} by Newton's method at "
+                f"{position_text(joint, q, 6)} "
                 f"from the pose of the file: taken within 2^-{BITS} of it; so are link lengths"
             )
             yield Notice("not_exact", text)
@@ -167,7 +176,7 @@ def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
     if direction is None or not any(cross(n, direction)):
         nearest = max(range(3), key=lambda i: abs(n[i]))
         direction = AXES[(nearest + 1) % 3]
-    return add(direction, scale(-dot(direction, n) / dot(n, n), n))
+    return add_vectors(direction, scale_vector(-dot(direction, n) / dot(n, n), n))
 
 
 class _Reading:
@@ -216,14 +225,14 @@ class _Reading:
             factor *= ratio
         return total
 
-    def _placed(self, tree: Element) -> dict[str, Pose]:
+    def _placed(self, tree: Element) -> dict[str, RationalPose]:
         """Poses of all links, and the screws of the joints of the tree."""
         hanging: dict[str, list[Element]] = {}
         for joint in tree.every("joint"):
             hanging.setdefault(_side(joint, "parent"), []).append(joint)
         carried = {_side(joint, "child") for joint in tree.every("joint")}
         ready = [link.name for link in tree.every("link") if link.name not in carried]
-        places = dict.fromkeys(ready, Pose())
+        places = dict.fromkeys(ready, RationalPose())
         while ready:
             link = ready.pop()
             for joint in hanging.get(link, ()):
@@ -232,7 +241,7 @@ class _Reading:
                 ready.append(child)
         return places
 
-    def _joint(self, joint: Element, pose: Pose) -> Pose:
+    def _joint(self, joint: Element, pose: RationalPose) -> RationalPose:
         """Add the screws of a joint of the tree; the pose of the link after it."""
         frame = pose @ self._origin(joint.label, joint.first("origin"))
         kind = joint.attributes["type"]
@@ -264,7 +273,7 @@ class _Reading:
         if pitch:
             text = f"its pitch is not rational in metres per radian: within 2^-{BITS} of it"
             self._note(joint.label, text)
-        return rounded(self.changed(pitch) / (2 * pi()))
+        return nearby_fraction(self.changed(pitch) / (2 * pi()))
 
     def _add(
         self, item: Element, n: Vector, u: Vector, point: Vector, pitch: Fraction = Fraction(0)
@@ -272,22 +281,22 @@ class _Reading:
         """The screws of a joint or loop about n, u and ``n × u`` through a point."""
         directions: Mapping[str, Vector] = {"n": n, "u": u, "w": cross(n, u)}
         kind = item.attributes["type"]
-        for name, step in zip(coordinates(item.name, kind), FREEDOMS[kind], strict=True):
+        for name, step in zip(coordinate_names(item.name, kind), FREEDOMS[kind], strict=True):
             motion, along = step.split()
             a = directions[along]
             if motion == "turn":
-                screw = a + add(cross(point, a), scale(pitch, a))
+                screw = a + add_vectors(cross(point, a), scale_vector(pitch, a))
             else:
                 screw = (Fraction(0),) * 3 + a
             self.joints[name] = motion, screw
 
-    def _origin(self, label: str, origin: Element | None) -> Pose:
+    def _origin(self, label: str, origin: Element | None) -> RationalPose:
         """Pose of an ``<origin>``: ``R = Rz(yaw) Ry(pitch) Rx(roll)``."""
-        pose = Pose(AXES, _numbers(origin, "xyz", "0 0 0"))
+        pose = RationalPose(AXES, _numbers(origin, "xyz", "0 0 0"))
         if origin is not None:
             words = origin.attributes.get("rpy", "0 0 0").split()
             for axis, word in zip(reversed(AXES), reversed(words), strict=True):
-                pose = pose @ Pose(self._turn(label, axis, exact_angle(word), word))
+                pose = pose @ RationalPose(self._turn(label, axis, exact_angle(word), word))
         return pose
 
     def _turn(self, label: str, n: Vector, angle: Fraction, word: str = "") -> Matrix:
@@ -305,8 +314,8 @@ class _Reading:
         return rotation(n, half / (root(dot(n, n)) or 1), quarter)
 
     def _moved(
-        self, joint: Element, frame: Pose, n: Vector, pitch: Fraction, offset: Fraction
-    ) -> Pose:
+        self, joint: Element, frame: RationalPose, n: Vector, pitch: Fraction, offset: Fraction
+    ) -> RationalPose:
         """The frame of a joint, moved along it to its position in the file."""
         length = root(dot(n, n))
         if length is None:
@@ -315,9 +324,11 @@ class _Reading:
                 "write the axis as a coordinate axis, or do without the offset"
             )
         if joint.attributes["type"] == "prismatic":
-            return Pose(frame.R, add(frame.d, scale(offset / length, n)))
-        turned = Pose(self._turn(joint.label, n, offset)) @ Pose(frame.R)
-        return Pose(turned.R, add(frame.d, scale(pitch * offset / length, n)))
+            return RationalPose(frame.R, add_vectors(frame.d, scale_vector(offset / length, n)))
+        turned = RationalPose(self._turn(joint.label, n, offset)) @ RationalPose(frame.R)
+        return RationalPose(
+            turned.R, add_vectors(frame.d, scale_vector(pitch * offset / length, n))
+        )
 
     def _loop(self, loop: Element) -> None:
         """Add the screws of a loop."""
@@ -325,21 +336,21 @@ class _Reading:
         axis = self._axis(loop, loop.first("axis"))
         n, u = before.turn(axis), before.turn(_perpendicular(axis))
         centre, kind = before.d, loop.attributes["type"]
-        gap = add(after.d, scale(Fraction(-1), before.d))
+        gap = add_vectors(after.d, scale_vector(Fraction(-1), before.d))
         if self.closed and any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
             size = float(dot(gap, gap)) ** 0.5
             self._note(loop.label, f"open by {size:.1e} m in its decimals: closed there")
             away = self.changed(Fraction(size), self.length) - Fraction(size)
-            centre = add(centre, scale(away / Fraction(size), gap))
+            centre = add_vectors(centre, scale_vector(away / Fraction(size), gap))
         if kind == "universal":
             second = loop.first("axis2")
             given = self._axis(loop, second) if second else _perpendicular(axis)
             u = _perpendicular(n, after.turn(given))
         elif kind == "planar":
-            centre = add(after.d, scale(-dot(n, gap) / dot(n, n), n))
+            centre = add_vectors(after.d, scale_vector(-dot(n, gap) / dot(n, n), n))
         self._add(loop, n, u, centre)
 
-    def _end(self, loop: Element, role: str) -> Pose:
+    def _end(self, loop: Element, role: str) -> RationalPose:
         side = loop.first(role) or loop
         pose = self._origin(loop.label, side.first("origin"))
         return self.places[side.attributes["link"]] @ pose

@@ -20,27 +20,44 @@ from numpy.typing import NDArray
 
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
-from kinematics.model.arrays import frozen
-from kinematics.model.linkage import GROUND, Body, Draft, Joint, Loop, Mimic, Notice, Place
+from kinematics.model.arrays import freeze
+from kinematics.model.linkage import (
+    GROUND,
+    Body,
+    Joint,
+    LinkPose,
+    Loop,
+    Mimic,
+    Notice,
+    UnassembledLinkage,
+)
 from kinematics.spatial.inertia import parameters
 from kinematics.spatial.screws import exp, revolute
-from kinematics.urdf.input_files import Options, Path, accepted
-from kinematics.urdf.input_streams import source_of
-from kinematics.urdf.loop_file import Sidecar, merge
-from kinematics.urdf.loop_joints import attach, freedoms, perpendicular, unit
-from kinematics.urdf.robot_tree import Follows, Inertial, Robot, TreeJoint, described
-from kinematics.urdf.validate import checked
+from kinematics.urdf.input_files import Path, ReadOptions, read_files
+from kinematics.urdf.input_streams import source_name
+from kinematics.urdf.loop_file import Sidecar, merge_loop_file
+from kinematics.urdf.loop_joints import (
+    attach_loop,
+    freedoms_of_joint,
+    perpendicular_to,
+    unit_vector,
+)
+from kinematics.urdf.robot_tree import Follows, Inertial, Robot, TreeJoint, describe_robot
+from kinematics.urdf.validate import validate_loaded
 from kinematics.urdf_elements.element import Document, Element
-from kinematics.urdf_elements.joint_types import coordinates
+from kinematics.urdf_elements.joint_types import coordinate_names
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
 
-__all__ = ["Options", "adopt", "drafted", "read"]
+__all__ = ["read_loaded_model", "read_linkage", "read"]
 
 Array = NDArray[np.float64]
 
-def read(path: Path, loops: Path | None = None, options: Options | None = None) -> Draft:
+
+def read(
+    path: Path, loops: Path | None = None, options: ReadOptions | None = None
+) -> UnassembledLinkage:
     """Read a URDF file.
 
     Args:
@@ -54,34 +71,40 @@ def read(path: Path, loops: Path | None = None, options: Options | None = None) 
     Raises:
         FileError: the file cannot be read as a linkage; the message says where and why.
     """
-    options = options or Options()
-    return drafted(path, accepted(path, loops, options), options)
+    options = options or ReadOptions()
+    return read_linkage(path, read_files(path, loops, options), options)
 
 
-def drafted(model: Path | Document, side: Sidecar, options: Options) -> Draft:
+def read_linkage(
+    model: Path | Document, side: Sidecar, options: ReadOptions
+) -> UnassembledLinkage:
     """As :func:`read`, for a file, or one read from a stream, that was accepted."""
-    draft = _draft(described(side.tree), side, source_of(model), options)
+    draft = _draft(describe_robot(side.tree), side, source_name(model), options)
     document = model if isinstance(model, Document) else None
     return replace(draft, tree=side.tree, document=document)
 
 
-def adopt(model: URDF, loops: Path | None = None, options: Options | None = None) -> Draft:
+def read_loaded_model(
+    model: URDF, loops: Path | None = None, options: ReadOptions | None = None
+) -> UnassembledLinkage:
     """As :func:`read`, for a model that yourdfpy has loaded.
 
     yourdfpy drops ``<loop>`` elements, screw pitches and input marks, and it has made
     matrices of the angles, which are taken as they are. The reference pose is the one with
     all joints at zero, whatever the configuration of the model.
     """
-    from kinematics.urdf.yourdfpy_adapter import tree_of, with_poses
+    from kinematics.urdf.yourdfpy_adapter import set_poses, tree_of
 
-    options = options or Options()
+    options = options or ReadOptions()
     source = model.robot.name or "URDF"
-    tree = checked(tree_of(model), source, options.fix_base)
-    side = merge(tree, source, loops, search=False)
-    return _draft(with_poses(described(side.tree), model), side, source, options)
+    tree = validate_loaded(tree_of(model), source, options.fix_base)
+    side = merge_loop_file(tree, source, loops, search=False)
+    return _draft(set_poses(describe_robot(side.tree), model), side, source, options)
 
 
-def _draft(robot: Robot, side: Sidecar, source: str, options: Options) -> Draft:
+def _draft(
+    robot: Robot, side: Sidecar, source: str, options: ReadOptions
+) -> UnassembledLinkage:
     """The draft of a robot, and of what else the files say.
 
     Raises:
@@ -99,7 +122,7 @@ def _draft(robot: Robot, side: Sidecar, source: str, options: Options) -> Draft:
         remedy = "give the links that move a mass and an inertia, or use --bodies all"
         raise FileError(file, "", "no moving link has an <inertial>", remedy)
     loops = _loops(tree, places, joints)
-    return Draft(
+    return UnassembledLinkage(
         name=robot.name,
         source=source,
         joints=tuple(joints),
@@ -108,7 +131,9 @@ def _draft(robot: Robot, side: Sidecar, source: str, options: Options) -> Draft:
         mimics=tuple(_mimics(mimics, joints)),
         named_inputs=_inputs(tree) if side.inputs is None else side.inputs,
         notices=(*(Notice(*remark) for remark in side.remarks), *_notices(places, bodies)),
-        places={name: Place(place.link, frozen(place.pose)) for name, place in places.items()},
+        places={
+            name: LinkPose(place.link, freeze(place.pose)) for name, place in places.items()
+        },
     )
 
 
@@ -143,23 +168,23 @@ def _offsets(mimics: Mapping[str, Follows]) -> dict[str, float]:
 
 def _tree_joints(
     robot: Robot, offsets: Mapping[str, float]
-) -> tuple[list[Joint], dict[str, Place]]:
+) -> tuple[list[Joint], dict[str, LinkPose]]:
     """The joints of the tree, and the place of every link of the file, root first."""
     carried = {joint.child for joint in robot.joints}
     root = next(name for name in robot.links if name not in carried)
-    places = {root: Place(GROUND, np.eye(4))}
+    places = {root: LinkPose(GROUND, np.eye(4))}
     joints: list[Joint] = []
     for joint in _ordered(robot.joints, root):
         link, pose = places[joint.parent]
         frame = pose @ joint.origin
-        names = coordinates(joint.name, joint.kind)
+        names = coordinate_names(joint.name, joint.kind)
         for name, (kind, screw) in zip(names, _steps(joint.element, frame), strict=True):
-            point, several = frozen(frame[:3, 3]), len(names) > 1
-            joints.append(Joint(name, kind, link, frozen(screw), point, numbered=several))
+            point, several = freeze(frame[:3, 3]), len(names) > 1
+            joints.append(Joint(name, kind, link, freeze(screw), point, numbered=several))
             link = len(joints) - 1
         if offsets.get(joint.name):
             frame = exp(joints[link].screw, offsets[joint.name]) @ frame
-        places[joint.child] = Place(link, frame)
+        places[joint.child] = LinkPose(link, frame)
     return joints, places
 
 
@@ -168,14 +193,14 @@ def _steps(joint: Element, frame: Array) -> list[tuple[str, Array]]:
     if joint.attributes["type"] == "fixed":
         return []
     first, second = joint.first("axis"), joint.first("axis2")
-    axis = unit(first.vector("xyz", "") if first else [1.0, 0.0, 0.0])
-    across = perpendicular(axis, second.vector("xyz", "") if second else None)
+    axis = unit_vector(first.vector("xyz", "") if first else [1.0, 0.0, 0.0])
+    across = perpendicular_to(axis, second.vector("xyz", "") if second else None)
     n, u, point = frame[:3, :3] @ axis, frame[:3, :3] @ across, frame[:3, 3]
     thread = joint.first("screw_thread_pitch")
     pitch = thread.vector("value", "")[0] / (2 * np.pi) if thread else 0.0
     if pitch:
         return [("helical", revolute(n, point, pitch))]
-    return freedoms(joint.attributes["type"], n, u, point)
+    return freedoms_of_joint(joint.attributes["type"], n, u, point)
 
 
 def _weighed(inertial: Inertial, pose: Array) -> Array:
@@ -190,7 +215,7 @@ def _weighed(inertial: Inertial, pose: Array) -> Array:
 
 
 def _bodies(
-    robot: Robot, places: Mapping[str, Place], options: Options, file: str
+    robot: Robot, places: Mapping[str, LinkPose], options: ReadOptions, file: str
 ) -> list[Body]:
     """Moving rigid bodies that carry parameters, each named after its topmost link.
 
@@ -208,13 +233,15 @@ def _bodies(
     for name in options.massless:
         sums.pop(_closed(name, places, top, file), None)
     return [
-        Body(top[link], link, frozen(sums[link]), frozen(places[top[link]].pose))
+        Body(top[link], link, freeze(sums[link]), freeze(places[top[link]].pose))
         for link in sorted(sums)
         if options.bodies == "all" or sums[link].any()
     ]
 
 
-def _closed(name: str, places: Mapping[str, Place], top: Mapping[int, str], file: str) -> int:
+def _closed(
+    name: str, places: Mapping[str, LinkPose], top: Mapping[int, str], file: str
+) -> int:
     """The rigid body that the user calls massless, by the link that it is named after."""
     label = f"massless link '{clean(name)}'"
     if name not in places:
@@ -228,12 +255,12 @@ def _closed(name: str, places: Mapping[str, Place], top: Mapping[int, str], file
     return places[name].link
 
 
-def _loops(tree: Element, places: Mapping[str, Place], joints: list[Joint]) -> list[Loop]:
+def _loops(tree: Element, places: Mapping[str, LinkPose], joints: list[Joint]) -> list[Loop]:
     """The welds; the joints of the loops are appended to ``joints``."""
     extent = max(float(np.abs(place.pose[:3, 3]).max()) for place in places.values())
     welds = []
     for element in tree.every("loop"):
-        chain, weld = attach(element, places, joints, extent)
+        chain, weld = attach_loop(element, places, joints, extent)
         joints.extend(chain)
         welds.append(weld)
     return welds
@@ -250,14 +277,14 @@ def _mimics(mimics: Mapping[str, Follows], joints: Sequence[Joint]) -> list[Mimi
 def _inputs(tree: Element) -> tuple[str, ...]:
     """Coordinates of the joints and loops that are marked as independent."""
     marked = [
-        coordinates(item.name, item.attributes["type"])
+        coordinate_names(item.name, item.attributes["type"])
         for item in tree.every("joint") + tree.every("loop")
         if item.attributes.get("independent") == "true"
     ]
     return tuple(name for names in marked for name in names)
 
 
-def _notices(places: Mapping[str, Place], bodies: Sequence[Body]) -> tuple[Notice, ...]:
+def _notices(places: Mapping[str, LinkPose], bodies: Sequence[Body]) -> tuple[Notice, ...]:
     """Moving bodies that carry no parameters."""
     settled = {GROUND, *(body.link for body in bodies)}
     bare = []

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.urdf.validate_inertias import tensor
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["Follows", "Inertial", "Robot", "TreeJoint", "described", "pose_of"]
+__all__ = ["Follows", "Inertial", "Robot", "TreeJoint", "describe_robot", "pose_matrix"]
 
 Array = NDArray[np.float64]
 
@@ -84,17 +84,17 @@ class Robot(NamedTuple):
     joints: tuple[TreeJoint, ...]
 
 
-def described(tree: Element) -> Robot:
+def describe_robot(tree: Element) -> Robot:
     """Joints, frames and inertias of a tree.
 
     Args:
-        tree: accepted by :func:`kinematics.urdf.validate.check`.
+        tree: accepted by :func:`kinematics.urdf.validate.validate_file`.
     """
     links = {link.name: _inertial(link.first("inertial")) for link in tree.every("link")}
     return Robot(tree.name, links, tuple(_joint(joint) for joint in tree.every("joint")))
 
 
-def pose_of(origin: Element | None) -> Array:
+def pose_matrix(origin: Element | None) -> Array:
     """Pose (4, 4) of an ``<origin>``; the identity if there is none."""
     pose = np.eye(4)
     if origin is not None:
@@ -120,7 +120,7 @@ def _inertial(item: Element | None) -> Inertial | None:
     if item is None or mass is None or inertia is None:
         return None
     (kilograms,) = mass.vector("value", "0")
-    return Inertial(kilograms, np.array(tensor(inertia)), pose_of(item.first("origin")))
+    return Inertial(kilograms, np.array(tensor(inertia)), pose_matrix(item.first("origin")))
 
 
 def _joint(joint: Element) -> TreeJoint:
@@ -130,7 +130,7 @@ def _joint(joint: Element) -> TreeJoint:
     if mimic is not None and joint.attributes["type"] != "fixed":
         (multiplier,), (offset,) = mimic.vector("multiplier", "1"), mimic.vector("offset", "0")
         follows = Follows(mimic.attributes["joint"], multiplier, offset)
-    return TreeJoint(joint, parent, child, pose_of(joint.first("origin")), follows)
+    return TreeJoint(joint, parent, child, pose_matrix(joint.first("origin")), follows)
 
 
 def _link(joint: Element, role: str) -> str:

@@ -16,16 +16,23 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from kinematics.error_text import clean
-from kinematics.linalg.rational import LONGEST, decimal, pi
+from kinematics.linalg.rational import MAX_DIGITS, decimal, pi
 from kinematics.urdf_elements.element import Element
 
 __all__ = [
-    "READINGS", "ROUNDED", "Rounded", "exact_angle", "nominal", "remark", "rounded", "twelfths",
-]  # fmt: skip
+    "ANGLE_READINGS",
+    "ROUNDED_ANGLES",
+    "Rounded",
+    "exact_angle",
+    "replace_rounded_angles",
+    "describe_rounded_angles",
+    "find_rounded_angles",
+    "nearest_twelfth",
+]
 
-READINGS = ("nominal", "as_written")
+ANGLE_READINGS = ("nominal", "as_written")
 """The ways to take an angle that looks rounded."""
-ROUNDED = "rounded_angles"
+ROUNDED_ANGLES = "rounded_angles"
 """The code of the remark on such angles."""
 
 # Rounded angles are nearer than this to what they stand for, in radians.
@@ -61,14 +68,14 @@ class Rounded(NamedTuple):
     word: str
 
 
-def twelfths(word: str) -> int:
+def nearest_twelfth(word: str) -> int:
     """The k ≠ 0 for which a number stands for ``k π/12``; 0 if for no such angle.
 
     Args:
         word: a finite decimal number, in radians.
     """
     x = float(word)
-    k = round(x / _TWELFTH) if abs(x) <= LARGEST and len(word) <= LONGEST else 0
+    k = round(x / _TWELFTH) if abs(x) <= LARGEST and len(word) <= MAX_DIGITS else 0
     if not k:
         return 0
     mantissa, _, exponent = word.lower().partition("e")
@@ -77,7 +84,7 @@ def twelfths(word: str) -> int:
     return k if abs(x - k * _TWELFTH) <= min(NEAR, max(UNITS * unit, SINGLE)) else 0
 
 
-def rounded(tree: Element) -> list[Rounded]:
+def find_rounded_angles(tree: Element) -> list[Rounded]:
     """The angles of a file that make a difference: rounded by more than round-off.
 
     Args:
@@ -87,16 +94,16 @@ def rounded(tree: Element) -> list[Rounded]:
         Rounded(owner.label, attribute, word)
         for owner, item, attribute in _places(tree)
         for word in item.attributes[attribute].split()
-        if (k := twelfths(word)) and abs(float(word) - k * _TWELFTH) > ROUND_OFF
+        if (k := nearest_twelfth(word)) and abs(float(word) - k * _TWELFTH) > ROUND_OFF
     ]
 
 
-def nominal(tree: Element) -> Element:
+def replace_rounded_angles(tree: Element) -> Element:
     """The tree with the angles that stand for multiples of π/12 written to all digits."""
     new: dict[int, Element] = {}
     for _, item, attribute in _places(tree):
         words = item.attributes[attribute].split()
-        full = [_written(k) if (k := twelfths(word)) else word for word in words]
+        full = [_written(k) if (k := nearest_twelfth(word)) else word for word in words]
         if full != words:
             new[id(item)] = replace(
                 item, attributes={**item.attributes, attribute: " ".join(full)}
@@ -104,7 +111,7 @@ def nominal(tree: Element) -> Element:
     return _rebuilt(tree, new) if new else tree
 
 
-def remark(found: Sequence[Rounded], reading: str) -> str:
+def describe_rounded_angles(found: Sequence[Rounded], reading: str) -> str:
     """What to tell the user of the angles that look rounded, and of how they are read."""
     named = ", ".join(f"{clean(r.word)} in {r.attribute} of {r.label}" for r in found[:NAMED])
     more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""

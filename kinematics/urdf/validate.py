@@ -13,29 +13,29 @@ from dataclasses import replace
 from kinematics.error_text import clean, closest_names, quoted
 from kinematics.urdf.other_loop_formats import check_foreign_loops
 from kinematics.urdf.validate_fields import (
-    LARGEST,
-    WIDEST,
+    MAX_LENGTH,
+    MAX_NUMBER,
     check_link,
+    check_needed,
     check_numbers,
+    check_only,
     check_origin,
     check_type,
-    needed,
-    only,
-    turns,
+    rotates,
 )
-from kinematics.urdf.validate_misplaced import check_strays
-from kinematics.urdf.xml_tree import Refusal, build, contents, naming
+from kinematics.urdf.validate_misplaced import check_misplaced
+from kinematics.urdf.xml_tree import Refusal, build_tree, name_file, read_bytes
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.joint_types import DEGREES, coordinates
+from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM, coordinate_names
 
-__all__ = ["check", "checked", "parse", "validate"]
+__all__ = ["validate_file", "validate_loaded", "parse_file", "validate_tree"]
 
 # The cost of a linkage grows with the third power of its joints.
 MAX_FREEDOMS = 1000
 _LOOP_PARTS = ("predecessor", "successor", "axis", "axis2")
 
 
-def check(path: str | os.PathLike[str], fix_base: bool = False) -> Element:
+def validate_file(path: str | os.PathLike[str], fix_base: bool = False) -> Element:
     """Read a URDF file and refuse what cannot be a linkage.
 
     Args:
@@ -49,28 +49,28 @@ def check(path: str | os.PathLike[str], fix_base: bool = False) -> Element:
         FileError: the file is missing, too large, not well-formed, or not a linkage.
     """
     file = os.fsdecode(path)
-    with naming(file):
-        data = contents(file)
-    return parse(data, file, fix_base)
+    with name_file(file):
+        data = read_bytes(file)
+    return parse_file(data, file, fix_base)
 
 
-def parse(data: bytes, file: str, fix_base: bool = False) -> Element:
-    """As :func:`check`, for the bytes of a file; ``file`` is its name in messages."""
-    with naming(file):
-        robot = build(data)
-    return checked(robot, file, fix_base)
+def parse_file(data: bytes, file: str, fix_base: bool = False) -> Element:
+    """As :func:`validate_file`, for the bytes of a file; ``file`` is its name in messages."""
+    with name_file(file):
+        robot = build_tree(data)
+    return validate_loaded(robot, file, fix_base)
 
 
-def checked(robot: Element, file: str, fix_base: bool = False) -> Element:
-    """As :func:`check`, for a tree; ``file`` is its name in messages."""
+def validate_loaded(robot: Element, file: str, fix_base: bool = False) -> Element:
+    """As :func:`validate_file`, for a tree; ``file`` is its name in messages."""
     if fix_base:
         robot = _on_fixed_base(robot)
-    with naming(file):
-        validate(robot)
+    with name_file(file):
+        validate_tree(robot)
     return robot
 
 
-def validate(robot: Element) -> None:
+def validate_tree(robot: Element) -> None:
     """Every check on a tree; only direct children of ``<robot>`` count.
 
     Raises:
@@ -79,7 +79,7 @@ def validate(robot: Element) -> None:
     if robot.tag != "robot":
         raise Refusal(robot.label, "the root element is not <robot>", "give a URDF file")
     _check_xacro(robot)
-    check_strays(robot)
+    check_misplaced(robot)
     check_foreign_loops(robot)
     links, joints, loops = (robot.every(tag) for tag in ("link", "joint", "loop"))
     if not links:
@@ -170,8 +170,8 @@ def _check_names(*groups: Sequence[Element]) -> None:
             if odd := [c for c in item.name if not c.isprintable()]:
                 problem = f"its name has the unprintable character U+{ord(odd[0]):04X}"
                 raise Refusal(item.label, problem, f"rename this {item.tag}")
-            several = DEGREES.get(item.attributes.get("type", ""), 0) > 1
-            derived = coordinates(item.name, item.attributes["type"]) if several else []
+            several = DEGREES_OF_FREEDOM.get(item.attributes.get("type", ""), 0) > 1
+            derived = coordinate_names(item.name, item.attributes["type"]) if several else []
             for name in [item.name, *derived]:
                 if name in taken:
                     problem = f"the name '{clean(name)}' is taken by {taken[name].label}"
@@ -183,7 +183,7 @@ def _check_count(items: Sequence[Element]) -> None:
     """Joints and loops have no more freedoms than can be handled."""
     count = 0
     for item in items:
-        count += DEGREES[item.attributes["type"]]
+        count += DEGREES_OF_FREEDOM[item.attributes["type"]]
         if count > MAX_FREEDOMS:
             problem = f"joints and loops of more than {MAX_FREEDOMS} degrees of freedom"
             raise Refusal(item.label, problem, "analyse a part of it, or fix joints")
@@ -201,7 +201,7 @@ def _carriers(known: Mapping[str, Element], joints: Sequence[Element]) -> dict[s
     """The joint that carries each link, by the name of the link."""
     carrier: dict[str, Element] = {}
     for joint in joints:
-        parent, child = (needed(joint, role, "link") for role in ("parent", "child"))
+        parent, child = (check_needed(joint, role, "link") for role in ("parent", "child"))
         _check_link_name(joint, "parent", parent, known)
         _check_link_name(joint, "child", child, known)
         if parent == child:
@@ -215,7 +215,7 @@ def _carriers(known: Mapping[str, Element], joints: Sequence[Element]) -> dict[s
 
 
 def _parent(joint: Element) -> str:
-    return needed(joint, "parent", "link")
+    return check_needed(joint, "parent", "link")
 
 
 def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) -> None:
@@ -248,17 +248,17 @@ def _check_mimics(joints: Sequence[Element]) -> None:
     named = {joint.name: joint for joint in joints}
     source: dict[str, str] = {}
     for joint in joints:
-        mimic = only(joint, "mimic")
+        mimic = check_only(joint, "mimic")
         if mimic is None or joint.attributes["type"] == "fixed":
             continue
-        target = source[joint.name] = needed(joint, "mimic", "joint")
+        target = source[joint.name] = check_needed(joint, "mimic", "joint")
         check_numbers(joint, mimic, "multiplier", 1)
         check_numbers(joint, mimic, "offset", 1)
         if target not in named:
             remedy = f"correct the name; the joints are {closest_names(target, named)}"
             raise Refusal(joint.label, f"mimics unknown joint '{clean(target)}'", remedy)
         for end in (joint, named[target]):
-            if DEGREES[end.attributes["type"]] != 1:
+            if DEGREES_OF_FREEDOM[end.attributes["type"]] != 1:
                 problem = f"<mimic> needs joints of one degree of freedom; {end.label} is "
                 problem += end.attributes["type"]
                 raise Refusal(joint.label, problem, "remove the <mimic>, or fix this joint too")
@@ -281,7 +281,7 @@ def _followed(joint: Element, position: float) -> float:
     mimic = joint.first("mimic") or joint
     (ratio,), (offset,) = mimic.vector("multiplier", "1"), mimic.vector("offset", "0")
     place = ratio * position + offset
-    unit, most = ("rad", WIDEST) if turns(joint) else ("m", LARGEST)
+    unit, most = ("rad", MAX_LENGTH) if rotates(joint) else ("m", MAX_NUMBER)
     if not abs(place) <= most:
         problem = f"its <mimic> places it at {place:.3g} {unit}, which is out of range"
         remedy = "correct the offsets and multipliers of the mimic joints"
@@ -302,7 +302,7 @@ def _check_loop(
         raise Refusal(loop.label, problem, remedy)
     ends = []
     for role in ("predecessor", "successor"):
-        name = needed(loop, role, "link")
+        name = check_needed(loop, role, "link")
         _check_link_name(loop, role, name, known)
         check_origin(loop, loop.first(role) or loop)
         while name in carrier and carrier[name].attributes["type"] == "fixed":

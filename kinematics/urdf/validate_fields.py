@@ -14,27 +14,27 @@ from operator import mul
 from kinematics.error_text import clean
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.joint_types import DEGREES
+from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM
 
 __all__ = [
-    "LARGEST",
+    "MAX_NUMBER",
     "PERPENDICULAR",
     "SMALLEST_AXIS",
-    "WIDEST",
+    "MAX_LENGTH",
     "check_link",
     "check_numbers",
     "check_origin",
     "check_type",
-    "needed",
-    "only",
-    "turns",
+    "check_needed",
+    "check_only",
+    "rotates",
 ]
 
 # Beyond these, squares and products of the numbers leave the range of floating point.
-LARGEST = 1e30
+MAX_NUMBER = 1e30
 SMALLEST_AXIS = 1e-100
 # Beyond this many radians the digits that tell the direction are lost.
-WIDEST = 1e4
+MAX_LENGTH = 1e4
 # Cosine of the angle between the axes of a universal joint, in files of six digits.
 PERPENDICULAR = 1e-6
 
@@ -42,12 +42,12 @@ _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _TURNING = ("revolute", "continuous")
 
 
-def turns(joint: Element) -> bool:
+def rotates(joint: Element) -> bool:
     """Whether the position of a joint of one degree of freedom is an angle."""
     return joint.attributes["type"] in _TURNING
 
 
-def only(owner: Element, tag: str, inside: Element | None = None) -> Element | None:
+def check_only(owner: Element, tag: str, inside: Element | None = None) -> Element | None:
     """The child with this tag if there is one; refuses two."""
     found = (inside or owner).every(tag)
     if len(found) > 1:
@@ -56,9 +56,9 @@ def only(owner: Element, tag: str, inside: Element | None = None) -> Element | N
     return found[0] if found else None
 
 
-def needed(owner: Element, tag: str, attribute: str) -> str:
+def check_needed(owner: Element, tag: str, attribute: str) -> str:
     """A value that must be there: attribute of the only child with this tag."""
-    item = only(owner, tag)
+    item = check_only(owner, tag)
     value = item.attributes.get(attribute) if item else None
     if value is None:
         example = f'<{tag} {attribute}="…"/>'
@@ -72,7 +72,7 @@ def check_numbers(owner: Element, item: Element, attribute: str, count: int) -> 
     if text is None:
         return
     words = text.split()
-    good = all(_NUMBER.fullmatch(w) and abs(float(w)) <= LARGEST for w in words)
+    good = all(_NUMBER.fullmatch(w) and abs(float(w)) <= MAX_NUMBER for w in words)
     if len(words) != count or not good:
         what = f"{count} finite numbers" if count > 1 else "a finite number"
         where = f'<{item.tag} {attribute}="{clean(text)}"> (line {item.line})'
@@ -82,7 +82,7 @@ def check_numbers(owner: Element, item: Element, attribute: str, count: int) -> 
 
 def check_origin(owner: Element, inside: Element) -> None:
     """The ``<origin>`` inside an element, if any, holds three and three numbers."""
-    origin = only(owner, "origin", inside)
+    origin = check_only(owner, "origin", inside)
     if origin is None:
         return
     for attribute in origin.attributes:
@@ -91,17 +91,17 @@ def check_origin(owner: Element, inside: Element) -> None:
             raise Refusal(owner.label, problem, "write the rotation as rpy")
     check_numbers(owner, origin, "xyz", 3)
     check_numbers(owner, origin, "rpy", 3)
-    if max(map(abs, origin.vector("rpy", "0 0 0"))) > WIDEST:
+    if max(map(abs, origin.vector("rpy", "0 0 0"))) > MAX_LENGTH:
         where = f'<origin rpy="{clean(origin.attributes["rpy"])}"> (line {origin.line})'
-        problem = f"{where} has an angle beyond {WIDEST:g} rad"
+        problem = f"{where} has an angle beyond {MAX_LENGTH:g} rad"
         raise Refusal(owner.label, problem, "write angles in radians, between -π and π")
 
 
 def _check_axis(owner: Element, tag: str) -> None:
-    axis = only(owner, tag)
+    axis = check_only(owner, tag)
     if axis is None:
         return
-    needed(owner, tag, "xyz")
+    check_needed(owner, tag, "xyz")
     check_numbers(owner, axis, "xyz", 3)
     fixed = owner.attributes.get("type") == "fixed"
     if not fixed and math.hypot(*axis.vector("xyz", "")) < SMALLEST_AXIS:
@@ -111,7 +111,7 @@ def _check_axis(owner: Element, tag: str) -> None:
 
 def check_link(link: Element) -> None:
     """The ``<inertial>`` of a link, if any and not empty, is complete and in numbers."""
-    inertial = only(link, "inertial")
+    inertial = check_only(link, "inertial")
     if inertial is None or not inertial.children:
         return
     check_origin(link, inertial)
@@ -127,7 +127,7 @@ def _check_inertial(
     optional: Sequence[str] = (),
 ) -> None:
     """A part of an ``<inertial>`` is there, with numbers; others would invent them."""
-    item = only(link, tag, inertial)
+    item = check_only(link, tag, inertial)
     missing = [name for name in needed if item is None or name not in item.attributes]
     if item is None or missing:
         problem = f'<inertial> (line {inertial.line}) has no <{tag} {missing[0]}="…">'
@@ -139,10 +139,10 @@ def _check_inertial(
 def check_type(item: Element) -> None:
     """The type, origin, axes and pitch of a joint, or the type and axes of a loop."""
     kind = item.attributes.get("type", "")
-    if kind not in DEGREES:
+    if kind not in DEGREES_OF_FREEDOM:
         problem = f"unknown type '{clean(kind)}'" if kind else "no type"
-        remedy = f"choose from {', '.join(DEGREES)}"
-        if kind.strip().lower() in DEGREES:
+        remedy = f"choose from {', '.join(DEGREES_OF_FREEDOM)}"
+        if kind.strip().lower() in DEGREES_OF_FREEDOM:
             remedy = f'write type="{kind.strip().lower()}"'
         raise Refusal(item.label, problem, remedy)
     value = item.attributes.get("independent", "false")
@@ -171,10 +171,10 @@ def _check_second_axis(joint: Element) -> None:
 
 
 def _check_pitch(joint: Element, kind: str) -> None:
-    pitch = only(joint, "screw_thread_pitch")
+    pitch = check_only(joint, "screw_thread_pitch")
     if pitch is not None:
         if kind not in _TURNING:
             problem = f"<screw_thread_pitch> on a {kind} joint"
             raise Refusal(joint.label, problem, 'use type="revolute" for a screw joint')
-        needed(joint, "screw_thread_pitch", "value")
+        check_needed(joint, "screw_thread_pitch", "value")
         check_numbers(joint, pitch, "value", 1)

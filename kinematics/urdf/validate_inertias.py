@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from kinematics.error_text import clean
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["UNPHYSICAL", "tensor", "unphysical"]
+__all__ = ["UNPHYSICAL", "tensor", "find_unphysical"]
 
 UNPHYSICAL = "unphysical"
 """The code of the remark."""
@@ -24,7 +24,7 @@ NAMED = 4
 _ENTRIES = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
 
 
-def unphysical(tree: Element, source: str) -> tuple[tuple[str, str], ...]:
+def find_unphysical(tree: Element, source: str) -> tuple[tuple[str, str], ...]:
     """Code and message of the remark on bodies that cannot be, if there are any.
 
     Args:

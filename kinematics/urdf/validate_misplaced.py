@@ -14,7 +14,7 @@ from kinematics.error_text import clean
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["check_strays"]
+__all__ = ["check_misplaced"]
 
 _PARTS = {
     "robot": ("link", "joint", "loop"),
@@ -55,7 +55,7 @@ ALIKE = 0.7
 ZEROS = {"0", "0.0", "-0", "-0.0"}
 
 
-def check_strays(robot: Element) -> None:
+def check_misplaced(robot: Element) -> None:
     """Nothing that was meant goes unread.
 
     Raises:

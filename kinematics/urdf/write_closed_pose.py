@@ -20,14 +20,14 @@ from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.screws import exp, revolute
-from kinematics.urdf.edit_xml import Splice, Text, read_again
-from kinematics.urdf.loop_joints import freedoms, perpendicular, unit
-from kinematics.urdf.robot_tree import pose_of
+from kinematics.urdf.edit_xml import Splice, Text, read_source
+from kinematics.urdf.loop_joints import freedoms_of_joint, perpendicular_to, unit_vector
+from kinematics.urdf.robot_tree import pose_matrix
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.joint_types import coordinates
+from kinematics.urdf_elements.joint_types import coordinate_names
 from kinematics.urdf_elements.write_numbers import roll_pitch_yaw
 
-__all__ = ["Posed", "at_reference_pose"]
+__all__ = ["Posed", "write_at_reference_pose"]
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class Posed(NamedTuple):
     beside: bool
 
 
-def at_reference_pose(linkage: Linkage) -> Posed:
+def write_at_reference_pose(linkage: Linkage) -> Posed:
     """The URDF file of a linkage, at the pose at which its loops were closed.
 
     Args:
@@ -61,7 +61,7 @@ def at_reference_pose(linkage: Linkage) -> Posed:
             or its joints are not those of the linkage, or a universal joint has turned about
             its second axis.
     """
-    data, found = read_again(linkage, "joint", "that could be written at another pose")
+    data, found = read_source(linkage, "joint", "that could be written at another pose")
     assert linkage.tree is not None
     joints = {joint.name: joint for joint in found.every("joint")}
     known = {joint.name: joint for joint in linkage.tree.every("joint")}
@@ -72,7 +72,7 @@ def at_reference_pose(linkage: Linkage) -> Posed:
     text, splices = Text(data), []
     for name, joint in known.items():
         kind = joint.attributes["type"]
-        q = [positions.get(each, 0.0) for each in coordinates(name, kind)]
+        q = [positions.get(each, 0.0) for each in coordinate_names(name, kind)]
         if any(q):
             if kind == "universal" and q[1]:
                 problem = "a universal joint that has turned about its second axis"
@@ -98,12 +98,12 @@ def _attributes(joint: Element, q: list[float]) -> dict[str, str]:
     old = joint.first("origin")
     attributes = {"xyz": "0 0 0", **(old.attributes if old is not None else {})}
     axis = joint.first("axis")
-    n = unit(axis.vector("xyz", "") if axis is not None else [1.0, 0.0, 0.0])
+    n = unit_vector(axis.vector("xyz", "") if axis is not None else [1.0, 0.0, 0.0])
     kind = joint.attributes["type"]
     D = np.eye(4)
     for (_, screw), position in zip(_steps(joint, kind, n), q, strict=True):
         D = D @ exp(screw, position)
-    there = pose_of(old) @ D
+    there = pose_matrix(old) @ D
     if np.any(D[:3, 3]):
         attributes["xyz"] = " ".join(repr(x) for x in there[:3, 3].tolist())
     if kind != "prismatic":
@@ -120,7 +120,7 @@ def _steps(joint: Element, kind: str, n: Array) -> list[tuple[str, Array]]:
     if thread is not None:
         pitch = thread.vector("value", "")[0] / (2 * np.pi)
         return [("helical", revolute(n, np.zeros(3), pitch))]
-    return freedoms(kind, n, perpendicular(n), np.zeros(3))
+    return freedoms_of_joint(kind, n, perpendicular_to(n), np.zeros(3))
 
 
 def _turned(words: list[str], n: Array, angle: float) -> list[str] | None:

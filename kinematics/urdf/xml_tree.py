@@ -16,7 +16,7 @@ from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["MAX_BYTES", "Refusal", "build", "contents", "naming", "sound"]
+__all__ = ["MAX_BYTES", "Refusal", "build_tree", "read_bytes", "name_file", "check_bytes"]
 
 MAX_BYTES = 16 * 2**20
 MAX_DEPTH = 200
@@ -41,7 +41,7 @@ class Refusal(Exception):
 
 
 @contextmanager
-def naming(file: str) -> Iterator[None]:
+def name_file(file: str) -> Iterator[None]:
     """Turns every `Refusal` inside into the `FileError` of this file."""
     try:
         yield
@@ -49,7 +49,7 @@ def naming(file: str) -> Iterator[None]:
         raise FileError(clean(file, 1000), *refusal.args) from None
 
 
-def contents(path: str, limit: int = MAX_BYTES) -> bytes:
+def read_bytes(path: str, limit: int = MAX_BYTES) -> bytes:
     """The bytes of a file of at most ``limit`` bytes.
 
     Raises:
@@ -62,10 +62,10 @@ def contents(path: str, limit: int = MAX_BYTES) -> bytes:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise Refusal("", f"cannot be read ({reason})", "check the path") from None
-    return sound(data, limit)
+    return check_bytes(data, limit)
 
 
-def sound(data: bytes, limit: int = MAX_BYTES) -> bytes:
+def check_bytes(data: bytes, limit: int = MAX_BYTES) -> bytes:
     """The same bytes, if they may be those of a file of text.
 
     Raises:
@@ -103,7 +103,7 @@ def _regular(path: str, size: int) -> bytes:
     return data
 
 
-def build(data: bytes) -> Element:
+def build_tree(data: bytes) -> Element:
     """The root element of an XML document.
 
     Raises:

@@ -17,7 +17,7 @@ from kinematics.urdf.xml_tree import Refusal
 if TYPE_CHECKING:
     from yaml.events import Event
 
-__all__ = ["Item", "Keys"]
+__all__ = ["YamlItem", "YamlMapping"]
 
 MAX_DEPTH = 3
 
@@ -25,15 +25,15 @@ _NULLS = ("", "~", "null", "Null", "NULL")
 _EXAMPLE = "write keys with lists, such as name: [first, second]"
 
 
-class Item(NamedTuple):
+class YamlItem(NamedTuple):
     """A text, or else a list; and the line where it begins."""
 
     line: int
     text: str | None
-    parts: list[Item]
+    parts: list[YamlItem]
 
 
-class Keys:
+class YamlMapping:
     """The keys of a YAML file; every failure names the key and its line."""
 
     def __init__(self, data: bytes, known: Collection[str], retired: Mapping[str, str]) -> None:
@@ -47,7 +47,7 @@ class Keys:
         Raises:
             Refusal: it is not YAML, or not a mapping from such keys to text and lists.
         """
-        self.items: dict[str, Item] = {}
+        self.items: dict[str, YamlItem] = {}
         top = _nested(data)
         for key, value in zip(top.parts[::2], top.parts[1::2], strict=True):
             name = key.text or ""
@@ -67,13 +67,13 @@ class Keys:
         """The text of a key that holds no list."""
         return self.items[key].text if key in self.items else None
 
-    def entries(self, key: str) -> list[Item]:
+    def entries(self, key: str) -> list[YamlItem]:
         """The entries of a list, none if the key is not there."""
         if self.text(key) is not None:
             raise self.wrong(key, "not a list", f"put it in brackets: {key}: [ … ]")
         return self.items[key].parts if key in self.items else []
 
-    def names(self, key: str, item: Item | None = None) -> list[str]:
+    def names(self, key: str, item: YamlItem | None = None) -> list[str]:
         """A list of names, each there once; of the key, or of an entry of it."""
         parts = item.parts if item else self.entries(key)
         names = [part.text or "" for part in parts]
@@ -103,7 +103,7 @@ class Keys:
         return [exact[word.lower()] for word in words]
 
 
-def _nested(data: bytes) -> Item:
+def _nested(data: bytes) -> YamlItem:
     """The mapping of a YAML document, as a list of keys and values in turn.
 
     Nothing is constructed: scalars stay text, so that a joint may be called ``on`` or ``1``.
@@ -124,9 +124,9 @@ def _nested(data: bytes) -> Item:
     return top[0]
 
 
-def _built(events: Iterable[Event]) -> list[Item]:
+def _built(events: Iterable[Event]) -> list[YamlItem]:
     """The top value of the only document, if there is one."""
-    stack = [Item(0, None, [])]
+    stack = [YamlItem(0, None, [])]
     for event in events:
         line = event.start_mark.line + 1
         kind = type(event).__name__.removesuffix("Event")
@@ -136,9 +136,9 @@ def _built(events: Iterable[Event]) -> list[Item]:
                 raise Refusal(f"line {line}", "a second document", "keep one document")
         if kind == "Scalar":
             null = event.style is None and event.value in _NULLS
-            stack[-1].parts.append(Item(line, None if null else event.value, []))
+            stack[-1].parts.append(YamlItem(line, None if null else event.value, []))
         elif kind in ("MappingStart", "SequenceStart"):
-            stack.append(Item(line, None, []))
+            stack.append(YamlItem(line, None, []))
         elif kind in ("MappingEnd", "SequenceEnd"):
             done = stack.pop()
             stack[-1].parts.append(done)

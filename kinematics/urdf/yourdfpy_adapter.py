@@ -12,21 +12,21 @@ import numpy as np
 from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.urdf.robot_tree import Robot
-from kinematics.urdf.validate_fields import LARGEST
+from kinematics.urdf.validate_fields import MAX_NUMBER
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.write_numbers import words
+from kinematics.urdf_elements.write_numbers import number_words
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
     from yourdfpy import urdf as yourdf
 
-__all__ = ["tree_of", "with_poses"]
+__all__ = ["tree_of", "set_poses"]
 
 # Entries of RᵀR - 1 of a pose, above which it is no rotation; files have six digits or more.
 ORTHOGONAL = 1e-5
 
 
-def with_poses(robot: Robot, model: URDF) -> Robot:
+def set_poses(robot: Robot, model: URDF) -> Robot:
     """The robot with the poses of a loaded model, which has no angles to read them from.
 
     Args:
@@ -68,7 +68,7 @@ def _check_pose(source: str, name: str, pose: np.ndarray | None) -> None:
         return
     R = pose[:3, :3]
     if not (
-        np.all(np.abs(pose) <= LARGEST)
+        np.all(np.abs(pose) <= MAX_NUMBER)
         and np.all(np.abs(R.T @ R - np.eye(3)) <= ORTHOGONAL)
         and np.linalg.det(R) > 0.0
     ):
@@ -81,11 +81,11 @@ def _link(link: yourdf.Link) -> Element:
     if link.inertial is not None:
         mass, inertia = link.inertial.mass, link.inertial.inertia
         if mass is not None:
-            parts.append(Element("mass", {"value": words([mass])}))
+            parts.append(Element("mass", {"value": number_words([mass])}))
         if inertia is not None:
             entries = zip("xyz", inertia, strict=True)
             upper = {
-                f"i{a}{b}": words([value])
+                f"i{a}{b}": number_words([value])
                 for a, row in entries
                 for b, value in zip("xyz", row, strict=True)
                 if a <= b
@@ -99,12 +99,12 @@ def _joint(joint: yourdf.Joint) -> Element:
     ends = {"parent": joint.parent, "child": joint.child}
     parts = [Element(role, {"link": name or ""}) for role, name in ends.items()]
     if joint.axis is not None:
-        parts.append(Element("axis", {"xyz": words(joint.axis)}))
+        parts.append(Element("axis", {"xyz": number_words(joint.axis)}))
     if joint.mimic is not None:
         follows = {
             "joint": joint.mimic.joint,
-            "multiplier": words([joint.mimic.multiplier]),
-            "offset": words([joint.mimic.offset]),
+            "multiplier": number_words([joint.mimic.multiplier]),
+            "offset": number_words([joint.mimic.offset]),
         }
         parts.append(Element("mimic", follows))
     return Element("joint", {"name": joint.name or "", "type": joint.type or ""}, tuple(parts))

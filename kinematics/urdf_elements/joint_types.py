@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["DEGREES", "coordinates"]
+__all__ = ["DEGREES_OF_FREEDOM", "coordinate_names"]
 
-DEGREES = {
+DEGREES_OF_FREEDOM = {
     "fixed": 0,
     "revolute": 1,
     "continuous": 1,
@@ -17,7 +17,7 @@ DEGREES = {
 """Degrees of freedom of the joint types, of tree joints and of loops alike."""
 
 
-def coordinates(name: str, kind: str) -> list[str]:
+def coordinate_names(name: str, kind: str) -> list[str]:
     """Names of the coordinates of a joint: ``name``, or ``name.0``, ``name.1`` …."""
-    count = DEGREES[kind]
+    count = DEGREES_OF_FREEDOM[kind]
     return [name] if count == 1 else [f"{name}.{k}" for k in range(count)]

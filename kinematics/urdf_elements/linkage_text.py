@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.spatial.inertia import displaced, inertia_tensor
+from kinematics.spatial.inertia import displace_parameters, inertia_tensor
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.joint_types import coordinates
-from kinematics.urdf_elements.write_numbers import words, written
+from kinematics.urdf_elements.joint_types import coordinate_names
+from kinematics.urdf_elements.write_numbers import element_text, number_words
 
 __all__ = ["urdf_text"]
 
@@ -61,7 +61,7 @@ def urdf_text(linkage: Any) -> str:
     Args:
         linkage: an assembled linkage.
     """
-    return written(make_elements.robot(linkage.name, _Writer(linkage).parts()))
+    return element_text(make_elements.robot(linkage.name, _Writer(linkage).parts()))
 
 
 class _Writer:
@@ -101,10 +101,10 @@ class _Writer:
 
     def _inertial(self, z: Array, name: str) -> Element:
         """The ``<inertial>`` of parameters (10,) about the inertial origin."""
-        own = displaced(z, np.linalg.inv(self.poses[name]))
+        own = displace_parameters(z, np.linalg.inv(self.poses[name]))
         mass, E = float(own[0]), inertia_tensor(own)
         c = own[1:4] / mass if mass else np.zeros(3)
-        at = Element("origin", {"xyz": words(_clean(c, self.size))})
+        at = Element("origin", {"xyz": number_words(_clean(c, self.size))})
         about = E - mass * (c @ c * np.eye(3) - np.outer(c, c))
         return make_elements.inertial(mass, _clean(about, float(np.abs(z[4:]).max())), at)
 
@@ -133,7 +133,7 @@ class _Writer:
         kind = _MOTIONS.get(tuple(step.kind for step in steps), "")
         given = [step.name for step in steps]
         chosen = self.inputs.intersection(given)
-        if not kind or given != coordinates(name, kind) or 0 < len(chosen) < len(steps):
+        if not kind or given != coordinate_names(name, kind) or 0 < len(chosen) < len(steps):
             return None
         directions = [s.screw[3:] if s.kind == "prismatic" else s.screw[:3] for s in steps]
         axis = directions[2] if kind == "planar" else directions[0]
@@ -264,7 +264,7 @@ class _Writer:
     @staticmethod
     def _direction(axis: Array) -> str:
         """The words of a unit vector, without round-off."""
-        return words(_clean(axis, 1.0))
+        return number_words(_clean(axis, 1.0))
 
 
 def _clean(x: Array, size: float) -> Array:

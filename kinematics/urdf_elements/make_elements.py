@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.urdf_elements.element import Element
-from kinematics.urdf_elements.write_numbers import roll_pitch_yaw, words
+from kinematics.urdf_elements.write_numbers import number_words, roll_pitch_yaw
 
 __all__ = ["inertial", "joint", "link", "loop", "origin", "robot"]
 
@@ -31,9 +31,9 @@ def robot(name: str, parts: Iterable[Element]) -> Element:
 def origin(pose: Array) -> Element:
     """The ``<origin>`` of a pose (4, 4), in metres and radians."""
     angles = roll_pitch_yaw(pose[:3, :3])
-    attributes = {"xyz": words(pose[:3, 3])}
+    attributes = {"xyz": number_words(pose[:3, 3])}
     if any(angles):
-        attributes["rpy"] = words(angles)
+        attributes["rpy"] = number_words(angles)
     return Element("origin", attributes)
 
 
@@ -50,8 +50,8 @@ def inertial(mass: float, inertia: Array, at: Element) -> Element:
         inertia: tensor about the centre of mass (3, 3), kg m², along the axes of ``at``.
         at: ``<origin>`` of the centre of mass in the frame of the link.
     """
-    entries = {name: words([inertia[at]]) for name, at in _ENTRIES.items()}
-    parts = (at, Element("mass", {"value": words([mass])}), Element("inertia", entries))
+    entries = {name: number_words([inertia[at]]) for name, at in _ENTRIES.items()}
+    parts = (at, Element("mass", {"value": number_words([mass])}), Element("inertia", entries))
     return Element("inertial", {}, parts)
 
 
@@ -77,10 +77,12 @@ def joint(
     sides = [Element("parent", {"link": parent}), Element("child", {"link": child})]
     parts = [at, *sides, *_axes(axes)]
     if pitch:
-        parts.append(Element("screw_thread_pitch", {"value": words([2 * np.pi * pitch])}))
+        parts.append(
+            Element("screw_thread_pitch", {"value": number_words([2 * np.pi * pitch])})
+        )
     if mimic is not None:
         source, *numbers = mimic
-        values = zip(("multiplier", "offset"), map(words, zip(numbers)), strict=True)
+        values = zip(("multiplier", "offset"), map(number_words, zip(numbers)), strict=True)
         parts.append(Element("mimic", {"joint": source, **dict(values)}))
     if kind == "prismatic":
         parts.append(Element("limit", _UNLIMITED))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["roll_pitch_yaw", "words", "written"]
+__all__ = ["roll_pitch_yaw", "number_words", "element_text"]
 
 Array = NDArray[np.float64]
 
@@ -20,13 +20,13 @@ NOISE = 1e-15
 _QUOTED = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 
 
-def words(values: Iterable[float]) -> str:
+def number_words(values: Iterable[float]) -> str:
     """Numbers with all their digits, apart by blanks: ``0.5 0 -1``."""
     texts = (repr(float(value) + 0.0) for value in values)
     return " ".join(text.removesuffix(".0") for text in texts)
 
 
-def written(tree: Element) -> str:
+def element_text(tree: Element) -> str:
     """A tree as the text of an XML file, indented by two blanks."""
     return "\n".join(['<?xml version="1.0"?>', *_lines(tree, "")]) + "\n"
 

@@ -12,7 +12,7 @@ import pytest
 
 import kinematics
 from balance import screw_figure
-from balance.atomic_files import replacing, replacing_all
+from balance.atomic_files import open_atomic, write_all_atomic
 from balance.cli.arguments import page_path
 from balance.cli.main import main
 from kinematics.errors import FileError, LinkageError, PackageError, UsageError
@@ -20,7 +20,7 @@ from kinematics.model_gallery import gallery
 
 
 def write(path, content=b"new"):
-    with replacing(path) as file:
+    with open_atomic(path) as file:
         file.write(content)
 
 
@@ -44,7 +44,7 @@ def test_a_link_stays_a_link(tmp_path):
 def test_what_fails_half_way_leaves_the_old_file(tmp_path):
     path = tmp_path / "file"
     path.write_bytes(b"old")
-    with pytest.raises(KeyError), replacing(path) as file:
+    with pytest.raises(KeyError), open_atomic(path) as file:
         file.write(b"half")
         raise KeyError
     assert path.read_bytes() == b"old" and os.listdir(tmp_path) == ["file"]
@@ -72,10 +72,10 @@ def test_what_cannot_be_written_is_one_line(name, tmp_path, monkeypatch):
 
 def test_of_several_files_all_appear_or_none(tmp_path):
     one, other = tmp_path / "one", tmp_path / "other"
-    replacing_all([(str(one), b"1"), (str(other), b"2")])
+    write_all_atomic([(str(one), b"1"), (str(other), b"2")])
     assert (one.read_bytes(), other.read_bytes()) == (b"1", b"2")
     with pytest.raises(FileError):
-        replacing_all([(str(one), b"3"), (str(tmp_path / "nowhere" / "file"), b"4")])
+        write_all_atomic([(str(one), b"3"), (str(tmp_path / "nowhere" / "file"), b"4")])
     assert one.read_bytes() == b"1" and sorted(tmp_path.iterdir()) == [one, other]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from exactly import determinant, modulo
 from modular_rows import conditions
 
-from balance.exact.chain import ExactChain, regular
+from balance.exact.chain import ExactChain, loops_are_regular
 from balance.exact.modular import eliminate
 
 # Another prime than those of proofs; orders at which what a transfer does must vanish.
@@ -35,7 +35,7 @@ def why_false(proof, original):
     if proof["rank"] + proof["nullity"] != size:
         return "another number of parameters"
     exact = _exact(chain)
-    if _driven_twice(exact) or not regular(exact) or _deviates(exact):
+    if _driven_twice(exact) or not loops_are_regular(exact) or _deviates(exact):
         return "loops that are not regular, or joints out of the plane"
     return _no_minor(proof, exact) or _no_transfers(proof, exact)
 
@@ -69,9 +69,7 @@ def _deviates(chain):
     if len(chain.rows) == 6 or not any(any(row[:3]) for row in chain.rows):
         return len(chain.rows) == 2 and any(s[0] or s[1] or s[5] for s in chain.screws)
     n = np.array(chain.rows[0][:3], object)
-    return any(
-        np.cross(s[:3], n).any() or np.array(s[3:], object) @ n for s in chain.screws
-    )
+    return any(np.cross(s[:3], n).any() or np.array(s[3:], object) @ n for s in chain.screws)
 
 
 def _no_minor(proof, chain):

@@ -15,8 +15,8 @@ from urdf_text import along, joint
 import kinematics
 from balance import check_certificate, design_space
 from balance.designs.best_design import design
-from balance.designs.certificate import _known, clash
-from balance.designs.constraints import program, restriction
+from balance.designs.certificate import _known, conflicting_bodies
+from balance.designs.constraints import constraints_of, program
 from balance.designs.pseudo_inertia_cone import matrices_of
 
 INERTIAL = (
@@ -120,7 +120,7 @@ def test_bounds_do_not_undo_a_proof():
         certificate = design(space).certificate
         name = space.bodies[-1]
         for low, high in ((0.0, np.inf), (0.0, 1e-9), (1e-6, 1e6), (3.0, 3.0)):
-            asked_for = restriction(space, [], {name: (low, high)})
+            asked_for = constraints_of(space, [], {name: (low, high)})
             assert check_certificate(space, certificate, asked_for).accepted
 
 
@@ -135,7 +135,7 @@ def test_what_is_known_is_a_lower_bound(seed):
     for name in names[: 1 + seed % 2]:
         low, more = size * rng.random(2) * [seed % 3 > 0, 1.0]
         bounds[name] = (float(low), float(low + more + 1e-3 * size))
-    wanted = restriction(space, names[2:] * (seed % 4 > 1), bounds)
+    wanted = constraints_of(space, names[2:] * (seed % 4 > 1), bounds)
     root = rng.standard_normal((3, 3, 3))
     Z = root @ root.transpose(0, 2, 1)
     Z[:, 2, 2] += rng.uniform(-6.0, 1.0, 3)
@@ -184,7 +184,7 @@ def test_kept_links_that_say_the_same_twice():
         assert space.rank == 2 and found.verdict == "infeasible"
         assert found.residuals.separation < 5e-14
         # Whatever the round-off in these rows, multipliers of their difference stay bounded.
-        question = program(space, restriction(space, found.keep, {}))
+        question = program(space, constraints_of(space, found.keep, {}))
         noise = 1e-14 * rng.standard_normal(question.fixed.shape)
-        moved = clash(question._replace(fixed=question.fixed + noise)).matrices
-        assert np.abs(moved - clash(question).matrices).max() < 1e-9
+        moved = conflicting_bodies(question._replace(fixed=question.fixed + noise)).matrices
+        assert np.abs(moved - conflicting_bodies(question).matrices).max() < 1e-9

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from second_reading import Joint, Reading, Weld
 
-from kinematics.model.linkage import GROUND, Draft, Linkage
+from kinematics.model.linkage import GROUND, Linkage, UnassembledLinkage
 
 # Round-off of products of rotations and of sums, relative to the extents.
 SMALL = 1e-9
@@ -15,7 +15,7 @@ SMALL = 1e-9
 UNTOLD = 1e-8
 
 
-def compare(draft: Draft, said: Reading, tolerance: float = SMALL) -> None:
+def compare(draft: UnassembledLinkage, said: Reading, tolerance: float = SMALL) -> None:
     """Assert that a draft is what the second reading says.
 
     Args:
@@ -50,11 +50,15 @@ def _index(at: dict[str, int], name: str) -> int:
     return at[name] if name else GROUND
 
 
-def _screws(draft: Draft, at: dict[str, int], names: tuple[str, ...]) -> np.ndarray:
+def _screws(
+    draft: UnassembledLinkage, at: dict[str, int], names: tuple[str, ...]
+) -> np.ndarray:
     return np.array([draft.joints[at[name]].screw for name in names]).reshape(-1, 6)
 
 
-def _same_joint(draft: Draft, at: dict, joint: Joint, said: Reading, tolerance: float) -> None:
+def _same_joint(
+    draft: UnassembledLinkage, at: dict, joint: Joint, said: Reading, tolerance: float
+) -> None:
     """Names, kinds, order and screws of the freedoms of one joint."""
     before = _index(at, joint.parent)
     for name, kind in zip(joint.names, joint.kind, strict=True):
@@ -90,7 +94,12 @@ def _same_screws(screws: np.ndarray, joint: Joint, tolerance: float, size: float
 
 
 def _same_weld(
-    draft: Draft, at: dict, weld: Weld, loop: object, said: Reading, tolerance: float
+    draft: UnassembledLinkage,
+    at: dict,
+    weld: Weld,
+    loop: object,
+    said: Reading,
+    tolerance: float,
 ) -> None:
     size = said.extent + 1.0
     names, here, there = weld.joint.names, weld.joint.parent, weld.successor
@@ -120,7 +129,7 @@ def _same_weld(
         assert abs(angle - weld.angle) <= max(9 * tolerance, 1e-7)
 
 
-def _same_bodies(draft: Draft, said: Reading, tolerance: float) -> None:
+def _same_bodies(draft: UnassembledLinkage, said: Reading, tolerance: float) -> None:
     """Masses, first moments and inertias about the inertial origin, body by body."""
     heavy = {}
     for name, (m, mc, E) in said.inertias.items():
@@ -146,7 +155,7 @@ def closed(said: Reading) -> bool:
     )
 
 
-def compare_closed(linkage: Linkage, draft: Draft, tolerance: float) -> None:
+def compare_closed(linkage: Linkage, draft: UnassembledLinkage, tolerance: float) -> None:
     """Assert that closing the loops moved the links of a draft, and changed nothing else."""
     assert [(j.name, j.kind, j.parent, j.in_loop) for j in linkage.joints] == [
         (j.name, j.kind, j.parent, j.in_loop) for j in draft.joints
@@ -176,7 +185,7 @@ def _ends(loop: object) -> tuple[str, int, int]:
     return loop.name, loop.end, loop.successor
 
 
-def _forms(draft: Draft) -> list[float]:
+def _forms(draft: UnassembledLinkage) -> list[float]:
     """Invariants of neighbours: angles between the axes on a link, and their reciprocity."""
     forms = []
     for joint in draft.joints:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from laws import point_masses, sums, unit_vector
 
-from kinematics.model.arrays import frozen
-from kinematics.model.linkage import GROUND, Body, Draft, Joint, Loop
+from kinematics.model.arrays import freeze
+from kinematics.model.linkage import GROUND, Body, Joint, Loop, UnassembledLinkage
 
 __all__ = ["Edge", "axis_edge", "linked", "planar_edge", "spatial_edge"]
 
@@ -55,7 +55,7 @@ def planar_edge(rng, sides, name) -> Edge:
     return axis_edge("revolute", np.array([0.0, 0.0, 1.0]), point, sides, name)
 
 
-def linked(joints: Sequence[Edge], bodies: Sequence[int], rng, **more) -> Draft:
+def linked(joints: Sequence[Edge], bodies: Sequence[int], rng, **more) -> UnassembledLinkage:
     """The linkage of some joints; the first ones to reach a part make the tree.
 
     Args:
@@ -78,14 +78,16 @@ def linked(joints: Sequence[Edge], bodies: Sequence[int], rng, **more) -> Draft:
         loops.append(Loop(f"weld_{edge.name}", len(made), link[b]))
         made.append(_joint(edge, link[a], True, in_loop=True))
     named = [
-        Body(f"b{k}", link[part], frozen(sums(*point_masses(rng))), frozen(np.eye(4)))
+        Body(f"b{k}", link[part], freeze(sums(*point_masses(rng))), freeze(np.eye(4)))
         for k, part in enumerate(bodies)
     ]
-    return Draft("by_hand", "by hand", tuple(made), tuple(named), tuple(loops), **more)
+    return UnassembledLinkage(
+        "by_hand", "by hand", tuple(made), tuple(named), tuple(loops), **more
+    )
 
 
 def _joint(edge: Edge, parent: int, forth: bool, in_loop: bool = False) -> Joint:
     """The joint of an edge, walked forth or back."""
     screw = edge.screw if forth else -edge.screw
-    kind, point = edge.kind, frozen(edge.point)
-    return Joint(edge.name, kind, parent, frozen(screw), point, in_loop)
+    kind, point = edge.kind, freeze(edge.point)
+    return Joint(edge.name, kind, parent, freeze(screw), point, in_loop)

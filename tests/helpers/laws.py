@@ -104,9 +104,7 @@ def outside(vectors, basis) -> float:
     return float(np.linalg.norm(vectors - Q @ (Q.T @ vectors), axis=0).max(initial=0.0))
 
 
-def altered(
-    model: str, folder: Path, *changes: Callable[[ElementTree.Element], None]
-) -> Path:
+def altered(model: str, folder: Path, *changes: Callable[[ElementTree.Element], None]) -> Path:
     """A copy of a model of the gallery, with changes made to its ``<robot>``."""
     tree = ElementTree.parse(kinematics.gallery()[model])
     for change in changes:

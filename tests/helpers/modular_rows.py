@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from balance.exact.series import Momenta, modulo
+from balance.exact.series import Momenta, chain_modulo
 
 
 def conditions(chain, rays, order, p):
@@ -12,7 +12,7 @@ def conditions(chain, rays, order, p):
         Remainders (order + 1, rays, w, rows, bodies × parameters), and the number of orders
         at which all loops close; or None if p will not do.
     """
-    remainders = modulo(chain, p)
+    remainders = chain_modulo(chain, p)
     if remainders is None:
         return None
     momenta = [Momenta(remainders, ray) for ray in np.asarray(rays, dtype=np.int64)]

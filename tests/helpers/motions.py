@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from laws import point_masses, sums
 
-from balance.verification.trajectory import Trajectory, driven, random_motions
+from balance.verification.trajectory import Trajectory, drive, random_motions
 from kinematics.model.linkage import Linkage
 
 # Central differences of order eight: offsets in steps, and their weights.
@@ -33,7 +33,7 @@ def around(linkage: Linkage, way: Trajectory, k: int, step: float) -> Trajectory
     t = step * OFFSETS[:, None]
     u = way.u[k] + t * way.ud[k] + 0.5 * t * t * way.udd[k]
     ud = way.ud[k] + t * way.udd[k]
-    return driven(linkage, t[:, 0], u, ud, np.broadcast_to(way.udd[k], u.shape))
+    return drive(linkage, t[:, 0], u, ud, np.broadcast_to(way.udd[k], u.shape))
 
 
 def slope(values: np.ndarray, step: float) -> np.ndarray:

@@ -60,6 +60,20 @@ def public_names(path: Path) -> list[str]:
     return []
 
 
+def defined_names(path: Path) -> set[str]:
+    """The names that a file binds itself at its top level, imports left out."""
+    found = set()
+    for node in tree(path).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            found |= {
+                name.id for t in targets for name in ast.walk(t) if isinstance(name, ast.Name)
+            }
+    return found
+
+
 def public_functions(path: Path) -> Iterator[ast.FunctionDef]:
     """The functions in ``__all__`` of a file, and the public methods of the classes in it."""
     names = set(public_names(path))
@@ -108,7 +122,7 @@ def test_a_public_name_stands_for_one_thing():
     places = defaultdict(list)
     for path in PRODUCT:
         if path.name != "__init__.py":
-            for name in public_names(path):
+            for name in set(public_names(path)) & defined_names(path):
                 places[name].append(label(path))
     assert not {name: files for name, files in places.items() if len(files) > 1}
 

@@ -140,9 +140,7 @@ def edges(linkage: Linkage) -> list[Edge]:
         at, steps = joint.before, STEPS[joint.kind]
         for k, step in enumerate(steps):
             motion, which = step.split()
-            n = _unit(
-                (joint.axis, joint.second, cross(joint.axis, joint.second))[int(which)]
-            )
+            n = _unit((joint.axis, joint.second, cross(joint.axis, joint.second))[int(which)])
             screw = n + cross(joint.point, n) if motion == "turn" else (Fraction(0),) * 3 + n
             last = k == len(steps) - 1
             to, extra = (joint.after, extra) if last else (extra, extra + 1)

@@ -25,8 +25,9 @@ def _combined(frame, *weights: Fraction) -> Vector:
 
 def _point(rng, reach: int = 2, digits: int = 1) -> Vector:
     scale = 10**digits
-    return tuple(Fraction(int(x), scale) for x in rng.integers(-reach * scale,
-                                                               reach * scale + 1, 3))
+    return tuple(
+        Fraction(int(x), scale) for x in rng.integers(-reach * scale, reach * scale + 1, 3)
+    )
 
 
 def _axis(rng) -> Vector:
@@ -125,8 +126,17 @@ def _sarrus(rng) -> tuple[Joint, ...]:
             m = next(axis for axis in AXES if any(cross(n, axis)))
     points = [_point(rng) for _ in range(6)]
     if rng.random() < 0.5:
-        points = nudged(rng, [vector(1, 0, 0), vector("1.3", 0, "0.4"), vector(1, 0, "0.8"),
-                              vector(0, 1, "0.8"), vector(0, "1.3", "0.4"), vector(0, 1, 0)])
+        points = nudged(
+            rng,
+            [
+                vector(1, 0, 0),
+                vector("1.3", 0, "0.4"),
+                vector(1, 0, "0.8"),
+                vector(0, 1, "0.8"),
+                vector(0, "1.3", "0.4"),
+                vector(0, 1, 0),
+            ],
+        )
     return ring(points, "RRRRRR", [n] * 3 + [m] * 3)
 
 

@@ -108,8 +108,11 @@ def _random_ways(graph: Graph, massive: set[int], rng) -> Iterator:
                 group = [a if g == b else g for g in group]
         rest = [j for j in order if j not in tree]
         ends = [_ends(graph, massive, j) for j in rest]
-        yield tuple(tree), tuple(
-            (j, some[rng.integers(len(some))]) for j, some in zip(rest, ends, strict=True)
+        yield (
+            tuple(tree),
+            tuple(
+                (j, some[rng.integers(len(some))]) for j, some in zip(rest, ends, strict=True)
+            ),
         )
 
 

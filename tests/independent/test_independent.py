@@ -143,6 +143,7 @@ def test_structures_and_bifurcations_are_irregular():
 
 def test_small_loops_are_no_different():
     """The size of a loop on an arm changes no integer."""
+
     def arm(scale):
         inner = [tuple(x * scale for x in p) for p in GENERAL]
         joints: list[Joint] = []

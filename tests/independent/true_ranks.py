@@ -221,9 +221,7 @@ class _Rays:
         while len(self.moved) <= number:
             at = len(self.moved)
             if at == len(self.directions):
-                self.directions.append(
-                    self.rng.integers(1, self.scene.p, self.start.shape[1])
-                )
+                self.directions.append(self.rng.integers(1, self.scene.p, self.start.shape[1]))
             self.moved.append(self.scene.move(self.start, self.directions[at], self.order))
         return self.moved[number]
 

@@ -140,8 +140,8 @@ def test_a_loaded_model_takes_loops_and_options(robot, tmp_path):
     model = loaded(robot(text))
     yaml = tmp_path / "robot.yaml"
     yaml.write_text("closed_loop: [[l3, world]]\ntype: [3d]\n")
-    assert urdf.adopt(model, None, Options(fix_base=True)).loops == ()
-    draft = urdf.adopt(model, yaml, Options(fix_base=True, massless=("l2",)))
+    assert urdf.read_loaded_model(model, None, Options(fix_base=True)).loops == ()
+    draft = urdf.read_loaded_model(model, yaml, Options(fix_base=True, massless=("l2",)))
     assert [w.name for w in draft.loops] == ["l3/world"]
     assert [b.name for b in draft.bodies] == ["l3"]
     with pytest.raises(FileError, match="arm: joint 'j1': a floating joint.*--fix-base"):
@@ -150,13 +150,13 @@ def test_a_loaded_model_takes_loops_and_options(robot, tmp_path):
 
 def test_a_loaded_model_passes_the_guard(robot):
     path = robot(arm("revolute", "planar", "universal"))
-    assert len(urdf.adopt(loaded(path)).joints) == 6
+    assert len(urdf.read_loaded_model(loaded(path)).joints) == 6
 
     def refused(change, match):
         model = loaded(path)
         change(model.robot)
         with pytest.raises(FileError, match=match) as caught:
-            urdf.adopt(model)
+            urdf.read_loaded_model(model)
         assert len(str(caught.value).splitlines()) == 1
 
     nan = np.full((4, 4), np.nan)

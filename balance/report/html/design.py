@@ -19,10 +19,10 @@ from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.inertial_parameters.conversions import mass_properties
 from balance.report.html import render as html
 from balance.report.html.scene import scene
-from balance.report.text.design import facts, rows
-from kinematics.model.arrays import frozen
+from balance.report.text.design import body_rows, design_facts
+from kinematics.model.arrays import freeze
 
-__all__ = ["ellipsoid", "page"]
+__all__ = ["ellipsoid", "design_page"]
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def ellipsoid(z: Array) -> dict[str, object] | None:
     return {"mass": mass, "centre": centre.tolist(), "axes": axes.tolist()}
 
 
-def page(design: Design) -> str:
+def design_page(design: Design) -> str:
     """A design as the text of one HTML file.
 
     It shows the linkage in 3D, moved by a slider for each degree of freedom of the motion,
@@ -74,16 +74,16 @@ def page(design: Design) -> str:
         {"name": name, "given": ellipsoid(before), "designed": ellipsoid(after)}
         for name, before, after in zip(design.space.bodies, given, design.z, strict=True)
     ]
-    return html.render(
+    return html.render_page(
         "design.html",
         title=design.space.linkage.name,
         summary=_summary(design),
         report=design.to_dict(),
         data={"scene": scene(design.space), "masses": shapes},
         scripts=SCRIPTS,
-        facts=html.facts(facts(design)),
+        facts=html.facts_list(design_facts(design)),
         designed=_table(design.bodies),
-        given=_table(replace(design, z=frozen(given)).bodies),
+        given=_table(replace(design, z=freeze(given)).bodies),
     )
 
 
@@ -98,6 +98,6 @@ def _summary(design: Design) -> str:
 
 def _table(bodies: Sequence[BodyInertia]) -> str:
     """Mass, centre of mass and principal moments of each body."""
-    head, *lines = rows(bodies)
+    head, *lines = body_rows(bodies)
     cells = [[escape(name), *(x.replace("-", "−") for x in rest)] for name, *rest in lines]
-    return html.table([name.capitalize() for name in head], cells, [1, 2, 3])
+    return html.html_table([name.capitalize() for name in head], cells, [1, 2, 3])

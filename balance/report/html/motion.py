@@ -14,11 +14,11 @@ import numpy as np
 
 from balance.report.html import render as html
 from balance.report.html.plot_style import GRID, LAYOUT, image, short, tidy
-from balance.report.text.motion import facts, measure, tables
+from balance.report.text.motion import measure, motion_facts, motion_tables
 from balance.taylor_poses.error_curves import Curves
 from balance.taylor_poses.prediction import Predictions
 
-__all__ = ["picture", "webpage"]
+__all__ = ["motion_picture", "motion_page"]
 
 # Ends of the error axis: below is round-off, above are predictions without any worth.
 LOW, HIGH = 1e-16, 1e2
@@ -47,12 +47,12 @@ def _limits(panels: Sequence[Curves]) -> tuple[float, float]:
     return max(LOW, 0.5 * float(values.min())), min(HIGH, 2.0 * float(values.max()))
 
 
-def picture(found: Predictions, panels: Sequence[Curves], kind: str = "png") -> bytes:
+def motion_picture(found: Predictions, panels: Sequence[Curves], kind: str = "png") -> bytes:
     """The panels as an image.
 
     Args:
         found: the predictions.
-        panels: from `balance.taylor_poses.error_curves.curves`.
+        panels: from `balance.taylor_poses.error_curves.error_curves`.
         kind: ``"png"`` or ``"svg"``.
 
     Raises:
@@ -113,7 +113,7 @@ def _heading(found: Predictions) -> str:
     return f"{found.linkage.name}: orders 1 to {found.motion.order}{circle}"
 
 
-def webpage(found: Predictions, panels: Sequence[Curves]) -> str:
+def motion_page(found: Predictions, panels: Sequence[Curves]) -> str:
     """The facts, the poses and the panels as the text of one HTML file.
 
     Raises:
@@ -121,14 +121,14 @@ def webpage(found: Predictions, panels: Sequence[Curves]) -> str:
     """
     limits, unit = _limits(panels), measure(found)
     figures = [_figure(panel, f"{panel.axis} ({unit})", limits) for panel in panels]
-    return html.render(
+    return html.render_page(
         "motion.html",
         title=found.linkage.name,
         summary=_summary(found),
         report=found.to_dict(),
         data={"figures": figures},
         scripts=["curves"],
-        facts=html.facts(facts(found)),
+        facts=html.facts_list(motion_facts(found)),
         poses=_poses(found),
         legend=_legend(panels),
         curves="\n".join(
@@ -149,7 +149,7 @@ def _summary(found: Predictions) -> str:
 
 def _poses(found: Predictions) -> str:
     """The joints of the one pose, or the first poses of a path and their joints."""
-    whole = tables(found, ROWS)
+    whole = motion_tables(found, ROWS)
     titles = ["Joints at the target"]
     if found.line and found.poses[0].reason:
         titles = ["Joints at the furthest pose on the way to the target"]
@@ -166,7 +166,7 @@ def _section(title: str, table: Sequence[Sequence[str]], first: int) -> str:
     head, *lines = table
     cells = [[escape(name), *(x.strip().replace("-", "−") for x in rest)]
              for name, *rest in lines]  # fmt: skip
-    body = html.table([escape(x) for x in head], cells, range(first, len(head)))
+    body = html.html_table([escape(x) for x in head], cells, range(first, len(head)))
     return f'<section>\n<h2>{title}</h2>\n<div class="scroll wide">\n{body}\n</div>\n</section>'
 
 

@@ -14,10 +14,10 @@ from importlib.resources import files
 from balance.json_text import json_text
 from kinematics.errors import PackageError
 
-__all__ = ["bullets", "facts", "render", "table"]
+__all__ = ["bullets", "facts_list", "render_page", "html_table"]
 
 
-def render(
+def render_page(
     template: str,
     *,
     title: str,
@@ -73,7 +73,7 @@ def _json(data: object, indent: int | None = None) -> str:
     return json_text(data, indent).replace("<", "\\u003c")
 
 
-def facts(pairs: Iterable[tuple[str, str]]) -> str:
+def facts_list(pairs: Iterable[tuple[str, str]]) -> str:
     """Pairs of a label and a value as a list of terms."""
     terms = "\n".join(
         f"<div><dt>{escape(label)}</dt><dd>{escape(value)}</dd></div>" for label, value in pairs
@@ -81,7 +81,7 @@ def facts(pairs: Iterable[tuple[str, str]]) -> str:
     return f"<dl>\n{terms}\n</dl>"
 
 
-def table(
+def html_table(
     head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()
 ) -> str:
     """A table of HTML cells; on a narrow screen each cell names its column.

@@ -12,18 +12,18 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.conditions.collect import conditions_by_order, floor_of
+from balance.conditions.collect import conditions_by_order, relative_tolerance
 from balance.inertial_parameters.multipole import NOUNS, UNITS, Primitive
 from balance.interpretation.explain import ExplainedTransfer, Explanation
 from balance.interpretation.freedoms import Freedom
 from balance.report.data import report_data
 from balance.report.html import render as html
 from balance.report.html.scene import scene
-from balance.report.text.report import facts, table
+from balance.report.text.report import report_facts, report_table
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.model.linkage import Notice
 
-__all__ = ["page"]
+__all__ = ["report_page"]
 
 # In the order in which they build on each other.
 SCRIPTS = ("shapes", "linkage", "freedoms", "figure", "controls", "choice", "momentum",
@@ -32,7 +32,7 @@ SCRIPTS = ("shapes", "linkage", "freedoms", "figure", "controls", "choice", "mom
 TINY = 1e-9
 
 
-def page(space: DesignSpace, explanation: Explanation, change: float = inf) -> str:
+def report_page(space: DesignSpace, explanation: Explanation, change: float = inf) -> str:
     """The report on a design space as the text of one HTML file.
 
     It shows the linkage in 3D, moved by a slider for each degree of freedom of the motion;
@@ -51,7 +51,7 @@ def page(space: DesignSpace, explanation: Explanation, change: float = inf) -> s
         "titles": [transfer.title for transfer in explanation.transfers],
         "spectra": _spectra(space),
     }
-    return html.render(
+    return html.render_page(
         "page.html",
         title=space.linkage.name,
         summary=_summary(space),
@@ -59,7 +59,7 @@ def page(space: DesignSpace, explanation: Explanation, change: float = inf) -> s
         data={"scene": drawing},
         scripts=SCRIPTS,
         warnings=_warnings(space.warnings),
-        facts=html.facts(facts(space, change)),
+        facts=html.facts_list(report_facts(space, change)),
         orders=_orders(space),
         transfers=_transfers(explanation.transfers),
         freedoms=_freedoms(explanation.freedoms),
@@ -69,7 +69,9 @@ def page(space: DesignSpace, explanation: Explanation, change: float = inf) -> s
 def _spectra(space: DesignSpace) -> list[dict[str, object]]:
     """The singular values of all conditions up to each order, relative to the largest."""
     chain, force, last = space.chain, space.balance == "force", space.orders[-1].order
-    before = conditions_by_order(chain, space.exchanged.rows, force, floor_of(chain), last - 1)
+    before = conditions_by_order(
+        chain, space.exchanged.rows, force, relative_tolerance(chain), last - 1
+    )
     decisions = [*(conditions.decide() for conditions in before), space.decision]
     return [
         {
@@ -95,8 +97,8 @@ def _summary(space: DesignSpace) -> str:
 
 def _orders(space: DesignSpace) -> str:
     """Rank and nullity by order."""
-    head, *rows = table(space)
-    return html.table([name.capitalize() for name in head], rows, range(len(head)))
+    head, *rows = report_table(space)
+    return html.html_table([name.capitalize() for name in head], rows, range(len(head)))
 
 
 def _warnings(notices: Sequence[Notice]) -> str:
@@ -115,7 +117,7 @@ def _transfers(transfers: Sequence[ExplainedTransfer]) -> str:
     ]
     if not rows:
         return "<p>None: no inertia can be moved across a joint.</p>"
-    return html.table(["Joint", "Dim.", "What may be moved across it"], rows, [1])
+    return html.html_table(["Joint", "Dim.", "What may be moved across it"], rows, [1])
 
 
 def _freedoms(freedoms: Sequence[Freedom]) -> str:
@@ -126,7 +128,7 @@ def _freedoms(freedoms: Sequence[Freedom]) -> str:
     ]
     if not rows:
         return "<p>None: nothing is free beyond the transfers.</p>"
-    return html.table(["No.", "In words", "Primitives"], rows, [0])
+    return html.html_table(["No.", "In words", "Primitives"], rows, [0])
 
 
 def _primitive(p: Primitive) -> str:

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.closure.joint_positions import joint_positions, si_chain
-from kinematics.closure.newton import forward
+from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from
 from kinematics.errors import PoseError
-from kinematics.linalg.vectors import distinct
+from kinematics.linalg.vectors import distinct_vectors
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Linkage
@@ -107,7 +107,7 @@ def _outlines(
 def _distinct(points: Array, apart: float) -> Array:
     """The points without repetitions."""
     return points[
-        distinct(points, lambda some, one: np.linalg.norm(some - one, axis=1) <= apart)
+        distinct_vectors(points, lambda some, one: np.linalg.norm(some - one, axis=1) <= apart)
     ]
 
 
@@ -193,7 +193,7 @@ def _drawn(
     space: DesignSpace, chain: Chain, part: IntArray, motion: Motion, column: Array, q: Array
 ) -> tuple[list[list[float] | None], list[list[float]]]:
     """Displacements of all parts, and twists of all bodies at a unit rate along a column."""
-    pose = forward(chain, q)
+    pose = forward_kinematics(chain, q)
     series = expand_from(chain, pose.screws, np.zeros((1, chain.width)), 0)
     links = [body.link for body in space.linkage.bodies]
     order = [motion.inputs.index(name) for name in space.linkage.inputs]

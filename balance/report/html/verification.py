@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from balance.report.html import render as html
 from balance.report.html.plot_style import GRID, LAYOUT, image, short, tidy
-from balance.report.text.verification import facts
+from balance.report.text.verification import verification_facts
 from balance.verification.result import Run, Verification
-from kinematics.wording import counted
+from kinematics.wording import count_noun
 
-__all__ = ["Panel", "panels", "picture", "table", "webpage"]
+__all__ = ["Panel", "panels", "verification_picture", "verification_table", "verification_page"]
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def _plotted(found: Verification) -> Run:
     return found.runs[found.plotted]
 
 
-def table(found: Verification) -> str:
+def verification_table(found: Verification) -> str:
     """The plotted motion as comma-separated values, one line per sample, SI units.
 
     Columns are ``time``, the inputs by name (displacements from the reference pose), and the
@@ -121,7 +121,7 @@ def _limits(row: Sequence[Panel]) -> tuple[float, float]:
     return float(low - margin), float(high + margin)
 
 
-def picture(found: Sequence[Verification], kind: str = "png") -> bytes:
+def verification_picture(found: Sequence[Verification], kind: str = "png") -> bytes:
     """The panels as an image; several verifications side by side, with common scales.
 
     Args:
@@ -188,14 +188,14 @@ def _motion(found: Verification) -> str:
     return f"motion {found.plotted + 1} of {len(found.runs)}"
 
 
-def webpage(found: Sequence[Verification]) -> str:
+def verification_page(found: Sequence[Verification]) -> str:
     """The verdicts and the panels as the text of one HTML file.
 
     Raises:
         LinkageError: Plotly is missing.
     """
     names = _names(found)
-    return html.render(
+    return html.render_page(
         "verify.html",
         title=" and ".join(names),
         summary=_summary(found),
@@ -203,7 +203,7 @@ def webpage(found: Sequence[Verification]) -> str:
         data={"figures": _plotly(found)},
         scripts=["curves"],
         facts="\n".join(
-            f"<section><h2>{escape(name)}</h2>{html.facts(facts(one))}</section>"
+            f"<section><h2>{escape(name)}</h2>{html.facts_list(verification_facts(one))}</section>"
             for name, one in zip(names, found, strict=True)
         ),
         curves="\n".join(
@@ -225,7 +225,7 @@ def _summary(found: Sequence[Verification]) -> str:
     if first.crank is not None:
         motions = f"one revolution of {first.crank.joint} at {first.crank.rpm:.6g} rpm"
     else:
-        motions = counted(len(first.runs), "motion")
+        motions = count_noun(len(first.runs), "motion")
     return f"Shaking force and moment over {motions} ({first.duration:.4g} s). {verdicts}."
 
 
@@ -238,7 +238,9 @@ def _plotly(found: Sequence[Verification]) -> list[dict[str, object]]:
 
 
 def _figure(
-    found: Verification, heading: str, shown: Sequence[Panel],
+    found: Verification,
+    heading: str,
+    shown: Sequence[Panel],
     limits: Sequence[tuple[float, float]],
 ) -> dict[str, object]:
     """The panels of one linkage, one below the other, each with its legend above it."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 
-__all__ = ["facts", "rows", "text"]
+__all__ = ["design_facts", "body_rows", "design_text"]
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
 DIGITS = 6
 
 
-def facts(design: Design) -> list[tuple[str, str]]:
+def design_facts(design: Design) -> list[tuple[str, str]]:
     """The outcome without its table, as pairs of a label and a value."""
     space = design.space
     algebra = "planar" if space.planar else "spatial"
@@ -50,17 +50,17 @@ def facts(design: Design) -> list[tuple[str, str]]:
     return pairs
 
 
-def rows(bodies: Sequence[BodyInertia]) -> list[tuple[str, ...]]:
+def body_rows(bodies: Sequence[BodyInertia]) -> list[tuple[str, ...]]:
     """The bodies as a table, its head first."""
     head = ("body", "mass (kg)", "centre of mass, link frame (m)", "principal moments (kg m²)")
     return [head, *(_row(body) for body in bodies)]
 
 
-def text(design: Design) -> str:
+def design_text(design: Design) -> str:
     """The outcome as plain text."""
-    lines = [f"{label:<13} {value}" for label, value in facts(design)]
+    lines = [f"{label:<13} {value}" for label, value in design_facts(design)]
     if design.bodies:
-        table = rows(design.bodies)
+        table = body_rows(design.bodies)
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         cells = ("  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
                  for row in table)  # fmt: skip

@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.taylor_poses.prediction import Prediction, Predictions, assigned
-from kinematics.assembly.tool_frame import coordinates_of
-from kinematics.model.full_turns import within_turn
+from balance.taylor_poses.prediction import Prediction, Predictions, assign_inputs
+from kinematics.assembly.tool_frame import tool_coordinates
+from kinematics.model.full_turns import wrap_turns
 
-__all__ = ["facts", "measure", "tables", "text"]
+__all__ = ["motion_facts", "measure", "motion_tables", "motion_text"]
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def measure(found: Predictions) -> str:
     return f"radians and lengths of {found.length:.3g} m"
 
 
-def facts(found: Predictions) -> list[tuple[str, str]]:
+def motion_facts(found: Predictions) -> list[tuple[str, str]]:
     """The report without its table, as pairs of a label and a value."""
     motion, count = found.motion, len(found.linkage.loops)
     loops = f"{count} loop{'' if count == 1 else 's'}"
@@ -59,7 +59,7 @@ def _tool(found: Predictions, link: str) -> list[tuple[str, str]]:
         at = ", ".join(f"{x:.6g}" for x in found.point)
         name = f"{link}, its point ({at}) m in the frame of the link"
     inputs = found.motion.motion.inputs
-    free = [each for each in inputs if each not in coordinates_of(link)]
+    free = [each for each in inputs if each not in tool_coordinates(link)]
     posture = (
         "the one that leads from the reference pose straight to the target; others may take "
         "the tool there too"
@@ -71,7 +71,10 @@ def _tool(found: Predictions, link: str) -> list[tuple[str, str]]:
 
 def _single(found: Predictions, pose: Prediction) -> list[tuple[str, str]]:
     """Facts of the pose at the end of a line."""
-    pairs = [("target", assigned(found.motion, pose.u)), ("distance", f"{pose.distance:.3g}")]
+    pairs = [
+        ("target", assign_inputs(found.motion, pose.u)),
+        ("distance", f"{pose.distance:.3g}"),
+    ]
     if pose.reason:
         return [*pairs, ("verdict", f"not reached: {pose.reason}")]
     outcome = "reached, the corrected pose closes the loops"
@@ -101,7 +104,7 @@ def _largest(found: Predictions) -> str:
     return f"up to {errors}" if estimates else errors
 
 
-def tables(found: Predictions, most: int = ROWS) -> list[list[tuple[str, ...]]]:
+def motion_tables(found: Predictions, most: int = ROWS) -> list[list[tuple[str, ...]]]:
     """The joints of the one pose; or the first poses of a path, and their joints.
 
     Each table begins with its head.
@@ -143,9 +146,7 @@ def _joints(found: Predictions, pose: Prediction) -> list[tuple[str, ...]]:
     return [("joint", "unit", *head), *zip(joints, found.units, *columns, strict=True)]
 
 
-def _joints_of_path(
-    found: Predictions, poses: tuple[Prediction, ...]
-) -> list[tuple[str, ...]]:
+def _joints_of_path(found: Predictions, poses: tuple[Prediction, ...]) -> list[tuple[str, ...]]:
     """Where the joints are in poses of a path."""
     columns = [
         ["-"] * len(found.units) if pose.corrected is None
@@ -158,7 +159,7 @@ def _joints_of_path(
 
 def _positions(found: Predictions, q: Array, decimals: int = FINE) -> list[str]:
     """Positions within one turn, and how many full turns there are beside it."""
-    within, turns = within_turn(found.linkage.joints, q)
+    within, turns = wrap_turns(found.linkage.joints, q)
     numbers = [f"{x + 0.0:.{decimals}f}" for x in np.round(within, decimals)]
     ends = [
         f" {'+' if n > 0 else '-'} {abs(n)} turn{'s' if abs(n) > 1 else ''}" if n else ""
@@ -168,10 +169,10 @@ def _positions(found: Predictions, q: Array, decimals: int = FINE) -> list[str]:
     return [number + end.ljust(width) for number, end in zip(numbers, ends, strict=True)]
 
 
-def text(found: Predictions) -> str:
+def motion_text(found: Predictions) -> str:
     """The report as plain text."""
-    lines = [f"{label:<12} {value}" for label, value in facts(found)]
-    for table in tables(found):
+    lines = [f"{label:<12} {value}" for label, value in motion_facts(found)]
+    for table in motion_tables(found):
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         cells = ("  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])])
                  for row in table)  # fmt: skip

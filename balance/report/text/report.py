@@ -13,10 +13,16 @@ if TYPE_CHECKING:
     from balance.interpretation.explain import Explanation
     from balance.spaces.design_space_result import DesignSpace
 
-__all__ = ["facts", "meaning", "styled", "table", "text"]
+__all__ = [
+    "report_facts",
+    "explanation_sections",
+    "report_for_terminal",
+    "report_table",
+    "report_text",
+]
 
 
-def facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str]]:
+def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str]]:
     """The report without its table, as pairs of a label and a value.
 
     Args:
@@ -74,7 +80,7 @@ def _state(space: DesignSpace) -> str:
     return f"up to order {last}{poses}: not complete"
 
 
-def table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[str, ...]]:
+def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[str, ...]]:
     """Rows of the table by order, its head first."""
     if exact is None:
         rows = ((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)
@@ -86,23 +92,23 @@ def table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[str, ...
     ]
 
 
-def text(
+def report_text(
     space: DesignSpace,
     explanation: Explanation | None = None,
     exact: Exact | None = None,
     change: float = inf,
 ) -> str:
     """The report as plain text; see `balance.report.data` for the arguments."""
-    lines = [f"{label:<13} {value}" for label, value in facts(space, change)]
-    rows = ["".join(f"{cell:>8}" for cell in row) for row in table(space, exact)]
+    lines = [f"{label:<13} {value}" for label, value in report_facts(space, change)]
+    rows = ["".join(f"{cell:>8}" for cell in row) for row in report_table(space, exact)]
     found = ["\n".join([*lines, "", *rows])]
-    for title, pairs in meaning(explanation) if explanation else []:
+    for title, pairs in explanation_sections(explanation) if explanation else []:
         width = max(len(label) for label, _ in pairs)
         found.append("\n".join([f"{title}:", *(f"  {a:<{width}}  {b}" for a, b in pairs)]))
     return "\n\n".join(found)
 
 
-def meaning(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]:
+def explanation_sections(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]:
     """Sections of the explanation: a title, and pairs of what and how."""
     moved = [(item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers]
     freed = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
@@ -113,7 +119,7 @@ def meaning(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]
     return [(title, pairs) for title, pairs in sections if pairs]
 
 
-def styled(
+def report_for_terminal(
     space: DesignSpace,
     explanation: Explanation | None = None,
     exact: Exact | None = None,
@@ -125,9 +131,9 @@ def styled(
     from rich.table import Table
 
     summary = Table.grid(padding=(0, 2))
-    for label, value in facts(space, change):
+    for label, value in report_facts(space, change):
         summary.add_row(f"[bold]{label}", escape(value))
-    head, *rows = table(space, exact)
+    head, *rows = report_table(space, exact)
     orders = Table(*head)
     for row in rows:
         orders.add_row(*row)
@@ -135,7 +141,7 @@ def styled(
     with console.capture() as capture:
         console.print(summary)
         console.print(orders)
-        for title, pairs in meaning(explanation) if explanation else []:
+        for title, pairs in explanation_sections(explanation) if explanation else []:
             section = Table("", "", title=title, title_justify="left", show_header=False)
             for left, right in pairs:
                 section.add_row(escape(left), escape(right))

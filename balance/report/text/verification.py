@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from balance.verification.result import Verification
-from kinematics.wording import listed
+from kinematics.wording import first_names
 
-__all__ = ["facts", "text"]
+__all__ = ["verification_facts", "verification_text"]
 
 
-def facts(found: Verification) -> list[tuple[str, str]]:
+def verification_facts(found: Verification) -> list[tuple[str, str]]:
     """The report as pairs of a label and a value."""
     ratio = f"{found.force_ratio:.1e} (force), {found.moment_ratio:.1e} (moment)"
     joint = found.most_loaded()
@@ -22,7 +22,7 @@ def facts(found: Verification) -> list[tuple[str, str]]:
         ("linkage", f"{found.model}, {found.balance} balance"),
         ("file", found.linkage.source),
         *([("pose", found.linkage.pose)] if found.linkage.at else []),
-        ("inputs", listed(found.linkage.inputs)),
+        ("inputs", first_names(found.linkage.inputs)),
         *_motions(found),
         ("shaking force", f"{force}; {found.force_residual:.1e} of inertia"),
         ("shaking moment", f"{moment}; {found.moment_residual:.1e} of inertia"),
@@ -55,7 +55,7 @@ def _motions(found: Verification) -> list[tuple[str, str]]:
     return [
         ("motions", f"{count} {origin}; {samples} samples"),
         ("duration", f"{found.duration:.4g} s" + (" each" if count > 1 else "")),
-        ("amplitude", listed(ways)),
+        ("amplitude", first_names(ways)),
         ("plotted", f"motion {number + 1} of {count}: {force:.3g} N, {moment:.3g} N m"),
     ]
 
@@ -73,13 +73,16 @@ def _shaking(found: Verification, part: str) -> str:
     return f"peak {peak} at {angle:.1f}°, rms {run.rms(part):.3g} {unit}"
 
 
-def text(first: Verification, second: Verification | None = None) -> str:
+def verification_text(first: Verification, second: Verification | None = None) -> str:
     """The report as plain text; a second linkage has a column of its own."""
     if second is None:
-        return "\n".join(f"{label:<15} {value}" for label, value in facts(first))
+        return "\n".join(f"{label:<15} {value}" for label, value in verification_facts(first))
     notes = [("note", f"{one.model}: {note}") for one in (first, second)
              for note in one.remarks]  # fmt: skip
-    plain = [[pair for pair in facts(one) if pair[0] != "note"] for one in (first, second)]
+    plain = [
+        [pair for pair in verification_facts(one) if pair[0] != "note"]
+        for one in (first, second)
+    ]
     table = [(label, left, right) for (label, left), (_, right) in zip(*plain, strict=True)]
     width = max(len(left) for _, left, _ in table)
     lines = [f"{label:<15} {left:<{width}}  {right}" for label, left, right in table]

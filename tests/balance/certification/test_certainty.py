@@ -199,8 +199,10 @@ def test_the_certainty_that_is_required(words, code, capsys):
     )
 
 
-@pytest.mark.parametrize("words", ["four_bar_kite --require proved",
-                                   "four_bar_general --max-order 2 --require verified"])
+@pytest.mark.parametrize(
+    "words",
+    ["four_bar_kite --require proved", "four_bar_general --max-order 2 --require verified"],
+)
 def test_a_certainty_that_is_missed_is_told(words, capsys, caplog):
     """The level that was reached, the one that was required, and the reason."""
     for json_too in ([], ["--json"]):

@@ -21,7 +21,10 @@ from balance.designs.best_design import Objective
 from kinematics.model_gallery import gallery
 
 SCHEMA = json.loads(
-    Path(balance.__file__).with_name("schemas").joinpath("design.schema.json").read_text(encoding="utf-8")
+    Path(balance.__file__)
+    .with_name("schemas")
+    .joinpath("design.schema.json")
+    .read_text(encoding="utf-8")
 )
 YES, NO = "four_bar_antiparallelogram", "four_bar_general"
 # Gallery linkages, motions and kinds of balance for which bodies can be built.

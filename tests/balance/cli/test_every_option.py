@@ -22,11 +22,14 @@ from balance.cli import models
 from balance.cli import motion as moving
 from balance.cli import report as reporting
 from balance.cli import verify as verifying
-from balance.json_text import json_text, plain
+from balance.json_text import json_text, plain_data
 from kinematics import gallery
 
 COMMANDS = {
-    "report": reporting, "design": designing, "verify": verifying, "motion": moving,
+    "report": reporting,
+    "design": designing,
+    "verify": verifying,
+    "motion": moving,
     "models": models,
 }
 MODELS = ("five_bar", "four_bar_kite_balanced", "hprs", "bennett")
@@ -201,7 +204,7 @@ def test_plain_data():
         "a": [0, 1, 2], "b": 0.1, "c": True, "d": [1, [2.5, None]], "e": "1/3",
         "f": [[None, None]], "g": 7, "h": None, "i": 2.0, "j": "ä", "k": True,
     }  # fmt: skip
-    assert plain(data) == expected and strict(json_text(data)) == expected
+    assert plain_data(data) == expected and strict(json_text(data)) == expected
     assert json_text({"x": [0.1, "ä"]}) == json.dumps({"x": [0.1, "ä"]}, ensure_ascii=False)
     for wrong in ({1: 2}, {"a": {1, 2}}, [object()], 1j, np.array([1j])):
         with pytest.raises(TypeError):

@@ -21,9 +21,14 @@ import kinematics
 from balance import mass_properties
 from balance.cli import verify as verifying
 from balance.cli.main import main
-from balance.report.html.verification import LINES, panels, picture, webpage
+from balance.report.html.verification import (
+    LINES,
+    panels,
+    verification_page,
+    verification_picture,
+)
 from balance.verification.pinocchio_model import verify
-from balance.verification.shaking_wrench import masses
+from balance.verification.shaking_wrench import mass_parameters
 
 FEW = ["--trajectories", "1"]
 BALANCED, SHAKING = "four_bar_kite_balanced", "four_bar_general"
@@ -82,7 +87,7 @@ def test_json_keeps_its_keys(capsys):
 @pytest.mark.parametrize("link", range(3))
 def test_one_per_cent_in_the_file_is_noticed(link, tmp_path, capsys):
     linkage = kinematics.load(BALANCED)
-    body, z = linkage.bodies[link], masses(linkage)[link]
+    body, z = linkage.bodies[link], mass_parameters(linkage)[link]
     rng = np.random.default_rng(link)
     heavier = mass_properties(z + sums([0.01 * z[0]], [off_axis(linkage, body, rng)]))
 
@@ -216,7 +221,7 @@ def test_the_page_holds_the_report_and_escapes_names():
     found = verify(kinematics.load(BALANCED), trajectories=1, samples=20)
     hostile = '</script><script>alert("x")</script>'
     found = replace(found, linkage=replace(found.linkage, name=hostile))
-    text = webpage([found, found])
+    text = verification_page([found, found])
     assert hostile not in text
     (report,) = re.findall(r'id="report">(.*?)</script>', text, re.DOTALL)
     assert json.loads(report) == [found.to_dict()] * 2
@@ -226,7 +231,7 @@ def test_the_page_holds_the_report_and_escapes_names():
         assert [trace["yaxis"] for trace in drawing["data"]] == [
             "y", *["y2"] * 3, *["y3"] * 3, *["y4"] * 3,
         ]  # fmt: skip
-    assert picture([found]) == picture([found])
+    assert verification_picture([found]) == verification_picture([found])
 
 
 def test_a_bar_appears_when_it_takes_long(monkeypatch, capsys):

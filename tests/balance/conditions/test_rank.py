@@ -8,7 +8,7 @@ from laws import exact_rank, outside
 
 from balance.conditions import rank
 from balance.conditions.rank import Conditions
-from kinematics.linalg.pivoted_qr import FLOOR, MARGIN
+from kinematics.linalg.pivoted_qr import MARGIN, RANK_RELATIVE
 
 SHAPES = [(1, 1, 1), (5, 3, 2), (3, 5, 3), (8, 8, 5), (30, 12, 7), (12, 30, 9), (60, 70, 43)]
 
@@ -43,8 +43,8 @@ def check(conditions, matrix, rank):
     if rank:
         expected = np.linalg.svd(matrix, compute_uv=False)[:rank]
         assert values == pytest.approx(expected / expected[0], abs=1e-13)
-        assert decision.kept == values[-1] > FLOOR
-        assert decision.dropped < FLOOR
+        assert decision.kept == values[-1] > RANK_RELATIVE
+        assert decision.dropped < RANK_RELATIVE
 
 
 @pytest.mark.parametrize("blocks", [1, 2, 5])
@@ -198,7 +198,7 @@ def test_a_pivot_never_hides_that_the_smallest_singular_value_is_near_round_off(
         decision, margin = conditions.decide(), values[-1] / values[0]
         assert conditions.rank == columns
         assert decision.kept == pytest.approx(margin, rel=1e-3)
-        assert decision.thin == (margin < MARGIN * FLOOR)
+        assert decision.thin == (margin < MARGIN * RANK_RELATIVE)
         pivots = np.abs(np.diag(conditions.factor[:, conditions.permutation]))
         assert pivots.min() < 0.1 * MARGIN * margin * conditions.scale
         verdicts.append(decision.thin)
@@ -227,6 +227,6 @@ def test_a_decomposition_does_not_fail_where_divide_and_conquer_does(monkeypatch
         raise np.linalg.LinAlgError("SVD did not converge")
 
     monkeypatch.setattr(np.linalg, "svd", fails)
-    U, values, Vt = rank.decompose(A)
+    U, values, Vt = rank.singular_value_decomposition(A)
     assert U.shape == (9, 5) and np.abs(U * values @ Vt - A).max() < 1e-13
     assert (np.diff(values) <= 0.0).all() and np.abs(Vt @ Vt.T - np.eye(5)).max() < 1e-13

@@ -18,8 +18,8 @@ import kinematics
 from balance import check_certificate, check_design, design_space
 from balance.cli.main import main
 from balance.designs.best_design import design
-from balance.designs.constraints import restriction
-from balance.designs.mass_regions import ball_of, reach
+from balance.designs.constraints import constraints_of
+from balance.designs.mass_regions import ball_of, reach_of
 from kinematics.assembly.assemble import assemble
 
 # A heavy coupler that is kept, and little mass to balance it.
@@ -79,7 +79,7 @@ def test_a_body_whose_mass_is_spread_too_far_is_told():
     found = design(space, within=0.5)
     told = found.words.rpartition("; ")[2]
     assert found.verdict == "infeasible" and told.startswith("feasible anywhere: ")
-    asked = restriction(space, [], {}, 0.5)
+    asked = constraints_of(space, [], {}, 0.5)
     P = {name: matrix(z) for name, z in zip(space.bodies, found.anywhere.z, strict=True)}
     centres = [np.linalg.norm((P[name][:3, 3] / P[name][3, 3] - ball.centre)[:2]) / ball.radius
                for name, ball in found.balls.items()]  # fmt: skip
@@ -135,22 +135,22 @@ def test_a_link_that_is_kept_may_have_its_mass_anywhere():
     wide[4:7] += [500.0, 500.0, 1000.0]
     spread = replace(linkage, bodies=(linkage.bodies[0], replace(coupler, inertia=wide),
                                       linkage.bodies[2]))  # fmt: skip
-    kept = restriction(design_space(spread), ["coupler"], {}, 0.9)
+    kept = constraints_of(design_space(spread), ["coupler"], {}, 0.9)
     assert set(kept.balls) == {0, 2} and far.verdict == "feasible"
     assert np.array_equal(far.z[1], coupler.inertia)
     ball = ball_of(space, coupler, 0.9)
-    assert reach(ball, balls.moments(np.ones(1), ball.centre[None] + 2.0)) > 1.0
+    assert reach_of(ball, balls.moments(np.ones(1), ball.centre[None] + 2.0)) > 1.0
 
 
 def test_a_design_outside_its_ball_is_rejected():
     space = space_of("four_bar_kite")
     anywhere, within = design(space, within=None), design(space, within=1.5)
-    asked = restriction(space, [], {}, 1.5)
+    asked = constraints_of(space, [], {}, 1.5)
     assert check_design(space, within.z, asked).accepted
     check = check_design(space, anywhere.z, asked)
     assert check.reach > 1.01 and not check.accepted
     assert check_design(space, anywhere.z).accepted
-    narrower = restriction(space, [], {}, 1.5 * within.residuals.reach * (1.0 - 1e-6))
+    narrower = constraints_of(space, [], {}, 1.5 * within.residuals.reach * (1.0 - 1e-6))
     assert not check_design(space, within.z, narrower).accepted
 
 
@@ -186,7 +186,7 @@ def test_certificates_exclude_what_is_in_the_balls(model, within):
     assert total > 0.0
     asked = found.asked
     assert check_certificate(space, Z, asked, spare).accepted
-    wider = restriction(space, [], {}, 1.001 * within)
+    wider = constraints_of(space, [], {}, 1.001 * within)
     wrong = [(Z, asked, None), (Z, asked, -spare), (Z, asked, 1.0001 * spare),
              (Z, asked, 0.0 * spare), (Z, asked, np.nan * spare), (-Z, asked, spare),
              (Z, None, spare), (Z, wider, spare)]  # fmt: skip
@@ -212,7 +212,7 @@ def test_a_multiplier_that_is_negative_proves_nothing():
     joints = [axis_edge("prismatic", x, np.zeros(3), (0, 1), "slide"),
               axis_edge("revolute", z, np.array([0.3, 0.1, 0.0]), (1, 2), "hinge")]  # fmt: skip
     space = design_space(assemble(linked(joints, [2], np.random.default_rng(0))))
-    asked, Z = restriction(space, [], {}, 1.5), np.eye(3)[None]
+    asked, Z = constraints_of(space, [], {}, 1.5), np.eye(3)[None]
     assert space.nullity == 0
     for spare, accepted in ((0.0, True), (0.5, True), (-0.5, False), (-1e-300, False)):
         found = check_certificate(space, Z, asked, [spare])

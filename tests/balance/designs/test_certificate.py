@@ -9,7 +9,7 @@ from shapes import conditions, functional, outside
 import kinematics
 from balance import check_certificate, check_design, design_space
 from balance.designs.best_design import design
-from balance.designs.constraints import restriction
+from balance.designs.constraints import constraints_of
 from balance.designs.feasibility import feasible
 
 PROVED = ["four_bar_general", "bennett", "three_rsr", "four_bar_spherical", "five_bar"]
@@ -92,9 +92,15 @@ CLASHES = [
     ("four_bar_kite_balanced", ["rocker"], {"coupler": (0.4, 0.5)}),
     ("four_bar_kite_balanced", ["rocker"], {"coupler": (0.0, 0.1)}),
     ("four_bar_kite_balanced", ["rocker"], {"coupler": (0.5, 0.5)}),
-    ("four_bar_antiparallelogram", [], {
-        "coupler": (1.0, 2.0), "crank": (0.0, 0.1), "rocker": (0.0, 0.1),
-    }),  # fmt: skip
+    (
+        "four_bar_antiparallelogram",
+        [],
+        {
+            "coupler": (1.0, 2.0),
+            "crank": (0.0, 0.1),
+            "rocker": (0.0, 0.1),
+        },
+    ),  # fmt: skip
     ("four_bar_kite", ["crank"], {}),
     ("four_bar_kite", ["crank"], {"rocker": (0.5, 2.0)}),
     ("four_bar_kite", [], {"crank": (1.0, 1.0), "coupler": (1.0, 1.0)}),
@@ -111,7 +117,7 @@ def test_restrictions_that_clash(model, keep, bounds):
     found = design(space, keep=keep, bounds=bounds)
     assert feasible(space).verdict == "feasible"
     assert found.verdict == "infeasible" and found.z is None
-    asked = restriction(space, keep, bounds)
+    asked = constraints_of(space, keep, bounds)
     assert check_certificate(space, found.certificate, asked).accepted
     value = functional(space, found.certificate)
     assert outside(value, conditions(space)) < 1e-7
@@ -122,7 +128,7 @@ def test_restrictions_that_clash(model, keep, bounds):
             z[b] = space.linkage.bodies[b].inertia
         assert value @ z.reshape(-1) > 0.0
     loose = {name: (low, 1e3) for name, (low, _) in bounds.items()}
-    other = restriction(space, [], loose)
+    other = constraints_of(space, [], loose)
     assert not check_certificate(space, found.certificate, other).accepted
 
 
@@ -138,7 +144,9 @@ def test_a_certificate_holds_for_just_those_bounds_that_it_excludes():
         wider = {name: (low, factor * high) for name, (low, high) in bounds.items()}
         least = sum(min(m * value for m in wider[name])
                     for name, value in zip(space.bodies, unit, strict=True))  # fmt: skip
-        accepted = check_certificate(space, certificate, restriction(space, [], wider)).accepted
+        accepted = check_certificate(
+            space, certificate, constraints_of(space, [], wider)
+        ).accepted
         assert accepted == (least >= 0.0), factor
         verdicts.add(accepted)
     assert verdicts == {True, False}
@@ -204,6 +212,8 @@ def test_a_design_that_does_not_heed_what_is_asked_is_rejected():
         {"bounds": {"crank": (0.0, 0.999 * mass)}},
         {"keep": ["rocker"]},
     ]
-    restrictions = [restriction(space, **{"keep": [], "bounds": {}} | more) for more in asked]
+    restrictions = [
+        constraints_of(space, **{"keep": [], "bounds": {}} | more) for more in asked
+    ]
     heeded = [check_design(space, z, one).accepted for one in restrictions]
     assert heeded == [True, False, False, False]

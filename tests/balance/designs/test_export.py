@@ -12,8 +12,8 @@ from sidecar_text import PAIR, bench, written
 from urdf_text import EYE, FOUR_BAR, along, inertial_of, joint, link, pose_of
 
 import kinematics
-from balance.atomic_files import replacing
-from balance.designs.write_urdf import with_inertials
+from balance.atomic_files import open_atomic
+from balance.designs.write_urdf import replace_inertials
 from kinematics.errors import FileError
 from kinematics.model_gallery import gallery
 from kinematics.urdf import read as urdf
@@ -100,7 +100,7 @@ def test_where_it_goes(robot, case):
     start = '<?xml version="1.0"?><robot name="r"><link name="base"/>'
     rest = joint("j", "revolute", "base", "crank", axis=[0, 0, 1]) + "</robot>\n\n<!-- e -->"
     draft = robot(start + before + rest, bodies="all")
-    assert with_inertials(draft, {"crank": ELEMENT}) == (start + after + rest).encode()
+    assert replace_inertials(draft, {"crank": ELEMENT}) == (start + after + rest).encode()
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
@@ -109,9 +109,9 @@ def test_encodings_keep_their_bytes(robot, encoding):
     text = FOUR_BAR.replace('version="1.0"', f'version="1.0" {declared}')
     text = text.replace("a comment", "ü, ä \r\n and §").replace("crank", "bièle")
     elements = dict.fromkeys(("bièle", "rocker"), ELEMENT)
-    expected = with_inertials(robot(text.replace(declared, "").encode()), elements).decode()
+    expected = replace_inertials(robot(text.replace(declared, "").encode()), elements).decode()
     data = text.encode(encoding)
-    found = with_inertials(robot(data), elements)
+    found = replace_inertials(robot(data), elements)
     assert found.decode(encoding).replace(declared, "") == expected
     assert found[:2] == data[:2]
     assert expected.count("<inertial>") == 3 and expected.count("<mass/>") == 2
@@ -122,7 +122,7 @@ def test_what_is_read_again_is_what_was_meant(model, tmp_path):
     draft = urdf.read(gallery()[model])
     elements, expected = redrawn(draft, len(model))
     path = tmp_path / "out.urdf"
-    path.write_bytes(with_inertials(draft, elements))
+    path.write_bytes(replace_inertials(draft, elements))
     close(urdf.read(path).bodies, expected)
     rest = ANY.sub(b"", path.read_bytes())
     assert rest == ANY.sub(b"", gallery()[model].read_bytes())
@@ -144,8 +144,8 @@ def test_links_that_are_one_body(robot, tmp_path):
     draft = robot(WELDED)
     elements, expected = redrawn(draft, 3)
     assert set(elements) == set(BODIES)
-    one = with_inertials(draft, {"crank": elements["crank"]})
-    new = robot(with_inertials(draft, elements))
+    one = replace_inertials(draft, {"crank": elements["crank"]})
+    new = robot(replace_inertials(draft, elements))
     close(new.bodies, expected)
     held = [x.name for x in new.tree.every("link") if x.first("inertial")]
     assert held == ["crank", "coupler", "stand", "rocker"]
@@ -159,7 +159,7 @@ def test_masses_are_in_the_frames_that_were_read(robot):
     for angles, draft in drafts.items():
         robot(text)
         elements, expected = redrawn(draft, 4)
-        data = with_inertials(draft, elements)
+        data = replace_inertials(draft, elements)
         close(robot(data, angles=angles).bodies, expected)
         (other,) = drafts.keys() - {angles}
         with pytest.raises(AssertionError):
@@ -172,9 +172,9 @@ def test_what_is_taken_away_leaves_no_empty_line(robot):
     weld = joint("weld", "fixed", "rocker", "tool")
     text = FOUR_BAR.replace("</robot>", f"{before}{weld}</robot>")
     draft = robot(text)
-    found = with_inertials(draft, {"rocker": ELEMENT}).decode()
+    found = replace_inertials(draft, {"rocker": ELEMENT}).decode()
     assert after in found and before not in found
-    assert before in with_inertials(draft, {"crank": ELEMENT}).decode()
+    assert before in replace_inertials(draft, {"crank": ELEMENT}).decode()
 
 
 def test_loops_beside_the_file(tmp_path):
@@ -183,8 +183,8 @@ def test_loops_beside_the_file(tmp_path):
     linkage = kinematics.load(path)
     assert "assembled" in [notice.code for notice in linkage.notices]
     elements, expected = redrawn(linkage, 5)
-    data = with_inertials(linkage, elements)
-    with replacing(path) as file:
+    data = replace_inertials(linkage, elements)
+    with open_atomic(path) as file:
         file.write(data)
     again = kinematics.load(path)
     assert len(again.loops) == 1
@@ -197,11 +197,11 @@ def test_what_cannot_be_written(robot, tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_text(FOUR_BAR.replace('"rocker"', '"lever"'))
     with pytest.raises(FileError, match="has other links than when it was read; start again"):
-        with_inertials(draft, {"crank": ELEMENT})
+        replace_inertials(draft, {"crank": ELEMENT})
     path.unlink()
     with pytest.raises(FileError, match="no such file"):
-        with_inertials(draft, {"crank": ELEMENT})
+        replace_inertials(draft, {"crank": ELEMENT})
     path.write_text(FOUR_BAR)
     model = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=False)
     with pytest.raises(FileError, match="a model in memory, .*; load .* the path"):
-        with_inertials(urdf.adopt(model), {"crank": ELEMENT})
+        replace_inertials(urdf.read_loaded_model(model), {"crank": ELEMENT})

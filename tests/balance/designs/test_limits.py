@@ -15,7 +15,7 @@ from shapes import matrix
 import kinematics
 from balance import design_space
 from balance.designs.best_design import design
-from balance.designs.mass_regions import ball_of, middle, reach
+from balance.designs.mass_regions import ball_of, middle_of, reach_of
 from kinematics.assembly.assemble import assemble
 
 READ = ["four_bar_kite_balanced", "slider_crank", "five_bar", "three_rrr", "pantograph",
@@ -52,7 +52,7 @@ def test_the_middle_is_that_of_the_smallest_ball(seed):
     if seed % 5 == 0:  # on one line, or all in one place
         points = points[:1] + rng.choice([0.0, 1.0]) * rng.random((count, 1)) * points[-1:]
     points = np.vstack([points, points[: seed % 3]])
-    centre, (known, radius) = middle(points), balls.smallest_ball(points)
+    centre, (known, radius) = middle_of(points), balls.smallest_ball(points)
     assert np.linalg.norm(centre - known) < 1e-9
     # No other centre is nearer to the furthest point.
     for step in rng.standard_normal((50, d)) * 10.0 ** rng.uniform(-6, 0, (50, 1)):
@@ -62,7 +62,7 @@ def test_the_middle_is_that_of_the_smallest_ball(seed):
 def test_six_joints_on_a_circle_have_its_centre():
     angles = np.arange(6) * np.pi / 3.0 + 0.1
     points = np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles]) + 5.0
-    assert np.linalg.norm(middle(points) - 5.0) < 1e-12
+    assert np.linalg.norm(middle_of(points) - 5.0) < 1e-12
 
 
 def test_a_link_without_length_takes_the_characteristic_one():
@@ -105,7 +105,7 @@ def test_what_fulfils_both_inequalities_is_point_masses_in_the_ball(seed, d):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_what_is_in_the_ball_fulfils_them(d):
-    """Necessary; and the root mean square distance is what `reach` says."""
+    """Necessary; and the root mean square distance is what `reach_of` says."""
     rng = np.random.default_rng(d)
     for _ in range(30):
         ball = balls.random_ball(rng, d)
@@ -114,7 +114,7 @@ def test_what_is_in_the_ball_fulfils_them(d):
         assert np.sum(ball.form * P) >= 0.0
         squares = np.sum((points - ball.centre) ** 2, axis=1)
         known = np.sqrt(masses @ squares / masses.sum()) / ball.radius
-        assert reach(ball, P) == pytest.approx(known, rel=1e-9) and known <= 1.0
+        assert reach_of(ball, P) == pytest.approx(known, rel=1e-9) and known <= 1.0
     on = ball.centre + 1.01 * ball.radius * np.eye(d)
     assert np.sum(ball.form * balls.moments(np.ones(d), on)) < 0.0
 

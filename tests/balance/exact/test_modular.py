@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from balance.exact.conditions import rays_of
+from balance.exact.conditions import directions_of
 from balance.exact.modular import PRIMES, Convolution, Echelon, eliminate, inverse, product
-from balance.momentum.product_tensors import tensors
+from balance.momentum.product_tensors import product_tensors
 from kinematics.spatial.inertia import parameters
 
 P = PRIMES[0]
@@ -91,18 +91,18 @@ def test_rows_may_come_in_blocks(size):
 
 
 def test_rays_are_the_same_however_many_are_drawn():
-    first, second = rays_of(4), rays_of(4)
+    first, second = directions_of(4), directions_of(4)
     drawn = [next(first) for _ in range(5)]
     assert np.array_equal(drawn, [next(second) for _ in range(5)])
     assert np.min(drawn) > 0 and np.max(drawn) < 2**20 and len(np.unique(drawn)) > 15
-    assert next(rays_of(1)).tolist() == [1]
+    assert next(directions_of(1)).tolist() == [1]
 
 
 @pytest.mark.parametrize("planar", [False, True])
 @pytest.mark.parametrize("force", [False, True])
 def test_tensors_are_those_of_point_masses(planar, force):
     """``p = v + ω × r``, ``ξ = r × p``; the parameters are quadratic in the position r."""
-    rng, some = np.random.default_rng(5), tensors(planar, force)
+    rng, some = np.random.default_rng(5), product_tensors(planar, force)
     twist, point, unit = rng.standard_normal(6), rng.standard_normal(3), np.zeros((3, 3))
     if planar:
         twist[[0, 1, 5]] = point[2] = 0.0
@@ -120,5 +120,3 @@ def test_tensors_are_those_of_point_masses(planar, force):
     other = rng.standard_normal(t.size)
     bracket = np.einsum("d,dij,j", t, some.bracket, other)
     assert np.allclose(bracket, -np.einsum("d,dij,j", other, some.bracket, t))
-
-

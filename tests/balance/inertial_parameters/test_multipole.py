@@ -13,8 +13,8 @@ from balance import pseudo_inertia
 from balance.inertial_parameters.multipole import (
     RODS,
     Primitive,
-    displacement,
-    multipole,
+    displacement_dipole,
+    multipole_of,
     point_mass,
     rod,
 )
@@ -34,7 +34,7 @@ def test_taken_apart_and_back(seed, reach):
     rng = np.random.default_rng(seed)
     z, point = rng.standard_normal(10), reach * rng.standard_normal(3)
     for rods in (RODS, directions(rng)):
-        found = multipole(z, point, rods)
+        found = multipole_of(z, point, rods)
         # Rods that are nearly dependent take values much larger than what they add up to.
         size = max(reach**2, float(np.abs(found.rods).max()), 1.0)
         assert np.abs(found.parameters() - z).max() < 1e-13 * size
@@ -47,8 +47,12 @@ def test_put_together_and_back(seed):
     rng = np.random.default_rng(seed)
     mass, moved, rods = rng.standard_normal(), rng.standard_normal(3), rng.standard_normal(6)
     point = rng.standard_normal(3)
-    z = mass * point_mass(point) + moved @ displacement(np.eye(3), point) + rods @ rod(RODS)
-    found = multipole(z, point)
+    z = (
+        mass * point_mass(point)
+        + moved @ displacement_dipole(np.eye(3), point)
+        + rods @ rod(RODS)
+    )
+    found = multipole_of(z, point)
     assert abs(found.mass - mass) < 1e-15
     assert relative(found.displacement, moved) < 1e-13
     assert relative(found.rods, rods) < 1e-12
@@ -60,14 +64,14 @@ def test_planar_parameters(seed, reach):
     """Taken apart and back, and the same as the spatial ones of a body in the plane."""
     rng = np.random.default_rng(seed)
     z, point = rng.standard_normal(4), reach * rng.standard_normal(2)
-    found = multipole(z, point)
+    found = multipole_of(z, point)
     assert found.rods.shape == (1,) and found.displacement.shape == (2,)
     assert np.abs(found.parameters() - z).max() < 1e-13 * max(reach**2, 1.0)
     masses, points = point_masses(rng)
     points[:, 2] = 0.0
     spatial = sums(masses, points)
-    planar = multipole(spatial[[0, 1, 2, 6]], point)
-    in_space = multipole(spatial, [*point, 0.0])
+    planar = multipole_of(spatial[[0, 1, 2, 6]], point)
+    in_space = multipole_of(spatial, [*point, 0.0])
     size = max(reach**2, 1.0) * spatial[0]
     assert abs(planar.mass - in_space.mass) < 1e-15
     assert np.abs(planar.displacement - in_space.displacement[:2]).max() < 1e-12 * size
@@ -90,8 +94,8 @@ def test_a_displacement_is_a_derivative():
     rng = np.random.default_rng(1)
     r, a = rng.standard_normal(3), unit_vector(rng)
     pair = sums([1.0, -1.0], [r + 0.5 * a, r - 0.5 * a])
-    assert relative(displacement(a, r), pair) < 1e-14
-    assert relative(displacement(np.array([a, -a]), r), [pair, -pair]) < 1e-14
+    assert relative(displacement_dipole(a, r), pair) < 1e-14
+    assert relative(displacement_dipole(np.array([a, -a]), r), [pair, -pair]) < 1e-14
 
 
 def test_a_rod_is_a_dumbbell_without_its_mass():
@@ -111,11 +115,15 @@ def test_rods_turn_with_the_axes():
     z = sums(*point_masses(rng))
     turned = sums(*(m := point_masses(np.random.default_rng(9)))), sums(m[0], m[1] @ R.T)
     assert relative(
-        multipole(turned[1], np.zeros(3), RODS @ R.T).rods,
-        multipole(turned[0], np.zeros(3)).rods,
+        multipole_of(turned[1], np.zeros(3), RODS @ R.T).rods,
+        multipole_of(turned[0], np.zeros(3)).rods,
     ) < 1e-12  # fmt: skip
-    assert relative(multipole(z, np.zeros(3), 5.0 * RODS).rods, multipole(z, np.zeros(3)).rods
-                    ) < 1e-14  # fmt: skip
+    assert (
+        relative(
+            multipole_of(z, np.zeros(3), 5.0 * RODS).rods, multipole_of(z, np.zeros(3)).rods
+        )
+        < 1e-14
+    )
 
 
 @pytest.mark.parametrize(
@@ -132,20 +140,20 @@ def test_rods_turn_with_the_axes():
 )
 def test_rods_that_do_not_span_are_refused(rods):
     with pytest.raises(ValueError, match="six"):
-        multipole(np.ones(10), np.zeros(3), rods)
+        multipole_of(np.ones(10), np.zeros(3), rods)
 
 
 def test_shapes_that_do_not_match_are_refused():
     for z, point in ((10, 2), (4, 3), (9, 3)):
         with pytest.raises(ValueError, match="shapes"):
-            multipole(np.ones(z), np.zeros(point))
+            multipole_of(np.ones(z), np.zeros(point))
 
 
 def test_primitives_are_plain_data():
     r, a = np.array([1.0, 2.0, 3.0]), np.array([0.0, 0.0, 1.0])
     for primitive, one in (
         (Primitive("mass", "arm", -2.0, r), point_mass(r)),
-        (Primitive("displacement", "arm", -2.0, r, a), displacement(a, r)),
+        (Primitive("displacement", "arm", -2.0, r, a), displacement_dipole(a, r)),
         (Primitive("rod", "arm", -2.0, None, a), rod(a)),
     ):
         assert relative(primitive.parameters(), -2.0 * one) < 1e-15

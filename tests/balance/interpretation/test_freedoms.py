@@ -26,9 +26,9 @@ import kinematics
 from balance import design_space, momentum_regressor
 from balance.inertial_parameters.multipole import rod
 from balance.interpretation.explain import explain
-from balance.interpretation.freedoms import parallel_freedoms, summary, transfer_freedoms
-from balance.interpretation.sparse_basis import Search
-from balance.interpretation.terms import in_words, vectors, vocabulary
+from balance.interpretation.freedoms import parallel_freedoms, summarise, transfer_freedoms
+from balance.interpretation.sparse_basis import SparseSearch
+from balance.interpretation.terms import candidate_terms, describe_terms, term_vectors
 
 CLOSED = tuple(figure for figure in FIGURES if figure.parallel != 0)
 AXIS = "a point mass on the axis, a displacement along the axis, a rod along the axis"
@@ -212,16 +212,16 @@ def test_rods_of_the_3rsr_are_those_of_the_thesis():
 def test_the_vocabulary_says_everything(figure):
     """Of every body that moves, and each name means one thing."""
     found, _ = freed(figure)
-    terms = vocabulary(found)
+    terms = candidate_terms(found)
     for body in found.bodies:
         own = [term for term in terms if term.primitives[0].body == body]
-        D = vectors(found, [p for term in own for p in term.primitives], True)
+        D = term_vectors(found, [p for term in own for p in term.primitives], True)
         assert np.linalg.matrix_rank(D, 1e-9) == len(found.labels)
         assert len({term.name for term in own}) == len(own)
 
 
 def test_what_cannot_be_said_in_few_terms_is_still_exact(monkeypatch):
-    monkeypatch.setattr(Search, "sparse", lambda self, w: None)
+    monkeypatch.setattr(SparseSearch, "sparse", lambda self, w: None)
     figure = next(f for f in FIGURES if f.model == "scissor_three_stage")
     found = space(figure)
     freedoms = parallel_freedoms(found)
@@ -232,12 +232,12 @@ def test_what_cannot_be_said_in_few_terms_is_still_exact(monkeypatch):
 
 
 def test_numbers_are_fractions_only_if_they_are():
-    term = vocabulary(design_space(kinematics.load("four_bar_kite")))[0]
+    term = candidate_terms(design_space(kinematics.load("four_bar_kite")))[0]
     name = f"{term.name} {{}} on the crank"
     for value, text in ((1.0, "+1"), (-0.5, "-1/2"), (5 / 12, "+5/12"), (1 / 3, "+1/3"),
                         (1 / 13, "+0.0769231"), (0.5 + 1e-8, "+0.5"), (-np.pi, "-3.14159"),
                         (1e-9 / 3, "+3.33333e-10")):  # fmt: skip
-        assert in_words([term.times(value)]) == name.format(text)
+        assert describe_terms([term.times(value)]) == name.format(text)
 
 
 def two_links(tmp_path, first, kind, n, second, more=""):
@@ -276,9 +276,9 @@ def test_transfers_of_every_joint_in_words(kind, more, parallel, skew, tmp_path)
         base, (transfer, freedoms) = two_links(
             tmp_path, "continuous", kind, below, OBLIQUE, limits + more
         )
-        assert summary(base[1]) == f"{AXIS}, {PAIRS}"
+        assert summarise(base[1]) == f"{AXIS}, {PAIRS}"
         assert [p.body for f in base[1] for p in f.primitives] == ["a"] * 7
-        assert summary(freedoms) == words
+        assert summarise(freedoms) == words
         for freedom in freedoms:
             half = len(freedom.primitives) // 2
             gives, takes = freedom.primitives[:half], freedom.primitives[half:]
@@ -313,14 +313,14 @@ def test_bodies_that_are_rigidly_joined_exchange_everything():
         freedoms = transfer_freedoms(found, transfer)
         assert same_span(columns(freedoms), transfer.basis)
         count = "two" if transfer.dimension == 20 else "a"
-        assert summary(freedoms).startswith(f"{count} point mass")
+        assert summarise(freedoms).startswith(f"{count} point mass")
 
 
 def test_nothing_is_moved_across_joints_that_pass_nothing():
     found = freed(FIGURES[0])[0]
     empty = found.transfers[0]._replace(basis=np.zeros((12, 0)))
     assert transfer_freedoms(found, empty) == ()
-    assert summary(()) == ""
+    assert summarise(()) == ""
 
 
 @pytest.mark.parametrize("factor, away", [(1.0, 1e3), (1e-6, 0.0), (1e6, 1e3), (1e-3, 1e2)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from laws import outside
 
-from balance.interpretation.sparse_basis import Search
+from balance.interpretation.sparse_basis import SparseSearch
 
 SEEDS = range(10)
 
@@ -21,7 +21,7 @@ def planted(seed, serial=3, terms=(1, 2, 3)):
     for k, count in enumerate(terms):
         few[places[3 * k : 3 * k + count], k] = rng.choice([-1.0, 1.0], count)
     basis = np.linalg.qr(np.hstack([rng.standard_normal((30, serial)), columns @ few]))[0]
-    return Search.of(basis, serial, columns, np.ones(60)), basis, columns, few
+    return SparseSearch.of(basis, serial, columns, np.ones(60)), basis, columns, few
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -42,7 +42,7 @@ def test_each_solution_is_new_and_balances(seed):
     basis = np.linalg.qr(rng.standard_normal((12, 6)))[0]
     columns = rng.standard_normal((12, 20))
     columns /= np.linalg.norm(columns, axis=0)
-    search = Search.of(basis, 2, columns, np.ones(20))
+    search = SparseSearch.of(basis, 2, columns, np.ones(20))
     found = np.array(search.independent()).T
     assert found.shape == (20, 4)
     assert outside(columns @ found, basis) < 1e-10
@@ -65,5 +65,5 @@ def test_the_cheaper_of_equal_columns_is_taken():
     for cheap in (0, 1):
         cost = np.ones(6)
         cost[1 - cheap] = 1.5
-        (x,) = Search.of(basis, 1, columns, cost).independent()
+        (x,) = SparseSearch.of(basis, 1, columns, cost).independent()
         assert np.flatnonzero(x).tolist() == [cheap]

@@ -19,7 +19,7 @@ from balance.momentum.momentum_lines import (
     screw_figure,
 )
 from kinematics.closure.joint_positions import joint_positions, si_chain
-from kinematics.closure.newton import forward
+from kinematics.closure.newton import forward_kinematics
 from kinematics.errors import MotionError
 
 # Balanced linkages of three moving bodies.
@@ -75,7 +75,7 @@ def test_momentum_is_mass_times_the_velocity_of_the_centre(name):
     chain = si_chain(linkage, True)
 
     def mass_moments(v):
-        H = forward(chain, joint_positions(linkage, v)).H
+        H = forward_kinematics(chain, joint_positions(linkage, v)).H
         return np.array([H[b.link][:3] @ b.inertia[[1, 2, 3, 0]] for b in linkage.bodies])
 
     for w, wrenches in enumerate(momentum_wrenches(linkage, u)):

@@ -15,7 +15,7 @@ from balance.search.many_geometries import CHUNK
 from kinematics import load
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Mimic
 
 
@@ -60,7 +60,7 @@ def one_by_one(linkage, screws, **options):
         for joint, screw in zip(linkage.joints, some, strict=True):
             n, v = screw[:3], screw[3:]
             point = np.cross(n, v) + n * (n @ joint.point) if n.any() else joint.point
-            joints.append(replace(joint, screw=frozen(screw), point=frozen(point)))
+            joints.append(replace(joint, screw=freeze(screw), point=freeze(point)))
         moved = assemble(replace(linkage, joints=tuple(joints)), linkage.inputs)
         yield balance.design_space(moved, **options)
 

@@ -10,9 +10,9 @@ import kinematics
 from balance import design_space
 from balance.momentum.regressor import RegressorSeries
 from balance.spaces import distance_to_rank_drop as nearness
-from kinematics.closure.newton import radius
+from kinematics.closure.newton import radius_of_convergence
 from kinematics.closure.series import expand
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 
 STEP = 2e-7
 CASES = {
@@ -33,10 +33,12 @@ def by_differences(space):
     columns, rows = space.rank + space.nullity, chain.width * (3 if chain.planar else 6)
     rows = rows * 2 // 3 if force and chain.planar else rows // 2 if force else rows
     rays = nearness.spanning_rays(chain.width, order, 2 - (-columns // rows))
-    lengths = radius(expand(chain, rays, 0).C[0] @ rays[0]) ** np.arange(order + 1.0)
+    lengths = radius_of_convergence(expand(chain, rays, 0).C[0] @ rays[0]) ** np.arange(
+        order + 1.0
+    )
 
     def sized(change, step):
-        moved = replace(chain, screws=frozen(chain.screws + step * change))
+        moved = replace(chain, screws=freeze(chain.screws + step * change))
         series = expand(moved, rays, order)
         X = RegressorSeries(moved, series, force).rows(order)
         values = np.linalg.svd(

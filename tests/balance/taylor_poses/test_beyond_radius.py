@@ -15,8 +15,8 @@ import kinematics
 from balance.cli.main import main
 from balance.taylor_poses.prediction import predict
 from kinematics import taylor_motion, tool
-from kinematics.closure.newton import forward
-from kinematics.model.chain import arrange
+from kinematics.closure.newton import forward_kinematics
+from kinematics.model.chain import arrange_loops
 
 ORDERS = range(1, 13)
 # Distances of targets, in radii of convergence or in units where that is larger.
@@ -166,7 +166,7 @@ def test_all_orders_reach_the_same_poses(name):
 def test_all_orders_take_a_tool_to_the_same_poses(model, link, directions, point):
     """Where it is sent, loops closed, or where the line ends; the reference pose is (0, …)."""
     linkage = tool(kinematics.load(model), link, directions, point)
-    chain, inputs = arrange(linkage), linkage.positions_of(linkage.inputs)
+    chain, inputs = arrange_loops(linkage), linkage.positions_of(linkage.inputs)
     motion = taylor_motion(linkage, 1)
     points = targets(motion, 5) * (3.0 if motion.radius > 0.01 else 60.0)
     reached = []
@@ -174,7 +174,7 @@ def test_all_orders_take_a_tool_to_the_same_poses(model, link, directions, point
         reached.append(pose.corrected is not None)
         q = pose.corrected if reached[-1] else pose.furthest
         assert q[inputs] == pytest.approx(pose.share * point, abs=1e-9)
-        assert forward(chain, q / chain.units).error < 1e-10
+        assert forward_kinematics(chain, q / chain.units).error < 1e-10
         assert (pose.share == 1.0) == reached[-1]
     assert {*reached} == {True, False}
 

@@ -8,9 +8,9 @@ from motions import around, bodies, slope, states
 
 import kinematics
 from balance import shaking
-from balance.verification.joint_reactions import bearings
-from balance.verification.pinocchio_model import Twin
-from balance.verification.shaking_wrench import inertia_loads, to_si
+from balance.verification.joint_reactions import joint_reactions
+from balance.verification.pinocchio_model import PinocchioModel
+from balance.verification.shaking_wrench import inertia_loads, wrench_to_si
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.series import loop_matrix
 
@@ -31,7 +31,7 @@ def joint_wrenches_are_right(linkage):
     way = states(linkage, 6, seed=3)
     parts = way.q / chain.units, way.ud / chain.units[inputs], way.udd / chain.units[inputs]
     loads = inertia_loads(chain, z, *parts)
-    held = bearings(chain, loads)
+    held = joint_reactions(chain, loads)
     size = np.abs(held.joints).max()
     net = held.joints.copy()
     base = np.zeros((6, 6))
@@ -49,15 +49,19 @@ def joint_wrenches_are_right(linkage):
     for b, link in enumerate(chain.links):
         net[:, link] -= loads.rate[:, b]
     assert np.abs(net).max() <= 1e-11 * size
-    assert np.allclose(to_si(base, chain.frame), shaking(linkage, way.q, way.ud, way.udd, z),
-                       rtol=0, atol=1e-10 * size)  # fmt: skip
+    assert np.allclose(
+        wrench_to_si(base, chain.frame),
+        shaking(linkage, way.q, way.ud, way.udd, z),
+        rtol=0,
+        atol=1e-10 * size,
+    )
     passive = np.setdiff1d(np.arange(len(chain.parent)), inputs)
     if not len(chain.mimics):
         along = np.einsum("tji,tji->tj", loads.screws, held.joints)
         assert np.abs(along - held.motors).max() <= 1e-11 * size
         assert np.abs(along[:, passive]).max() <= 1e-11 * size
     assert not held.motors[:, chain.dependent].any()
-    twin = Twin(linkage, z)
+    twin = PinocchioModel(linkage, z)
     data = twin.model.createData()
     for k in range(6):
         near = around(linkage, way, k, STEP)

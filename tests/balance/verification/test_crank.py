@@ -14,7 +14,7 @@ from test_verify_command import run
 import kinematics
 from balance.cli.main import main
 from balance.cli.verify import _speed
-from balance.verification.crank_revolution import STEPS, revolution
+from balance.verification.crank_revolution import STEPS, revolve_crank
 from balance.verification.pinocchio_model import verify
 from kinematics.errors import CoordinateError, MotionError, PoseError
 
@@ -138,7 +138,7 @@ def test_a_crank_that_cannot_turn_says_how_far(links, tmp_path):
     a, b, c, d = links
     path = four_bar(tmp_path, a, b, c, d)
     with pytest.raises(PoseError) as caught:
-        revolution(kinematics.load(path), 10.0)
+        revolve_crank(kinematics.load(path), 10.0)
     low, high = map(float, re.findall(r"(-?[\d.]+)°", str(caught.value)))
     assert str(caught.value).startswith(f"{path}: the crank u1 cannot turn fully: only from ")
     ends = [
@@ -177,30 +177,43 @@ def test_a_crank_whose_linkage_does_not_come_back(tmp_path):
 
 def test_other_inputs_stand_still_or_follow(tmp_path):
     linkage = kinematics.load("hprs")
-    way, crank = revolution(linkage, 4.0, "revolute")
+    way, crank = revolve_crank(linkage, 4.0, "revolute")
     at = linkage.inputs.index("revolute")
     assert np.abs(np.delete(way.ud, at, axis=1)).max() == 0.0 and crank.joint == "revolute"
     assert np.array_equal(way.ud[:, at], np.full(STEPS + 1, 4.0)) and not way.udd.any()
     relations = [f"{name}=0" for name in linkage.inputs if name not in ("revolute", "wrist_x")]
     motion = kinematics.Motion.parse([*relations, "wrist_x=-2*revolute"], linkage.inputs)
-    both, _ = revolution(linkage, 4.0, "revolute", motion)
+    both, _ = revolve_crank(linkage, 4.0, "revolute", motion)
     assert both.ud[7, linkage.inputs.index("wrist_x")] == pytest.approx(-8.0)
     still = kinematics.Motion.parse(relations + ["revolute=0"], linkage.inputs)
     with pytest.raises(MotionError, match="does not let revolute turn"):
-        revolution(linkage, 4.0, "revolute", still)
+        revolve_crank(linkage, 4.0, "revolute", still)
     for name, problem in ((None, "which is the crank"), ("prismatic", "not revolute"),
                           ("nothing", "not an input")):  # fmt: skip
         with pytest.raises(CoordinateError, match=problem):
-            revolution(linkage, 4.0, name)
+            revolve_crank(linkage, 4.0, name)
     for speed in (0.0, math.nan, math.inf, 1e-7, 1e7):
         with pytest.raises(PoseError, match="is no speed of a crank"):
-            revolution(linkage, speed, "revolute")
+            revolve_crank(linkage, speed, "revolute")
     with pytest.raises(ValueError, match="either a speed or motions"):
         verify(linkage, speed=1.0, along=[way])
 
 
-@pytest.mark.parametrize("word", ["300rpm", "300 RPM", "5hz", "5Hz", "5rev/s", "5 1/s",
-                                  "31.41592653589793rad/s", "1800deg/s", "3e2rpm", "+300rpm"])
+@pytest.mark.parametrize(
+    "word",
+    [
+        "300rpm",
+        "300 RPM",
+        "5hz",
+        "5Hz",
+        "5rev/s",
+        "5 1/s",
+        "31.41592653589793rad/s",
+        "1800deg/s",
+        "3e2rpm",
+        "+300rpm",
+    ],
+)
 def test_units_of_speed(word):
     assert _speed(word) == (None, pytest.approx(10.0 * math.pi, rel=1e-15))
     assert _speed(f"u 1={word}") == ("u 1", pytest.approx(10.0 * math.pi, rel=1e-15))

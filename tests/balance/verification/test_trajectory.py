@@ -11,7 +11,7 @@ from motions import around, slope
 from scipy.linalg import expm
 
 import kinematics
-from balance.verification.trajectory import driven, from_csv, random_motions, rest_to_rest
+from balance.verification.trajectory import drive, from_csv, random_motions, rest_to_rest
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import FileError, MotionError, PoseError
 from kinematics.model.motion import Motion
@@ -87,7 +87,7 @@ def test_no_motion_comes_near_a_singularity():
     linkage = kinematics.load("four_bar_kite")
     for way in random_motions(linkage, 10):
         assert way.firmness >= 0.25
-    far = driven(linkage, *straight(linkage, -0.8))
+    far = drive(linkage, *straight(linkage, -0.8))
     assert far.firmness < 0.1
 
 
@@ -119,12 +119,12 @@ def test_the_last_step_ends_at_the_goal(tmp_path):
 def test_a_motion_that_cannot_be_followed_is_refused():
     linkage = kinematics.load("four_bar_general", inputs=["q4"])
     with pytest.raises(PoseError, match=r"cannot be closed beyond 0\.\d+ s"):
-        driven(linkage, *straight(linkage, 4.0))
+        drive(linkage, *straight(linkage, 4.0))
     time, u, ud, udd = straight(linkage, 0.1)
     with pytest.raises(PoseError, match="one row of 1 inputs"):
-        driven(linkage, time, np.hstack([u, u]), ud, udd)
+        drive(linkage, time, np.hstack([u, u]), ud, udd)
     with pytest.raises(PoseError, match="finite"):
-        driven(linkage, time, u * np.nan, ud, udd)
+        drive(linkage, time, u * np.nan, ud, udd)
 
 
 def test_a_motion_restricts_the_inputs():

@@ -12,9 +12,9 @@ from motions import around, bodies, slope, states
 
 import kinematics
 from balance import design_space, shaking
-from balance.verification.pinocchio_model import Twin, beside, verify
-from balance.verification.shaking_wrench import inertia_loads, masses
-from balance.verification.trajectory import driven, random_motions, rest_to_rest
+from balance.verification.pinocchio_model import PinocchioModel, verify, verify_beside
+from balance.verification.shaking_wrench import inertia_loads, mass_parameters
+from balance.verification.trajectory import drive, random_motions, rest_to_rest
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, MotionError, PoseError
 from kinematics.spatial.screws import Ad
@@ -47,7 +47,7 @@ def test_three_routes_agree(model):
     linkage = kinematics.load(model)
     z = bodies(linkage)
     way = states(linkage, 20, seed=7)
-    twin = Twin(linkage, z)
+    twin = PinocchioModel(linkage, z)
     ours = shaking(linkage, way.q, way.ud, way.udd, z)
     theirs = twin.reactions(way)
     by_slope = np.array(
@@ -68,7 +68,7 @@ def test_loops_are_closed_in_pinocchio(model):
     import pinocchio as pin
 
     linkage = kinematics.load(model)
-    twin = Twin(linkage, bodies(linkage))
+    twin = PinocchioModel(linkage, bodies(linkage))
     data = twin.model.createData()
     (way,) = random_motions(linkage, 1, 20)
 
@@ -149,7 +149,7 @@ def off_axis(linkage, body, rng):
 def test_one_per_cent_on_any_link_is_noticed(model, motion):
     linkage = kinematics.load(model)
     rng = np.random.default_rng(2)
-    given = masses(linkage)
+    given = mass_parameters(linkage)
     assert verify(linkage, motion=motion, trajectories=2, samples=40).balanced
     for b, body in enumerate(linkage.bodies):
         z = given.copy()
@@ -169,7 +169,7 @@ def test_shaking_takes_inputs_or_all_joints():
         q = dict(zip(linkage.inputs, way.u[k], strict=True))
         one = shaking(linkage, q, way.ud[k], way.udd[k])
         assert one.shape == (6,) and np.allclose(one, all_joints[k], rtol=1e-9)
-    z = masses(linkage)
+    z = mass_parameters(linkage)
     assert np.allclose(shaking(linkage, way.q, way.ud, way.udd, 3.0 * z), 3.0 * all_joints)
     with pytest.raises(PoseError, match="velocities open the loops"):
         shaking(linkage, way.q, way.qd + 1.0, way.qdd)
@@ -199,7 +199,7 @@ def test_planar_parameters_are_thin_bodies():
     """In the axes of the plane; nothing shakes out of it."""
     found = design_space(kinematics.load("four_bar_kite"))
     linkage, z = found.linkage, found.basis @ coordinates(found)
-    full = masses(linkage, z)
+    full = mass_parameters(linkage, z)
     n = linkage.chain.frame.R[2]
     assert np.allclose(full[:, 1:4] @ n, 0.0)
     assert np.allclose(full[:, 1:4] @ linkage.chain.frame.R[:2].T, z.reshape(3, 4)[:, 1:3])
@@ -221,11 +221,11 @@ def test_the_verdict_is_relative_to_the_inertia_of_the_bodies():
     run, frame = found.runs[0], linkage.spatial_chain.frame
     about = run.shaking[:, :3] - np.cross(frame.origin, run.shaking[:, 3:])
     moment = np.linalg.norm(about, axis=1).max()
-    scale = sizes(linkage, run.trajectory, masses(linkage)).max()
+    scale = sizes(linkage, run.trajectory, mass_parameters(linkage)).max()
     assert found.moment == pytest.approx(moment, rel=1e-12)
     assert found.moment_residual == pytest.approx(moment / (frame.length * scale), rel=1e-12)
     assert found.moment_ratio == pytest.approx(moment / (frame.length * found.bearing))
-    heavier = verify(linkage, 50.0 * masses(linkage), **options)
+    heavier = verify(linkage, 50.0 * mass_parameters(linkage), **options)
     assert heavier.force_residual == pytest.approx(found.force_residual, rel=1e-12)
     assert heavier.force == pytest.approx(50.0 * found.force, rel=1e-12)
     assert verify(linkage, tolerance=1.01 * worst, **options).balanced
@@ -243,7 +243,7 @@ def test_near_a_singularity_a_remark_says_so():
     way = next(iter(random_motions(linkage, 1, 60)))
     assert verify(linkage, along=[way]).balanced
     u = np.linspace(0.0, -1.2, 300)[:, None]
-    near = driven(linkage, np.linspace(0, 1, 300), u, np.full_like(u, -1.2), np.zeros_like(u))
+    near = drive(linkage, np.linspace(0, 1, 300), u, np.full_like(u, -1.2), np.zeros_like(u))
     found = verify(linkage, along=[near])
     assert near.firmness < 0.02
     assert any("singularity" in remark for remark in found.remarks)
@@ -251,14 +251,14 @@ def test_near_a_singularity_a_remark_says_so():
 
 def test_a_second_linkage_moves_alike_if_it_can():
     first = verify(kinematics.load("four_bar_general"), trajectories=1, samples=30)
-    same = beside(first, kinematics.load("four_bar_antiparallelogram_balanced"))
+    same = verify_beside(first, kinematics.load("four_bar_antiparallelogram_balanced"))
     assert same.seed is None and same.balanced
     assert np.array_equal(same.runs[0].trajectory.u, first.runs[0].trajectory.u)
     options = {"trajectories": 1, "samples": 30}
     wide = verify(kinematics.load("four_bar_general"), trajectories=10, samples=30)
-    own = beside(wide, kinematics.load("four_bar_kite_balanced"), **options)
+    own = verify_beside(wide, kinematics.load("four_bar_kite_balanced"), **options)
     assert own.seed == 0 and own.balanced
-    other = beside(first, kinematics.load("five_bar"), **options)
+    other = verify_beside(first, kinematics.load("five_bar"), **options)
     assert other.seed == 0 and other.runs[0].trajectory.u.shape == (30, 2)
 
 
@@ -281,9 +281,9 @@ def test_a_centre_of_mass_without_mass_is_refused():
         verify(linkage, z)
     way = states(linkage, 20, seed=5)
     left = np.abs(shaking(linkage, way.q, way.ud, way.udd, z)).max()
-    assert left <= 1e-12 * sizes(linkage, way, masses(linkage, z)).max()
+    assert left <= 1e-12 * sizes(linkage, way, mass_parameters(linkage, z)).max()
     linkage = kinematics.load("four_bar_kite")
-    z = masses(linkage)
+    z = mass_parameters(linkage)
     z[1, 0] = 0.0
     with pytest.raises(LinkageError, match="next to no mass"):
         verify(linkage, z)

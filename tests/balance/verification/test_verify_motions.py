@@ -13,10 +13,10 @@ from test_verify_command import BALANCED, FEW, SHAKING, run
 
 import kinematics
 from balance.cli.main import main
-from balance.report.html.verification import panels, webpage
-from balance.report.text.verification import facts
-from balance.verification.pinocchio_model import beside, verify
-from balance.verification.trajectory import driven
+from balance.report.html.verification import panels, verification_page
+from balance.report.text.verification import verification_facts
+from balance.verification.pinocchio_model import verify, verify_beside
+from balance.verification.trajectory import drive
 from kinematics.errors import PoseError
 
 
@@ -39,7 +39,7 @@ def test_the_plotted_motion_has_the_peak_that_is_told(model, seed, decides, othe
     drawn = {"force": force.lines, "moment": moment.lines}
     largest = {part: np.linalg.norm(lines, axis=0).max() for part, lines in drawn.items()}
     number = found.plotted + 1
-    told = dict(facts(found))
+    told = dict(verification_facts(found))
     assert told["plotted"] == (
         f"motion {number} of 4: {largest['force']:.3g} N, {largest['moment']:.3g} N m"
     )
@@ -52,14 +52,14 @@ def test_the_plotted_motion_has_the_peak_that_is_told(model, seed, decides, othe
         part: pytest.approx(size, rel=1e-12) for part, size in largest.items()
     }
     assert report["worst"] == {part: k + 1 for part, k in worst.items()}
-    assert f"motion {number} of 4" in webpage([found])
+    assert f"motion {number} of 4" in verification_page([found])
     assert replace(found, balance="force").plotted == worst["force"]
 
 
 def test_two_linkages_are_plotted_on_one_motion():
     first = verify(kinematics.load(SHAKING), trajectories=3, samples=30)
     assert first.plotted == first.worst("force") != 0
-    second = beside(first, kinematics.load("four_bar_antiparallelogram_balanced"))
+    second = verify_beside(first, kinematics.load("four_bar_antiparallelogram_balanced"))
     assert second.plotted == first.plotted and second.worst("moment") != first.plotted
     lines = [panels(one)[0].lines for one in (first, second)]
     assert np.array_equal(*lines)
@@ -129,7 +129,7 @@ def test_a_motion_in_which_nothing_moves_has_no_verdict(time, u, tmp_path, capsy
                 f"balance: {path}: nothing moves; give inputs that change with time\n"
             )
     linkage = kinematics.load(SHAKING)
-    still = driven(linkage, np.arange(9.0), np.zeros((9, 1)), *[np.zeros((9, 1))] * 2)
+    still = drive(linkage, np.arange(9.0), np.zeros((9, 1)), *[np.zeros((9, 1))] * 2)
     for along in ([still], []):
         with pytest.raises(PoseError, match="nothing moves"):
             verify(linkage, along=along)

@@ -18,7 +18,7 @@ from balance import certify, design_space, exact_ranks
 from balance.cli.main import main
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, PoseError
-from kinematics.urdf.write_closed_pose import at_reference_pose
+from kinematics.urdf.write_closed_pose import write_at_reference_pose
 
 # Poses that no digits of the file are behind, planar and spatial, with one input or several.
 POSES = {
@@ -39,7 +39,7 @@ def written_at(name, at, folder):
     """The linkage at a pose, and the path of its file written at that pose."""
     linkage = kinematics.load(name, at=at)
     path = folder / "posed.urdf"
-    path.write_bytes(at_reference_pose(linkage).data)
+    path.write_bytes(write_at_reference_pose(linkage).data)
     return linkage, path
 
 

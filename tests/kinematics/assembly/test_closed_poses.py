@@ -18,10 +18,10 @@ from balance.certification.exact_ranks import exact_ranks
 from balance.cli.main import main
 from kinematics.errors import ExactError, FileError
 from kinematics.linalg.rational import dot
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.urdf.rational_poses import rotation
 from kinematics.urdf.rational_screws import exact_geometry
-from kinematics.urdf.write_closed_pose import at_reference_pose
+from kinematics.urdf.write_closed_pose import write_at_reference_pose
 
 # Linkages whose ranks are those of any with as many bars.
 GENERAL = ("five_bar", "four_bar_general", "four_bar_spherical", "six_bar_watt", "three_rrr")
@@ -30,7 +30,7 @@ SPATIAL = ("rusr", "stewart_6ups")
 SPECIAL = (
     "four_bar_antiparallelogram", "four_bar_kite", "four_bar_parallelogram", "slider_crank",
 )  # fmt: skip
-ORIGIN = '<origin [^>]*/>'
+ORIGIN = "<origin [^>]*/>"
 
 
 def opened(model, folder, angle=0.02, seed=1):
@@ -44,7 +44,7 @@ def opened(model, folder, angle=0.02, seed=1):
 
 def rewritten(linkage, folder):
     path = folder / "closed.urdf"
-    path.write_bytes(at_reference_pose(linkage).data)
+    path.write_bytes(write_at_reference_pose(linkage).data)
     return path
 
 
@@ -127,7 +127,7 @@ def test_axes_that_were_moved_are_refused(tmp_path):
 def test_a_written_file_is_the_same_linkage_closed(model, tmp_path):
     path = opened(model, tmp_path)
     linkage = kinematics.load(path)
-    posed_file = at_reference_pose(linkage)
+    posed_file = write_at_reference_pose(linkage)
     again = kinematics.load(rewritten(linkage, tmp_path))
     assert all(np.array_equal(loop.gap, np.eye(4)) for loop in again.loops)
     assert again.displaced is None and "assembled" not in {n.code for n in again.notices}
@@ -146,7 +146,7 @@ def test_links_are_where_another_reader_puts_them(model, tmp_path):
     """yourdfpy moves the joints of the file by what was told; links of the written file."""
     path = opened(model, tmp_path)
     linkage = kinematics.load(path)
-    found = at_reference_pose(linkage)
+    found = write_at_reference_pose(linkage)
     paths = path, rewritten(linkage, tmp_path)
     robots = [URDF.load(str(p), load_meshes=False) for p in paths]
     robots[0].update_cfg({name: found.moved.get(name, 0.0)
@@ -175,7 +175,7 @@ def test_origins_of_joints_of_every_kind(kind, rpy, axis, tmp_path):
         n, m = each.screw[:3], each.screw[3:]
         turn = each.kind != "prismatic"
         H = H @ (about(n, position, np.cross(n, m)) if turn else along(position * m))
-    moved = kinematics.load(rewritten(replace(linkage, displaced=frozen(q)), tmp_path))
+    moved = kinematics.load(rewritten(replace(linkage, displaced=freeze(q)), tmp_path))
     assert moved.frames[0] == pytest.approx(H @ linkage.frames[0], abs=1e-14)
     if kind == "revolute":
         assert moved.joints[0].screw == pytest.approx(linkage.joints[0].screw, abs=1e-14)
@@ -193,7 +193,7 @@ def test_an_origin_that_is_missing_is_added(tmp_path):
     path = saved(tmp_path, *parts)
     path.write_text(re.sub(ORIGIN, "", path.read_text(), count=2))
     linkage = kinematics.load(path)
-    moved = kinematics.load(rewritten(replace(linkage, displaced=frozen([0.25])), tmp_path))
+    moved = kinematics.load(rewritten(replace(linkage, displaced=freeze([0.25])), tmp_path))
     assert moved.frames[0] == pytest.approx(about([1, 0, 0], 0.25), abs=1e-15)
 
 
@@ -202,10 +202,10 @@ def test_what_cannot_be_written_at_another_pose(tmp_path):
     parts.append(joint("j", "universal", "base", "a", axis=[0, 0, 1]))
     linkage = kinematics.load(saved(tmp_path, *parts))
     with pytest.raises(FileError, match="second axis"):
-        at_reference_pose(replace(linkage, displaced=frozen([0.1, 0.2])))
+        write_at_reference_pose(replace(linkage, displaced=freeze([0.1, 0.2])))
     model = URDF.load(str(kinematics.gallery()["hprs"]), load_meshes=False)
     with pytest.raises(FileError, match="in memory"):
-        at_reference_pose(kinematics.load(model))
+        write_at_reference_pose(kinematics.load(model))
 
 
 def test_the_command_writes_the_closed_file(tmp_path, capsys, caplog):

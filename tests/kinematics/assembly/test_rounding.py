@@ -15,7 +15,7 @@ import kinematics
 from balance import design_space
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError, MobilityError, OpenLoopError
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 from kinematics.spatial.screws import Ad
 from kinematics.urdf import read as urdf
 
@@ -132,7 +132,7 @@ def perturbed(draft, size, seed=1):
     for each in draft.joints:
         H = about(rng.standard_normal(3), size * rng.uniform(-1, 1), each.point)
         H[:3, 3] += size * rng.uniform(-1, 1, 3)
-        joints.append(replace(each, screw=frozen(Ad(H) @ each.screw)))
+        joints.append(replace(each, screw=freeze(Ad(H) @ each.screw)))
     return replace(draft, joints=tuple(joints))
 
 

@@ -237,10 +237,10 @@ def _turn(axis, angle):
 
 def test_a_linkage_in_memory_works_like_one_from_a_file(tmp_path):
     """Its text is its document: masses are written into it, and exact ranks come from it."""
-    from balance.designs.write_urdf import with_inertials
+    from balance.designs.write_urdf import replace_inertials
 
     linkage = from_screws([ScrewJoint("j", "base", "arm", point=(0.5, 0, 0))])
-    data = with_inertials(linkage, {"arm": '<inertial>\n  <mass value="1"/>\n</inertial>'})
+    data = replace_inertials(linkage, {"arm": '<inertial>\n  <mass value="1"/>\n</inertial>'})
     assert b'<mass value="1"/>' in data
     assert not Path(linkage.source).exists()
 

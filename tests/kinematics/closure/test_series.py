@@ -17,7 +17,7 @@ from laws import relative
 from mpmath import mp
 
 import kinematics
-from kinematics.closure.newton import forward
+from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand
 
 DIGITS = 70
@@ -262,7 +262,7 @@ def test_twists_belong_to_the_rates(name):
         C, V, T = (x[0].sum(axis=0) for x in expand(chain, ray[None], 20)[:3])
         rates = expand(chain, ray[None], 20).C[0] @ ray
         q = (rates / np.arange(1, 22)[:, None]).sum(axis=0)
-        pose = forward(chain, q)
+        pose = forward_kinematics(chain, q)
         assert pose.error < 1e-13
         expected = np.zeros_like(T)
         for j, parent in enumerate(chain.parent):

@@ -10,9 +10,9 @@ import pytest
 
 import kinematics
 from balance.momentum.regressor import RegressorSeries, rows_at
-from kinematics.closure.newton import expand_at, forward
+from kinematics.closure.newton import expand_at, forward_kinematics
 from kinematics.closure.series import expand
-from kinematics.model.arrays import frozen
+from kinematics.model.arrays import freeze
 
 MODELS = ["four_bar_general", "five_bar", "bennett", "three_rsr", "delta"]
 ORDER = 3
@@ -51,7 +51,7 @@ def test_results_stay_when_others_are_computed(name):
     series = expand(chain, rays_of(chain), ORDER)
     results = [*series, regressor(chain, series), regressor(chain, series, True)]
     copies = [x.copy() for x in results]
-    other = replace(chain, screws=frozen(1.5 * chain.screws))
+    other = replace(chain, screws=freeze(1.5 * chain.screws))
     assert other.structure is chain.structure
     more = expand(other, rays_of(chain, 1), ORDER)
     others = [*more, regressor(other, more), regressor(other, more, True)]
@@ -87,7 +87,7 @@ def test_orders_that_are_asked_for_in_turn_are_those_of_one_call(name):
 
 def test_a_workspace_is_made_once():
     chain = fresh("three_rsr")
-    pose = forward(chain, np.zeros(chain.parent.size))
+    pose = forward_kinematics(chain, np.zeros(chain.parent.size))
     for _ in range(3):
         regressor(chain, expand(chain, rays_of(chain), ORDER))
         rows_at(chain, pose)

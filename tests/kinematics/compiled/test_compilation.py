@@ -100,12 +100,15 @@ def test_a_long_command_has_kernels_compiled_for_the_next(small):
 
 def test_a_command_changes_to_compiled_kernels_that_come_meanwhile(small):
     folder, environment = small
-    code = COMMAND.replace("print(outer(1.0), ", """
+    code = COMMAND.replace(
+        "print(outer(1.0), ",
+        """
 import time
 while not kernel_time.runs_compiled("kinematics.above.outer()"):
     time.sleep(0.05)
     kernel_time.add(0.0)
-print(outer(1.0), """)
+print(outer(1.0), """,
+    )
     assert run(folder, code, **environment)[0] == ["20.0", "20.0", "True"]
 
 

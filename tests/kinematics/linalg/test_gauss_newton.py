@@ -10,7 +10,7 @@ from kinematics.linalg.gauss_newton import (
     LeastNorm,
     LevenbergMarquardt,
     gauss_newton,
-    never,
+    never_stop,
     step_grows,
 )
 
@@ -37,7 +37,7 @@ def small(path):
 
 @pytest.mark.parametrize("rule", [LeastNorm(1e-9), FixedRank(2), LevenbergMarquardt(0.1)])
 def test_equations_of_two_unknowns_are_solved(rule):
-    last, solved = gauss_newton(circle, np.array([2.0, 4.0]), rule, small, never, 40)
+    last, solved = gauss_newton(circle, np.array([2.0, 4.0]), rule, small, never_stop, 40)
     assert solved and last.x == pytest.approx([3.0, 4.0], abs=1e-13)
 
 
@@ -49,7 +49,9 @@ def test_convergence_is_quadratic():
         errors.append(float(np.abs(path[-1].x - [3.0, 4.0]).max()))
         return small(path)
 
-    assert gauss_newton(circle, np.array([2.5, 4.5]), LeastNorm(1e-9), note, never, 10).solved
+    assert gauss_newton(
+        circle, np.array([2.5, 4.5]), LeastNorm(1e-9), note, never_stop, 10
+    ).solved
     for before, after in zip(errors[:-1], errors[1:], strict=True):
         assert after <= before**2 + 1e-14
 
@@ -59,7 +61,7 @@ def test_least_norm_moves_straight_to_a_sphere(rule):
     """Fewer equations than unknowns: the nearest point is on the ray through the start."""
     start = np.array([1.0, 2.0, -2.0])
     last, solved = gauss_newton(
-        lambda x: (np.array([x @ x - 36.0]), 2.0 * x[None]), start, rule, small, never, 20
+        lambda x: (np.array([x @ x - 36.0]), 2.0 * x[None]), start, rule, small, never_stop, 20
     )
     assert solved and last.x == pytest.approx(2.0 * start, abs=1e-12)
 
@@ -68,17 +70,25 @@ def test_a_direction_that_the_equations_hardly_see_is_left_alone():
     def equations(x):
         return np.array([x[0] - 1.0, 1e-6 * (x[1] - 1.0)]), np.diag([1.0, 1e-6])
 
-    far = gauss_newton(equations, np.zeros(2), LeastNorm(1e-9), never, never, 1).last.next
-    near = gauss_newton(equations, np.zeros(2), LeastNorm(1e-3), never, never, 1).last.next
-    one = gauss_newton(equations, np.zeros(2), FixedRank(1), never, never, 1).last.next
+    far = gauss_newton(
+        equations, np.zeros(2), LeastNorm(1e-9), never_stop, never_stop, 1
+    ).last.next
+    near = gauss_newton(
+        equations, np.zeros(2), LeastNorm(1e-3), never_stop, never_stop, 1
+    ).last.next
+    one = gauss_newton(
+        equations, np.zeros(2), FixedRank(1), never_stop, never_stop, 1
+    ).last.next
     assert far == pytest.approx([1.0, 1.0])
     assert near == pytest.approx([1.0, 0.0]) and one == pytest.approx([1.0, 0.0])
 
 
 def test_long_steps_are_shortened_along_their_direction():
     rule = LeastNorm(1e-9, longest=0.5)
-    last = gauss_newton(circle, np.array([2.0, 4.0]), LeastNorm(1e-9), never, never, 1).last
-    short = gauss_newton(circle, np.array([2.0, 4.0]), rule, never, never, 1).last
+    last = gauss_newton(
+        circle, np.array([2.0, 4.0]), LeastNorm(1e-9), never_stop, never_stop, 1
+    ).last
+    short = gauss_newton(circle, np.array([2.0, 4.0]), rule, never_stop, never_stop, 1).last
     assert last.size > 0.5 and short.size == pytest.approx(0.5)
     assert short.step == pytest.approx(last.step * 0.5 / last.size, abs=1e-14)
 
@@ -113,7 +123,9 @@ def test_damped_steps_never_move_away_and_descend_a_curved_valley():
         return small(path)
 
     start = np.array([-1.2, 1.0])
-    last, solved = gauss_newton(rosenbrock, start, LevenbergMarquardt(0.1), note, never, 200)
+    last, solved = gauss_newton(
+        rosenbrock, start, LevenbergMarquardt(0.1), note, never_stop, 200
+    )
     assert solved and last.x == pytest.approx([1.0, 1.0], abs=1e-12)
     assert all(after <= before for before, after in zip(sizes[:-1], sizes[1:], strict=True))
 
@@ -136,13 +148,18 @@ def test_unknowns_need_not_be_a_vector():
     """A rotation of the plane, as a complex number, that takes 1 to i."""
     found = gauss_newton(
         lambda turn: (np.array([np.angle(turn / 1j)]), np.eye(1)), 1.0 + 0.0j, LeastNorm(1e-9),
-        small, never, 5, lambda turn, step: turn * np.exp(-1j * step[0]),
+        small, never_stop, 5, lambda turn, step: turn * np.exp(-1j * step[0]),
     )  # fmt: skip
     assert found.solved and found.last.x == pytest.approx(1j)
 
 
 def test_without_equations_the_start_is_the_solution():
     last, solved = gauss_newton(
-        lambda x: (np.empty(0), np.empty((0, 2))), np.ones(2), LeastNorm(1e-9), small, never, 3
+        lambda x: (np.empty(0), np.empty((0, 2))),
+        np.ones(2),
+        LeastNorm(1e-9),
+        small,
+        never_stop,
+        3,
     )
     assert solved and last.x.tolist() == [1.0, 1.0]

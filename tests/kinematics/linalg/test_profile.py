@@ -9,8 +9,8 @@ import pytest
 from scipy.linalg import qr
 
 from kinematics.closure.series import expand, loop_matrix
-from kinematics.linalg.skyline_qr import COUNT, HEIGHT, JOINT, ROW, ROWS, profile
-from kinematics.model.arrays import Chain, Frame, frozen
+from kinematics.linalg.skyline_qr import COUNT, HEIGHT, JOINT, ROW, ROWS, envelope_table
+from kinematics.model.arrays import Chain, Frame, freeze
 
 
 def row(loops, seed, mimics=0):
@@ -33,18 +33,18 @@ def row(loops, seed, mimics=0):
     screws = np.column_stack([np.ones(n), rng.standard_normal((n, 2))])
     whole = np.int64
     chain = Chain(
-        frame=Frame(), joints=frozen(range(n), whole), units=frozen(np.ones(n)),
-        parent=frozen(parent, whole), screws=frozen(screws),
-        ends=frozen(np.array(ends)[order], whole), mimics=frozen(follow),
-        dependent=frozen([], whole), columns=frozen(np.zeros((n, 0))),
-        moves=frozen(np.ones((n, n - 3 * loops - mimics)), np.bool_),
-        links=frozen(range(n), whole),
+        frame=Frame(), joints=freeze(range(n), whole), units=freeze(np.ones(n)),
+        parent=freeze(parent, whole), screws=freeze(screws),
+        ends=freeze(np.array(ends)[order], whole), mimics=freeze(follow),
+        dependent=freeze([], whole), columns=freeze(np.zeros((n, 0))),
+        moves=freeze(np.ones((n, n - 3 * loops - mimics)), np.bool_),
+        links=freeze(range(n), whole),
     )  # fmt: skip
     pivots = qr(loop_matrix(chain), mode="r", pivoting=True)[1]
     dependent, inputs = np.split(pivots, [3 * loops + mimics])
     columns = np.zeros((n, inputs.size))
     columns[inputs, np.arange(inputs.size)] = 1.0
-    return replace(chain, dependent=frozen(dependent, whole), columns=frozen(columns))
+    return replace(chain, dependent=freeze(dependent, whole), columns=freeze(columns))
 
 
 @pytest.mark.parametrize(("loops", "mimics"), [(3, 0), (9, 0), (9, 3), (40, 0), (40, 7)])
@@ -63,7 +63,7 @@ def test_the_profile_is_as_wide_for_many_loops_as_for_few():
     for loops in (20, 160):
         chain = row(loops, seed=1)
         dependent = np.setdiff1d(np.arange(chain.parent.size), np.arange(0, 4 * loops + 1, 4))
-        lines = profile(chain.parent, chain.ends, chain.mimics, dependent, 3)
+        lines = envelope_table(chain.parent, chain.ends, chain.mimics, dependent, 3)
         first, joints = lines[ROW, :loops], lines[JOINT, : dependent.size]
         assert lines[COUNT, ROWS] == 3 * loops
         assert sorted(first.tolist()) == list(range(0, 3 * loops, 3))

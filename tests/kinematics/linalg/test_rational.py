@@ -7,7 +7,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from kinematics.linalg.rational import dot, echelon, largest_entry, leading_entry, null_space
+from kinematics.linalg.rational import (
+    dot,
+    echelon,
+    largest_entry,
+    leading_entry,
+    rational_null_space,
+)
 
 RULES = [leading_entry, largest_entry]
 
@@ -56,11 +62,11 @@ def test_complete_pivoting_begins_with_the_largest_entry():
 @pytest.mark.parametrize("seed", range(12))
 def test_the_null_space_has_product_zero_and_the_dimension_that_is_left(rule, seed):
     rows, rank = random_rows(seed)
-    found = null_space(rows, 6, rule)
+    found = rational_null_space(rows, 6, rule)
     assert len(found) == 6 - rank == len(echelon(found)[0])
     assert all(dot(row, vector) == 0 for row in rows for vector in found)
 
 
 def test_no_rows_leave_everything():
-    assert null_space([], 3) == [[int(i == j) for j in range(3)] for i in range(3)]
+    assert rational_null_space([], 3) == [[int(i == j) for j in range(3)] for i in range(3)]
     assert echelon([]) == ([], [])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinematics.linalg.vectors import alike_groups, distinct, project_out
+from kinematics.linalg.vectors import alike_groups, distinct_vectors, project_out
 
 
 def near(some, one):
@@ -24,7 +24,7 @@ def test_groups_are_those_that_a_comparison_of_all_pairs_gives():
         tuple(np.flatnonzero(which == c).tolist()) for c in set(which.tolist())
     }
     assert [group[0] for group in found] == sorted(group[0] for group in found)
-    assert distinct(points, near) == [group[0] for group in found]
+    assert distinct_vectors(points, near) == [group[0] for group in found]
 
 
 def test_a_vector_joins_by_the_first_of_its_group():
@@ -35,7 +35,7 @@ def test_a_vector_joins_by_the_first_of_its_group():
 
 
 def test_no_vectors_make_no_group():
-    assert alike_groups([], near) == [] and distinct(np.empty((0, 3)), near) == []
+    assert alike_groups([], near) == [] and distinct_vectors(np.empty((0, 3)), near) == []
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])

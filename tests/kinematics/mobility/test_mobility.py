@@ -17,7 +17,7 @@ import kinematics
 from balance import design_space, momentum_regressor
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, MobilityError
-from kinematics.spatial.inertia import displaced
+from kinematics.spatial.inertia import displace_parameters
 
 Z = [0.0, 0.0, 1.0]
 MASS = dict(mass=1.3, inertia=np.diag([0.1, 0.2, 0.3]), origin=along([0.2, 0.1, 0.0]))
@@ -174,7 +174,7 @@ def assert_same_bodies(linkage, other):
     """Parameters and joints of two poses of a linkage agree in the frames of its links."""
     frames = [{b.name: b.frame for b in each.bodies} for each in (linkage, other)]
     for one, two in zip(linkage.bodies, other.bodies, strict=True):
-        z = [displaced(b.inertia, np.linalg.inv(b.frame)) for b in (one, two)]
+        z = [displace_parameters(b.inertia, np.linalg.inv(b.frame)) for b in (one, two)]
         if one.name != "top":  # its frame turns with the bars of the file
             assert z[0] == pytest.approx(z[1], abs=1e-12)
     lengths = []

@@ -10,12 +10,12 @@ from laws import altered, posed
 
 import kinematics
 from balance.cli.main import main
-from kinematics.model.arrays import frozen
-from kinematics.model.full_turns import measured, unit, within_turn
+from kinematics.model.arrays import freeze
+from kinematics.model.full_turns import position_text, unit_of_joint, wrap_turns
 from kinematics.model.linkage import Joint
 
 JOINTS = [
-    Joint(kind, kind, -1, frozen([0, 0, 1, 0, 0, 0]), frozen(np.zeros(3)))
+    Joint(kind, kind, -1, freeze([0, 0, 1, 0, 0, 0]), freeze(np.zeros(3)))
     for kind in ("revolute", "prismatic", "helical")
 ]
 
@@ -32,19 +32,19 @@ def swung(tmp_path):
 
 def test_only_revolute_joints_turn():
     q = np.array([[7.0, 7.0, 7.0], [-20.0, -20.0, -20.0], [3.1, 0.0, -3.1]])
-    within, turns = within_turn(JOINTS, q)
+    within, turns = wrap_turns(JOINTS, q)
     assert turns.tolist() == [[1, 0, 0], [-3, 0, 0], [0, 0, 0]]
     assert np.array_equal(within[:, 1:], q[:, 1:])
     assert within[:, 0] + 2 * np.pi * turns[:, 0] == pytest.approx(q[:, 0], abs=1e-14)
     assert np.exp(1j * within[:, 0]) == pytest.approx(np.exp(1j * q[:, 0]), abs=1e-14)
     angles = np.random.default_rng(1).uniform(-100, 100, (1000, 3))
-    assert np.abs(within_turn(JOINTS, angles)[0][:, 0]).max() <= np.pi
+    assert np.abs(wrap_turns(JOINTS, angles)[0][:, 0]).max() <= np.pi
 
 
 def test_positions_in_words():
-    assert [unit(joint) for joint in JOINTS] == ["rad", "m", "rad"]
-    assert [measured(joint, 6.5) for joint in JOINTS] == ["0.217 rad", "6.5 m", "6.5 rad"]
-    assert measured(JOINTS[0], 6.5, 6) == "0.216815 rad"
+    assert [unit_of_joint(joint) for joint in JOINTS] == ["rad", "m", "rad"]
+    assert [position_text(joint, 6.5) for joint in JOINTS] == ["0.217 rad", "6.5 m", "6.5 rad"]
+    assert position_text(JOINTS[0], 6.5, 6) == "0.216815 rad"
 
 
 def test_what_closed_a_file_is_told_within_a_turn(swung):

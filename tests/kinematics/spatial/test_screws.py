@@ -108,9 +108,7 @@ def test_adjoints_are_conjugation_and_commutator():
 def test_jacobi_identity_and_antisymmetry():
     a, b, c = np.random.default_rng(17).standard_normal((3, 6))
     bracket = screws.ad
-    cyclic = sum(
-        bracket(x) @ (bracket(y) @ z) for x, y, z in ((a, b, c), (b, c, a), (c, a, b))
-    )
+    cyclic = sum(bracket(x) @ (bracket(y) @ z) for x, y, z in ((a, b, c), (b, c, a), (c, a, b)))
     assert cyclic == pytest.approx(np.zeros(6), abs=1e-14)
     assert bracket(a) @ b == pytest.approx(-bracket(b) @ a, abs=1e-15)
     assert bracket(a) @ a == pytest.approx(np.zeros(6), abs=1e-15)

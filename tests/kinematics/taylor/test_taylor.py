@@ -16,12 +16,12 @@ from kinematics import taylor_motion
 from kinematics.assembly.assemble import assemble
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.closure.series import expand
-from kinematics.compiled.simd import LANES
+from kinematics.compiled.simd import VECTOR_WIDTH
 from kinematics.errors import LinkageError, MobilityError, MotionError, PoseError
 from kinematics.model.linkage import Mimic
 from kinematics.taylor.expansion_kernels import polynomials
-from kinematics.taylor.layout import layout
-from kinematics.taylor.monomials import monomials, multiply, powers
+from kinematics.taylor.layout import packed_layout
+from kinematics.taylor.monomials import monomial_powers, monomial_table, multiply_polynomials
 
 SIX = ["four_bar_general", "bennett", "five_bar", "three_rrr", "three_rsr", "delta"]
 
@@ -46,17 +46,19 @@ def points(motion, count, seed, share=1.0):
 @pytest.mark.parametrize(("width", "order"), [(1, 7), (2, 6), (3, 4), (5, 3)])
 def test_products_are_those_of_fractions(width, order):
     """Products without constants, by whole numbers, against a dictionary of exponents."""
-    table = monomials(width, order)
+    table = monomial_table(width, order)
     assert [sum(a) for a in table.exponents] == sorted(sum(a) for a in table.exponents)
     assert sorted(map(tuple, table.exponents.tolist())) == multi_indices(width, order)
     rng = np.random.default_rng(width)
     count = len(table.exponents)
-    A, B = rng.integers(-9, 9, (2, count, 2 * LANES)).astype(float)
+    A, B = rng.integers(-9, 9, (2, count, 2 * VECTOR_WIDTH)).astype(float)
     A[0] = B[0] = 0.0
-    out = np.full((count, 2 * LANES), np.nan)
+    out = np.full((count, 2 * VECTOR_WIDTH), np.nan)
     flat = (A.ravel(), B.ravel(), out.ravel())
-    multiply(1, count, LANES + 1, 2 * LANES, table.places, table.pairs, *flat)
-    expected = np.zeros((count, 2 * LANES))
+    multiply_polynomials(
+        1, count, VECTOR_WIDTH + 1, 2 * VECTOR_WIDTH, table.places, table.pairs, *flat
+    )
+    expected = np.zeros((count, 2 * VECTOR_WIDTH))
     index = {tuple(a): i for i, a in enumerate(table.exponents.tolist())}
     for i in range(1, count):
         for j in range(1, count):
@@ -67,11 +69,11 @@ def test_products_are_those_of_fractions(width, order):
 
 
 def test_powers_are_those_of_fractions():
-    table = monomials(3, 5)
+    table = monomial_table(3, 5)
     u = [Fraction(1, 2), Fraction(-3, 4), Fraction(5, 8)]
     x, y, z = u
     expected = [float(x**a * y**b * z**c) for a, b, c in table.exponents.tolist()]
-    assert relative(powers(table.exponents, np.array(u, float)), expected) < 1e-15
+    assert relative(monomial_powers(table.exponents, np.array(u, float)), expected) < 1e-15
 
 
 def test_too_many_products_are_refused():
@@ -111,15 +113,15 @@ def test_polynomials_are_the_series_along_rays(name, planar):
     linkage = kinematics.load(name)
     chain = linkage.chain if planar else linkage.spatial_chain
     order = 6 if chain.width < 4 else 3
-    table = monomials(chain.width, order)
-    found, condition = polynomials(chain.screws, layout(chain, table))
+    table = monomial_table(chain.width, order)
+    found, condition = polynomials(chain.screws, packed_layout(chain, table))
     assert 1.0 <= condition < 1e4
     rays = np.random.default_rng(8).standard_normal((5, chain.width))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     series = expand(chain, rays, order - 1)
     for k in range(1, order + 1):
         part = slice(table.starts[k], table.starts[k + 1])
-        values = powers(table.exponents[part], rays) @ found[part]
+        values = monomial_powers(table.exponents[part], rays) @ found[part]
         expected = np.einsum("rjw,rw->rj", series.C[:, k - 1], rays) / k
         assert relative(values, expected) < 1e-11
 

@@ -16,10 +16,10 @@ from robots import arm, bennett
 import kinematics
 from kinematics import taylor_motion, tool
 from kinematics.assembly.assemble import assemble
-from kinematics.assembly.close_loops import moved
+from kinematics.assembly.close_loops import rereference
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import LinkageError, PoseError
-from kinematics.model.chain import arrange
+from kinematics.model.chain import arrange_loops
 
 # An arm in the xz-plane with its wrist at (0, 0, 0.3); along y it is stretched at 1.4017 m.
 ARM = (
@@ -111,9 +111,9 @@ def collapsed(folder):
 
 def at(linkage, degrees):
     """The linkage with another reference pose."""
-    chain = arrange(linkage)
+    chain = arrange_loops(linkage)
     q = joint_positions(linkage, np.radians([degrees])) / chain.units
-    return assemble(moved(linkage, chain, q), ["q1"])
+    return assemble(rereference(linkage, chain, q), ["q1"])
 
 
 @pytest.mark.parametrize(

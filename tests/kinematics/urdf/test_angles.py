@@ -15,8 +15,12 @@ import kinematics
 from balance import design_space
 from kinematics.errors import LinkageError
 from kinematics.urdf.rational_screws import exact_geometry
-from kinematics.urdf.rounded_angles import nominal, rounded, twelfths
-from kinematics.urdf.xml_tree import build
+from kinematics.urdf.rounded_angles import (
+    find_rounded_angles,
+    nearest_twelfth,
+    replace_rounded_angles,
+)
+from kinematics.urdf.xml_tree import build_tree
 
 RIGHT = "1.5707963267948966"
 
@@ -43,7 +47,7 @@ OTHER = [
 
 @pytest.mark.parametrize("word", [*ROUNDED, *FULL, *OTHER], ids=lambda word: word[:24])
 def test_what_stands_for_a_multiple(word):
-    assert twelfths(word) == (ROUNDED | FULL).get(word, 0)
+    assert nearest_twelfth(word) == (ROUNDED | FULL).get(word, 0)
 
 
 @given(st.integers(-60, 60).filter(bool), st.integers(4, 17), st.booleans())
@@ -53,14 +57,14 @@ def test_multiples_are_known_by_any_number_of_digits(k, places, cut):
         scaled = k * mpmath.pi / 12 * 10**places
         digits = int(scaled) if cut else int(mpmath.nint(scaled))
     word = f"{'-' * (digits < 0)}{abs(digits):0{places + 1}d}"
-    assert twelfths(f"{word[:-places]}.{word[-places:]}") == k
+    assert nearest_twelfth(f"{word[:-places]}.{word[-places:]}") == k
 
 
 @given(st.integers(-60, 60).filter(bool), st.floats(2e-6, 9e-5), st.sampled_from([-1, 1]))
 def test_calibrated_angles_are_not_rounded_ones(k, off, sign):
     """Digits that go on beyond those in which an angle differs are meant."""
     word = f"{k * math.pi / 12 + sign * off:.12f}"
-    assert twelfths(word) == (k if len(word.rstrip("0").partition(".")[2]) < 7 else 0)
+    assert nearest_twelfth(word) == (k if len(word.rstrip("0").partition(".")[2]) < 7 else 0)
 
 
 EVERYWHERE = robot(
@@ -78,8 +82,10 @@ EVERYWHERE = robot(
 
 
 def test_angles_are_looked_for_where_the_reader_uses_them():
-    tree = build(EVERYWHERE.encode())
-    found = [(r.label.partition(" (")[0], r.attribute, r.word) for r in rounded(tree)]
+    tree = build_tree(EVERYWHERE.encode())
+    found = [
+        (r.label.partition(" (")[0], r.attribute, r.word) for r in find_rounded_angles(tree)
+    ]
     assert found == [
         ("link 'a'", "rpy", "3.1416"),
         ("joint 'j'", "rpy", "1.5708"),
@@ -91,7 +97,7 @@ def test_angles_are_looked_for_where_the_reader_uses_them():
 
 def test_only_those_angles_are_replaced():
     """And to the nearest double, those of twelve digits too; the rest of the tree is kept."""
-    tree = build(EVERYWHERE.encode())
+    tree = build_tree(EVERYWHERE.encode())
     full = {
         "0 3.1416 0": "0 3.141592653589793 0",
         ' rpy=" 1.5708 0  0.5 "': f' rpy="{RIGHT} 0 0.5"',
@@ -102,10 +108,10 @@ def test_only_those_angles_are_replaced():
     for old, new in full.items():
         assert text.count(old) == 1
         text = text.replace(old, new)
-    changed = nominal(tree)
-    assert changed == build(text.encode())
-    assert rounded(changed) == []
-    assert nominal(changed) is changed
+    changed = replace_rounded_angles(tree)
+    assert changed == build_tree(text.encode())
+    assert find_rounded_angles(changed) == []
+    assert replace_rounded_angles(changed) is changed
 
 
 def test_nominal_is_what_all_digits_give(tmp_path):

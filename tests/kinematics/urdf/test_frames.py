@@ -8,8 +8,8 @@ from kinematics import gallery
 from kinematics import model_gallery as models
 from kinematics.errors import FileError
 from kinematics.urdf import read as urdf
-from kinematics.urdf.robot_tree import described
-from kinematics.urdf.validate import check
+from kinematics.urdf.robot_tree import describe_robot
+from kinematics.urdf.validate import validate_file
 
 ROUND_OFF = 1e-15
 
@@ -30,7 +30,7 @@ def apart(ours, theirs):
 
 def agree(path):
     """Compare both readings of a file; returns how many links have inertia."""
-    robot, other = described(check(path)), second(path).robot
+    robot, other = describe_robot(validate_file(path)), second(path).robot
     assert robot.name == other.name
     assert list(robot.links) == [link.name for link in other.links]
     for ours, theirs in zip(robot.links.values(), other.links, strict=True):
@@ -64,7 +64,7 @@ def test_robots_of_example_robot_data():
         pytest.skip("needs example-robot-data")
     for path in found.values():
         try:
-            check(path)
+            validate_file(path)
         except FileError:
             continue
         weighed += agree(path)
@@ -73,7 +73,7 @@ def test_robots_of_example_robot_data():
 
 def number(rng, size=1.0):
     """A number in one of the ways in which people and programs write them."""
-    value = float(rng.choice([0.0, 1.0, -1.0, rng.normal(), rng.normal() * 10.0 ** 5])) * size
+    value = float(rng.choice([0.0, 1.0, -1.0, rng.normal(), rng.normal() * 10.0**5])) * size
     form = rng.choice(["{!r}", "{:.6g}", "{:.3e}", "{:+.4f}"])
     return form.format(value)
 
@@ -140,7 +140,7 @@ def test_both_sources_make_the_same_draft(tmp_path):
     for seed in range(300, 400):
         path = random_file(tmp_path, seed)
         one = urdf.read(path, None, options)
-        other = urdf.adopt(second(path), None, options)
+        other = urdf.read_loaded_model(second(path), None, options)
         for ours, theirs in zip(one.joints, other.joints, strict=True):
             assert (ours.name, ours.kind, ours.parent) == (
                 theirs.name, theirs.kind, theirs.parent,

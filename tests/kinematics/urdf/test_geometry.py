@@ -15,7 +15,7 @@ import kinematics
 from kinematics.errors import ExactError
 from kinematics.linalg import rational
 from kinematics.linalg.rational import BITS
-from kinematics.model.linkage import names
+from kinematics.model.linkage import names_of
 from kinematics.urdf.rational_screws import exact_geometry
 
 UNIT = dict(mass=1.0, inertia=np.eye(3))
@@ -73,7 +73,7 @@ def test_roots_are_exact_or_refused(x):
 @given(st.lists(st.lists(st.integers(-3, 3), min_size=4, max_size=4), max_size=4))
 def test_null_spaces_are_complete(rows):
     exact = [[Fraction(x) for x in row] for row in rows]
-    found = rational.null_space(exact, 4)
+    found = rational.rational_null_space(exact, 4)
     assert all(rational.dot(row, vector) == 0 for row in exact for vector in found)
     rank = np.linalg.matrix_rank(np.array(rows or [[0] * 4]))
     assert len(found) == 4 - rank
@@ -85,7 +85,7 @@ def test_the_bracket_is_that_of_the_screws(entries):
     from kinematics.spatial.screws import ad
 
     a, b = entries[:6], entries[6:]
-    found = rational.bracket([Fraction(x) for x in a], [Fraction(x) for x in b])
+    found = rational.rational_bracket([Fraction(x) for x in a], [Fraction(x) for x in b])
     assert [float(x) for x in found] == (ad(a) @ b).tolist()
 
 
@@ -258,4 +258,4 @@ def test_a_fixed_base_and_a_file_of_loops_are_what_was_loaded(tmp_path):
     linkage = kinematics.load(urdf, yaml, fix_base=True)
     geometry = exact_geometry(linkage)
     assert len(geometry.screws) == len(linkage.joints) == 5
-    assert "crank/end.0" in names(linkage.joints)
+    assert "crank/end.0" in names_of(linkage.joints)

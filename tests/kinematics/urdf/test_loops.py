@@ -19,15 +19,15 @@ from urdf_text import (
 )
 
 from kinematics.model.linkage import GROUND
-from kinematics.urdf.loop_joints import perpendicular
+from kinematics.urdf.loop_joints import perpendicular_to
 
 
 def test_perpendicular_directions():
     for n, u in ([0, 1], [1, 2], [2, 0]):
-        assert perpendicular(np.eye(3)[n]).tolist() == np.eye(3)[u].tolist()
+        assert perpendicular_to(np.eye(3)[n]).tolist() == np.eye(3)[u].tolist()
     for n in np.random.default_rng(0).normal(size=(200, 3)):
         n = n / np.linalg.norm(n)
-        u = perpendicular(n)
+        u = perpendicular_to(n)
         assert abs(u @ n) < 1e-15 and abs(u @ u - 1) < 1e-15
 
 
@@ -56,7 +56,7 @@ def bench(read, kind, rng, axis=None, second=None, error=EYE, ends=("b", "c")):
     poses = {"a": EYE, "b": random_pose(rng), "c": random_pose(rng), "d": EYE}
     poses["d"] = poses["c"] @ random_pose(rng)
     n = np.array([1.0, 0, 0]) if axis is None else np.asarray(axis) / np.linalg.norm(axis)
-    b = perpendicular(n) if second is None else np.asarray(second, dtype=float)
+    b = perpendicular_to(n) if second is None else np.asarray(second, dtype=float)
     here = random_pose(rng)
     before = poses[ends[0]] @ here
     after = before @ freedom(rng, kind, n, b) @ error
@@ -112,7 +112,7 @@ def loop_screws(kind, before, after, n, found):
         return [screw(n, p), screw(u, p), screw(np.cross(n, u), p)]
     if kind == "universal":
         axis = before[:3, :3].T @ n
-        return [screw(n, p), screw(after[:3, :3] @ perpendicular(axis), p)]
+        return [screw(n, p), screw(after[:3, :3] @ perpendicular_to(axis), p)]
     turn = screw(n, p)
     chains = {"fixed": np.zeros((0, 6)), "prismatic": [slide], "cylindrical": [turn, slide]}
     return chains.get(kind, [turn])
@@ -140,7 +140,7 @@ def test_open_loops(read, kind, seed):
     reached = np.linalg.inv(gap) @ after
     local = np.linalg.inv(before) @ reached
     a = before[:3, :3].T @ n
-    b = perpendicular(a)
+    b = perpendicular_to(a)
     assert constraint(kind, local, a, b) < 1e-12
     assert constraint(kind, np.linalg.inv(before) @ after, a, b) > 1e-4
     assert not np.array_equal(gap, EYE)

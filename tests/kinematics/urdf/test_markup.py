@@ -7,11 +7,13 @@ import pytest
 from spent import spent
 from urdf_text import FOUR_BAR, refusal
 
-from kinematics.urdf.validate import check
+from kinematics.urdf.validate import validate_file
 
 
 def test_text_and_order_are_kept(robot):
-    tree = check(robot('<robot name="r"><link name="l"/><note> a<b/> b </note></robot>'))
+    tree = validate_file(
+        robot('<robot name="r"><link name="l"/><note> a<b/> b </note></robot>')
+    )
     assert tree.first("note").text == "a b"
     assert [item.tag for item in tree.walk()] == ["robot", "link", "note", "b"]
 
@@ -19,7 +21,7 @@ def test_text_and_order_are_kept(robot):
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "iso-8859-1"])
 def test_encodings(robot, encoding):
     text = FOUR_BAR.replace('"1.0"', f'"1.0" encoding="{encoding}"').replace("crank", "bièle")
-    assert check(robot(text.encode(encoding))).every("link")[1].name == "bièle"
+    assert validate_file(robot(text.encode(encoding))).every("link")[1].name == "bièle"
 
 
 @pytest.mark.parametrize("percent", range(10, 100))

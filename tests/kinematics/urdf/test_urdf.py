@@ -1,6 +1,5 @@
 """Reading URDF: frames, screws, inertias and mimics against independent routes."""
 
-
 import numpy as np
 import pytest
 from laws import point_masses, sums
@@ -303,7 +302,9 @@ def test_names_survive(read, name):
         link("b" + name, **UNIT_INERTIA),
         joint("j" + name, "planar", "a", "b" + name),
     )
-    plain = guard.parse(f'<robot name="{name}.">{link("l")}</robot>'.encode(), "x").name[:-1]
+    plain = guard.parse_file(f'<robot name="{name}.">{link("l")}</robot>'.encode(), "x").name[
+        :-1
+    ]
     assert draft.bodies[0].name == "b" + plain and draft.joints[1].name == f"j{plain}.1"
 
 

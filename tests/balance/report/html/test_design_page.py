@@ -14,7 +14,7 @@ from test_page import HOSTILE, Elements
 import kinematics
 from balance import design_space, mass_properties
 from balance.designs.best_design import design
-from balance.report.html.design import ellipsoid, page
+from balance.report.html.design import design_page, ellipsoid
 
 FOUR_BAR, PARALLEL = "four_bar_antiparallelogram", "three_rsr"
 CASES = ((FOUR_BAR, None), (PARALLEL, "u2=u3"))
@@ -24,7 +24,7 @@ CASES = ((FOUR_BAR, None), (PARALLEL, "u2=u3"))
 def case(model, motion):
     """A design and the text of its page."""
     found = design(design_space(kinematics.load(model), motion))
-    return found, page(found)
+    return found, design_page(found)
 
 
 def parameters_of(solid):
@@ -87,7 +87,7 @@ def test_names_from_files_are_text():
     try:
         object.__setattr__(linkage, "name", HOSTILE)
         object.__setattr__(found.space, "bodies", (HOSTILE, *before[1][1:]))
-        text = page(found)
+        text = design_page(found)
     finally:
         object.__setattr__(linkage, "name", before[0])
         object.__setattr__(found.space, "bodies", before[1])

@@ -15,8 +15,8 @@ from test_motion_command import followed
 
 import kinematics
 from balance.cli.main import main
-from balance.report.html.motion import webpage
-from balance.taylor_poses.error_curves import FAR, LINES, curves
+from balance.report.html.motion import motion_page
+from balance.taylor_poses.error_curves import FAR, LINES, error_curves
 from balance.taylor_poses.prediction import Predictions, predict
 from kinematics import taylor_motion
 
@@ -39,7 +39,7 @@ def foretold(motion, *points, line=False):
 def test_curves_are_errors_against_another_route(name, column):
     """Every order's own expansion, and poses of `reference`, at three distances each way."""
     motion = expanded(name)
-    panel = curves(foretold(motion))[column]
+    panel = error_curves(foretold(motion))[column]
     assert panel.errors.shape == (5, panel.x.size) and np.all(np.diff(panel.x) > 0.0)
     for share in (-0.9, -0.5, 0.2, 0.8):
         at = int(np.argmin(np.abs(panel.x - share * motion.radius)))
@@ -55,7 +55,7 @@ def test_curves_are_errors_against_another_route(name, column):
 
 def test_the_error_of_order_k_falls_like_the_next_power():
     """Halfway in, it is 2^-(k + 1) of what it was, to 15 %; checked above round-off."""
-    panel, *_ = curves(foretold(expanded("four_bar_general", 4)))
+    panel, *_ = error_curves(foretold(expanded("four_bar_general", 4)))
     far = 0.04
     whole, half = (np.array([np.interp(x, panel.x, np.log(np.maximum(line, 1e-300)))
                              for line in panel.errors]) for x in (2 * far, far))  # fmt: skip
@@ -67,7 +67,7 @@ def test_the_way_ends_where_the_linkage_does():
     motion = expanded("slider_crank", 4, ("q4",))
     edge = float(motion.distance([0.4]))
     assert motion.radius < edge < FAR * motion.radius
-    (panel,) = curves(foretold(motion))
+    (panel,) = error_curves(foretold(motion))
     assert panel.closed == pytest.approx((edge,), rel=1e-3)
     assert panel.x[-1] == panel.closed[0]
     assert panel.x[0] == pytest.approx(-FAR * motion.radius, rel=1e-9)
@@ -80,14 +80,14 @@ def test_the_way_ends_where_the_linkage_does():
 def test_a_line_leads_to_its_target_and_past_the_radius():
     motion = expanded("five_bar")
     y = np.array([0.06, 0.08])
-    (panel,) = curves(foretold(motion, y, line=True))
+    (panel,) = error_curves(foretold(motion, y, line=True))
     assert panel.target == pytest.approx(0.1)
     assert (panel.x[0], panel.x[-1]) == (0.0, pytest.approx(FAR * motion.radius))
     at = int(np.argmin(np.abs(panel.x - 0.1)))
     error = predict(motion, y / 0.1 * panel.x[at]).difference
     assert panel.errors[-1, at] == pytest.approx(error, rel=1e-3)
     # The reference pose has no direction: all are shown.
-    assert len(curves(foretold(motion, np.zeros(2), line=True))) == 2
+    assert len(error_curves(foretold(motion, np.zeros(2), line=True))) == 2
 
 
 def test_a_path_is_shown_as_long_as_it_is():
@@ -96,7 +96,7 @@ def test_a_path_is_shown_as_long_as_it_is():
     r = motion.radius
     u2 = [0.5 * r, 0.9 * r, 1.1 * r, 1.2 * r, 0.8 * r]
     found = foretold(motion, *([0.0, u] for u in u2), [1.8, 0.0])
-    (panel,) = curves(found)
+    (panel,) = error_curves(found)
     steps = np.append(np.abs(np.diff(u2)), np.hypot(0.8 * r, 1.8))
     assert panel.x == pytest.approx([0.0, *np.cumsum(steps)])
     ends = (panel.x[1] + panel.x[2]) / 2, (panel.x[3] + panel.x[4]) / 2
@@ -108,11 +108,11 @@ def test_a_path_is_shown_as_long_as_it_is():
 
 def test_a_restricted_motion_has_a_panel_for_each_freedom():
     motion = expanded("three_rsr", 3, None, "u2=u3")
-    assert [panel.title for panel in curves(foretold(motion))] == [
+    assert [panel.title for panel in error_curves(foretold(motion))] == [
         "along u1", "along u2 and u3",
     ]  # fmt: skip
     open_chain = foretold(expanded("hprs", 2))
-    panels = curves(open_chain)
+    panels = error_curves(open_chain)
     assert len(panels) == LINES and all(panel.beyond == () for panel in panels)
     assert max(panel.errors.max() for panel in panels) < 1e-14
 
@@ -147,11 +147,13 @@ def test_the_page_holds_the_report_and_escapes_names():
     whole = replace(motion.motion, inputs=names[:2])
     found = foretold(motion, [0.1, 0.2], [0.2, 0.1])
     found = replace(found, motion=replace(motion, linkage=linkage, motion=whole, joints=names))
-    text = webpage(found, curves(found))
+    text = motion_page(found, error_curves(found))
     assert hostile not in text
     # Plotly reads titles as HTML.
     named = replace(found, poses=())
-    (figures,) = re.findall(r'id="figures">(.*?)</script>', webpage(named, curves(named)), re.S)
+    (figures,) = re.findall(
+        r'id="figures">(.*?)</script>', motion_page(named, error_curves(named)), re.S
+    )
     for figure in json.loads(figures):
         assert "&lt;script&gt;" in figure["layout"]["title"]["text"]
         assert "<" not in figure["layout"]["title"]["text"]
@@ -171,7 +173,7 @@ def test_curves_are_drawn_offline(tmp_path):
         pytest.skip("no chromium with its chromedriver on the PATH")
     found = foretold(expanded("five_bar", 4))
     path = tmp_path / "page.html"
-    path.write_text(webpage(found, curves(found)), encoding="utf-8")
+    path.write_text(motion_page(found, error_curves(found)), encoding="utf-8")
     drawn = "return document.querySelectorAll('.traces .scatterlayer path.js-line').length"
     tops = "return [0, 1].map((k) => byId(`traces${k}`).getBoundingClientRect().top)"
     with browser.started(tmp_path / "profile") as driver:

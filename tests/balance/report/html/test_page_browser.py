@@ -16,7 +16,7 @@ from balance import design_space
 from balance.interpretation.explain import explain
 from balance.momentum.momentum_lines import meeting, momentum_lines
 from balance.report.data import report_data
-from balance.report.html.report import page
+from balance.report.html.report import report_page
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.spatial.screws import hat
 
@@ -30,7 +30,7 @@ READ = "return document.getElementById('plot').data.find((t) => t.name === argum
 def written(folder, space):
     """The address of the page of a design space."""
     path = folder / "page.html"
-    path.write_text(page(space, explain(space)), encoding="utf-8")
+    path.write_text(report_page(space, explain(space)), encoding="utf-8")
     return path.as_uri()
 
 

@@ -6,8 +6,8 @@ import pytest
 from browser import needs_browser, started, wait_until
 
 import kinematics
-from balance.report.html.verification import webpage
-from balance.verification.pinocchio_model import beside, verify
+from balance.report.html.verification import verification_page
+from balance.verification.pinocchio_model import verify, verify_beside
 
 pytestmark = needs_browser
 DRAWN = "return document.querySelectorAll('.traces .scatterlayer path.js-line').length"
@@ -15,9 +15,9 @@ DRAWN = "return document.querySelectorAll('.traces .scatterlayer path.js-line').
 
 def test_curves_are_drawn_offline(tmp_path):
     first = verify(kinematics.load("four_bar_general"), trajectories=1, samples=40)
-    second = beside(first, kinematics.load("four_bar_kite_balanced"))
+    second = verify_beside(first, kinematics.load("four_bar_kite_balanced"))
     path = tmp_path / "page.html"
-    path.write_text(webpage([first, second]), encoding="utf-8")
+    path.write_text(verification_page([first, second]), encoding="utf-8")
     with started(tmp_path / "profile") as driver:
         driver.get(path.as_uri())
         wait_until(driver, lambda page: page.execute_script(DRAWN) == 21)

@@ -80,7 +80,7 @@ def regressor_workspace(
 def moments_workspace(
     V: Array, links: IntArray, moves: NDArray[np.bool_], per: int, size: int
 ) -> tuple[Array, Array, Array, Array]:
-    """Workspace as `regressor_workspace`, and zeros for the regressor, by bodies and as rows."""
+    """The `regressor_workspace`, and zeros for the regressor, by bodies and as rows."""
     rays, orders = V.shape[:2]
     width, bodies = moves.shape[1], links.size
     X = np.zeros((orders, rays, width, per, bodies, size))

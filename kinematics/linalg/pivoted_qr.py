@@ -51,7 +51,7 @@ class Factor(NamedTuple):
     Kernels make it of their arguments at no cost; from Python it would take 2 to 3 µs to pass.
 
     Attributes:
-        F: workspace as from `factor_workspace`: rows of the factor, rows to be absorbed, columns
+        F: workspace as from `factor_workspace`: rows of the factor, rows to absorb, columns
             in the order of elimination (≥ rank + m + 1, P), P a multiple of the vector width.
         permutation: that order, as numbers of the entries of ``columns`` (p,).
         columns: the parameters that the columns stand for (p,).

@@ -17,7 +17,7 @@ from balance.conditions.rank import Conditions
 from balance.conditions.ray_kernels import RaySeries, collect_orders
 from balance.momentum.regressor import moments_workspace, parameters_per_body, rows_per_column
 from balance.momentum.regressor_kernels import planar_regressor, spatial_regressor
-from kinematics.closure.newton import follow_series, newton_workspace, radius_along
+from kinematics.closure.newton_kernels import follow_series, newton_workspace, radius_along
 from kinematics.closure.series import planar_series, series_workspace, spatial_series
 from kinematics.compiled.jit import kernel
 from kinematics.compiled.simd import VECTOR_WIDTH

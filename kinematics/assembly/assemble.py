@@ -15,7 +15,7 @@ from dataclasses import fields
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.assembly import close_loops as closing
+from kinematics.assembly.close_loops import close_loops
 from kinematics.assembly.repair_axes import (
     has_near_zero_singular_values,
     repair_axes,
@@ -27,6 +27,7 @@ from kinematics.assembly.singular_pose import (
     is_near_singular,
     leave_singular_pose,
 )
+from kinematics.assembly.welded_bodies import merge_welded_bodies
 from kinematics.closure.newton import Pose
 from kinematics.errors import CoordinateError, MobilityError, MotionError
 from kinematics.mobility.components import Component, component_freedoms, split_components
@@ -64,9 +65,7 @@ def assemble(
             branches of motion meet at the pose of the file.
         CoordinateError: an input is unknown or depends on the others.
     """
-    draft = closing.merge_welded_bodies(
-        closing.close_loops(draft, None if exactly else repair_component)
-    )
+    draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     try:
         linkage, rounded, near = _assembled(draft, wanted)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.assembly.rereference import rereference
 from kinematics.closure.newton import Pose, forward_kinematics
 from kinematics.errors import OpenLoopError
 from kinematics.linalg.gauss_newton import (
@@ -26,19 +27,16 @@ from kinematics.linalg.gauss_newton import (
 )
 from kinematics.mobility.components import Component, split_components
 from kinematics.mobility.first_order import closure_equations
-from kinematics.model.arrays import Chain, freeze
+from kinematics.model.arrays import Chain
 from kinematics.model.chain import arrange_loops, extent, paths
 from kinematics.model.full_turns import position_text, wrap_turns
-from kinematics.model.linkage import LinkPose, Notice, UnassembledLinkage
-from kinematics.spatial.inertia import displace_parameters
-from kinematics.spatial.screws import Ad, hat
+from kinematics.model.linkage import Notice, UnassembledLinkage
+from kinematics.spatial.screws import hat
 
 __all__ = [
     "NEARBY_DISTANCE",
     "close_loops",
-    "rereference",
     "nearby_starts",
-    "merge_welded_bodies",
 ]
 
 Array = NDArray[np.float64]
@@ -152,31 +150,6 @@ def nearby_starts(chain: Chain) -> Iterator[Array]:
         q = _solved(chain, gaps, start)
         if q is not None and np.abs(q).max() > NEARBY_DISTANCE:
             yield q
-
-
-def merge_welded_bodies(draft: UnassembledLinkage) -> UnassembledLinkage:
-    """The draft with every two bodies that a loop without a joint welds together as one.
-
-    A body that is welded to the ground is dropped. The loops must be closed.
-    """
-    bodies, notices = list(draft.bodies), list(draft.notices)
-    for loop in draft.loops:
-        if draft.joints[loop.end].in_loop:
-            continue
-        pair = [body for body in bodies if body.link in (loop.end, loop.successor)]
-        if not pair or (len(pair) == 1 and loop.successor >= 0):
-            continue
-        bodies = [body for body in bodies if body not in pair]
-        joined = "the ground"
-        if loop.successor >= 0:
-            first, second = pair
-            total = freeze(first.inertia + second.inertia)
-            bodies.append(replace(first, inertia=total))
-            bodies.sort(key=lambda body: body.link)
-            joined, pair = first.name, [second]
-        text = f"loop '{loop.name}' makes '{pair[0].name}' one body with {joined}"
-        notices.append(Notice("welded", text))
-    return replace(draft, bodies=tuple(bodies), notices=tuple(notices))
 
 
 def _starts(joints: int) -> Iterator[Array]:
@@ -315,45 +288,3 @@ def _in_frame(chain: Chain, H: Array) -> Array:
     out, o = H.copy(), chain.frame.origin
     out[:3, 3] = (H[:3, :3] @ o + H[:3, 3] - o) / chain.frame.length
     return out
-
-
-def _from_frame(chain: Chain, H: Array) -> Array:
-    """A displacement in the coordinates of the chain, as one of inertial space."""
-    out, o = H.copy(), chain.frame.origin
-    out[:3, 3] = chain.frame.length * H[:3, 3] + o - H[:3, :3] @ o
-    return out
-
-
-def rereference(draft: UnassembledLinkage, chain: Chain, q: Array) -> UnassembledLinkage:
-    """The draft with the joint positions q as its reference pose and its gaps closed."""
-    H = np.array([_from_frame(chain, h) for h in forward_kinematics(chain, q).H])
-    before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
-    joints = tuple(
-        replace(
-            joint,
-            screw=freeze(Ad(h) @ joint.screw),
-            point=freeze(h[:3, :3] @ joint.point + h[:3, 3]),
-        )
-        for joint, h in zip(draft.joints, before, strict=True)
-    )
-    bodies = tuple(
-        replace(
-            body,
-            inertia=freeze(displace_parameters(body.inertia, H[body.link])),
-            frame=freeze(H[body.link] @ body.frame),
-        )
-        for body in draft.bodies
-    )
-    places = {
-        name: place
-        if place.link < 0
-        else LinkPose(place.link, freeze(H[place.link] @ place.pose))
-        for name, place in draft.places.items()
-    }
-    positions = draft.displaced
-    if q.any():
-        positions = freeze(q * chain.units + (0.0 if positions is None else positions))
-    return replace(
-        draft, joints=joints, bodies=bodies, places=places, displaced=positions,
-        loops=tuple(replace(loop, gap=freeze(np.eye(4))) for loop in draft.loops),
-    )  # fmt: skip

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from kinematics.assembly.assemble import assemble
-from kinematics.assembly.close_loops import rereference
+from kinematics.assembly.rereference import rereference
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError
 from kinematics.model.chain import arrange_loops

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.assembly import close_loops as closing
+from kinematics.assembly.close_loops import NEARBY_DISTANCE, nearby_starts
+from kinematics.assembly.rereference import rereference
 from kinematics.closure.newton import Pose, follow_ray
 from kinematics.closure.series import Series, expand, loop_matrix
 from kinematics.errors import MobilityError
@@ -140,7 +141,7 @@ def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
             f"along it, by {_positions(draft, chain, q)}"
         )
     notices = (*draft.notices, Notice("left_singular_pose", text))
-    return replace(closing.rereference(draft, chain, q), notices=notices)
+    return replace(rereference(draft, chain, q), notices=notices)
 
 
 def _singular(group: Component) -> _Group | None:
@@ -204,11 +205,11 @@ def _rigid(group: Component, local: LocalMobility) -> MobilityError:
         f"at order {local.order}" if local.order <= MAX_ORDER else f"beyond order {MAX_ORDER}"
     )
     remedy = "it is a structure: check the origins and axes along its loops"
-    for far in closing.nearby_starts(chain):
+    for far in nearby_starts(chain):
         q, _ = wrap_turns(draft.joints, far)
-        there = arrange_loops(closing.rereference(draft, chain, q))
+        there = arrange_loops(rereference(draft, chain, q))
         free, _ = first_order(loop_matrix(there))
-        if np.abs(q).max() > closing.NEARBY_DISTANCE and free.shape[1] and _ahead(there, free):
+        if np.abs(q).max() > NEARBY_DISTANCE and free.shape[1] and _ahead(there, free):
             where = _positions(draft, chain, q)
             remedy = f"it moves at other poses: write the file at one, such as {where}"
             break

@@ -25,7 +25,7 @@ __all__ = [
     "begin_command",
     "compile",
     "compile_in_background",
-    "measure_kernel_time",
+    "kernel_clock",
     "compile_mode",
     "register_warm_up",
 ]
@@ -116,7 +116,7 @@ def compile() -> None:
         return
     from kinematics.compiled.numba_compiler import compiled_kernels
 
-    measure_kernel_time.compile_all()
+    kernel_clock.compile_all()
     folder, package = cache_folder(), _Choice.warm_up.package
     for _ in _Choice.warm_up.stages():
         if folder is not None and not folder.exists():
@@ -156,7 +156,7 @@ class _KernelTime:
         self._next = monotonic() + PAUSE
 
 
-measure_kernel_time = _KernelTime()
+kernel_clock = _KernelTime()
 
 
 def _start_background() -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.compiled.background import compile_mode, measure_kernel_time
+from kinematics.compiled.background import compile_mode, kernel_clock
 from kinematics.compiled.cache_contents import kernel_name
 
 __all__ = ["kernel"]
@@ -74,7 +74,7 @@ class _Kernel:
         """The results of the function."""
         if _within.kernel:
             return self.py_func(*args)
-        if measure_kernel_time.runs_compiled(self._name):
+        if kernel_clock.runs_compiled(self._name):
             return self.compiled(*args)
         _within.kernel, start = True, perf_counter()
         try:
@@ -83,7 +83,7 @@ class _Kernel:
                 return _unboxed(self.py_func(*numbers))
         finally:
             _within.kernel = False
-            measure_kernel_time.add(perf_counter() - start)
+            kernel_clock.add(perf_counter() - start)
 
     @cached_property
     def compiled(self) -> Any:

@@ -16,7 +16,7 @@ from robots import arm, bennett
 import kinematics
 from kinematics import taylor_motion, tool
 from kinematics.assembly.assemble import assemble
-from kinematics.assembly.close_loops import rereference
+from kinematics.assembly.rereference import rereference
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import LinkageError, PoseError
 from kinematics.model.chain import arrange_loops

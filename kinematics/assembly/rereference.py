@@ -1,0 +1,60 @@
+"""Another pose of a linkage as its reference pose: joints, bodies and frames carried to it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.closure.newton import forward_kinematics
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.linkage import LinkPose, UnassembledLinkage
+from kinematics.spatial.inertia import displace_parameters
+from kinematics.spatial.screws import Ad
+
+__all__ = ["rereference"]
+
+Array = NDArray[np.float64]
+
+
+def rereference(draft: UnassembledLinkage, chain: Chain, q: Array) -> UnassembledLinkage:
+    """The draft with the joint positions q as its reference pose and its gaps closed."""
+    H = np.array([_from_frame(chain, h) for h in forward_kinematics(chain, q).H])
+    before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
+    joints = tuple(
+        replace(
+            joint,
+            screw=freeze(Ad(h) @ joint.screw),
+            point=freeze(h[:3, :3] @ joint.point + h[:3, 3]),
+        )
+        for joint, h in zip(draft.joints, before, strict=True)
+    )
+    bodies = tuple(
+        replace(
+            body,
+            inertia=freeze(displace_parameters(body.inertia, H[body.link])),
+            frame=freeze(H[body.link] @ body.frame),
+        )
+        for body in draft.bodies
+    )
+    places = {
+        name: place
+        if place.link < 0
+        else LinkPose(place.link, freeze(H[place.link] @ place.pose))
+        for name, place in draft.places.items()
+    }
+    positions = draft.displaced
+    if q.any():
+        positions = freeze(q * chain.units + (0.0 if positions is None else positions))
+    return replace(
+        draft, joints=joints, bodies=bodies, places=places, displaced=positions,
+        loops=tuple(replace(loop, gap=freeze(np.eye(4))) for loop in draft.loops),
+    )  # fmt: skip
+
+
+def _from_frame(chain: Chain, H: Array) -> Array:
+    """A displacement in the coordinates of the chain, as one of inertial space."""
+    out, o = H.copy(), chain.frame.origin
+    out[:3, 3] = chain.frame.length * H[:3, 3] + o - H[:3, :3] @ o
+    return out

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinematics.tolerances import WRITTEN_AS_ZERO
+
 __all__ = ["check_summary", "count_noun", "first_names", "repr_lines", "vector_text"]
 
 # Most names in a list, most lines of a paragraph, and most characters of a line.
 NAMED, LINES, WIDTH = 6, 6, 96
-# Components below this part of the largest are shown as 0.
-TINY = 1e-12
 
 
 def check_summary(found: NamedTuple) -> str:
@@ -38,7 +38,9 @@ def first_names(names: Sequence[str]) -> str:
 def vector_text(x: ArrayLike) -> str:
     """The components of a vector to four digits: ``(0.5, 0, -1)``."""
     values = np.asarray(x, dtype=np.float64)
-    kept = np.where(np.abs(values) > TINY * np.abs(values).max(initial=0.0), values, 0.0)
+    kept = np.where(
+        np.abs(values) > WRITTEN_AS_ZERO * np.abs(values).max(initial=0.0), values, 0.0
+    )
     return f"({', '.join(f'{value:.4g}' for value in kept.tolist())})"
 
 

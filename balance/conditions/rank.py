@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 
 from kinematics.linalg.null_space import extend, known_and_null_space
 from kinematics.linalg.pivoted_qr import (
-    MARGIN,
-    RANK_RELATIVE,
     rows_follow,
     smallest_pivot,
     updated_factor,
 )
 from kinematics.model.arrays import freeze
+from kinematics.tolerances import RANK_MARGIN, RANK_RELATIVE
 
 __all__ = ["Conditions", "Decision", "singular_value_decomposition"]
 
@@ -89,7 +88,7 @@ class Conditions(NamedTuple):
     def thin(self) -> bool:
         """Whether the smallest pivot is near round-off."""
         smallest = smallest_pivot(self.factor, self.permutation)
-        return bool(smallest < MARGIN * self.floor * self.scale)
+        return bool(smallest < RANK_MARGIN * self.floor * self.scale)
 
     @property
     def rows(self) -> Array:
@@ -167,10 +166,10 @@ class Decision:
         """Whether the smallest singular value that counts is near round-off."""
         conditions = self.conditions
         least = smallest_pivot(conditions.factor, conditions.permutation)
-        near = MARGIN * conditions.floor
+        near = RANK_MARGIN * conditions.floor
         # Pivots exceed the singular values they stand for by less than 20 in practice, though
-        # W. Kahan's matrices (1966) show no such bound: a factor of MARGIN is ample.
-        return bool(least < MARGIN * near * conditions.scale and self.kept < near)
+        # W. Kahan's matrices (1966) show no such bound: a factor of RANK_MARGIN is ample.
+        return bool(least < RANK_MARGIN * near * conditions.scale and self.kept < near)
 
     @cached_property
     def _values(self) -> Array:

@@ -36,11 +36,12 @@ from balance.transfers.rigid_parts import number_rigid_parts
 from balance.transfers.serial_space import serial_transfers
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
-from kinematics.linalg.pivoted_qr import RANK_RELATIVE, round_off
+from kinematics.linalg.pivoted_qr import round_off
 from kinematics.model.arrays import Frame, freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.spatial.inertia import displace_parameters
+from kinematics.tolerances import RANK_RELATIVE
 from kinematics.wording import count_noun, first_names, repr_lines
 
 __all__ = ["ManySpaces", "design_space_many"]

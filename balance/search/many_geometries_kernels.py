@@ -22,9 +22,10 @@ from balance.transfers.serial_space import (
 )
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.null_space import put_solutions
-from kinematics.linalg.pivoted_qr import MARGIN, factor_workspace, refactor, smallest_pivot
+from kinematics.linalg.pivoted_qr import factor_workspace, refactor, smallest_pivot
 from kinematics.linalg.skyline_qr import COUNT, ROWS, factor_envelope, fill_envelope
 from kinematics.model.arrays import Chain
+from kinematics.tolerances import RANK_MARGIN
 
 __all__ = [
     "closure_residual",
@@ -319,7 +320,7 @@ def _sweep_kernel(dim):
             R = out[:rank]
             least = smallest_pivot(R, permutation)
             firm = (
-                least >= max(FIRM, MARGIN * tolerance) * scale
+                least >= max(FIRM, RANK_MARGIN * tolerance) * scale
                 and cut <= DROPPED_CLEARLY * tolerance * scale
             )
             if reach < NEAR or not firm:

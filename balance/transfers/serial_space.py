@@ -21,8 +21,8 @@ from balance.transfers.joint_kernels import beyond, contains, transferable
 from balance.transfers.rigid_parts import find_cluster, number_rigid_parts
 from balance.transfers.shares import Cluster, FoundTransfers, keep_transfer, share_inertia
 from kinematics.compiled.jit import kernel
-from kinematics.linalg.pivoted_qr import RANK_RELATIVE
 from kinematics.model.arrays import Chain
+from kinematics.tolerances import RANK_RELATIVE
 
 __all__ = [
     "KEPT_CLEARLY",

@@ -22,7 +22,6 @@ from kinematics.assembly.repair_axes import (
     repair_component,
 )
 from kinematics.assembly.singular_pose import (
-    SINGULAR_POSE_RESIDUAL,
     generic_direction,
     is_near_singular,
     leave_singular_pose,
@@ -36,14 +35,12 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import arrange_loops, move_chain, plane_normal, reduce_to_plane
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.motion import Motion
+from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
 
 __all__ = ["assemble", "moving_chain"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-# Axes that deviate by less from those of a planar linkage (radians) were probably rounded.
-NEARLY = 1e-4
 
 
 def assemble(
@@ -192,11 +189,12 @@ def _unfit(linkage: Linkage, motion: Motion) -> str:
 
 def _nearly_planar(chain: Chain) -> list[Notice]:
     """A remark if the linkage would be planar, were its axes not rounded."""
-    if chain.planar or plane_normal(chain, NEARLY) is None:
+    if chain.planar or plane_normal(chain, AXIS_ROUNDING) is None:
         return []
     text = (
-        f"the axes are parallel to within {NEARLY:.0e} rad, but not exactly, so the linkage is "
-        "taken as spatial; write angles such as π/2 with 16 digits if it is meant to be planar"
+        f"the axes are parallel to within {AXIS_ROUNDING:.0e} rad, but not exactly, so the "
+        "linkage is taken as spatial; write angles such as π/2 with 16 digits if it is meant "
+        "to be planar"
     )
     return [Notice("nearly_planar", text)]
 
@@ -225,7 +223,7 @@ def _still(
         pose = _moved(draft, part, local) if local.width else None
         poses.append(pose)
         if pose is not None:
-            still[part.joints] = np.abs(pose.q) <= SINGULAR_POSE_RESIDUAL * np.abs(pose.q).max()
+            still[part.joints] = np.abs(pose.q) <= IDLE_JOINT_RELATIVE * np.abs(pose.q).max()
     return still, poses
 
 

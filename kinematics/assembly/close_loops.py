@@ -32,9 +32,16 @@ from kinematics.model.chain import arrange_loops, extent, paths
 from kinematics.model.full_turns import position_text, wrap_turns
 from kinematics.model.linkage import Notice, UnassembledLinkage
 from kinematics.spatial.screws import hat
+from kinematics.tolerances import (
+    ALMOST_CLOSED_RESIDUAL,
+    CLOSING_STEP_RELATIVE,
+    CLOSURE_RESIDUAL,
+    NEARLY_CLOSING_STEP_RELATIVE,
+    OTHER_POSE_DISTANCE,
+    UNMOVED_DISTANCE,
+)
 
 __all__ = [
-    "NEARBY_DISTANCE",
     "close_loops",
     "nearby_starts",
 ]
@@ -42,16 +49,12 @@ __all__ = [
 Array = NDArray[np.float64]
 Mend = Callable[[UnassembledLinkage, Sequence[int], float, float], UnassembledLinkage | str]
 
-# Mismatch, in radians and characteristic lengths, at which loops count as closed.
-CLOSED = 1e-11
-# Loops that stay open by no more may be meant to close, but for rounded axes.
-ALMOST = 1e-2
-# Starts: the pose of the file, then so many from each of these distances (radians, lengths).
-DISTANCES = (0.1, 0.3, 1.0, 3.0)
-PER_DISTANCE = 8
+# Distances from the pose of the file (radians, characteristic lengths) of random starts.
+START_DISTANCES = (0.1, 0.3, 1.0, 3.0)
+# Number of random starts at each distance.
+STARTS_PER_DISTANCE = 8
+# Seed of the random starts; notices name it.
 SEED = 0
-# A pose is another than the reference pose if a joint has moved by more (radians, lengths).
-NEARBY_DISTANCE = 0.2
 
 
 def close_loops(draft: UnassembledLinkage, mend: Mend | None = None) -> UnassembledLinkage:
@@ -119,7 +122,7 @@ def _distance(closing: _Closing) -> float:
     """How far joints moved, unless welds were moved instead."""
     q, _ = wrap_turns(closing.part.draft.joints, closing.q)
     size = float(np.abs(q).max())
-    return size if size > ALMOST or not closing.open else 0.0
+    return size if size > ALMOST_CLOSED_RESIDUAL or not closing.open else 0.0
 
 
 def _closed_part(part: Component, mend: Mend | None) -> _Closing | str:
@@ -148,7 +151,7 @@ def nearby_starts(chain: Chain) -> Iterator[Array]:
     gaps = np.tile(np.eye(4), (len(chain.ends), 1, 1))
     for start in _starts(chain.parent.size):
         q = _solved(chain, gaps, start)
-        if q is not None and np.abs(q).max() > NEARBY_DISTANCE:
+        if q is not None and np.abs(q).max() > OTHER_POSE_DISTANCE:
             yield q
 
 
@@ -156,8 +159,8 @@ def _starts(joints: int) -> Iterator[Array]:
     """The pose of the file, then random poses ever further from it."""
     yield np.zeros(joints)
     rng = np.random.default_rng(SEED)
-    for distance in DISTANCES:
-        for _ in range(PER_DISTANCE):
+    for distance in START_DISTANCES:
+        for _ in range(STARTS_PER_DISTANCE):
             yield rng.uniform(-distance, distance, joints)
 
 
@@ -190,7 +193,7 @@ def _almost(part: Component, mend: Mend) -> _Closing | str:
     chain, gaps, home = scaled.chain, _gaps(scaled), np.zeros(part.joints.size)
     for far in (False, True):
         q = _damped(chain, gaps, home) if far else home
-        rule = LeastNorm(1e-3, longest=0.5)
+        rule = LeastNorm(NEARLY_CLOSING_STEP_RELATIVE, longest=0.5)
         q = gauss_newton(
             closure_equations(chain, gaps), q, rule, never_stop, never_stop, 10
         ).last.next
@@ -198,7 +201,7 @@ def _almost(part: Component, mend: Mend) -> _Closing | str:
             -1, 3, 4
         )
         angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
-        if max(angle, distance) <= ALMOST:
+        if max(angle, distance) <= ALMOST_CLOSED_RESIDUAL:
             left = angle, distance * chain.frame.length
             better = mend(rereference(part.draft, chain, q), range(q.size), *left)
             return better if isinstance(better, str) else _Closing(scaled, q, 0, left)
@@ -214,9 +217,11 @@ def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
     def closed(path: Sequence[Iterate]) -> bool:
         pose = forward_kinematics(chain, path[-1].x)
         open_by = float(np.abs(_openness(chain, gaps, pose)).max())
-        return open_by <= CLOSED and (len(path) == 1 or path[-2].size <= CLOSED)
+        return open_by <= CLOSURE_RESIDUAL and (
+            len(path) == 1 or path[-2].size <= CLOSURE_RESIDUAL
+        )
 
-    equations, rule = closure_equations(chain, gaps), LeastNorm(1e-9)
+    equations, rule = closure_equations(chain, gaps), LeastNorm(CLOSING_STEP_RELATIVE)
     last, solved = gauss_newton(equations, q, rule, closed, step_grows(0.5), 10)
     return last.x if solved else None
 
@@ -252,7 +257,7 @@ def _across(chain: Chain, gaps: Array, pose: Pose) -> Array:
 
 def _told(found: _Closing) -> list[Notice]:
     """What the user should know of the pose that was found."""
-    if _distance(found) <= 1e-9:
+    if _distance(found) <= UNMOVED_DISTANCE:
         return []
     chain, number, joints = found.part.chain, found.start, found.part.draft.joints
     q, _ = wrap_turns(joints, found.q)
@@ -279,7 +284,7 @@ def _error(draft: UnassembledLinkage, hint: str) -> OpenLoopError:
         turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
         if gap + turn > distance + angle:
             worst, distance, angle = loop, gap, turn
-    starts = 1 + len(DISTANCES) * PER_DISTANCE
+    starts = 1 + len(START_DISTANCES) * STARTS_PER_DISTANCE
     return OpenLoopError(draft.source, worst.name, distance, angle, starts, hint)
 
 

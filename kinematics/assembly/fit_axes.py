@@ -31,25 +31,31 @@ from kinematics.linalg.gauss_newton import (
     never_stop,
 )
 from kinematics.linalg.vectors import alike_groups
-from kinematics.mobility.first_order import DEPENDENT, closure_equations, loop_singular_values
+from kinematics.mobility.first_order import closure_equations, loop_singular_values
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import arrange_loops, extent, loop_signs
 from kinematics.model.linkage import Joint, UnassembledLinkage
 from kinematics.spatial.screws import Ad, exp, skew
+from kinematics.tolerances import (
+    AXIS_ROUNDING,
+    FIT_CONVERGED,
+    FIT_RESIDUAL,
+    FIT_STEP_RELATIVE_MAX,
+    FIT_STEP_RELATIVE_MIN,
+    LOOP_RANK_RELATIVE,
+    MAX_TRIED_AXIS_CHANGE,
+)
 
-__all__ = ["FIT_RESIDUAL", "MAX_AXIS_CHANGE", "Fit", "fit_axes"]
+__all__ = ["Fit", "fit_axes"]
 
 Array = NDArray[np.float64]
 
-# Largest change of an axis that counts as rounding, in radians or in parts of the size of the
-# linkage: four decimals.
-MAX_AXIS_CHANGE = 1e-4
-# Largest change of an axis that is tried, to find out how far it is from closing the loops.
-FAR = 1e-2
-# Opening of the loops after the fit, at poses that were not used for it.
-FIT_RESIDUAL = 1e-12
-# Poses that are looked at: how far away, and how many of them for each freedom and one more.
-NEAREST, FURTHEST, POSES = 0.15, 0.75, 8
+# Distances of the nearest and of the furthest pose of the fit (radians, parts of the size).
+NEAREST_POSE = 0.15
+FURTHEST_POSE = 0.75
+# Number of poses for each freedom, and for one more.
+POSES_PER_FREEDOM = 8
+# Seed of the directions of these poses.
 SEED = 6
 
 
@@ -92,7 +98,7 @@ def fit_axes(draft: UnassembledLinkage, normal: Array | None = None) -> Fit | No
     size = chain.frame.length
     rank = _rank(chain)
     poses = _poses(chain, rank) if 0 < rank < chain.parent.size else []
-    if 4 * len(poses) < 3 * POSES * (chain.parent.size - rank + 1):
+    if 4 * len(poses) < 3 * POSES_PER_FREEDOM * (chain.parent.size - rank + 1):
         return None
     fresh, used = poses[::4], [q for i, q in enumerate(poses) if i % 4]
     gap = max(np.abs(_left(chain, q, rank)[1]).max() for q in fresh)
@@ -129,7 +135,7 @@ def _parallel(chain: Chain) -> list[list[int]]:
                           chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
     return alike_groups(
         directions,
-        lambda some, one: np.linalg.norm(np.cross(some, one), axis=1) <= 2 * MAX_AXIS_CHANGE,
+        lambda some, one: np.linalg.norm(np.cross(some, one), axis=1) <= 2 * AXIS_ROUNDING,
     )
 
 
@@ -174,8 +180,8 @@ def _rank(chain: Chain) -> int:
     """Rank of the loop matrix of the linkage that is meant, by the widest gap below."""
     values, _ = loop_singular_values(loop_matrix(chain))
     values = values / max(values[0], 1e-300)
-    rank = int(np.sum(values > DEPENDENT))
-    choices = [r for r in range(1, rank) if values[r] < FAR]
+    rank = int(np.sum(values > LOOP_RANK_RELATIVE))
+    choices = [r for r in range(1, rank) if values[r] < MAX_TRIED_AXIS_CHANGE]
     return max(choices, key=lambda r: values[r - 1] / values[r], default=rank)
 
 
@@ -183,11 +189,14 @@ def _poses(chain: Chain, rank: int) -> list[Array]:
     """Joint positions in many directions that close the loops as well as they can."""
     _, Vt = loop_singular_values(loop_matrix(chain))
     N, rng, found = Vt[rank:].T, np.random.default_rng(SEED), []
-    for reach in np.linspace(NEAREST, FURTHEST, POSES * (N.shape[1] + 1)):
+    for reach in np.linspace(NEAREST_POSE, FURTHEST_POSE, POSES_PER_FREEDOM * (N.shape[1] + 1)):
         v = N @ rng.standard_normal(N.shape[1])
         start = reach * v / np.linalg.norm(v)
         q, left = _left(chain, start, rank)
-        if np.abs(left).max() <= FAR and np.linalg.norm(q - start) <= 0.7 * reach:
+        if (
+            np.abs(left).max() <= MAX_TRIED_AXIS_CHANGE
+            and np.linalg.norm(q - start) <= 0.7 * reach
+        ):
             found.append(q)
     return found
 
@@ -196,7 +205,7 @@ def _left(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
     """Joint positions next to q that close the loops best, and the opening that is left."""
 
     def settled(path: Sequence[Iterate]) -> bool:
-        return path[-1].size <= 1e-15
+        return path[-1].size <= FIT_CONVERGED
 
     rule = FixedRank(rank)
     last, _ = gauss_newton(closure_equations(chain), q, rule, settled, never_stop, 12)
@@ -219,12 +228,14 @@ def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain |
         ]))  # fmt: skip
 
     def closed(path: Sequence[Iterate]) -> bool:
-        return path[-1].error <= 1e-15
+        return path[-1].error <= FIT_CONVERGED
 
     def failed(path: Sequence[Iterate]) -> bool:
         if rule.stalled or not np.isfinite(path[-1].error):
             return True
-        return bool(np.abs(path[-1].next.screws - chain.screws).max() > 2 * FAR)
+        return bool(
+            np.abs(path[-1].next.screws - chain.screws).max() > 2 * MAX_TRIED_AXIS_CHANGE
+        )
 
     best = gauss_newton(relations, chain, rule, closed, failed, 12, move).last
     return best.x if best.error <= FIT_RESIDUAL else None
@@ -241,7 +252,9 @@ class _Halving:
 
     def step(self, residual: Array, jacobian: Array) -> Array:
         """The step, without singular values that are not those of the relations to be met."""
-        rcond = float(np.clip(100 * np.abs(residual).max(), 1e-9, 1e-5))
+        rcond = float(
+            np.clip(100 * np.abs(residual).max(), FIT_STEP_RELATIVE_MIN, FIT_STEP_RELATIVE_MAX)
+        )
         return LeastNorm(rcond).step(residual, jacobian)
 
     def accepts(self, before: Array, after: Array) -> bool:

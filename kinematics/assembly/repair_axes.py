@@ -12,20 +12,22 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.assembly.fit_axes import FIT_RESIDUAL, MAX_AXIS_CHANGE, fit_axes
+from kinematics.assembly.fit_axes import fit_axes
 from kinematics.linalg.vectors import project_out
 from kinematics.mobility.components import component_of, split_components
-from kinematics.mobility.first_order import DEPENDENT
 from kinematics.model.arrays import freeze
 from kinematics.model.chain import arrange_loops, plane_normal
 from kinematics.model.linkage import Joint, Notice, UnassembledLinkage
+from kinematics.tolerances import (
+    AXIS_ROUNDING,
+    FIT_RESIDUAL,
+    LOOP_RANK_OF_FILE,
+    LOOP_RANK_RELATIVE,
+)
 
 __all__ = ["has_near_zero_singular_values", "repair_axes", "repair_component"]
 
 Array = NDArray[np.float64]
-
-# Smallest relative singular value of a loop matrix that twelve digits of a file can resolve.
-EXACT = 1e-11
 
 
 def has_near_zero_singular_values(values: Array, planar: bool) -> bool:
@@ -34,11 +36,11 @@ def has_near_zero_singular_values(values: Array, planar: bool) -> bool:
     Args:
         values: singular values of the spatial chain (n,), in any unit.
         planar: whether the linkage was reduced to its plane; what leaves the plane was dropped
-            then, so that only values above ``DEPENDENT`` count.
+            then, so that only values above ``LOOP_RANK_RELATIVE`` count.
     """
     relative = values / max(values.max(initial=0.0), 1e-300)
-    least = DEPENDENT if planar else EXACT
-    return bool(np.any((relative > least) & (relative < MAX_AXIS_CHANGE)))
+    least = LOOP_RANK_RELATIVE if planar else LOOP_RANK_OF_FILE
+    return bool(np.any((relative > least) & (relative < AXIS_ROUNDING)))
 
 
 def repair_axes(draft: UnassembledLinkage) -> UnassembledLinkage | str:
@@ -92,15 +94,15 @@ def repair_component(
     turn, shift = max(angle, fit.angle), max(distance, fit.shift)
     by = f"by up to {turn:.2g} rad and {shift:.2g} m"
     degrees = f"{fit.freedom} degree{'s' if fit.freedom > 1 else ''} of freedom"
-    if max(fit.change, gap) > MAX_AXIS_CHANGE:
+    if max(fit.change, gap) > AXIS_ROUNDING:
         return (
             f"as written they stay open by {gap:.2g} (radians, parts of the size of the "
             f"linkage); with axes and welds moved {by} they would close and have {degrees}, "
-            f"but more than {MAX_AXIS_CHANGE:.0e} is no rounding: correct the axes along them"
+            f"but more than {AXIS_ROUNDING:.0e} is no rounding: correct the axes along them"
         )
     text = (
         f"overconstrained loops close only to rounding: as written they stay open by "
-        f"{gap:.2g} (radians, parts of the size of the linkage; up to {MAX_AXIS_CHANGE:.0e} "
+        f"{gap:.2g} (radians, parts of the size of the linkage; up to {AXIS_ROUNDING:.0e} "
         "counts as "
         f"rounding); their axes and welds were moved {by}, after which they close exactly and "
         f"have {degrees}"
@@ -115,7 +117,7 @@ def repair_component(
 def _normal(draft: UnassembledLinkage) -> Array | None:
     """Mean direction of all axes of rotation, if the linkage is planar but for rounding."""
     chain = arrange_loops(draft)
-    near = plane_normal(chain, MAX_AXIS_CHANGE)
+    near = plane_normal(chain, AXIS_ROUNDING)
     if near is None:
         return None
     turning = chain.screws[np.any(chain.screws[:, :3], axis=1), :3]

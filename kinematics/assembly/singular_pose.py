@@ -12,14 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.assembly.close_loops import NEARBY_DISTANCE, nearby_starts
+from kinematics.assembly.close_loops import nearby_starts
 from kinematics.assembly.rereference import rereference
 from kinematics.closure.newton import Pose, follow_ray
 from kinematics.closure.series import Series, expand, loop_matrix
 from kinematics.errors import MobilityError
 from kinematics.mobility.components import Component, split_components
 from kinematics.mobility.first_order import (
-    DEPENDENT,
     conditioning,
     first_order,
     first_order_mobility_of,
@@ -32,9 +31,16 @@ from kinematics.model.arrays import Chain
 from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.full_turns import wrap_turns
 from kinematics.model.linkage import Notice, UnassembledLinkage
+from kinematics.tolerances import (
+    LOOP_RANK_RELATIVE,
+    NAMED_POSITION,
+    NEAR_SINGULAR_CONDITIONING,
+    OTHER_POSE_DISTANCE,
+    SERIES_RESIDUAL,
+    SINGULAR_CONDITIONING,
+)
 
 __all__ = [
-    "SINGULAR_POSE_RESIDUAL",
     "is_near_singular",
     "generic_direction",
     "leave_singular_pose",
@@ -43,15 +49,10 @@ __all__ = [
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# Closure to round-off, at series orders and at finite poses.
-SINGULAR_POSE_RESIDUAL = 1e-9
-# The least singular value that counts of a loop matrix, relative to the largest: poses below
-# the first may be near a singular one; those below the second cannot be told from it.
-NEAR, AT = 0.05, 1e-3
 # Groups of more joints are not searched for branches.
-LARGE = 120
+MAX_JOINTS_SEARCHED = 120
 # Joints, and branches, that a message names.
-NAMED = 6
+MAX_NAMED = 6
 
 
 class _Group(NamedTuple):
@@ -82,7 +83,7 @@ def _fails(series: Series) -> int:
     """The first order of motion at which loops do not close; 0 if they do."""
     sizes = np.abs(series.C[0]).max(axis=(1, 2))
     for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
-        if residual > SINGULAR_POSE_RESIDUAL * max(1.0, size, sizes[0] ** (order + 1)):
+        if residual > SERIES_RESIDUAL * max(1.0, size, sizes[0] ** (order + 1)):
             return order + 1
     return 0
 
@@ -95,11 +96,13 @@ def is_near_singular(chain: Chain, values: Array, pose: Pose) -> bool:
         values: singular values of its loop matrix.
         pose: a closed pose further on.
     """
-    freedom = int(np.sum(values <= DEPENDENT * values.max(initial=0.0)))
+    freedom = int(np.sum(values <= LOOP_RANK_RELATIVE * values.max(initial=0.0)))
     if freedom == values.size:
         return False
     here = float(values[values.size - freedom - 1] / values[0])
-    return here < NEAR and conditioning(chain, pose.q, freedom) > 1.5 * here
+    return (
+        here < NEAR_SINGULAR_CONDITIONING and conditioning(chain, pose.q, freedom) > 1.5 * here
+    )
 
 
 def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
@@ -155,7 +158,7 @@ def _singular(group: Component) -> _Group | None:
     free, values = first_order(loop_matrix(part))
     freedom = free.shape[1]
     pose = _ahead(part, free) if freedom else None
-    if pose is None and freedom and len(joints) > LARGE:
+    if pose is None and freedom and len(joints) > MAX_JOINTS_SEARCHED:
         raise MobilityError(
             f"{draft.source}: singular at the pose of the file: not all of the "
             f"{_degrees(freedom)} that joints {_listed(draft, joints)} have at first order are "
@@ -167,7 +170,7 @@ def _singular(group: Component) -> _Group | None:
         if not is_near_singular(part, values, pose):
             return None
         here = float(values[values.size - freedom - 1] / values[0])
-        local = analyse_local_mobility(part, 2 * here) if here < AT else None
+        local = analyse_local_mobility(part, 2 * here) if here < SINGULAR_CONDITIONING else None
         if local is None or len(local.branches) < 2:
             return _Group(
                 group,
@@ -209,7 +212,7 @@ def _rigid(group: Component, local: LocalMobility) -> MobilityError:
         q, _ = wrap_turns(draft.joints, far)
         there = arrange_loops(rereference(draft, chain, q))
         free, _ = first_order(loop_matrix(there))
-        if np.abs(q).max() > NEARBY_DISTANCE and free.shape[1] and _ahead(there, free):
+        if np.abs(q).max() > OTHER_POSE_DISTANCE and free.shape[1] and _ahead(there, free):
             where = _positions(draft, chain, q)
             remedy = f"it moves at other poses: write the file at one, such as {where}"
             break
@@ -238,7 +241,7 @@ def _bifurcation(
     how = f"several branches of motion meet there, of joints {_listed(draft, joints)}"
     if there == 1:
         ratios, names = _parting(group)
-        count = len(group.poses) if len(group.poses) <= NAMED else "many"
+        count = len(group.poses) if len(group.poses) <= MAX_NAMED else "many"
         how = f"{count} branches of motion meet there: {ratios}"
     return MobilityError(
         f"{draft.source}: singular at the pose of the file: {_degrees(here)} there, {there} at "
@@ -257,7 +260,7 @@ def _parting(group: _Group) -> tuple[str, list[str]]:
     ratios = rates / rates[:, lead, None]
     differ = np.flatnonzero(np.ptp(ratios, axis=0) > 0.05 * np.abs(ratios).max(axis=0))
     told = []
-    for column in differ[:NAMED]:
+    for column in differ[:MAX_NAMED]:
         values = list(dict.fromkeys(f"{x:.2g}" for x in ratios[:, column]))
         told.append(f"{joints[column].name} by {' or '.join(values)}")
     names = [joints[column].name for column in (lead, *differ)]
@@ -270,8 +273,8 @@ def _degrees(count: int) -> str:
 
 def _listed(draft: UnassembledLinkage, joints: Sequence[int] | IntArray) -> str:
     """Names of joints, the first few of many."""
-    more = ["…"] if len(joints) > NAMED else []
-    return ", ".join([draft.joints[j].name for j in joints[:NAMED]] + more)
+    more = ["…"] if len(joints) > MAX_NAMED else []
+    return ", ".join([draft.joints[j].name for j in joints[:MAX_NAMED]] + more)
 
 
 def _positions(draft: UnassembledLinkage, chain: Chain, q: Array) -> str:
@@ -280,5 +283,5 @@ def _positions(draft: UnassembledLinkage, chain: Chain, q: Array) -> str:
     return ", ".join(
         f"{joint.name}={value:.3g}"
         for joint, value in zip(draft.joints, within, strict=True)
-        if not joint.in_loop and abs(value) > 1e-3
+        if not joint.in_loop and abs(value) > NAMED_POSITION
     )

@@ -28,6 +28,7 @@ from kinematics.model.linkage import (
     names_of,
 )
 from kinematics.spatial.screws import prismatic, revolute
+from kinematics.tolerances import REMAINING_FREEDOM
 
 __all__ = ["DIRECTIONS", "tool_coordinates", "tool"]
 
@@ -38,9 +39,6 @@ Array = NDArray[np.float64]
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 # Frames in which a point may be given.
 FRAMES = ("inertial", "link")
-# What is left of the freedom of a direction, once others are given, in radians and
-# characteristic lengths.
-DEPENDENT = 1e-8
 
 
 def tool(
@@ -150,12 +148,12 @@ def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[
     rates = _rates(linkage, link, at)
     size = float(np.abs(rates).max(initial=0.0))
     basis = np.empty((0, rates.shape[1]))
-    free = [k for k in range(6) if np.abs(rates[k]).max(initial=0.0) > DEPENDENT * size]
+    free = [k for k in range(6) if np.abs(rates[k]).max(initial=0.0) > REMAINING_FREEDOM * size]
     held = []
     for k in (*named, *(k for k in range(6) if k not in named)):
         rest = project_out(rates[k], basis.T)
         left = float(np.linalg.norm(rest))
-        if left > DEPENDENT * size:
+        if left > REMAINING_FREEDOM * size:
             basis = np.vstack([basis, rest / left])
             if k not in named:
                 held.append(k)

@@ -18,7 +18,7 @@ __all__ = ["continue_along", "continue_in_directions"]
 Array = NDArray[np.float64]
 
 # Order of the series that predict the next pose.
-ORDER = 3
+SERIES_ORDER = 3
 
 
 def continue_along(
@@ -34,7 +34,7 @@ def continue_along(
         known: series along the ray at the reference pose, if there is one already.
         reach: longest step.
     """
-    series = expand(chain, ray[None], ORDER) if known is None else known
+    series = expand(chain, ray[None], SERIES_ORDER) if known is None else known
     q = np.zeros(chain.parent.size)
     while True:
         pose, step = follow_ray(chain, q, series, ray, reach)
@@ -42,7 +42,7 @@ def continue_along(
             return
         yield pose
         q = pose.q
-        series = expand_from(chain, pose.screws, ray[None], ORDER)
+        series = expand_from(chain, pose.screws, ray[None], SERIES_ORDER)
 
 
 def continue_in_directions(chain: Chain, rays: Array) -> Iterator[tuple[Chain, Pose]]:
@@ -77,7 +77,7 @@ def _along_the_curve(chain: Chain, ray: Array) -> Iterator[tuple[Chain, Pose]]:
         fastest = np.argmax(np.abs(rates))
         here = move_chain(chain, np.array([fastest]), np.eye(1))
         ray = np.sign(rates[fastest : fastest + 1])
-        series = expand_from(here, screws, ray[None], ORDER)
+        series = expand_from(here, screws, ray[None], SERIES_ORDER)
         pose, step = follow_ray(here, q, series, ray)
         if step == 0.0:
             return

@@ -14,16 +14,16 @@ from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.chain import arrange_loops, flatten, lock_joints, move_chain
 from kinematics.model.linkage import Linkage, names_of
+from kinematics.tolerances import GIVEN_POSE_RESIDUAL
 
 __all__ = ["solve_joint_positions", "input_chain", "joint_positions", "si_chain"]
 
 Array = NDArray[np.float64]
 
-# Loops that are open by more, in radians and characteristic lengths, are not closed.
-OPEN = 1e-8
-# Poses followed on the way to another: most of them, and the order of the series that predict
-# them.
-STEPS, ORDER = 2000, 6
+# Most steps on the way to another pose.
+MAX_STEPS = 2000
+# Order of the series that predicts the next pose on that way.
+SERIES_ORDER = 6
 
 
 def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array:
@@ -91,7 +91,7 @@ def _checked(linkage: Linkage, q: Array) -> Array:
     """The given positions, if they close the loops."""
     chain = arrange_loops(linkage)
     error = forward_kinematics(chain, q / chain.units).error
-    if not error <= OPEN:
+    if not error <= GIVEN_POSE_RESIDUAL:
         raise PoseError(
             f"{linkage.source}: these joint positions leave the loops open by {error:.2g} "
             "(radians and characteristic lengths); give the inputs alone to have them closed"
@@ -124,17 +124,17 @@ def solve_joint_positions(
     q, screws = np.zeros(chain.parent.size), chain.screws
     length = left = hypot(*point)
     used_up = 0
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         # Counted down, so that nothing of the way is left to rounding.
         if left == 0.0:
             return q
         ray = point / length
-        series = expand_from(chain, screws, ray[None], ORDER)
+        series = expand_from(chain, screws, ray[None], SERIES_ORDER)
         pose, step = follow_ray(chain, q, series, ray, left)
         if step == 0.0:
             break
         q, screws, left = pose.q, pose.screws, left - step
     else:
-        used_up = STEPS
+        used_up = MAX_STEPS
     where = ", ".join(f"{name}={value:.4g}" for name, value in goal)
     raise UnreachedError(source, where, 1.0 - left / length, q.tolist(), used_up)

@@ -26,6 +26,13 @@ from kinematics.spatial.displacements import (
     multiply_displacements,
     place_links,
 )
+from kinematics.tolerances import (
+    BRANCH_DISTANCE_SQUARED,
+    FOLLOWED_POSE_RESIDUAL,
+    NEWTON_DIVERGED,
+    NEWTON_ROUND_OFF,
+    NEWTON_STALL_RESIDUAL,
+)
 
 __all__ = [
     "MAX_NEWTON_STEPS",
@@ -40,16 +47,10 @@ Array = NDArray[np.float64]
 
 # Newton's method converges quadratically: more steps than this mean that it does not.
 MAX_NEWTON_STEPS = 30
-# Mismatch of the loops, in radians and chain units, below which no step is taken: round-off.
-ROUND_OFF = 1e-15
-# Mismatch below which a step that does not halve it ends the method; that of a divergence.
-STALLED, DIVERGED = 1e-12, 1e6
-# Largest mismatch of a pose that `follow_ray` accepts.
-ACCEPTED = 1e-10
-# Largest part of the radius of convergence that one step covers, and how often it is halved.
-STEP_SHARE, HALVINGS = 0.4, 6
-# Largest square of the distance from the predicted pose, relative to that of the step.
-BRANCH_KEPT = 0.01
+# Largest part of the radius of convergence that one step covers.
+RADIUS_SHARE = 0.4
+# How often a step is halved before it is given up.
+MAX_HALVINGS = 6
 
 
 @kernel(reference_counting=False)
@@ -149,9 +150,9 @@ def solve_closure(chain, q, H, s, steps, workspace):
         for i in range(rows):
             square += b[i] * b[i]
         error = np.sqrt(square)
-        stalled = error < STALLED and error >= 0.5 * best
+        stalled = error < NEWTON_STALL_RESIDUAL and error >= 0.5 * best
         # Written so that a NaN ends it.
-        if not error < DIVERGED or stalled or error < ROUND_OFF:
+        if not error < NEWTON_DIVERGED or stalled or error < NEWTON_ROUND_OFF:
             return error
         best = min(best, error)
         fill_envelope(s, mimics, envelope, F)
@@ -214,8 +215,8 @@ def follow_series(chain, start, C, ray, longest, q, H, s, workspace):
     """
     (orders, n), rates = C.shape[:2], workspace[2]
     predicted = rates[orders]  # the line after those of the orders
-    step = min(longest, STEP_SHARE * radius_along(C, ray, rates))
-    for _ in range(HALVINGS + 1):
+    step = min(longest, RADIUS_SHARE * radius_along(C, ray, rates))
+    for _ in range(MAX_HALVINGS + 1):
         for j in range(n):
             moved = 0.0
             for k in range(orders - 1, -1, -1):
@@ -227,7 +228,7 @@ def follow_series(chain, start, C, ray, longest, q, H, s, workspace):
         for j in range(n):
             off += (q[j] - start[j] - predicted[j]) ** 2
             size += predicted[j] * predicted[j]
-        if error < ACCEPTED and off <= BRANCH_KEPT * size:
+        if error < FOLLOWED_POSE_RESIDUAL and off <= BRANCH_DISTANCE_SQUARED * size:
             return step
         step *= 0.5
     return 0.0

@@ -6,14 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.compiled.jit import kernel
+from kinematics.tolerances import ORTHONORMAL_ROUND_OFF
 
 __all__ = ["extend", "null_space", "put_solutions", "known_and_null_space"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-# Entries of orthonormal vectors that are smaller are round-off.
-NOTHING = 2.0**-48
 
 
 @kernel(reference_counting=False)
@@ -156,7 +154,7 @@ def put_solutions(known, factor, permutation, columns, out):
     orthonormal(out, out.shape[0], count)
     for i in range(out.shape[0]):
         for j in range(count):
-            if abs(out[i, j]) < NOTHING:
+            if abs(out[i, j]) < ORTHONORMAL_ROUND_OFF:
                 out[i, j] = 0.0
 
 

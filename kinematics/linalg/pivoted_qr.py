@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from kinematics.compiled.jit import kernel
 from kinematics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
 from kinematics.linalg.reflections import apply_reflector, apply_reflector_sparse
+from kinematics.tolerances import ELIMINATION_ROUND_OFF, RANK_RELATIVE, RANK_RELATIVE_PER_LENGTH
 
 __all__ = [
-    "RANK_RELATIVE",
-    "MARGIN",
     "Factor",
     "update_factor",
     "updated_factor",
@@ -35,14 +34,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-# Round-off of a regressor, relative to its largest singular value: measured values lie
-# below 1e-14 for well-conditioned loops; the floor leaves two decades to those that are not.
-RANK_RELATIVE = 2.0**-40
-# What is kept within this factor of round-off is uncertain.
-MARGIN = 1e3
-# Round-off of a factor's rows, which their multipliers amplify when others are eliminated.
-ROUNDING = 2.0**-46
 
 
 class Factor(NamedTuple):
@@ -72,7 +63,8 @@ def round_off(origin: Array, length: float) -> float:
     x, y, z = origin.tolist()
     return max(
         RANK_RELATIVE,
-        2.0**-44 * sqrt((x / length) ** 2 + (y / length) ** 2 + (z / length) ** 2),
+        RANK_RELATIVE_PER_LENGTH
+        * sqrt((x / length) ** 2 + (y / length) ** 2 + (z / length) ** 2),
     )
 
 
@@ -231,7 +223,7 @@ def contains_rows(factor, rank, rows, weight, scale):
     remainder = 0.0
     for j in range(rank, p):
         remainder += x[j] * x[j]
-    limit = tolerance * max(scale, np.sqrt(size)) + ROUNDING * growth * scale
+    limit = tolerance * max(scale, np.sqrt(size)) + ELIMINATION_ROUND_OFF * growth * scale
     return np.sqrt(remainder) <= limit
 
 

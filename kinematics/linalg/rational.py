@@ -15,6 +15,7 @@ from math import isqrt
 from typing import TypeVar
 
 from kinematics.errors import ExactError
+from kinematics.tolerances import DECIMAL_ROUND_OFF
 
 __all__ = [
     "BITS",
@@ -46,8 +47,8 @@ BITS = 64
 """Replacements are multiples of ``2**-BITS``."""
 # A number of more characters is not one that somebody measured.
 MAX_DIGITS = 400
-# What double precision rounds off, and the largest denominator of a simple fraction.
-DOUBLE, SIMPLE = Fraction(1, 10**15), 1000
+# Largest denominator of a simple fraction.
+MAX_SIMPLE_DENOMINATOR = 1000
 # Terms of series are kept to so many more bits.
 _GUARD = 64
 
@@ -75,9 +76,13 @@ def rounds_root(value: Fraction) -> bool:
     Such as 0.8660254037844386 for √3/2: its square is within 1e-15 of a fraction with a
     denominator of up to 1000, and the number itself is not near one.
     """
+
+    def gap(x: Fraction) -> Fraction:
+        return abs(x.limit_denominator(MAX_SIMPLE_DENOMINATOR) - x)
+
     square = value * value
-    near = abs(square.limit_denominator(SIMPLE) - square) <= DOUBLE * square
-    return near and abs(value.limit_denominator(SIMPLE) - value) > 100 * DOUBLE
+    near = gap(square) <= DECIMAL_ROUND_OFF * square
+    return near and gap(value) > 100 * DECIMAL_ROUND_OFF
 
 
 def nearby_fraction(value: Fraction) -> Fraction:

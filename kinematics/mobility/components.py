@@ -20,15 +20,12 @@ from kinematics.mobility.first_order import first_order
 from kinematics.model.arrays import Chain, Frame
 from kinematics.model.chain import arrange_loops, carriers, clusters, extent, move_chain
 from kinematics.model.linkage import Mimic, UnassembledLinkage
+from kinematics.tolerances import COINCIDENT_JOINTS_RELATIVE, COMPONENT_SIZE_RELATIVE
 
 __all__ = ["Component", "component_of", "split_components", "component_freedoms"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-# Smallest size of a component over its distance from the ground that leaves enough digits in
-# double precision; below the second ratio its joints coincide but for round-off.
-LEAST, COINCIDENT = 4e-9, 1e-14
 
 
 class Component(NamedTuple):
@@ -135,7 +132,7 @@ def _check_size(part: UnassembledLinkage) -> None:
     """
     size = extent(part).length
     far = max(float(np.abs(joint.point).max()) for joint in part.joints)
-    if COINCIDENT * far < size < LEAST * far:
+    if COINCIDENT_JOINTS_RELATIVE * far < size < COMPONENT_SIZE_RELATIVE * far:
         names = ", ".join(f"'{loop.name}'" for loop in part.loops[:3])
         raise MobilityError(
             f"{part.source}: the joints of loop {names} are {size:.1e} m apart, {far:.1e} m "

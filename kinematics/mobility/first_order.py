@@ -18,9 +18,13 @@ from kinematics.linalg.gauss_newton import (
 )
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import Chain
+from kinematics.tolerances import (
+    CLOSED_TO_ROUND_OFF,
+    LOOP_RANK_RELATIVE,
+    LOOP_RANK_RELATIVE_SOLVED,
+)
 
 __all__ = [
-    "DEPENDENT",
     "step_from_singular",
     "closure_equations",
     "conditioning",
@@ -32,14 +36,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-
-# Singular values of a loop matrix below this part of the largest are zero: geometry in files
-# is given to about 1e-12.
-DEPENDENT = 1e-8
-# At poses that were solved for.
-SOLVED = 1e-7
-# Opening of loops that were closed to round-off.
-CLOSED = 1e-13
 
 
 def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
@@ -70,7 +66,7 @@ def loop_singular_values(A: Array) -> tuple[Array, Array]:
     return np.concatenate([values, np.zeros(A.shape[1])])[: A.shape[1]], Vt
 
 
-def first_order(A: Array, tolerance: float = DEPENDENT) -> tuple[Array, Array]:
+def first_order(A: Array, tolerance: float = LOOP_RANK_RELATIVE) -> tuple[Array, Array]:
     """Joint rates that a loop matrix (rows, n) leaves free, and its singular values.
 
     Returns:
@@ -82,9 +78,9 @@ def first_order(A: Array, tolerance: float = DEPENDENT) -> tuple[Array, Array]:
 
 def first_order_mobility_of(chain: Chain, q: Array) -> int:
     """First-order degrees of freedom at a closed pose."""
-    return first_order(loop_matrix(chain, forward_kinematics(chain, q).screws), SOLVED)[
-        0
-    ].shape[1]
+    return first_order(
+        loop_matrix(chain, forward_kinematics(chain, q).screws), LOOP_RANK_RELATIVE_SOLVED
+    )[0].shape[1]
 
 
 def independent_rows(free: Array) -> NDArray[np.int64]:
@@ -153,13 +149,13 @@ def _polished(chain: Chain, q: Array) -> Array | None:
 
     Newton's method with steps of least norm.
     """
-    grows = step_grows(0.5, CLOSED)
+    grows = step_grows(0.5, CLOSED_TO_ROUND_OFF)
 
     def closed(path: Sequence[Iterate]) -> bool:
         best = min((x.error for x in path[:-1]), default=np.inf)
         error = path[-1].error
-        return error <= CLOSED and (error >= 0.5 * best or grows(path))
+        return error <= CLOSED_TO_ROUND_OFF and (error >= 0.5 * best or grows(path))
 
-    equations, rule = closure_equations(chain), LeastNorm(SOLVED)
+    equations, rule = closure_equations(chain), LeastNorm(LOOP_RANK_RELATIVE_SOLVED)
     last, solved = gauss_newton(equations, q, rule, closed, grows, 15)
     return last.x if solved else None

@@ -24,13 +24,20 @@ from kinematics.closure.series import expand, loop_matrix
 from kinematics.linalg.gauss_newton import Iterate, LevenbergMarquardt, gauss_newton
 from kinematics.linalg.vectors import distinct_vectors, project_out
 from kinematics.mobility.first_order import (
-    DEPENDENT,
     closure_equations,
     first_order,
     first_order_mobility_of,
 )
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import move_chain
+from kinematics.tolerances import (
+    LOOP_RANK_RELATIVE,
+    NEAR_SINGULAR_CONVERGED,
+    NEAR_SINGULAR_RESIDUAL,
+    NEAR_SINGULAR_STEP,
+    SAME_POSE_RELATIVE,
+    SERIES_RESIDUAL,
+)
 
 __all__ = ["MAX_ORDER", "LocalMobility", "analyse_local_mobility"]
 
@@ -38,13 +45,14 @@ Array = NDArray[np.float64]
 
 # Distances of the sphere from the pose (radians, characteristic lengths): the first two at
 # which the same is found count.
-REACHES = (0.06, 0.02, 0.006)
+SPHERE_RADII = (0.06, 0.02, 0.006)
 # Highest order that is looked at.
 MAX_ORDER = 8
-# Openings of loops that are round-off: along a series, and at a pose near the singular one.
-CLOSES, SHUT = 1e-9, 1e-12
-# Starts: at most so many, and fewer for many joints.
-MOST, WORK = 240, 400_000
+# Most starts of the search for branches.
+MAX_STARTS = 240
+# Most starts times the square of the number of joints: one start costs as much as its square.
+MAX_WORK = 400_000
+# Seed of the directions in which the search starts.
 SEED = 4
 
 
@@ -66,7 +74,9 @@ class LocalMobility(NamedTuple):
     branches: Array
 
 
-def analyse_local_mobility(chain: Chain, tolerance: float = DEPENDENT) -> LocalMobility:
+def analyse_local_mobility(
+    chain: Chain, tolerance: float = LOOP_RANK_RELATIVE
+) -> LocalMobility:
     """The branches that leave the reference pose of a chain, at which its loops close.
 
     Args:
@@ -81,11 +91,11 @@ def analyse_local_mobility(chain: Chain, tolerance: float = DEPENDENT) -> LocalM
         return LocalMobility(0, 0, 1, empty)
     if freedom == 1:
         order = _order_of_one(chain, N)
-        if order or _closest(chain, N, REACHES[0], N[:, 0])[1] > SHUT:
+        if order or _closest(chain, N, SPHERE_RADII[0], N[:, 0])[1] > NEAR_SINGULAR_RESIDUAL:
             return LocalMobility(1, 0, order or MAX_ORDER, empty)
-        return LocalMobility(1, 1, 0, REACHES[0] * N.T)
+        return LocalMobility(1, 1, 0, SPHERE_RADII[0] * N.T)
     seen = None
-    for reach in REACHES:
+    for reach in SPHERE_RADII:
         mobility, branches = _leaving(chain, N, reach)
         if seen == (mobility, len(branches)):
             break
@@ -102,7 +112,7 @@ def _order_of_one(chain: Chain, N: Array) -> int:
     series = expand(moved, np.ones((1, 1)), MAX_ORDER - 1)
     sizes = np.abs(series.C[0]).max(axis=(1, 2))
     for order, residual in enumerate(series.residual):
-        if residual > CLOSES * max(1.0, sizes[order], sizes[0] ** (order + 1)):
+        if residual > SERIES_RESIDUAL * max(1.0, sizes[order], sizes[0] ** (order + 1)):
             return order + 1
     return 0
 
@@ -115,7 +125,7 @@ def _starts(N: Array) -> Iterator[Array]:
         for angle in np.linspace(0.0, 2 * np.pi, 32, endpoint=False) + 0.05:
             yield N @ [np.cos(angle), np.sin(angle)]
         return
-    for _ in range(min(48 * (freedom - 1), MOST, WORK // len(N) ** 2)):
+    for _ in range(min(48 * (freedom - 1), MAX_STARTS, MAX_WORK // len(N) ** 2)):
         v = N @ rng.standard_normal(freedom)
         yield v / np.linalg.norm(v)
 
@@ -155,8 +165,8 @@ def _closest(
     rule = LevenbergMarquardt(0.1)
 
     def closest(path: Sequence[Iterate]) -> bool:
-        arrived = len(path) > 1 and np.linalg.norm(path[-2].step) <= 1e-12
-        return bool(arrived or np.linalg.norm(path[-1].residual) <= 1e-14)
+        arrived = len(path) > 1 and np.linalg.norm(path[-2].step) <= NEAR_SINGULAR_STEP
+        return bool(arrived or np.linalg.norm(path[-1].residual) <= NEAR_SINGULAR_CONVERGED)
 
     def stuck(path: Sequence[Iterate]) -> bool:
         return rule.damping > 1e6
@@ -171,7 +181,7 @@ def _leaving(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
     points: list[Array] = []
     for start in _starts(N):
         q, opening = _closest(chain, N, reach, start)
-        if opening <= SHUT and np.abs(q).max() <= 10 * reach:
+        if opening <= NEAR_SINGULAR_RESIDUAL and np.abs(q).max() <= 10 * reach:
             points.append(q)
     if not points:
         return 0, np.empty((0, len(N)))
@@ -189,14 +199,14 @@ def _opposite(chain: Chain, N: Array, reach: float, points: list[Array]) -> Iter
     """Closed poses in the senses opposite to those found."""
     for q in _distinct(points, reach):
         other, opening = _closest(chain, N, reach, -q / reach)
-        if opening <= SHUT:
+        if opening <= NEAR_SINGULAR_RESIDUAL:
             yield other
 
 
 def _distinct(points: list[Array], reach: float) -> list[Array]:
     """Poses that differ from one another."""
     first = distinct_vectors(
-        points, lambda some, q: np.abs(some - q).max(axis=1) <= 1e-3 * reach
+        points, lambda some, q: np.abs(some - q).max(axis=1) <= SAME_POSE_RELATIVE * reach
     )
     return [points[k] for k in first]
 
@@ -233,7 +243,7 @@ def _one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
             aside = N @ rng.standard_normal(N.shape[1])
             start = t + 0.3 * project_out(aside, T)
             q, opening = _closest(chain, N, reach, start, T)
-            if opening <= SHUT:
+            if opening <= NEAR_SINGULAR_RESIDUAL:
                 found.append(q)
         if len(_distinct(found, reach)) != 1:
             return False

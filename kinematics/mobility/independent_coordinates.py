@@ -10,17 +10,12 @@ from numpy.typing import NDArray
 from kinematics.errors import CoordinateError
 from kinematics.linalg.vectors import project_out
 from kinematics.model.linkage import Joint, Notice, UnassembledLinkage, names_of
+from kinematics.tolerances import REMAINING_FREEDOM, STANDSTILL_RELATIVE
 
 __all__ = ["choose_coordinates"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-# Joints that turn or slide by less, for unit rates of the linkage, stand still: a dead centre
-# that is written with six decimals leaves about 1e-6.
-STILL = 1e-5
-# What is left of the freedom of a joint once others are chosen.
-DEPENDENT = 1e-8
 
 
 def choose_coordinates(
@@ -72,12 +67,12 @@ def _unfit(joint: int, velocities: Array, rest: Array, taken: Sequence[str]) -> 
     """Why a joint cannot be the next input; empty if it can."""
     rate, left = (float(np.linalg.norm(v[joint])) for v in (velocities, rest))
     fastest = float(np.linalg.norm(velocities, axis=1).max())
-    if rate <= STILL * fastest:
+    if rate <= STANDSTILL_RELATIVE * fastest:
         return (
             "stands still, to first order, at the reference pose: a dead centre, if it moves "
             "at all, where it cannot drive the linkage"
         )
-    if left > max(DEPENDENT, STILL * rate):
+    if left > max(REMAINING_FREEDOM, STANDSTILL_RELATIVE * rate):
         return ""
     if len(taken) == velocities.shape[1]:
         return f"depends on the other inputs: {', '.join(taken)} take up mobility {len(taken)}"
@@ -99,7 +94,7 @@ def _candidates(draft: UnassembledLinkage, rest: Array) -> list[int]:
     conditioned; joints of the tree come before those of loops, earlier ones before later.
     """
     sizes = np.linalg.norm(rest, axis=1)
-    good = np.flatnonzero(sizes >= max(sizes.max(initial=0.0) / 3.0, DEPENDENT))
+    good = np.flatnonzero(sizes >= max(sizes.max(initial=0.0) / 3.0, REMAINING_FREEDOM))
     return sorted(good.tolist(), key=lambda j: (draft.joints[j].in_loop, j))
 
 

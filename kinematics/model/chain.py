@@ -15,6 +15,12 @@ from numpy.typing import NDArray
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import Chain, Frame, freeze
 from kinematics.model.linkage import UnassembledLinkage
+from kinematics.tolerances import (
+    AXIS_ROUNDING,
+    MEETING_AXES_COORDINATE,
+    MEETING_AXES_SIZE,
+    PLANAR_DEVIATION,
+)
 
 __all__ = [
     "arrange_loops",
@@ -100,7 +106,9 @@ def _frame(draft: UnassembledLinkage) -> Frame:
     centres = _centres(draft)
     largest = max(float(np.abs(a).max(initial=0.0)) for a in (points, centres))
     meeting = not (draft.loops and turning and _parallel(turning))
-    least = max(1e-9 * largest, 1e-4 * extent(draft).length * meeting)
+    least = max(
+        MEETING_AXES_COORDINATE * largest, MEETING_AXES_SIZE * extent(draft).length * meeting
+    )
     for candidate in (arms, centres - origin, points - origin):
         if len(candidate):
             length = float(np.sqrt(np.mean(np.sum(candidate**2, axis=1))))
@@ -111,7 +119,7 @@ def _frame(draft: UnassembledLinkage) -> Frame:
 
 def _parallel(screws: list[Array]) -> bool:
     """Whether the axes of turning joints are parallel but for rounding."""
-    return all(np.abs(np.cross(s[:3], screws[0][:3])).max() <= 1e-4 for s in screws)
+    return all(np.abs(np.cross(s[:3], screws[0][:3])).max() <= AXIS_ROUNDING for s in screws)
 
 
 def _centres(draft: UnassembledLinkage) -> Array:
@@ -144,7 +152,7 @@ def lock_joints(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
     )
 
 
-def plane_normal(chain: Chain, tolerance: float = 1e-9) -> Array | None:
+def plane_normal(chain: Chain, tolerance: float = PLANAR_DEVIATION) -> Array | None:
     """Normal of the plane in which every link moves, or None.
 
     All axes of rotation must be parallel to it, all translations perpendicular to it.

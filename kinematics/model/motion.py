@@ -14,6 +14,7 @@ from kinematics.errors import MotionError
 from kinematics.linalg.rational import MAX_DIGITS, decimal, rational_null_space
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
+from kinematics.tolerances import RELATION_ROUND_OFF
 from kinematics.wording import first_names
 
 __all__ = ["Motion", "motion_of"]
@@ -21,9 +22,7 @@ __all__ = ["Motion", "motion_of"]
 Array = NDArray[np.float64]
 
 # Sums of factors up to this one do not overflow.
-LARGEST = 1e300
-# Part of a relation that the rounding of its decimals may leave where it repeats others.
-ROUNDED = Fraction(1, 10**12)
+MAX_FACTOR = 1e300
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 
 
@@ -132,7 +131,7 @@ def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
         if match is None or (position > 0 and not match[1]):
             raise MotionError(relation, _complaint(text[position:]), inputs)
         word = match[2] or "1"
-        if len(word) > MAX_DIGITS or not float(word) <= LARGEST:
+        if len(word) > MAX_DIGITS or not float(word) <= MAX_FACTOR:
             raise MotionError(relation, f"'{word[:MAX_DIGITS]}' is too large", inputs)
         row[inputs.index(match[3])] += decimal(word) * (-1 if match[1] == "-" else 1)
         position = match.end()
@@ -162,6 +161,6 @@ def _largest_in_row(
     """
     for i, row in enumerate(left):
         column = max(range(len(row)), key=lambda c: abs(row[c]), default=0)
-        if row and abs(row[column]) > ROUNDED:
+        if row and abs(row[column]) > RELATION_ROUND_OFF:
             return i, column
     return None

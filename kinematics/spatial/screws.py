@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.tolerances import SCREW_PART_RELATIVE
 from kinematics.wording import vector_text
 
 __all__ = [
@@ -158,7 +159,7 @@ def _axis(line: Array, moment: Array, tolerance: float) -> ScrewAxis:
     return ScrewAxis(n, np.cross(n, moment) / size, pitch, size)
 
 
-def twist_axis(t: ArrayLike, tolerance: float = 1e-13) -> ScrewAxis:
+def twist_axis(t: ArrayLike, tolerance: float = SCREW_PART_RELATIVE) -> ScrewAxis:
     """Instantaneous screw axis of a twist ``[ω; v]``.
 
     Direction ω/|ω|, point ``ω × v / |ω|²``, pitch ``ω·v / |ω|²``.
@@ -171,7 +172,7 @@ def twist_axis(t: ArrayLike, tolerance: float = 1e-13) -> ScrewAxis:
     return _axis(t[:3], t[3:], tolerance)
 
 
-def wrench_axis(w: ArrayLike, tolerance: float = 1e-13) -> ScrewAxis:
+def wrench_axis(w: ArrayLike, tolerance: float = SCREW_PART_RELATIVE) -> ScrewAxis:
     """Central axis of a wrench or momentum ``[ξ; p]``.
 
     Direction p/|p|, point ``p × ξ / |p|²``, pitch ``p·ξ / |p|²``; arguments as for

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.spatial.inertia import displace_parameters, inertia_tensor
+from kinematics.tolerances import JOINT_AXES_MEET
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import coordinate_names
@@ -23,8 +24,6 @@ __all__ = ["urdf_text"]
 
 Array = NDArray[np.float64]
 
-# Axes that meet, or are parallel or at right angles, do so to this part of the size (or 1).
-MEETS = 1e-12
 # Decimals that are kept of numbers of size 1: the next are round-off.
 DIGITS = 15
 _MOTIONS = {
@@ -160,7 +159,7 @@ class _Writer:
                 off.append(abs(float(found.axis @ v)))
         if found.axis2 is not None:
             off.append(abs(float(found.axis @ found.axis2)))
-        return max(off) <= MEETS
+        return max(off) <= JOINT_AXES_MEET
 
     def _tree_joint(self, steps: Sequence[Any]) -> list[Element]:
         """A joint of the tree, or one for every freedom of it, with links between."""
@@ -208,7 +207,7 @@ class _Writer:
         pose, point = self.poses[child], found.centre
         if found.kind not in ("universal", "spherical"):
             point = point + found.axis * (found.axis @ (pose[:3, 3] - point))
-        if np.abs(pose[:3, 3] - point).max() > MEETS * self.size:
+        if np.abs(pose[:3, 3] - point).max() > JOINT_AXES_MEET * self.size:
             pose = pose.copy()
             pose[:3, 3] = point
             self.poses[child] = pose

@@ -8,14 +8,13 @@ from xml.sax.saxutils import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.tolerances import ROTATION_ROUND_OFF
 from kinematics.urdf_elements.element import Element
 
 __all__ = ["roll_pitch_yaw", "number_words", "element_text"]
 
 Array = NDArray[np.float64]
 
-# Entries of a rotation that are smaller are round-off.
-NOISE = 1e-15
 # Beside those of XML, the characters that a parser would turn into blanks.
 _QUOTED = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 
@@ -53,7 +52,7 @@ def roll_pitch_yaw(R: Array) -> list[float]:
     Args:
         R: rotation matrix (3, 3).
     """
-    R = np.where(np.abs(R) <= NOISE, 0.0, R)
+    R = np.where(np.abs(R) <= ROTATION_ROUND_OFF, 0.0, R)
     flat = float(np.hypot(R[2, 1], R[2, 2]))
     roll = float(np.arctan2(R[2, 1], R[2, 2])) if flat else 0.0
     pitch = float(np.arctan2(-R[2, 0], flat))

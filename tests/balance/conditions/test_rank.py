@@ -8,7 +8,7 @@ from laws import exact_rank, outside
 
 from balance.conditions import rank
 from balance.conditions.rank import Conditions
-from kinematics.linalg.pivoted_qr import MARGIN, RANK_RELATIVE
+from kinematics.tolerances import RANK_MARGIN, RANK_RELATIVE
 
 SHAPES = [(1, 1, 1), (5, 3, 2), (3, 5, 3), (8, 8, 5), (30, 12, 7), (12, 30, 9), (60, 70, 43)]
 
@@ -198,9 +198,9 @@ def test_a_pivot_never_hides_that_the_smallest_singular_value_is_near_round_off(
         decision, margin = conditions.decide(), values[-1] / values[0]
         assert conditions.rank == columns
         assert decision.kept == pytest.approx(margin, rel=1e-3)
-        assert decision.thin == (margin < MARGIN * RANK_RELATIVE)
+        assert decision.thin == (margin < RANK_MARGIN * RANK_RELATIVE)
         pivots = np.abs(np.diag(conditions.factor[:, conditions.permutation]))
-        assert pivots.min() < 0.1 * MARGIN * margin * conditions.scale
+        assert pivots.min() < 0.1 * RANK_MARGIN * margin * conditions.scale
         verdicts.append(decision.thin)
     assert 10 < sum(verdicts) < 50
 

@@ -1,7 +1,9 @@
-"""Virtual joints from the ground to a tool, with which inverse kinematics is nothing special.
+"""Tool coordinates as inputs (inverse kinematics), by virtual joints from the ground to a link.
 
 A weld of the tool to the far end of prismatic and revolute joints makes one more loop; with
 those joints as inputs, the joints of the robot follow from it like those of any other linkage.
+(A. Campos, R. Guenther and D. Martins, "Differential kinematics of serial manipulators using
+virtual chains", J. Braz. Soc. Mech. Sci. Eng. 27, 2005.)
 """
 
 from __future__ import annotations
@@ -49,7 +51,7 @@ def tool(
     *,
     frame: str = "inertial",
 ) -> Linkage:
-    """The linkage with coordinates of a tool as its inputs: its inverse kinematics.
+    """Make the coordinates of a tool the inputs of a linkage, as inverse kinematics needs.
 
     Directions that are not named are held where they are, one after the other, as far as
     that leaves those named free to move; the others follow. So a robot with six joints moves
@@ -59,21 +61,29 @@ def tool(
         linkage: an assembled linkage.
         link: name of the link that is the tool, with or without mass.
         directions: of `DIRECTIONS`, the new inputs in this order: ``"x,y"`` or a sequence.
+            ``x``, ``y``, ``z`` are shifts along the inertial axes, in metres; ``rx``, ``ry``,
+            ``rz`` are turns about moving axes, in radians.
         point: the point of the tool that moves and about which it turns (3,), metres; the
             origin of the link's frame by default.
         frame: in which frame the point is given: ``"inertial"``, at the reference pose, or
             ``"link"``, that of the link in the file, with which the point moves.
 
     Returns:
-        The linkage with inputs ``link.x`` …; where it has more freedom than the tool can
-        use, completed with joints of its own, as a notice says.
+        The linkage with inputs ``link.x`` …. Where it has more freedom than the tool uses,
+        joints of its own complete them, and a notice names these.
 
     Raises:
-        BodyError: there is no such link, it is a tool already, or the point is not of three
+        BodyError: the link does not exist or is a tool already, or the point is not three
             finite numbers.
-        CoordinateError: there is no such direction, or it cannot be an input, for the link
-            cannot move that way or others determine it.
-        ValueError: there is no such frame.
+        CoordinateError: a direction does not exist or cannot be an input: the link cannot move
+            that way, or other directions determine it.
+        ValueError: the frame does not exist.
+
+    Example:
+        >>> from kinematics import load, tool
+        >>> linkage = load("robot.urdf")
+        >>> tool(linkage, "coupler", "x").inputs
+        ('coupler.x',)
     """
     if frame not in FRAMES:
         raise ValueError(f"the frame of a point is one of {', '.join(FRAMES)}, not {frame!r}")
@@ -102,14 +112,14 @@ def tool(
 
 
 def tool_coordinates(link: str) -> tuple[str, ...]:
-    """Names of the coordinates of a tool, in the order of `DIRECTIONS`."""
+    """List the names of the coordinates of a tool, in the order of `DIRECTIONS`."""
     return tuple(f"{link}.{direction}" for direction in DIRECTIONS)
 
 
 def _carrier(
     linkage: Linkage, link: str, point: ArrayLike | None, frame: str
 ) -> tuple[int, Array]:
-    """The rigid body that carries the tool, and the tool's point (3,), inertial."""
+    """Find the rigid body that carries the tool, and the tool's point (3,), inertial."""
     bodies = {body.name: LinkPose(body.link, body.frame) for body in linkage.bodies}
     moving = bodies | {n: place for n, place in linkage.places.items() if place.link != GROUND}
     if link not in moving:
@@ -127,7 +137,7 @@ def _carrier(
 
 
 def _named(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:
-    """Numbers of directions, in the order in which they are named."""
+    """Read the numbers of directions, in the order in which they are named."""
     words = directions.split(",") if isinstance(directions, str) else list(directions)
     words = [word.strip() for word in words]
     for k, word in enumerate(words):
@@ -140,7 +150,7 @@ def _named(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:
 
 
 def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[int]:
-    """Directions not named that can be held, at first order at the reference pose.
+    """Choose the unnamed directions that can be held, at first order at the reference pose.
 
     Raises:
         CoordinateError: a direction that is named depends on those before it.
@@ -169,7 +179,10 @@ def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[
 
 
 def _rates(linkage: Linkage, link: int, at: Array) -> Array:
-    """Velocity of the tool's point, then angular velocity, for unit inputs (6, mobility)."""
+    """Compute the Jacobian of the tool: velocity, then angular velocity (6, mobility).
+
+    The velocity is that of the tool's point, for unit rates of the inputs, in chain units.
+    """
     independent = linkage.positions_of(linkage.inputs)
     chain = move_chain(arrange_loops(linkage), independent, np.eye(linkage.mobility))
     twists = expand(chain, np.zeros((1, chain.width)), 0).T[0, 0, link].T

@@ -1,4 +1,4 @@
-"""Closed poses one after the other, away from the reference pose."""
+"""Continuation of closed poses along a ray, away from the reference pose."""
 
 from __future__ import annotations
 
@@ -24,15 +24,18 @@ SERIES_ORDER = 3
 def continue_along(
     chain: Chain, ray: Array, known: Series | None = None, reach: float = np.inf
 ) -> Iterator[Pose]:
-    """Closed poses along a ray, each predicted by its predecessor's series.
+    """Follow closed poses along a ray; the series at each pose predicts the next one.
 
-    The walk ends where no further pose is found on the same branch.
+    The continuation ends where no further pose is found on the same branch.
 
     Args:
         chain: the linkage at its reference pose.
         ray: direction in the coordinates of the chain (w,).
         known: series along the ray at the reference pose, if there is one already.
         reach: longest step.
+
+    Returns:
+        The poses, in order.
     """
     series = expand(chain, ray[None], SERIES_ORDER) if known is None else known
     q = np.zeros(chain.parent.size)
@@ -46,10 +49,14 @@ def continue_along(
 
 
 def continue_in_directions(chain: Chain, rays: Array) -> Iterator[tuple[Chain, Pose]]:
-    """Poses along rays (count, w) and against them in turn, ever further away.
+    """Follow closed poses along rays and against them, in turn, ever further away.
 
     Where one joint moves all others, the fastest is the coordinate, chosen anew at each
-    pose, so that no dead centre ends the way.
+    pose, so that no dead centre ends the continuation.
+
+    Args:
+        chain: the linkage at its reference pose.
+        rays: directions in the coordinates of the chain (count, w).
 
     Returns:
         Poses, each with the chain in the coordinates that were used there.
@@ -70,7 +77,7 @@ def continue_in_directions(chain: Chain, rays: Array) -> Iterator[tuple[Chain, P
 
 
 def _along_the_curve(chain: Chain, ray: Array) -> Iterator[tuple[Chain, Pose]]:
-    """The only motion there is, one way."""
+    """Follow the only motion of a linkage, in one sense."""
     q, screws, here = np.zeros(chain.parent.size), chain.screws, chain
     while True:
         rates = expand_from(here, screws, ray[None], 0).C[0, 0] @ ray

@@ -27,14 +27,17 @@ SERIES_ORDER = 6
 
 
 def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array:
-    """Positions of all joints, in the order of ``linkage.joints``; SI units, (n,).
+    """Compute the positions of all joints that close the loops (finite position analysis).
 
     Args:
         linkage: an assembled linkage.
-        q: displacements from the reference pose: of the inputs, in their order
-            (mobility,), or by name, inputs that are not named staying at 0: the other
+        q: displacements from the reference pose, in radians and metres: of the inputs, in their
+            order (mobility,), or by name, where inputs that are not named stay at 0: the other
             joints then follow along the straight line of input displacements, without a
             change of branch; or of all joints (n,), which must close the loops.
+
+    Returns:
+        Positions in the order of ``linkage.joints`` (n,), in radians and metres.
 
     Raises:
         PoseError: the joints do not close the loops, or the loops cannot be closed.
@@ -65,7 +68,7 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
 
 
 def input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:
-    """All joints as a spatial chain whose columns are the inputs.
+    """Make the spatial chain of all joints whose columns are the inputs.
 
     Args:
         linkage: an assembled linkage.
@@ -76,9 +79,12 @@ def input_chain(linkage: Linkage, frame: Frame | None = None) -> Chain:
 
 
 def si_chain(linkage: Linkage, spatial: bool) -> Chain:
-    """All joints as a chain in SI units about the inertial origin, planar unless ``spatial``.
+    """Make the chain of all joints in SI units about the inertial origin.
 
-    The axes of a planar chain are those of the plane.
+    Args:
+        linkage: an assembled linkage.
+        spatial: whether to keep all components of a planar linkage. Otherwise it is reduced to
+            its plane, in the axes of the plane, without idle joints.
     """
     chain = input_chain(linkage, Frame())
     if spatial or not linkage.planar:
@@ -88,7 +94,7 @@ def si_chain(linkage: Linkage, spatial: bool) -> Chain:
 
 
 def _checked(linkage: Linkage, q: Array) -> Array:
-    """The given positions, if they close the loops."""
+    """Return the given positions, if they close the loops."""
     chain = arrange_loops(linkage)
     error = forward_kinematics(chain, q / chain.units).error
     if not error <= GIVEN_POSE_RESIDUAL:
@@ -102,10 +108,10 @@ def _checked(linkage: Linkage, q: Array) -> Array:
 def solve_joint_positions(
     chain: Chain, point: Array, source: str, goal: Iterable[tuple[str, float]]
 ) -> Array:
-    """Positions reached along the straight line from the reference pose to a point.
+    """Follow the straight line of coordinates from the reference pose to a point.
 
-    At each step the linkage is expanded anew, as far as its series carries, so that the
-    branch does not change.
+    At each step the motion is expanded anew, and the step stays within the radius of
+    convergence, so that the branch does not change.
 
     Args:
         chain: the linkage at its reference pose.

@@ -1,4 +1,7 @@
-"""Finite poses, whose loops are closed by Newton's method: ``q ← q - S_0⁺ mismatch(q)``."""
+"""Closed finite poses by Newton's method, and steps to further poses along a ray.
+
+``q ← q - S_0⁺ mismatch(q)`` on the dependent joints, with the loop matrix S_0 at the pose.
+"""
 
 from __future__ import annotations
 
@@ -48,14 +51,29 @@ class Pose(NamedTuple):
 
 
 def expand_at(chain: Chain, pose: Pose) -> Series:
-    """Expand the motion to order 0 at a finite pose: joint rates and link twists there."""
+    """Expand the motion to order 0 at a finite pose: joint rates and link twists there.
+
+    Args:
+        chain: the linkage at its reference pose.
+        pose: a closed pose of it.
+
+    Returns:
+        Series of order 0 for unit rates of the coordinates, in the frame and units of the chain.
+    """
     return expand_from(chain, pose.screws, np.zeros((1, chain.width)), 0)
 
 
 def radius_of_convergence(rates: Array) -> float:
-    """Estimate the radius of convergence from the growth of joint rates (order + 1, n).
+    """Estimate the radius of convergence of a series from the growth of its joint rates.
 
-    At most 1, and such that no joint moves by more than 1 to first order.
+    ``1 / max(1, |q̇_0|, (|q̇_k| / |q̇_0|)^(1/k))``: at most 1, and such that no joint moves by
+    more than 1 to first order.
+
+    Args:
+        rates: joint rates along a ray by order (order + 1, n), chain units.
+
+    Returns:
+        The radius, in steps of the ray.
     """
     sizes = np.sqrt(np.einsum("kj,kj->k", rates, rates))
     growth = (sizes[1:] / sizes[0]) ** (1.0 / np.arange(1, sizes.size))
@@ -123,7 +141,17 @@ def _pose_arrays(chain: Chain) -> tuple[Array, Array]:
 
 
 def forward_kinematics(chain: Chain, q: Array) -> Pose:
-    """Compute the pose at joint positions q (n,), whether or not it closes the loops."""
+    """Compute the pose at joint positions, whether or not it closes the loops.
+
+    ``H_j = H_parent exp(q_j ŝ_j)``, the product of exponentials of R. W. Brockett (1984).
+
+    Args:
+        chain: the linkage at its reference pose.
+        q: joint positions (n,), chain units.
+
+    Returns:
+        The pose; its ``error`` is how far the loops are open.
+    """
     H, screws = _pose_arrays(chain)
     place_links(chain.parent, chain.screws, q, H, screws, np.empty(H.shape[1:]))
     screws.flags.writeable = False
@@ -132,13 +160,17 @@ def forward_kinematics(chain: Chain, q: Array) -> Pose:
 
 
 def mismatch(chain: Chain, H: Array, q: Array, gaps: Array | None = None) -> Array:
-    """Compute the twists by which the loops are open, then errors of mimic joints; (rows,).
+    """Compute the twists by which the loops are open, then the errors of mimic relations.
 
     Args:
         chain: the linkage as arrays.
-        H: displacements of the links.
-        q: joint positions.
-        gaps: displacements of the welds at the reference pose, if they are not closed.
+        H: displacements of the links (n, 4, 4), or (n, 3, 3) in the plane.
+        q: joint positions (n,).
+        gaps: displacements of the welds at the reference pose (loops, 4, 4), if they are not
+            closed.
+
+    Returns:
+        Residual of the loops (rows,), radians and chain units.
     """
     dim = chain.screws.shape[1]
     b = np.empty(len(chain.ends) * dim + len(chain.mimics))

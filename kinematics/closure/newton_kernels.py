@@ -64,7 +64,7 @@ def fill_loop_mismatch(H, ends, gaps, b, dim, scratch):
         H: in; displacements of the links (n, 4, 4), or (n, 3, 3) in the plane.
         ends: in; links on side A and side B of each weld, -1 for the ground (L, 2).
         gaps: in; displacements of the welds at the reference pose (L, 4, 4) or (L, 3, 3). An
-            array of length 0 says that the loops are closed there.
+            array of length 0 if the loops are closed there.
         b: out; the twists, one loop below the other (dim L or more,), chain units.
         dim: components of a twist, 6 or 3.
         scratch: workspace; four displacements.

@@ -223,18 +223,31 @@ class Series(NamedTuple):
 
 
 def expand(chain: Chain, rays: Array, order: int) -> Series:
-    """Power series of the closed motion along ``u = t δ``, at the reference pose.
+    """Expand the closed motion along ``u = t δ`` as power series, at the reference pose.
 
     Args:
         chain: the linkage as arrays.
         rays: directions δ in the coordinates of the chain; (rays, width).
         order: highest order.
+
+    Returns:
+        Joint rates and link twists by order, in the frame and units of the chain.
     """
     return expand_from(chain, chain.screws, rays, order)
 
 
 def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
-    """As `expand`, at a pose to which the joint screws (n, 6 or 3) have been carried."""
+    """Expand the closed motion along ``u = u0 + t δ`` as power series, at another pose.
+
+    Args:
+        chain: the linkage as arrays.
+        screws: joint screws carried to that pose (n, 6 or 3), chain units.
+        rays: directions δ in the coordinates of the chain; (rays, width).
+        order: highest order.
+
+    Returns:
+        As `expand`.
+    """
     count = len(rays)
     purpose = "series", count, order
     # Borrowed: what is not part of the result, and shapes. The result has arrays of its own.
@@ -252,11 +265,15 @@ def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
 
 
 def loop_matrix(chain: Chain, screws: Array | None = None) -> Array:
-    """Loop matrix S_0 of all joints, with the mimic relations below; (rows, n).
+    """Compute the loop matrix S_0 of all joints, with the mimic relations below; (rows, n).
 
     Args:
         chain: the linkage as arrays.
-        screws: joint screws of another pose; those of the reference pose by default.
+        screws: joint screws of another pose (n, 6 or 3); those of the reference pose by default.
+
+    Returns:
+        ``S_0 q̇ = 0`` for joint rates that close the loops; six or three rows for each loop, one
+        for each relation.
     """
     at = chain.screws if screws is None else freeze(screws)
     S = np.zeros((len(chain.ends) * at.shape[1] + len(chain.mimics), len(at)))

@@ -1,11 +1,11 @@
-"""When kernels are compiled: at once, beside a command, or never.
+"""Choose when kernels are compiled: at once, in the background of a command, or never.
 
-A command on a small linkage is answered sooner by kernels that Python runs as they are than
-Numba loads, and the first command on a machine must not wait for a compiler. A command
-begins uncompiled. Once its kernels have run as long as it takes to load compiled ones, it
-goes on with these; where they are not there yet, one process per user compiles them beside
-it, at low priority, for the rest of this command and for later ones. Sessions of Python
-compile at once. ``BALANCE_COMPILE=now|background|never`` overrides both.
+For a small linkage, uncompiled kernels answer a command sooner than Numba loads compiled ones,
+and the first command on a machine must not wait for a compiler. Therefore a command begins
+uncompiled. Once its kernels have run as long as loading compiled ones takes, it loads these. If
+they do not exist yet, one process per user compiles them in the background, at low priority,
+for the rest of this command and for later ones. Sessions of Python compile at once.
+``BALANCE_COMPILE=now|background|never`` overrides both.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ NO_FOLDER = (
 
 
 class _WarmUp(NamedTuple):
-    """What runs every kernel: the module that registers it when it is imported, its stages."""
+    """A run of every kernel: the module that registers it at its import, and its stages."""
 
     module: str
     stages: Callable[[], Iterator[None]]
@@ -67,14 +67,14 @@ class _WarmUp(NamedTuple):
 
 
 class _Choice:
-    """What was chosen for this process."""
+    """The choices made for this process."""
 
     default = "now"
     warm_up: _WarmUp | None = None
 
 
 def begin_command() -> None:
-    """Let kernels be compiled in the background, if the environment does not say otherwise.
+    """Compile kernels in the background from now on, unless the environment chooses otherwise.
 
     Call it before any kernel is imported, in a process that runs one command.
     """
@@ -82,10 +82,10 @@ def begin_command() -> None:
 
 
 def compile_mode() -> str:
-    """When this process compiles: ``"now"``, ``"background"`` or ``"never"``.
+    """Find when this process compiles: ``"now"``, ``"background"`` or ``"never"``.
 
     Raises:
-        UsageError: the environment asks for something else.
+        UsageError: ``BALANCE_COMPILE`` has another value.
     """
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return "never"
@@ -96,10 +96,10 @@ def compile_mode() -> str:
 
 
 def register_warm_up(module: str, stages: Callable[[], Iterator[None]]) -> None:
-    """Name what runs all kernels of a package and of those below it, stage by stage.
+    """Register the function that runs all kernels of a package and of those below it.
 
     Args:
-        module: whose import, which is to cost little, calls this function.
+        module: name of the module that calls this function at its import, which must be cheap.
         stages: yields after each stage, when its kernels have been compiled.
     """
     _Choice.warm_up = _WarmUp(module, stages)
@@ -108,9 +108,16 @@ def register_warm_up(module: str, stages: Callable[[], Iterator[None]]) -> None:
 def compile() -> None:
     """Compile all kernels of the packages that are imported, and cache them on disk.
 
-    It takes a while once per machine, user and version, and next to nothing after that.
-    Without it, a session of Python compiles each kernel when it is first called. Where
-    kernels are never compiled (``BALANCE_COMPILE=never``), nothing happens.
+    It takes about a minute once per machine, user and version, and seconds after that.
+    Without it, a session of Python compiles each kernel at its first call. Where kernels are
+    never compiled (``BALANCE_COMPILE=never``), it does nothing.
+
+    Raises:
+        UsageError: ``BALANCE_COMPILE`` has a value that does not exist.
+
+    Example:
+        >>> import kinematics
+        >>> kinematics.compile()
     """
     if compile_mode() == "never" or _Choice.warm_up is None:
         return
@@ -126,17 +133,17 @@ def compile() -> None:
 
 
 class _KernelTime:
-    """How long kernels have run uncompiled in this process, and which ones still do."""
+    """The time that kernels have run uncompiled in this process, and which ones still do."""
 
     def __init__(self) -> None:
-        """Nothing has run."""
+        """Start at 0 seconds, with all kernels uncompiled."""
         self._compiled: frozenset[str] = frozenset()
         self._seconds = 0.0
         self._next = 0.0
         self._asked = False
 
     def runs_compiled(self, kernel: str) -> bool:
-        """Whether a kernel is to be called compiled."""
+        """Return whether a kernel is called compiled."""
         return kernel in self._compiled or ALL in self._compiled
 
     def compile_all(self) -> None:
@@ -144,7 +151,7 @@ class _KernelTime:
         self._compiled = frozenset([ALL])
 
     def add(self, seconds: float) -> None:
-        """Note that a kernel has run so long; change to compiled ones when it is time."""
+        """Add the seconds of an uncompiled run; change to compiled kernels when it is time."""
         self._seconds += seconds
         if self._seconds < WORTH or monotonic() < self._next or compile_mode() != "background":
             return
@@ -160,7 +167,7 @@ kernel_clock = _KernelTime()
 
 
 def _start_background() -> None:
-    """Start the process that compiles, unless there is one or no place for what it makes."""
+    """Start the process that compiles, unless one runs already or there is no cache folder."""
     import subprocess
 
     from filelock import FileLock, Timeout
@@ -192,9 +199,9 @@ def _start_background() -> None:
 
 
 def compile_in_background() -> int:
-    """Compile all kernels in a process of its own, if no other does; returns its exit code.
+    """Compile all kernels in a process of its own, unless another does; return the exit code.
 
-    The lock goes with the process, however it ends. A failure is told in ``kernels.log``,
+    The lock ends with the process, however it ends. A failure is written to ``kernels.log``,
     and the next command tries again.
     """
     from filelock import FileLock, Timeout

@@ -1,7 +1,7 @@
-"""Where compiled kernels are kept on disk, and which ones are there.
+"""The disk cache of compiled kernels: its folders, and the kernels in them.
 
-A folder holds what was compiled of one state of the sources, for one Numba and one processor:
-its name is their hash, so nothing in it is ever stale.
+A folder holds the kernels compiled from one state of the sources, for one version of Numba and
+one processor. Its name is the hash of these, so that nothing in it is ever stale.
 """
 
 from __future__ import annotations
@@ -32,24 +32,24 @@ READY, ALL, KEPT = "kernels.ready", "all", 3
 
 
 def kernel_name(function: Callable[..., object]) -> str:
-    """Name of a kernel, the same in every process; it has no blanks."""
+    """Compose the name of a kernel, the same in every process and without blanks."""
     values = [cell.cell_contents for cell in function.__closure__ or ()]
     made_for = ",".join(str(value) for value in values if isinstance(value, int))
     return f"{function.__module__}.{function.__qualname__}({made_for})"
 
 
 def package_of(function: Callable[..., object]) -> Path:
-    """Folder of the top-level package that a function is in."""
+    """Find the folder of the top-level package that contains a function."""
     parents = Path(function.__code__.co_filename).parents
     return parents[max(0, function.__module__.count(".") - 1)]
 
 
 def _hash_sources(package: Path) -> str:
-    """Hash of all files with kernels in a package and in `kinematics`.
+    """Hash all files with kernels in a package and in `kinematics`.
 
-    Numba looks only at the file that a kernel is in, but compiles it together with the kernels
-    that it calls. Contents are hashed: files that a package manager installs may all bear one
-    date.
+    Numba checks only the file that contains a kernel, but compiles it together with the kernels
+    and constants of other files. Contents are hashed, because a package manager may give all
+    files one date.
     """
     from hashlib import sha256
 
@@ -65,9 +65,10 @@ def _hash_sources(package: Path) -> str:
 
 @cache
 def cache_folder() -> Path | None:
-    """The folder above those of the kernels, or None if none can be written to.
+    """Find the folder that contains those of the kernels; None if none can be written to.
 
-    It is the one that NUMBA_CACHE_DIR names, else one beside this file, else one of the user.
+    NUMBA_CACHE_DIR names it; without that, it is beside this package, or else in the user's
+    cache.
     """
     named = os.environ.get("NUMBA_CACHE_DIR")
     user = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or "~/.cache"
@@ -85,7 +86,7 @@ def cache_folder() -> Path | None:
 
 @cache
 def _hash(package: Path) -> str:
-    """Hash of what compiled kernels depend on: sources, versions, the processor."""
+    """Hash all that compiled kernels depend on: sources, versions, the processor."""
     from hashlib import sha256
     from importlib.metadata import version
 
@@ -100,10 +101,10 @@ def _hash(package: Path) -> str:
 
 @cache
 def kernel_folder(package: Path) -> Path | None:
-    """The folder of the kernels of a package, or None if there is no place for one.
+    """Find or make the folder of the kernels of a package; None if there is no cache folder.
 
-    It is made if it does not exist, and then all but the newest ones of other sources are
-    removed. A process that still uses a removed folder compiles again what it misses.
+    If it is made, all but the newest folders of other sources are removed. A process that still
+    uses a removed folder compiles again what it misses.
     """
     above = cache_folder()
     if above is None:
@@ -120,7 +121,7 @@ def kernel_folder(package: Path) -> Path | None:
 
 
 def _remove_old(new: Path) -> None:
-    """Remove the folders of other states of a package, but not the newest ``KEPT``."""
+    """Remove the folders of other states of a package, except the newest ``KEPT``."""
     import shutil
 
     pattern = f"{new.name.rpartition('-')[0]}-{'[0-9a-f]' * 16}"
@@ -132,7 +133,7 @@ def _remove_old(new: Path) -> None:
 
 
 def ready_kernels(package: Path) -> frozenset[str]:
-    """Names of the kernels of a package, and below, that are compiled for this processor."""
+    """Read the names of the kernels of a package, and below, that are compiled for this processor."""
     folder = kernel_folder(package)
     try:
         text = (folder / READY).read_text(encoding="utf-8") if folder is not None else ""
@@ -142,7 +143,12 @@ def ready_kernels(package: Path) -> frozenset[str]:
 
 
 def note_kernels(package: Path, kernels: Iterable[str]) -> None:
-    """Tell other processes which kernels have been compiled."""
+    """Write the list of compiled kernels, for other processes to read.
+
+    Args:
+        package: folder of the package.
+        kernels: names as from `kernel_name`, or `ALL`.
+    """
     folder = kernel_folder(package)
     if folder is None or ALL in ready_kernels(package):
         return

@@ -1,8 +1,9 @@
-"""Kernels: functions of numbers and arrays, compiled by Numba or run as they are.
+"""The decorator ``kernel``: functions of numbers and arrays, compiled by Numba or uncompiled.
 
     from kinematics.compiled.jit import kernel
 
-A kernel may use functions and constants of files that hold kernels, and of no others.
+A kernel may use functions and constants of files that contain this line, or the dotted name in
+it, and of no others: their hash names the folder of compiled kernels.
 """
 
 from __future__ import annotations
@@ -29,16 +30,19 @@ def kernel(
 ) -> Any:
     """Make a kernel of ``function``: compiled at its first call, or not at all.
 
-    See `kinematics.compiled.background` for which it is.
+    `kinematics.compiled.background` chooses which.
 
     Args:
         function: a function of numbers and arrays.
         inline: put the code into that of its callers. A call with array arguments costs as
             much as dozens of multiplications.
         reference_counting: False if the kernel neither makes arrays, nor returns any, nor
-            keeps one that another kernel returns; checked when it is compiled. It is then
-            spared atomic instructions for every array argument, which makes the sweep of
-            `balance.design_space_many` twice to three times as fast, single answers a sixth.
+            keeps one that another kernel returns; this is checked when it is compiled. Numba
+            then needs no atomic instructions for array arguments, which makes the sweep of
+            `balance.design_space_many` two to three times as fast, single answers by a sixth.
+
+    Returns:
+        The kernel; a decorator if there is no function.
     """
     if function is None:
         return partial(kernel, inline=inline, reference_counting=reference_counting)
@@ -47,7 +51,7 @@ def kernel(
 
 
 class _Within(local):
-    """Whether a kernel is running in this thread, without a compiler."""
+    """Whether an uncompiled kernel is running in this thread."""
 
     kernel = False
 
@@ -65,13 +69,13 @@ class _Kernel:
     def __init__(
         self, function: Callable[..., Any], inline: bool, reference_counting: bool
     ) -> None:
-        """Keep what a compiler needs to know."""
+        """Keep the options of the compiler."""
         update_wrapper(self, function)
         self.py_func, self._options = function, (inline, reference_counting)
         self._name = kernel_name(function)
 
     def __call__(self, *args: Any) -> Any:
-        """The results of the function."""
+        """Call the function, uncompiled unless compiled kernels are worth loading by now."""
         if _within.kernel:
             return self.py_func(*args)
         if kernel_clock.runs_compiled(self._name):
@@ -87,7 +91,7 @@ class _Kernel:
 
     @cached_property
     def compiled(self) -> Any:
-        """The same function, to be compiled at its first call or loaded from the disk."""
+        """The same function, compiled at its first call or loaded from the disk."""
         from kinematics.compiled.numba_compiler import compile_kernel, let_kernels_call
 
         let_kernels_call(_Kernel)
@@ -95,7 +99,7 @@ class _Kernel:
 
 
 def _unboxed(found: Any) -> Any:
-    """The same with numbers of Python in the place of scalars of NumPy, in tuples too."""
+    """Convert NumPy scalars to Python numbers, in tuples too."""
     if isinstance(found, np.generic):
         return found.item()
     if isinstance(found, tuple):

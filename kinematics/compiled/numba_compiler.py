@@ -1,4 +1,7 @@
-"""Numba compiles kernels once per machine, cached on disk, for `kinematics.compiled.jit`."""
+"""Compile kernels with Numba once per machine and cache them on disk.
+
+`kinematics.compiled.jit` imports this file when it first needs compiled kernels.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,7 @@ PATIENCE = 10.0
 
 
 def compile_kernel(function: Callable[..., Any], inline: bool, reference_counting: bool) -> Any:
-    """A function that Numba compiles at its first call, or loads from the disk cache.
+    """Make a function that Numba compiles at its first call, or loads from the disk cache.
 
     Sums may be reordered and contracted, so that loops vectorise; infinities and NaNs keep
     their meaning. Other threads run meanwhile. Where no folder can be written to, nothing is
@@ -50,6 +53,9 @@ def compile_kernel(function: Callable[..., Any], inline: bool, reference_countin
         function: a function of numbers and arrays.
         inline: whether its callers contain its code.
         reference_counting: whether arrays are counted; see `kinematics.compiled.jit.kernel`.
+
+    Returns:
+        The dispatcher of Numba.
     """
     options = {} if reference_counting else {"_nrt": False, "pipeline_class": _WithoutCounts}
     compiled = numba.njit(
@@ -63,13 +69,13 @@ def compile_kernel(function: Callable[..., Any], inline: bool, reference_countin
 
 
 def compiled_kernels() -> list[str]:
-    """Names of the kernels that this process has compiled or loaded."""
+    """List the names of the kernels that this process has compiled or loaded."""
     return [kernel_name(k.py_func) for k in _events.kernels.values() if k.signatures]
 
 
 @cache
 def let_kernels_call(kind: type) -> None:
-    """Let compiled kernels call objects of a class by what they have as ``compiled``."""
+    """Let compiled kernels call objects of a class by their attribute ``compiled``."""
 
     @typeof_impl.register(kind)
     def _(value: Any, context: Any) -> Any:
@@ -89,19 +95,19 @@ def _for_any_number(compiled: Any) -> None:
 
 @register_pass(mutates_CFG=False, analysis_only=True)
 class _RefuseArrays(FunctionPass):
-    """Refuse a kernel without reference counting that returns arrays, or is given new ones.
+    """Compiler pass: refuse kernels without reference counting that would misuse arrays.
 
-    Numba would free an argument that is returned while it is in use, and never free an array
-    that a callee returns.
+    Numba would free an argument that such a kernel returns while it is in use, and never free
+    an array that a callee returns.
     """
 
     _name = "refuse_arrays_without_reference_counting"
 
     def __init__(self) -> None:
-        """A pass that keeps nothing."""
+        """Make a pass without state."""
 
     def run_pass(self, state: Any) -> bool:
-        """Look at the types that Numba has found; nothing is changed."""
+        """Check the types that Numba has found; change nothing."""
         models, name = state.targetctx.data_model_manager, state.func_id.func_qualname
         if models[state.return_type].contains_nrt_meminfo():
             raise NumbaTypeError(
@@ -125,10 +131,10 @@ class _RefuseArrays(FunctionPass):
 
 
 class _WithoutCounts(CompilerBase):
-    """Numba's compiler with a check of kernels whose arrays are not counted."""
+    """Numba's compiler with a check of kernels without reference counting."""
 
     def define_pipelines(self) -> list[Any]:
-        """The passes of Numba, and the check once types are known."""
+        """Add the check to the passes of Numba, after type inference."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.add_pass_after(_RefuseArrays, NopythonTypeInference)
         passes.finalize()
@@ -136,7 +142,7 @@ class _WithoutCounts(CompilerBase):
 
 
 def _cache_on_disk(compiled: Any) -> None:
-    """Cache a kernel in the folder of its sources; say so if there is none."""
+    """Cache a kernel in the folder of its sources; warn if there is none."""
     folder, usual = kernel_folder(package_of(compiled.py_func)), numba.config.CACHE_DIR
     if folder is None:
         _events.cannot_cache()
@@ -156,9 +162,9 @@ def _cache_on_disk(compiled: Any) -> None:
 def _guard(store: Any) -> None:
     """Let one process at a time save kernels of a folder, and ignore damaged files.
 
-    Numba numbers the signatures of a kernel as they come, in an index: two processes that save
-    at once would lose one, or call one as the other. Files are replaced as a whole, so reading
-    needs no lock.
+    Numba numbers the signatures of a kernel in an index, in the order of their compilation: of
+    two processes that save at once, one would lose its kernel, or call the other's. Files are
+    replaced as a whole, so that reading needs no lock.
     """
     load, save, lock = store.load_overload, store.save_overload, Path(store.cache_path, "lock")
 
@@ -185,10 +191,10 @@ def _guard(store: Any) -> None:
 
 
 class _Events(event.Listener):
-    """Says that kernels are being compiled, with a bar on a terminal, or cannot be cached."""
+    """Report that kernels are being compiled, with a bar on a terminal, or cannot be cached."""
 
     def __init__(self) -> None:
-        """Nothing said yet, and no kernel known."""
+        """Start without kernels and without messages."""
         self.kernels: dict[Callable[..., Any], Any] = {}
         self._done: set[Callable[..., Any]] = set()
         self._told: set[str] = set()
@@ -196,7 +202,7 @@ class _Events(event.Listener):
         self._bar: Progress | None = None
 
     def on_start(self, event: Any) -> None:
-        """Called when Numba starts to compile a function (not when it loads one)."""
+        """Count the beginning of a compilation; Numba does not call it for a kernel that it loads."""
         if event.data["dispatcher"].py_func not in self.kernels:
             return
         if self._depth == 0:
@@ -204,7 +210,7 @@ class _Events(event.Listener):
         self._depth += 1
 
     def on_end(self, event: Any) -> None:
-        """Called when Numba has compiled a function."""
+        """Count the end of a compilation; Numba calls it."""
         function = event.data["dispatcher"].py_func
         if function not in self.kernels:
             return
@@ -216,14 +222,14 @@ class _Events(event.Listener):
             self._bar.stop()
 
     def cannot_cache(self) -> None:
-        """Called when there is no folder for the disk cache, or no room in it."""
+        """Warn that the disk cache has no folder, or no space."""
         self._tell(
             "no folder to cache compiled kernels in: they are compiled anew in every process; "
             "set NUMBA_CACHE_DIR to a folder that can be written to"
         )
 
     def _open(self) -> None:
-        """Show the bar on a terminal; elsewhere, say once what is going on."""
+        """Show the bar on a terminal; elsewhere, log once that kernels are compiled."""
         if self._bar is None and not self._told:
             self._bar = _bar()
             if self._bar is None:
@@ -241,7 +247,7 @@ class _Events(event.Listener):
 
 
 def _bar() -> Progress | None:
-    """A bar that counts kernels, on standard error, or None if that is no terminal."""
+    """Make a bar that counts kernels, on standard error; None if that is no terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
 

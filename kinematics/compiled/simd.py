@@ -3,9 +3,9 @@
 LLVM vectorises long loops over contiguous arrays. It does not vectorise many short sums side by
 side, as in products of polynomials; these are written with the functions of this file. A
 *lane* is one of the numbers of a vector. `load_vector` reads a vector from a flat array, ``+``
-and ``*`` work on all lanes, `store_vector` writes it back. `kinematics.compiled.simd_types`
-compiles them;
-without a compiler they are slices of NumPy arrays.
+and ``*`` work on all lanes, `store_vector` writes it back.
+`kinematics.compiled.simd_types` compiles them; without a compiler they are slices of NumPy
+arrays.
 """
 
 from __future__ import annotations
@@ -23,12 +23,26 @@ VECTOR_WIDTH = 16
 
 
 def load_vector(array: Array, at: int) -> Array:
-    """Read the vector ``array[at : at + LANES]`` of a flat array."""
+    """Read the vector ``array[at : at + VECTOR_WIDTH]`` of a flat array.
+
+    Args:
+        array: in; flat (n,).
+        at: index of the first number.
+
+    Returns:
+        The vector (VECTOR_WIDTH,): a register in compiled code, a view without a compiler.
+    """
     return array[at : at + VECTOR_WIDTH]
 
 
 def store_vector(array: Array, at: int, values: Array) -> None:
-    """Write a vector to ``array[at : at + LANES]`` of a flat array."""
+    """Write a vector to ``array[at : at + VECTOR_WIDTH]`` of a flat array.
+
+    Args:
+        array: out; flat (n,).
+        at: index of the first number.
+        values: in; the vector (VECTOR_WIDTH,).
+    """
     array[at : at + VECTOR_WIDTH] = values
 
 

@@ -17,7 +17,7 @@ _VECTOR = ir.VectorType(ir.DoubleType(), VECTOR_WIDTH)
 
 
 class _Lanes(types.Type):
-    """The type of what `load_vector` returns, in compiled code."""
+    """The type of a vector in compiled code, as `load_vector` returns it."""
 
 
 _lanes = _Lanes("lanes")
@@ -25,22 +25,22 @@ _lanes = _Lanes("lanes")
 
 @register_model(_Lanes)
 class _Model(models.PrimitiveModel):
-    """It is a vector register, or several."""
+    """Its representation: a vector register, or several."""
 
     def __init__(self, manager: object, lanes: object) -> None:
-        """Of LLVM's own type."""
+        """Represent the type by LLVM's vector type."""
         super().__init__(manager, lanes, _VECTOR)
 
 
 def _arithmetic(operation: object, instruction: str) -> None:
-    """Let an operator of Python be an instruction of LLVM on lanes."""
+    """Compile an operator of Python on vectors to an instruction of LLVM."""
 
     @infer_global(operation)
     class Signature(AbstractTemplate):
-        """Lanes and lanes give lanes."""
+        """The operator on two vectors gives a vector."""
 
         def generic(self, args: tuple, kws: dict) -> object:
-            """The signature, or None for other arguments."""
+            """Return the signature, or None for other arguments."""
             return signature(_lanes, *args) if args == (_lanes, _lanes) else None
 
     @lower_builtin(operation, _lanes, _lanes)
@@ -53,7 +53,7 @@ _arithmetic(operator.mul, "fmul")
 
 
 def _place(context, builder, kind, array, at):
-    """Pointer to the lanes that begin at an element of a flat array."""
+    """Compute the pointer to the vector that begins at an element of a flat array."""
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [at]), _VECTOR.as_pointer())
 

@@ -1,4 +1,4 @@
-"""The linkage as arrays that the kernels walk, and the frame in which they are written."""
+"""The linkage as arrays for kernels, and the frame in which they are written."""
 
 from __future__ import annotations
 
@@ -22,14 +22,19 @@ Made = TypeVar("Made")
 
 
 def freeze(array: object, dtype: type = np.float64) -> NDArray:
-    """A read-only, contiguous copy of ``array``."""
+    """Copy an array: read-only and contiguous.
+
+    Args:
+        array: anything that NumPy makes an array of.
+        dtype: type of the numbers of the copy.
+    """
     copy: NDArray = np.array(array, dtype=dtype, order="C")
     copy.flags.writeable = False
     return copy
 
 
 def read_only(array: NDArray) -> NDArray:
-    """The same numbers, read-only: kernels are compiled again for what may be written to."""
+    """Make a read-only view of an array: Numba compiles a kernel again for a writable one."""
     view = array.view()
     view.setflags(write=False)  # half the time of the attribute
     return view
@@ -37,7 +42,7 @@ def read_only(array: NDArray) -> NDArray:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Where the chain's coordinates stand: ``x_chain = R (x - origin) / length``.
+    """The coordinates of a chain: ``x_chain = R (x - origin) / length``.
 
     Attributes:
         R: rotation from inertial to chain axes (3, 3); its last row is the normal of a
@@ -51,23 +56,23 @@ class Frame:
     length: float = 1.0
 
     def __repr__(self) -> str:
-        """One line: origin and length."""
+        """Give one line: origin and length."""
         return f"Frame: origin {vector_text(self.origin)} m, length {self.length:.4g} m"
 
 
 class Structure:
-    """What follows from the topology of a chain alone, and workspaces of kernels.
+    """Data that follow from the topology of a chain alone, and workspaces of kernels.
 
     Chains of one topology share it: a change of the geometry leaves it as it is.
 
     Attributes:
         of: the arrays that it follows from, and the number of components of a screw.
-        made: what functions made of them.
+        made: results of functions of the topology, by function.
         workspaces: those that nobody uses, by purpose.
     """
 
     def __init__(self, of: tuple[Any, ...]) -> None:
-        """Nothing made yet."""
+        """Start without results and workspaces."""
         self.of = of
         self.made: dict[Callable[[Chain], Any], Any] = {}
         self.workspaces: dict[tuple[object, ...], list[Any]] = {}
@@ -115,7 +120,7 @@ class Chain:
             object.__setattr__(self, "structure", Structure(of))
 
     def __repr__(self) -> str:
-        """One line: how many joints, loops and columns."""
+        """Give one line: the numbers of joints, loops and columns."""
         joints, loops = (
             count_noun(self.parent.size, "joint"),
             count_noun(len(self.ends), "loop"),
@@ -140,14 +145,14 @@ class Chain:
 
     @cached_property
     def walked(self) -> tuple[NDArray[Any], ...]:
-        """The arrays that kernels of the motion walk, in their order."""
+        """The arrays that kernels of the motion read, in their order."""
         return (
             self.parent, self.screws, self.ends, self.mimics, self.columns, self.moves,
             self.lines,
         )  # fmt: skip
 
     def once(self, make: Callable[[Chain], Made]) -> Made:
-        """What a function makes of the structure, made once."""
+        """Return the result of a function of the structure, computed once."""
         try:
             found: Made = self.structure.made[make]
         except KeyError:
@@ -157,12 +162,15 @@ class Chain:
     def borrow(self, purpose: tuple[object, ...], make: Callable[[], Any]) -> Any:
         """Take a workspace of kernels that belongs to the caller alone until `give_back`.
 
-        Its numbers are those that its last user left. Nothing that a function returns may be
-        part of it: a later call overwrites it.
+        It contains the numbers of its last user. Nothing that a function returns may be part of
+        it: a later call overwrites it.
 
         Args:
             purpose: equal for workspaces of one kind and size.
             make: makes one, if none was given back.
+
+        Returns:
+            The workspace.
         """
         try:
             return self.structure.workspaces[purpose].pop()
@@ -170,7 +178,12 @@ class Chain:
             return make()
 
     def give_back(self, purpose: tuple[object, ...], workspace: Any) -> None:
-        """Keep a workspace for the next who borrows one for the same purpose."""
+        """Keep a workspace for the next call of `borrow` with the same purpose.
+
+        Args:
+            purpose: as for `borrow`.
+            workspace: the one that `borrow` returned.
+        """
         self.structure.workspaces.setdefault(purpose, []).append(workspace)
 
 

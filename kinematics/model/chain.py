@@ -1,4 +1,4 @@
-"""From a linkage to the arrays of its kernels, skipping what cannot move.
+"""Conversion of a linkage to a chain of arrays, and selections of its joints.
 
 Positions are measured from the middle of the mechanism in units of a characteristic
 length, joints that cannot move are left out, and a planar linkage is reduced to its plane.
@@ -45,11 +45,14 @@ IntArray = NDArray[np.int64]
 
 
 def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chain:
-    """All joints of a linkage as a spatial chain, with nothing chosen as independent.
+    """Make the spatial chain of all joints of a linkage, with no independent coordinates.
 
     Args:
         draft: the linkage.
         frame: coordinates to use; by default amid the mechanism, in units of its size.
+
+    Returns:
+        The chain, with no columns.
     """
     frame = frame or _frame(draft)
     n = len(draft.joints)
@@ -79,10 +82,10 @@ def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chai
 
 
 def extent(draft: UnassembledLinkage) -> Frame:
-    """Coordinates amid the joints, in units of the distance of the furthest.
+    """Compute coordinates amid the joints, in units of the distance of the furthest joint.
 
-    Unlike those of `arrange_loops` they do not degenerate where all axes nearly meet:
-    then half of the centres of mass are further away, and the middle one counts.
+    Unlike those of `arrange_loops` they do not degenerate where all axes nearly meet: there half
+    of the centres of mass are further away, and the median of their distances counts.
     """
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
     origin = points.mean(axis=0)
@@ -93,10 +96,10 @@ def extent(draft: UnassembledLinkage) -> Frame:
 
 
 def _frame(draft: UnassembledLinkage) -> Frame:
-    """Origin amid the joints; length from the distances of their axes to it.
+    """Compute coordinates amid the joints, in units of the distances of their axes.
 
     The distances vanish where all axes meet in a point, but for rounding, or nothing turns:
-    then those of the centres of mass, and of the joints themselves, stand in for them. The
+    then those of the centres of mass, and of the joints themselves, replace them. The
     parallel axes of a loop meet nowhere: however near each other, their distances count.
     """
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
@@ -118,18 +121,23 @@ def _frame(draft: UnassembledLinkage) -> Frame:
 
 
 def _parallel(screws: list[Array]) -> bool:
-    """Whether the axes of turning joints are parallel but for rounding."""
+    """Return whether the axes of turning joints are parallel but for rounding."""
     return all(np.abs(np.cross(s[:3], screws[0][:3])).max() <= AXIS_ROUNDING for s in screws)
 
 
 def _centres(draft: UnassembledLinkage) -> Array:
-    """Centres of mass (count, 3), of the bodies that have one."""
+    """Compute the centres of mass (count, 3) of the bodies that have one."""
     massive = [body.inertia for body in draft.bodies if body.inertia[0] > 0.0]
     return np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
 
 
 def lock_joints(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
-    """The chain without the joints that are idle; links they joined become one."""
+    """Remove idle joints from a chain; the links that they join become one.
+
+    Args:
+        chain: the linkage as arrays.
+        idle: whether each joint is locked (n,).
+    """
     if not idle.any():
         return chain
     kept = np.flatnonzero(~idle)
@@ -153,9 +161,16 @@ def lock_joints(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
 
 
 def plane_normal(chain: Chain, tolerance: float = PLANAR_DEVIATION) -> Array | None:
-    """Normal of the plane in which every link moves, or None.
+    """Find the normal of the plane in which every link moves; None if there is none.
 
     All axes of rotation must be parallel to it, all translations perpendicular to it.
+
+    Args:
+        chain: the linkage as arrays, spatial.
+        tolerance: largest deviation: sine of an angle, or length in chain units.
+
+    Returns:
+        Unit vector (3,) in the axes of the chain, its largest component positive.
     """
     turning = chain.screws[np.any(chain.screws[:, :3] != 0.0, axis=1)]
     sliding = chain.screws[np.all(chain.screws[:, :3] == 0.0, axis=1), 3:]
@@ -178,7 +193,7 @@ def plane_normal(chain: Chain, tolerance: float = PLANAR_DEVIATION) -> Array | N
 
 
 def plane_axes(normal: Array) -> Array:
-    """Right-handed axes, as rows, of which the last is the normal (3,); shape (3, 3).
+    """Compute right-handed axes, as rows, of which the last is the normal (3,); shape (3, 3).
 
     The first is the axis that comes after the one nearest the normal in the cycle x, y, z,
     made perpendicular to the normal.
@@ -190,7 +205,15 @@ def plane_axes(normal: Array) -> Array:
 
 
 def flatten(chain: Chain, normal: Array) -> Chain:
-    """The chain in its plane: axes turned so that the last one is the normal."""
+    """Reduce a chain to its plane: axes are turned so that the last one is the normal.
+
+    Args:
+        chain: the linkage as arrays, spatial.
+        normal: unit normal of the plane (3,), in the axes of the chain.
+
+    Returns:
+        The chain with screws ``[ω; v_x; v_y]`` (n, 3).
+    """
     R = plane_axes(normal)
     turned = np.concatenate([chain.screws[:, :3] @ R.T, chain.screws[:, 3:] @ R.T], axis=1)
     turned[:, 2] = np.rint(turned[:, 2])
@@ -199,12 +222,15 @@ def flatten(chain: Chain, normal: Array) -> Chain:
 
 
 def move_chain(chain: Chain, independent: IntArray, basis: Array) -> Chain:
-    """The chain with its independent joints and the columns they move in.
+    """Choose the independent joints of a chain and the columns of its motion.
 
     Args:
         chain: the linkage as arrays.
         independent: joints that serve as coordinates.
         basis: their rates for each column, in the units of the chain; (independent, w).
+
+    Returns:
+        The chain with w columns; all other joints are dependent.
     """
     n = chain.parent.size
     dependent = np.setdiff1d(np.arange(n), independent)
@@ -226,14 +252,27 @@ def move_chain(chain: Chain, independent: IntArray, basis: Array) -> Chain:
 
 
 def reduce_to_plane(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain]:
-    """The chain without its idle joints, and the same in its plane if it has one."""
+    """Remove idle joints from a chain, and reduce it to its plane if it moves in one.
+
+    Args:
+        chain: the linkage as arrays, spatial.
+        idle: whether each joint is idle (n,).
+
+    Returns:
+        The spatial chain without the idle joints, and the planar one; the same if every plane
+        is left.
+    """
     reduced = lock_joints(chain, idle)
     normal = plane_normal(reduced)
     return reduced, reduced if normal is None else flatten(reduced, normal)
 
 
 def clusters(chain: Chain) -> list[list[int]]:
-    """Groups of joints that the loops and the mimic relations couple."""
+    """Group joints that loops and mimic relations couple.
+
+    Returns:
+        Joints of each group, ascending.
+    """
     groups: list[set[int]] = []
     for end, successor in chain.ends.tolist():
         groups.append(loop_joints(chain.parent, end, successor))
@@ -248,12 +287,23 @@ def clusters(chain: Chain) -> list[list[int]]:
 
 
 def loop_joints(parent: Sequence[int] | IntArray, end: int, successor: int) -> set[int]:
-    """Joints of a loop: those between the ground and one of its two links, but not both."""
+    """Find the joints of a loop: those between the ground and one of its two links alone.
+
+    Args:
+        parent: link that carries each joint, -1 for the ground (n,).
+        end: one link of the loop's weld.
+        successor: the other link.
+    """
     return set(path(parent, end)) ^ set(path(parent, successor))
 
 
 def path(parent: Sequence[int] | IntArray, link: int) -> list[int]:
-    """Joints from a link down to the ground."""
+    """List the joints from a link down to the ground.
+
+    Args:
+        parent: link that carries each joint, -1 for the ground (n,).
+        link: the link; -1, the ground, has an empty path.
+    """
     path = []
     while link >= 0:
         path.append(link)
@@ -262,7 +312,7 @@ def path(parent: Sequence[int] | IntArray, link: int) -> list[int]:
 
 
 def paths(parent: Sequence[int] | IntArray) -> Array:
-    """Which joints lie between each link and the ground: 1 or 0.
+    """Compute which joints lie between each link and the ground: 1 or 0.
 
     Args:
         parent: link that carries each joint, -1 for the ground (n,).
@@ -280,14 +330,14 @@ def paths(parent: Sequence[int] | IntArray) -> Array:
 def loop_signs(
     parent: Sequence[int] | IntArray, ends: Sequence[tuple[int, int]] | IntArray
 ) -> Array:
-    """Which joints lie on the two ways from the ground to each weld, as signs.
+    """Compute which joints lie on the two paths from the ground to each weld, as signs.
 
     Args:
         parent: link that carries each joint, -1 for the ground (n,).
         ends: the two links that each loop welds, its end and its successor (loops, 2).
 
     Returns:
-        Loops by joints (loops, n): 1 on the way to the end alone, -1 on the way to the
+        Loops by joints (loops, n): 1 on the path to the end alone, -1 on the path to the
         successor alone, 0 on both and on neither.
     """
     before, pairs = paths(parent), np.array(ends, dtype=np.int64).reshape(-1, 2)
@@ -295,7 +345,7 @@ def loop_signs(
 
 
 def carriers(parent: Sequence[int] | IntArray, kept: Sequence[int] | IntArray) -> IntArray:
-    """Which joint carries each link when all joints but some are locked.
+    """Find the joint that carries each link when all joints but some are locked.
 
     Args:
         parent: link that carries each joint, -1 for the ground (n,).
@@ -303,7 +353,7 @@ def carriers(parent: Sequence[int] | IntArray, kept: Sequence[int] | IntArray) -
 
     Returns:
         For each link, and for the ground as the last entry (n + 1,), the place in ``kept`` of
-        the first of these joints on the way to the ground; -1 if there is none.
+        the first of these joints on the path to the ground; -1 if there is none.
     """
     place = {int(joint): k for k, joint in enumerate(kept)}
     found = np.full(len(parent) + 1, -1)

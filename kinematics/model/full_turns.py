@@ -1,4 +1,4 @@
-"""Full turns: a revolute joint that makes one is where it was."""
+"""Full turns of revolute joints: positions within one turn, and their text with a unit."""
 
 from __future__ import annotations
 
@@ -37,11 +37,17 @@ def wrap_turns(joints: Sequence[Joint], q: ArrayLike) -> tuple[Array, IntArray]:
 
 
 def unit_of_joint(joint: Joint) -> str:
-    """Unit of the position of a joint, ``"rad"`` or ``"m"``."""
+    """Return the unit of the position of a joint, ``"rad"`` or ``"m"``."""
     return "m" if joint.kind == "prismatic" else "rad"
 
 
 def position_text(joint: Joint, q: float, digits: int = 3) -> str:
-    """The position of a joint within one turn, with its unit, in words."""
+    """Format the position of a joint within one turn, with its unit: ``0.5 rad``.
+
+    Args:
+        joint: the joint.
+        q: its position, radians or metres.
+        digits: how many significant digits.
+    """
     within, _ = wrap_turns([joint], [q])
     return f"{within[0]:.{digits}g} {unit_of_joint(joint)}"

@@ -68,14 +68,14 @@ class Joint:
     numbered: bool = False
 
     def __repr__(self) -> str:
-        """One line: kind, and the axis or direction."""
+        """Give one line: kind, point and axis."""
         axis = self.screw[:3] if np.any(self.screw[:3]) else self.screw[3:]
         where = f"{vector_text(self.point)} m, axis {vector_text(axis)}"
         return f"Joint {self.name}: {self.kind} at {where}"
 
     @property
     def whole(self) -> str:
-        """Name in the file of the joint that it is, or is part of."""
+        """Name in the file of the joint, or of the joint of several degrees that it is part of."""
         return self.name.rpartition(".")[0] if self.numbered else self.name
 
 
@@ -85,7 +85,7 @@ class Body:
 
     Attributes:
         name: name of its link in the file.
-        link: the link it is; never ``GROUND``.
+        link: index of its link; never ``GROUND``.
         inertia: ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]`` about the inertial
             origin; shape (10,), SI units.
         frame: pose of the link frame of the file; shape (4, 4).
@@ -97,7 +97,7 @@ class Body:
     frame: Array
 
     def __repr__(self) -> str:
-        """One line: the mass, and what it is about."""
+        """Give one line: mass and link."""
         return f"Body {self.name}: {self.inertia[0]:.4g} kg, on link {self.link}"
 
 
@@ -121,7 +121,7 @@ class Loop:
     gap: Array = field(default_factory=lambda: freeze(np.eye(4)))
 
     def __repr__(self) -> str:
-        """One line: what is welded to what."""
+        """Give one line: the two links of the weld."""
         far = "the ground" if self.successor == GROUND else f"link {self.successor}"
         return f"Loop {self.name}: link {self.end} welded to {far}"
 
@@ -130,8 +130,12 @@ class Loop:
 class Mimic:
     """A joint that follows another: ``q[joint] = ratio * q[source]``.
 
-    Both positions are displacements from the reference pose. ``ratio`` is in the units of
-    ``joint`` over the units of ``source``.
+    Both positions are displacements from the reference pose.
+
+    Attributes:
+        joint: index of the joint that follows.
+        source: index of the joint that it follows.
+        ratio: in the units of ``joint`` over the units of ``source``.
     """
 
     joint: int
@@ -140,7 +144,7 @@ class Mimic:
 
 
 class LinkPose(NamedTuple):
-    """Where a link of the file is.
+    """The pose of a link of the file.
 
     Attributes:
         link: the rigid body that it is part of; -1 is the ground.
@@ -151,7 +155,7 @@ class LinkPose(NamedTuple):
     pose: Array
 
     def __repr__(self) -> str:
-        """One line: the rigid body, and the origin of the frame."""
+        """Give one line: the rigid body, and the origin of the frame."""
         return f"Place: on link {self.link}, origin {vector_text(self.pose[:3, 3])} m"
 
 
@@ -167,15 +171,15 @@ class UnassembledLinkage:
         loops: the welds.
         mimics: joints that follow others.
         named_inputs: joints that the file marks as independent.
-        notices: what the reader has to tell.
-        places: where every link of the file is, by name.
+        notices: remarks of the reader.
+        places: poses of all links of the file, by name.
         tree: the elements of the file it was read from, with their decimals, or None.
         document: that file, if it was read from a stream or the linkage was built without one,
             so that it cannot be read again.
         displaced: positions of all joints (n,) at the reference pose, measured from the pose
             of the file, in radians and metres; None if it is that pose.
-        at: coordinates of the inputs at the reference pose, by name, counted likewise, if
-            that pose was asked for; else None.
+        at: coordinates of the inputs at the reference pose, by name, counted likewise, if a
+            caller asked for that pose; else None.
     """
 
     name: str
@@ -193,7 +197,7 @@ class UnassembledLinkage:
     at: Mapping[str, float] | None = None
 
     def __repr__(self) -> str:
-        """Two lines: what the linkage is made of, and its file."""
+        """Give two lines: the numbers of parts, and the file."""
         parts = (
             count_noun(len(self.bodies), "body"), count_noun(len(self.joints), "joint"),
             count_noun(len(self.loops), "loop"),
@@ -223,7 +227,7 @@ class Linkage(UnassembledLinkage):
     spatial_chain: Chain = field(kw_only=True)
 
     def __repr__(self) -> str:
-        """Four lines: parts, mobility, file."""
+        """Give four lines: parts, mobility, bodies, file."""
         head, source = super().__repr__().split("\n")
         algebra = "planar" if self.planar else "spatial"
         moves = f"{algebra}, mobility {self.mobility}, inputs {first_names(self.inputs)}"
@@ -236,7 +240,7 @@ class Linkage(UnassembledLinkage):
 
     @property
     def pose(self) -> str:
-        """The reference pose in words, if it was asked for; otherwise empty."""
+        """Text of the reference pose, if a caller asked for it; otherwise empty."""
         kinds = {joint.name: joint.kind for joint in self.joints}
         named = (
             f"{name} = {value:.6g} {'m' if kinds.get(name) == 'prismatic' else 'rad'}"
@@ -272,11 +276,11 @@ class Linkage(UnassembledLinkage):
         return urdf_text(self)
 
     def positions_of(self, joints: Sequence[str]) -> IntArray:
-        """Where joints of these names stand among all joints."""
+        """Find the indices of joints, by name, among all joints."""
         at = {joint.name: j for j, joint in enumerate(self.joints)}
         return np.array([at[name] for name in joints], dtype=np.int64)
 
 
 def names_of(items: Sequence[Joint] | Sequence[Body] | Sequence[Loop]) -> tuple[str, ...]:
-    """The names of joints, bodies or loops, in order."""
+    """List the names of joints, bodies or loops, in order."""
     return tuple(item.name for item in items)

@@ -41,27 +41,37 @@ class Motion:
     basis: Array
 
     def __repr__(self) -> str:
-        """One line: the relations, or that every input is free."""
+        """Give one line: the relations, or the number of free inputs."""
         rule = ", ".join(self.relations) or f"{self.basis.shape[1]} free"
         return f"Motion of {first_names(self.inputs)}: {rule}"
 
     @classmethod
     def free(cls, inputs: Sequence[str]) -> Motion:
-        """The motion that moves every input freely."""
+        """Make the motion that moves every input freely."""
         return cls(tuple(inputs), (), freeze(np.eye(len(inputs))))
 
     @classmethod
     def parse(cls, relations: str | Sequence[str], inputs: Sequence[str]) -> Motion:
-        """The motion that satisfies linear relations of displacements.
+        """Make the motion that satisfies linear relations of displacements.
 
         Args:
             relations: one, or several; each ``"sum = sum"``, a sum being made of terms
                 ``name``, ``number*name`` and ``0``: ``"j4=j7"``, ``"j4=-2*j7"``, ``"c=-a-b"``.
+                Displacements are in radians and metres.
             inputs: names of the independent coordinates.
+
+        Returns:
+            The motion.
 
         Raises:
             MotionError: a relation cannot be read, names a joint that is not an input, or
                 the relations leave nothing to move.
+
+        Example:
+            >>> from kinematics import Motion
+            >>> Motion.parse("u1 = -2*u2", ["u1", "u2"]).basis
+            array([[-2.],
+                   [ 1.]])
         """
         relations = [relations] if isinstance(relations, str) else relations
         rows = [_row(relation, tuple(inputs)) for relation in relations]
@@ -74,10 +84,10 @@ class Motion:
         return cls(tuple(inputs), tuple(relations), freeze(basis))
 
     def coefficients(self) -> list[list[Fraction]]:
-        """The relations as rows of rational coefficients, one per input.
+        """Compute the relations as rows of rational coefficients, one per input.
 
-        They are those of the text; those of a motion without text make up the space to
-        which its basis is perpendicular.
+        They are those of the text. Those of a motion without text span the orthogonal complement
+        of its basis.
         """
         if self.relations:
             return [_row(relation, self.inputs) for relation in self.relations]
@@ -88,11 +98,11 @@ class Motion:
 def motion_of(
     linkage: Linkage, relations: Motion | str | Sequence[str] | None
 ) -> Motion | None:
-    """The motion of a linkage that is meant by relations of its inputs; None if it is free.
+    """Make the motion of a linkage from relations of its inputs; None if it is free.
 
     Args:
         linkage: an assembled linkage.
-        relations: as for `Motion.parse`; a motion, or None, is taken as it is.
+        relations: as for `Motion.parse`; a motion, or None, is returned as it is.
 
     Raises:
         MotionError: a relation is wrong.
@@ -106,7 +116,7 @@ def motion_of(
 
 
 def _row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:
-    """Coefficients of left side minus right side."""
+    """Compute the coefficients of left side minus right side."""
     sides = relation.split("=")
     if len(sides) != 2:
         raise MotionError(relation, "must hold one '='", inputs)
@@ -115,7 +125,7 @@ def _row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:
 
 
 def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
-    """Coefficients of one sum of terms."""
+    """Compute the coefficients of one sum of terms."""
     known = "|".join(re.escape(name) for name in sorted(inputs, key=len, reverse=True))
     term = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*\s*)?({known})(?![\w.])\s*")
     zero = re.compile(r"\s*[+-]?\s*0+(?:\.0*)?\s*$")
@@ -139,7 +149,7 @@ def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
 
 
 def _complaint(rest: str) -> str:
-    """What is wrong with the text where reading stopped."""
+    """Describe the error in the text where reading stopped."""
     word = re.match(rf"\s*[+-]?\s*(?:{_NUMBER}\s*\*\s*)?([A-Za-z_][\w./-]*)", rest)
     if word:
         return f"'{word[1]}' is not an input"
@@ -147,7 +157,7 @@ def _complaint(rest: str) -> str:
 
 
 def _unit(row: list[Fraction]) -> list[Fraction]:
-    """A row over its largest coefficient."""
+    """Divide a row by its largest coefficient."""
     size = max(map(abs, row), default=Fraction(0))
     return [x / size for x in row] if size else row
 
@@ -155,9 +165,9 @@ def _unit(row: list[Fraction]) -> list[Fraction]:
 def _largest_in_row(
     left: Sequence[Sequence[Fraction]], pivots: Sequence[int]
 ) -> tuple[int, int] | None:
-    """The pivot of one relation after the other: its largest coefficient.
+    """Choose the pivot of one relation after the other: its largest coefficient.
 
-    A relation that those before leave nothing of but the rounding of its decimals repeats them.
+    A relation repeats those before if they leave nothing of it but the rounding of its decimals.
     """
     for i, row in enumerate(left):
         column = max(range(len(row)), key=lambda c: abs(row[c]), default=0)

@@ -58,7 +58,7 @@ def expand_at(chain: Chain, pose: Pose) -> Series:
         pose: a closed pose of it.
 
     Returns:
-        Series of order 0 for unit rates of the coordinates, in the frame and units of the chain.
+        Series of order 0 for unit rates of the coordinates, in the units of the chain.
     """
     return expand_from(chain, pose.screws, np.zeros((1, chain.width)), 0)
 

@@ -267,13 +267,12 @@ def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
 def loop_matrix(chain: Chain, screws: Array | None = None) -> Array:
     """Compute the loop matrix S_0 of all joints, with the mimic relations below; (rows, n).
 
+    ``S_0 q̇ = 0`` for joint rates that close the loops. Each loop has six or three rows, each
+    relation has one.
+
     Args:
         chain: the linkage as arrays.
-        screws: joint screws of another pose (n, 6 or 3); those of the reference pose by default.
-
-    Returns:
-        ``S_0 q̇ = 0`` for joint rates that close the loops; six or three rows for each loop, one
-        for each relation.
+        screws: joint screws of another pose (n, 6 or 3); by default of the reference pose.
     """
     at = chain.screws if screws is None else freeze(screws)
     S = np.zeros((len(chain.ends) * at.shape[1] + len(chain.mimics), len(at)))

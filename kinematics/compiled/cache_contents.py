@@ -133,7 +133,7 @@ def _remove_old(new: Path) -> None:
 
 
 def ready_kernels(package: Path) -> frozenset[str]:
-    """Read the names of the kernels of a package, and below, that are compiled for this processor."""
+    """Read the names of the kernels that are compiled, of a package and of those below it."""
     folder = kernel_folder(package)
     try:
         text = (folder / READY).read_text(encoding="utf-8") if folder is not None else ""

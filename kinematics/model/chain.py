@@ -84,8 +84,8 @@ def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chai
 def extent(draft: UnassembledLinkage) -> Frame:
     """Compute coordinates amid the joints, in units of the distance of the furthest joint.
 
-    Unlike those of `arrange_loops` they do not degenerate where all axes nearly meet: there half
-    of the centres of mass are further away, and the median of their distances counts.
+    Unlike those of `arrange_loops` they do not degenerate where all axes nearly meet: there
+    half of the centres of mass are further away, and the median of their distances counts.
     """
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
     origin = points.mean(axis=0)
@@ -259,8 +259,8 @@ def reduce_to_plane(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain
         idle: whether each joint is idle (n,).
 
     Returns:
-        The spatial chain without the idle joints, and the planar one; the same if every plane
-        is left.
+        The spatial chain without the idle joints, and the planar one; the spatial one twice if
+        it does not move in a plane.
     """
     reduced = lock_joints(chain, idle)
     normal = plane_normal(reduced)

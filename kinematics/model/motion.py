@@ -70,8 +70,8 @@ class Motion:
         Example:
             >>> from kinematics import Motion
             >>> Motion.parse("u1 = -2*u2", ["u1", "u2"]).basis
-            array([[-2.],
-                   [ 1.]])
+            array([[ 1. ],
+                   [-0.5]])
         """
         relations = [relations] if isinstance(relations, str) else relations
         rows = [_row(relation, tuple(inputs)) for relation in relations]
@@ -86,8 +86,8 @@ class Motion:
     def coefficients(self) -> list[list[Fraction]]:
         """Compute the relations as rows of rational coefficients, one per input.
 
-        They are those of the text. Those of a motion without text span the orthogonal complement
-        of its basis.
+        They are those of the text. Those of a motion without text span the orthogonal
+        complement of its basis.
         """
         if self.relations:
             return [_row(relation, self.inputs) for relation in self.relations]
@@ -167,7 +167,7 @@ def _largest_in_row(
 ) -> tuple[int, int] | None:
     """Choose the pivot of one relation after the other: its largest coefficient.
 
-    A relation repeats those before if they leave nothing of it but the rounding of its decimals.
+    A relation of which those before leave nothing but the rounding of its decimals repeats them.
     """
     for i, row in enumerate(left):
         column = max(range(len(row)), key=lambda c: abs(row[c]), default=0)

@@ -1,8 +1,8 @@
-"""The ten inertial parameters of a body, and how they move with it.
+"""The ten inertial parameters of a body, its pseudo-inertia, and their displacement.
 
 ``z = [m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]``: E is the moment-of-inertia tensor
 about the origin, entries as they stand in the matrix (``Exy = -∫ x y dm``). The
-pseudo-inertia ``P = ∫ [x; 1][x; 1]ᵀ dm`` holds the same numbers and moves by ``H P Hᵀ``.
+pseudo-inertia ``P = ∫ [x; 1][x; 1]ᵀ dm`` contains the same numbers and moves by ``H P Hᵀ``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _ENTRIES = np.array([[4, 7, 8], [7, 5, 9], [8, 9, 6]])
 
 
 def _linear_maps() -> tuple[Array, Array]:
-    """Matrices (10, 16) and (16, 10) of `pseudo_inertia` and `from_pseudo_inertia`."""
+    """Compute the matrices (10, 16) and (16, 10) of `pseudo_inertia` and `from_pseudo_inertia`."""
     P, z = np.zeros((10, 4, 4)), np.zeros((4, 4, 10))
     P[0, 3, 3] = z[3, 3, 0] = 1.0
     for i in range(3):
@@ -43,7 +43,7 @@ _MATRICES, _PARAMETERS = _linear_maps()
 
 
 def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
-    """Parameters of a body from its mass, centre of mass and inertia about that centre.
+    """Compute inertial parameters from mass, centre of mass and inertia about that centre.
 
     ``E = I + m (c·c 1 - c cᵀ)``.
 
@@ -51,6 +51,9 @@ def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
         mass: kg.
         com: centre of mass (3,), metres.
         inertia: tensor about the centre of mass (3, 3), kg m², in the axes of ``com``.
+
+    Returns:
+        z about the origin of ``com`` (10,).
     """
     c = np.asarray(com, dtype=np.float64)
     E = np.asarray(inertia, dtype=np.float64) + mass * (c @ c * np.eye(3) - np.outer(c, c))
@@ -58,27 +61,32 @@ def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
 
 
 def inertia_tensor(z: ArrayLike) -> Array:
-    """Moment-of-inertia tensor E about the origin (..., 3, 3)."""
+    """Extract the moment-of-inertia tensor E about the origin (..., 3, 3) from z (..., 10)."""
     z = np.asarray(z, dtype=np.float64)
     return z[..., _ENTRIES]
 
 
 def pseudo_inertia(z: ArrayLike) -> Array:
-    """Pseudo-inertia ``[[½ tr(E) 1 - E, mc], [mcᵀ, m]]`` (..., 4, 4), linear in z."""
+    """Compute the pseudo-inertia ``[[½ tr(E) 1 - E, mc], [mcᵀ, m]]`` (..., 4, 4), linear in z."""
     z = np.asarray(z, dtype=np.float64)
     return np.asarray(z @ _MATRICES).reshape(*z.shape[:-1], 4, 4)
 
 
 def from_pseudo_inertia(P: ArrayLike) -> Array:
-    """Parameters (..., 10) of pseudo-inertias (..., 4, 4), the inverse of `pseudo_inertia`."""
+    """Compute parameters (..., 10) from pseudo-inertias (..., 4, 4), the inverse of `pseudo_inertia`."""
     P = np.asarray(P, dtype=np.float64)
     return np.asarray(P.reshape(*P.shape[:-2], 16) @ _PARAMETERS)
 
 
 def displace_parameters(z: ArrayLike, H: ArrayLike) -> Array:
-    """Parameters (..., 10) of bodies after displacements H (..., 4, 4), about the same origin.
+    """Displace bodies: ``P → H P Hᵀ`` of their pseudo-inertias, about the same origin.
 
-    H may be an affine map, such as a change of units.
+    Args:
+        z: inertial parameters (..., 10).
+        H: displacements (..., 4, 4), or other affine maps, such as a change of units.
+
+    Returns:
+        Parameters of the displaced bodies (..., 10).
     """
     H = np.asarray(H, dtype=np.float64)
     return from_pseudo_inertia(H @ pseudo_inertia(z) @ H.mT)

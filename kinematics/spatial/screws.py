@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 
 def skew(a: ArrayLike) -> Array:
-    """Matrix of the cross product: ``skew(a) @ b = a × b``; shape (..., 3, 3)."""
+    """Compute the matrix of the cross product: ``skew(a) @ b = a × b``; shape (..., 3, 3)."""
     a = np.asarray(a, dtype=np.float64)
     matrix = np.zeros((*a.shape[:-1], 3, 3))
     matrix[..., 2, 1], matrix[..., 0, 2], matrix[..., 1, 0] = a[..., 0], a[..., 1], a[..., 2]
@@ -41,7 +41,7 @@ def skew(a: ArrayLike) -> Array:
 
 
 def hat(t: ArrayLike) -> Array:
-    """Matrix form ``[[ω̂, v], [0, 0]]`` of a twist (..., 6); shape (..., 4, 4)."""
+    """Compute the matrix form ``[[ω̂, v], [0, 0]]`` of a twist (..., 6); shape (..., 4, 4)."""
     t = np.asarray(t, dtype=np.float64)
     matrix = np.zeros((*t.shape[:-1], 4, 4))
     matrix[..., :3, :3] = skew(t[..., :3])
@@ -50,7 +50,10 @@ def hat(t: ArrayLike) -> Array:
 
 
 def vee(matrix: ArrayLike) -> Array:
-    """Inverse of `hat`; the symmetric part of the rotation block is ignored."""
+    """Compute the twist (..., 6) of a matrix (..., 4, 4), the inverse of `hat`.
+
+    The symmetric part of the rotation block is ignored.
+    """
     m = np.asarray(matrix, dtype=np.float64)
     turn = 0.5 * (m - np.swapaxes(m, -1, -2))
     entries = turn[..., 2, 1], turn[..., 0, 2], turn[..., 1, 0]
@@ -58,7 +61,7 @@ def vee(matrix: ArrayLike) -> Array:
 
 
 def ad(t: ArrayLike) -> Array:
-    """Matrix of the Lie bracket of twists (..., 6); shape (..., 6, 6).
+    """Compute the matrix of the Lie bracket of twists (..., 6); shape (..., 6, 6).
 
     ``ad(a) b = [ω_a × ω_b; v_a × ω_b + ω_a × v_b]``, the rate of change of a twist b that
     is carried by a body moving with twist a.
@@ -71,7 +74,7 @@ def ad(t: ArrayLike) -> Array:
 
 
 def Ad(H: ArrayLike) -> Array:  # noqa: N802 - the name of the field
-    """Adjoint matrix of a displacement H (..., 4, 4); shape (..., 6, 6).
+    """Compute the adjoint matrix of a displacement H (..., 4, 4); shape (..., 6, 6).
 
     ``Ad(H) t`` is the twist t, carried along by the displacement:
     ``hat(Ad(H) t) = H hat(t) H⁻¹``. Wrenches transform with ``Ad(H)⁻ᵀ``.
@@ -85,7 +88,7 @@ def Ad(H: ArrayLike) -> Array:  # noqa: N802 - the name of the field
 
 
 def revolute(axis: ArrayLike, point: ArrayLike, pitch: float = 0.0) -> Array:
-    """Screw ``[n; r × n + λ n]`` of a revolute or helical joint; shape (6,).
+    """Compute the screw ``[n; r × n + λ n]`` of a revolute or helical joint; shape (6,).
 
     Args:
         axis: direction of any length; normalised here.
@@ -98,13 +101,13 @@ def revolute(axis: ArrayLike, point: ArrayLike, pitch: float = 0.0) -> Array:
 
 
 def prismatic(axis: ArrayLike) -> Array:
-    """Screw ``[0; n]`` of a prismatic joint; shape (6,)."""
+    """Compute the screw ``[0; n]`` of a prismatic joint from its axis of any length; shape (6,)."""
     a = np.asarray(axis, dtype=np.float64)
     return np.concatenate([np.zeros(3), a / np.linalg.norm(a)])
 
 
 def exp(screw: ArrayLike, q: ArrayLike) -> Array:
-    """Displacement ``exp(q ŝ)`` of a joint; shape (..., 4, 4).
+    """Compute the displacement ``exp(q ŝ)`` of a joint; shape (..., 4, 4).
 
     For a screw whose angular part is a unit vector or zero, ``ŝ⁴ = -ŝ²``, so that
 
@@ -142,13 +145,13 @@ class ScrewAxis:
     magnitude: float
 
     def __repr__(self) -> str:
-        """One line: the line, and the pitch."""
+        """Give one line: point, direction, pitch and magnitude."""
         where = f"through {vector_text(self.point)} m along {vector_text(self.direction)}"
         return f"ScrewAxis {where}, pitch {self.pitch:.4g} m, magnitude {self.magnitude:.4g}"
 
 
 def _axis(line: Array, moment: Array, tolerance: float) -> ScrewAxis:
-    """Axis of the screw whose line vector is ``line`` and whose moment is ``moment``."""
+    """Compute the axis of the screw with the line vector ``line`` and the moment ``moment``."""
     size, other = float(np.linalg.norm(line)), float(np.linalg.norm(moment))
     if size <= tolerance * other or size == 0.0:
         direction = moment / other if other > 0.0 else np.zeros(3)
@@ -160,7 +163,7 @@ def _axis(line: Array, moment: Array, tolerance: float) -> ScrewAxis:
 
 
 def twist_axis(t: ArrayLike, tolerance: float = SCREW_PART_RELATIVE) -> ScrewAxis:
-    """Instantaneous screw axis of a twist ``[ω; v]``.
+    """Compute the instantaneous screw axis of a twist ``[ω; v]``.
 
     Direction ω/|ω|, point ``ω × v / |ω|²``, pitch ``ω·v / |ω|²``.
 
@@ -173,10 +176,13 @@ def twist_axis(t: ArrayLike, tolerance: float = SCREW_PART_RELATIVE) -> ScrewAxi
 
 
 def wrench_axis(w: ArrayLike, tolerance: float = SCREW_PART_RELATIVE) -> ScrewAxis:
-    """Central axis of a wrench or momentum ``[ξ; p]``.
+    """Compute the central axis of a wrench or momentum ``[ξ; p]``.
 
-    Direction p/|p|, point ``p × ξ / |p|²``, pitch ``p·ξ / |p|²``; arguments as for
-    `twist_axis`.
+    Direction p/|p|, point ``p × ξ / |p|²``, pitch ``p·ξ / |p|²``.
+
+    Args:
+        w: wrench or momentum, moment first, shape (6,).
+        tolerance: relative size below which p, or the part of ξ along it, counts as zero.
     """
     w = np.asarray(w, dtype=np.float64)
     return _axis(w[3:], w[:3], tolerance)

@@ -1,1 +1,1 @@
-"""Elements of a URDF file: as data, made from numbers, and those of a linkage as text."""
+"""Elements of a URDF file: their data, elements made from numbers, and a linkage as text."""

@@ -1,4 +1,4 @@
-"""The file of a linkage as data: its elements, and its bytes if it cannot be read again."""
+"""The data of a URDF file: its elements, and its bytes if it cannot be read again."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Document(NamedTuple):
     """A URDF file that was read from a stream, or written for a linkage that has no file.
 
     Attributes:
-        name: how messages call it.
+        name: its name in messages.
         data: its bytes.
     """
 
@@ -33,8 +33,8 @@ class Element:
         children: elements inside, in the order of the file.
         line: line of the file, from 1; 0 if it is from no file.
         text: character data directly inside, stripped.
-        span: where in the bytes of the file it begins, and where its end tag does, or where
-            it ends if it has none; (0, 0) if it is from no file.
+        span: byte positions in the file of its beginning and of its end tag, or of its end if
+            it has no end tag; (0, 0) if it is from no file.
     """
 
     tag: str
@@ -51,24 +51,29 @@ class Element:
 
     @property
     def label(self) -> str:
-        """How messages call the element, such as ``joint 'j1' (line 12)``."""
+        """Name of the element in messages, such as ``joint 'j1' (line 12)``."""
         name = f"{self.tag} '{clean(self.name)}'" if self.name else f"<{clean(self.tag)}>"
         return f"{name} (line {self.line})" if self.line else name
 
     def every(self, tag: str) -> list[Element]:
-        """The children with this tag."""
+        """List the children with this tag."""
         return [child for child in self.children if child.tag == tag]
 
     def first(self, tag: str) -> Element | None:
-        """The first child with this tag, or None."""
+        """Find the first child with this tag; None if there is none."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def vector(self, attribute: str, default: str) -> list[float]:
-        """The numbers in an attribute that `kinematics.urdf.validate` has accepted."""
+        """Convert an attribute that `kinematics.urdf.validate` has accepted to numbers.
+
+        Args:
+            attribute: its name.
+            default: text to convert if the element does not have it.
+        """
         return [float(word) for word in self.attributes.get(attribute, default).split()]
 
     def walk(self) -> Iterator[Element]:
-        """This element and all inside it, in the order of the file."""
+        """Yield this element and all inside it, in the order of the file."""
         stack = [self]
         while stack:
             item = stack.pop()

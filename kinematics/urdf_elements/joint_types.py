@@ -1,4 +1,4 @@
-"""Joint types of a URDF file and of its loops."""
+"""Joint types of a URDF file and of its loops: degrees of freedom and names of coordinates."""
 
 from __future__ import annotations
 
@@ -18,6 +18,11 @@ DEGREES_OF_FREEDOM = {
 
 
 def coordinate_names(name: str, kind: str) -> list[str]:
-    """Names of the coordinates of a joint: ``name``, or ``name.0``, ``name.1`` …."""
+    """Compose the names of the coordinates of a joint: ``name``, or ``name.0``, ``name.1`` ….
+
+    Args:
+        name: of the joint.
+        kind: its type in the file, a key of `DEGREES_OF_FREEDOM`.
+    """
     count = DEGREES_OF_FREEDOM[kind]
     return [name] if count == 1 else [f"{name}.{k}" for k in range(count)]

@@ -1,4 +1,4 @@
-"""The URDF file of a linkage, from what it is at its present reference pose.
+"""Write the URDF file of a linkage at its present reference pose.
 
 Nothing is taken from the file that the linkage may have been read from. `Linkage` has
 `to_urdf` as a method and imports this module, so that it is typed here as ``Any``.
@@ -55,7 +55,7 @@ class _Written(NamedTuple):
 
 
 def urdf_text(linkage: Any) -> str:
-    """The text of a URDF file with the loops of a linkage; see `Linkage.to_urdf`.
+    """Write a linkage as the text of a URDF file with its loops; see `Linkage.to_urdf`.
 
     Args:
         linkage: an assembled linkage.
@@ -64,7 +64,7 @@ def urdf_text(linkage: Any) -> str:
 
 
 class _Writer:
-    """Where the links of a linkage are, and what the file says of them."""
+    """A linkage on its way to a file: poses of its links, and names that are taken."""
 
     def __init__(self, linkage: Any) -> None:
         """Find the links of every rigid body, the one it is named after first."""
@@ -80,7 +80,7 @@ class _Writer:
         self.taken = {*self.poses, *(joint.name for joint in linkage.joints)}
 
     def parts(self) -> list[Element]:
-        """All links, then all joints, then all loops."""
+        """Make the elements of all links, then of all joints, then of all loops."""
         tree = [joint for joint in self.linkage.joints if not joint.in_loop]
         joints = [part for chain in self._chains(tree) for part in self._tree_joint(chain)]
         loops = []
@@ -99,7 +99,7 @@ class _Writer:
                 yield make_elements.link(name, None if z is None else self._inertial(z, name))
 
     def _inertial(self, z: Array, name: str) -> Element:
-        """The ``<inertial>`` of parameters (10,) about the inertial origin."""
+        """Make the ``<inertial>`` of parameters (10,) about the inertial origin."""
         own = displace_parameters(z, np.linalg.inv(self.poses[name]))
         mass, E = float(own[0]), inertia_tensor(own)
         c = own[1:4] / mass if mass else np.zeros(3)
@@ -108,7 +108,7 @@ class _Writer:
         return make_elements.inertial(mass, _clean(about, float(np.abs(z[4:]).max())), at)
 
     def _fixed(self) -> Iterator[Element]:
-        """Joints that fix further links of a body to the first."""
+        """Make joints that fix further links of a body to the first."""
         for first, *others in self.links.values():
             for name in others:
                 yield make_elements.joint(
@@ -116,19 +116,19 @@ class _Writer:
                 )
 
     def _fresh(self, name: str) -> str:
-        """A name that no link, joint or loop has."""
+        """Choose a name that no link, joint or loop has."""
         while name in self.taken:
             name += "_"
         self.taken.add(name)
         return name
 
     def _chains(self, joints: Iterable[Any]) -> Iterator[list[Any]]:
-        """Freedoms that are one joint of the file, unless only some of them are inputs."""
+        """Group freedoms that are one joint of the file, unless only some of them are inputs."""
         for _, group in groupby(joints, key=lambda joint: (joint.whole, joint.numbered)):
             yield list(group)
 
     def _as_one(self, name: str, steps: Sequence[Any]) -> _Written | None:
-        """The joint of the file with these freedoms, if there is one."""
+        """Find the joint of the file with these freedoms; None if there is none."""
         kind = _MOTIONS.get(tuple(step.kind for step in steps), "")
         given = [step.name for step in steps]
         chosen = self.inputs.intersection(given)
@@ -143,7 +143,7 @@ class _Writer:
         return found if self._fits(found) else None
 
     def _fits(self, found: _Written) -> bool:
-        """Whether the joint of the file allows the motions of the freedoms.
+        """Return whether the joint of the file allows the motions of the freedoms.
 
         Its rotation axes meet in the centre. Slides are along the axis of a cylindrical joint,
         and at right angles to that of a planar one, as is the second axis of a universal one.
@@ -162,7 +162,7 @@ class _Writer:
         return max(off) <= JOINT_AXES_MEET
 
     def _tree_joint(self, steps: Sequence[Any]) -> list[Element]:
-        """A joint of the tree, or one for every freedom of it, with links between."""
+        """Make a joint of the tree, or one for every freedom of it, with links between."""
         parent, last = steps[0].parent, self.linkage.joints.index(steps[-1])
         start, child = self.links[parent][0], self.links[last][0]
         found = self._as_one(steps[0].whole, steps)
@@ -171,7 +171,7 @@ class _Writer:
         return [self._joint(found, start, child)]
 
     def _split(self, steps: Sequence[Any], start: str, end: str) -> list[Element]:
-        """Single joints from one link to another; links of no mass are added between."""
+        """Make single joints from one link to another, with links of no mass between."""
         joints = []
         for step in steps:
             there = end
@@ -188,7 +188,7 @@ class _Writer:
         return joints
 
     def _joint(self, found: _Written, parent: str, child: str) -> Element:
-        """A ``<joint>``; the frame of its child is moved onto the axis, if it is beside it."""
+        """Make a ``<joint>``; move the frame of its child onto the axis, if it is beside it."""
         step = found.steps[0]
         self._centre(found, child)
         rows = self.poses[child][:3, :3].T
@@ -220,7 +220,7 @@ class _Writer:
         return None
 
     def _loop(self, loop: Any) -> tuple[list[Element], Element]:
-        """A ``<loop>``, and joints before it if it allows what no single joint does."""
+        """Make a ``<loop>``, and joints before it if no single joint type has its freedoms."""
         joints, start = self.linkage.joints, loop.end
         steps: list[Any] = []
         while start >= 0 and joints[start].in_loop:
@@ -236,7 +236,7 @@ class _Writer:
         return added, make_elements.loop(loop.name, "fixed", sides)
 
     def _closing(self, found: _Written, first: str, last: str) -> Element:
-        """A ``<loop>`` by a joint; both of its frames are the predecessor's, at the centre."""
+        """Make a ``<loop>`` by a joint; both of its frames are the predecessor's, at the centre."""
         frame = self.poses[first].copy()
         frame[:3, 3] = found.centre
         rows = frame[:3, :3].T
@@ -249,11 +249,11 @@ class _Writer:
         )  # fmt: skip
 
     def _at(self, parent: str, child: str) -> Element:
-        """The ``<origin>`` of a link in the frame of another."""
+        """Make the ``<origin>`` of a link in the frame of another."""
         return self._origin(self.poses[parent], self.poses[child])
 
     def _origin(self, before: Array, after: Array) -> Element:
-        """The ``<origin>`` of a pose in the frame of another, positions without round-off."""
+        """Make the ``<origin>`` of a pose in the frame of another, positions without round-off."""
         pose = np.eye(4)
         pose[:3, :3] = before[:3, :3].T @ after[:3, :3]
         d = before[:3, :3].T @ (after[:3, 3] - before[:3, 3])
@@ -262,10 +262,10 @@ class _Writer:
 
     @staticmethod
     def _direction(axis: Array) -> str:
-        """The words of a unit vector, without round-off."""
+        """Write a unit vector as text, without round-off."""
         return number_words(_clean(axis, 1.0))
 
 
 def _clean(x: Array, size: float) -> Array:
-    """Numbers without the round-off that those of a size leave in them."""
+    """Round numbers to the digits that are significant beside numbers of a size."""
     return np.round(x, DIGITS - round(float(np.log10(size)))) if size else x

@@ -1,4 +1,4 @@
-"""The elements of a URDF file, made from numbers.
+"""Make the elements of a URDF file from numbers.
 
 Poses are those of a frame in that of the link that carries it; SI units, angles in radians.
 """
@@ -24,12 +24,17 @@ _ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2),
 
 
 def robot(name: str, parts: Iterable[Element]) -> Element:
-    """The ``<robot>`` with its links, joints and loops."""
+    """Make the ``<robot>`` with its links, joints and loops.
+
+    Args:
+        name: of the robot.
+        parts: its children, in order.
+    """
     return Element("robot", {"name": name}, tuple(parts))
 
 
 def origin(pose: Array) -> Element:
-    """The ``<origin>`` of a pose (4, 4), in metres and radians."""
+    """Make the ``<origin>`` of a pose (4, 4), in metres and radians."""
     angles = roll_pitch_yaw(pose[:3, :3])
     attributes = {"xyz": number_words(pose[:3, 3])}
     if any(angles):
@@ -38,12 +43,17 @@ def origin(pose: Array) -> Element:
 
 
 def link(name: str, inertial: Element | None = None) -> Element:
-    """A ``<link>``, with an ``<inertial>`` or without."""
+    """Make a ``<link>``, with an ``<inertial>`` or without.
+
+    Args:
+        name: of the link.
+        inertial: its ``<inertial>``, if it has mass.
+    """
     return Element("link", {"name": name}, (inertial,) if inertial else ())
 
 
 def inertial(mass: float, inertia: Array, at: Element) -> Element:
-    """An ``<inertial>``.
+    """Make an ``<inertial>``.
 
     Args:
         mass: kg.
@@ -60,7 +70,7 @@ def joint(
     axes: tuple[str, str] = ("", ""), pitch: float = 0.0,
     mimic: tuple[str, float, float] | None = None, *, independent: bool = False,
 ) -> Element:  # fmt: skip
-    """A ``<joint>``.
+    """Make a ``<joint>``.
 
     Args:
         name: of the joint.
@@ -68,7 +78,7 @@ def joint(
         parent: name of the link that carries it.
         child: name of the link that it carries.
         at: ``<origin>`` of the frame of ``child`` in that of ``parent``.
-        axes: the words of its axis in that frame, and of the second axis of a universal joint;
+        axes: text of its axis in that frame, and of the second axis of a universal joint;
             empty if it has none.
         pitch: of a screw joint, metres per radian; the file has metres per revolution.
         mimic: name, multiplier and offset of the joint that it follows.
@@ -94,14 +104,14 @@ def loop(
     name: str, kind: str, sides: Sequence[tuple[str, Element | None]],
     axes: tuple[str, str] = ("", ""), *, independent: bool = False,
 ) -> Element:  # fmt: skip
-    """A ``<loop>``.
+    """Make a ``<loop>``.
 
     Args:
         name: of the loop.
         kind: type of the joint that closes it.
         sides: predecessor and successor: name of a link, and ``<origin>`` of the frame of the
             loop in its frame.
-        axes: the words of its axis in the frame on the predecessor, and of its second axis in
+        axes: text of its axis in the frame on the predecessor, and of its second axis in
             the frame on the successor; empty if it has none.
         independent: whether its coordinates are marked as inputs.
     """

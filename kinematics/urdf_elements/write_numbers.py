@@ -1,4 +1,4 @@
-"""A tree of elements as text, and numbers and poses as the words of its attributes."""
+"""Write a tree of elements as text, and numbers and poses as attributes of elements."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _QUOTED = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 
 
 def number_words(values: Iterable[float]) -> str:
-    """Numbers with all their digits, apart by blanks: ``0.5 0 -1``."""
+    """Write numbers with all their digits, separated by blanks: ``0.5 0 -1``."""
     texts = (repr(float(value) + 0.0) for value in values)
     return " ".join(text.removesuffix(".0") for text in texts)
 
 
 def element_text(tree: Element) -> str:
-    """A tree as the text of an XML file, indented by two blanks."""
+    """Write a tree of elements as the text of an XML file, indented by two blanks."""
     return "\n".join(['<?xml version="1.0"?>', *_lines(tree, "")]) + "\n"
 
 
@@ -43,11 +43,11 @@ def _lines(item: Element, margin: str) -> Iterator[str]:
 
 
 def roll_pitch_yaw(R: Array) -> list[float]:
-    """Roll, pitch and yaw of a rotation ``Rz(yaw) Ry(pitch) Rx(roll)``; radians.
+    """Compute roll, pitch and yaw of a rotation ``Rz(yaw) Ry(pitch) Rx(roll)``; radians.
 
     Where the pitch is nearly a right angle, roll and yaw turn about nearly the same axis and
-    neither is determined well; the yaw is taken from ``R Rx(roll)ᵀ``, so that it makes up for
-    the error of the roll, and the rotation comes back to round-off.
+    neither is determined well; the yaw is taken from ``R Rx(roll)ᵀ``, so that it compensates
+    the error of the roll, and the rotation is reproduced to round-off.
 
     Args:
         R: rotation matrix (3, 3).

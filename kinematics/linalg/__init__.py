@@ -1,1 +1,1 @@
-"""Linear algebra: one algorithm a file."""
+"""Linear algebra, one algorithm a file: QR, null spaces, pseudo-inverse, Newton, rationals."""

@@ -1,10 +1,10 @@
-"""Newton's method for any number of equations: one loop, a step rule and stopping rules.
+"""Gauss-Newton and Levenberg-Marquardt methods: one loop, a step rule and stopping rules.
 
 For equations b(x) = 0 with the Jacobian A = ∂b/∂x, the method takes
 
     x ← x - δ,    δ = A⁺ b    (Gauss-Newton: the step of least norm)
 
-until a rule says that x is a solution, or that there is none nearby. The step rule decides
+until a rule decides that x is a solution, or that none is nearby. The step rule decides
 how A is inverted where it is nearly singular, and whether a step is taken at all:
 
     LeastNorm             A⁺ without the singular values below a part of the largest
@@ -43,14 +43,24 @@ Equations = Callable[[Any], tuple[Array, Array]]
 
 
 class StepRule(Protocol):
-    """How to step from a point, and whether to stay at the point reached."""
+    """A rule that computes a step, and decides whether the point reached is accepted."""
 
     def step(self, residual: Array, jacobian: Array) -> Array:
-        """The step δ (n,) to take off the unknowns, from b (rows,) and A (rows, n)."""
+        """Compute the step δ (n,) to subtract from the unknowns.
+
+        Args:
+            residual: b (rows,).
+            jacobian: A (rows, n).
+        """
         ...
 
     def accepts(self, before: Array, after: Array) -> bool:
-        """Whether a step that changed the residual from ``before`` to ``after`` is taken."""
+        """Decide whether a step is taken.
+
+        Args:
+            before: residual at the point before the step (rows,).
+            after: residual at the point after it (rows,).
+        """
         ...
 
 
@@ -60,14 +70,14 @@ class Iterate:
     Attributes:
         x: the unknowns.
         residual: b there (rows,).
-        step: the step δ (n,) that the rule takes from there; computed when it is asked for.
+        step: the step δ (n,) of the rule from there; computed at its first use.
         next: the unknowns after that step.
     """
 
     def __init__(
         self, x: Any, equations: tuple[Array, Array], rule: StepRule, move: Callable
     ) -> None:
-        """A point with its residual and Jacobian, before the step is computed."""
+        """Keep residual and Jacobian at a point, before the step is computed."""
         self.x, self.residual = x, equations[0]
         self._jacobian, self._rule, self._move = equations[1], rule, move
 
@@ -92,7 +102,7 @@ class Iterate:
         return float(np.abs(self.step).max())
 
     def again(self) -> Iterate:
-        """The same point, with a step that the rule has yet to compute."""
+        """Return the same point, with a step that the rule has yet to compute."""
         return Iterate(self.x, (self.residual, self._jacobian), self._rule, self._move)
 
 
@@ -100,11 +110,11 @@ StoppingRule = Callable[[Sequence[Iterate]], bool]
 
 
 class Solution(NamedTuple):
-    """Where the method stopped.
+    """The point at which the method stopped.
 
     Attributes:
         last: the last point whose step was accepted.
-        solved: whether the rule says that it is a solution.
+        solved: whether the stopping rule accepts it as a solution.
     """
 
     last: Iterate
@@ -126,8 +136,8 @@ def gauss_newton(
         equations: residual b (rows,) and Jacobian A (rows, n) at a point x.
         start: the point from which to start, usually (n,).
         rule: chooses δ, and whether the step is taken; see `LeastNorm`.
-        solved: told all points so far, the present one last; whether it is a solution.
-        failed: the same; whether to give up. It is asked after ``solved``.
+        solved: decides from all points so far, the present one last, whether it is a solution.
+        failed: decides likewise whether to give up; called after ``solved``.
         evaluations: how often to evaluate the equations at most.
         move: the point that a step δ (n,) leads to, if the unknowns are no vector.
 
@@ -151,16 +161,16 @@ def gauss_newton(
 
 
 def never_stop(path: Sequence[Iterate]) -> bool:
-    """The stopping rule that goes on until the evaluations are used up."""
+    """Go on until the evaluations are used up: a stopping rule."""
     return False
 
 
 def step_grows(largest: float, negligible: float = 0.0) -> StoppingRule:
-    """The stopping rule that gives up at a step that is larger than the one before.
+    """Make the stopping rule that gives up at a step larger than the one before.
 
     Args:
         largest: size of the first step, in the units of x, that is too large.
-        negligible: size of steps that are as good as none: a step up to it may follow any.
+        negligible: size of steps that are round-off: a step up to it may follow any.
     """
 
     def rule(path: Sequence[Iterate]) -> bool:
@@ -179,40 +189,60 @@ class LeastNorm:
     """
 
     def __init__(self, rcond: float, longest: float = np.inf) -> None:
-        """Steps without the singular values below ``rcond`` times the largest."""
+        """Make steps without the singular values below ``rcond`` times the largest."""
         self.rcond, self.longest = rcond, longest
 
     def step(self, residual: Array, jacobian: Array) -> Array:
-        """The step δ (n,)."""
+        """Compute ``δ = A⁺ b`` (n,), shortened if it is too long.
+
+        Args:
+            residual: b (rows,).
+            jacobian: A (rows, n).
+        """
         step = np.linalg.lstsq(jacobian, residual, rcond=self.rcond)[0]
         if self.longest < np.inf:
             step = step * min(1.0, self.longest / max(float(np.abs(step).max()), 1e-300))
         return np.asarray(step, np.float64)
 
     def accepts(self, before: Array, after: Array) -> bool:
-        """Yes."""
+        """Accept every step.
+
+        Args:
+            before: not used.
+            after: not used.
+        """
         return True
 
 
 class FixedRank:
-    """Steps ``δ = A⁺ b`` with A taken to have a rank; every one is taken.
+    """Steps ``δ = A⁺ b`` with a given rank of A; every one is taken.
 
     Attributes:
         rank: number of the largest singular values of A that count.
     """
 
     def __init__(self, rank: int) -> None:
-        """Steps with so many singular values."""
+        """Make steps with this number of singular values."""
         self.rank = rank
 
     def step(self, residual: Array, jacobian: Array) -> Array:
-        """The step δ (n,)."""
+        """Compute ``δ = A⁺ b`` (n,) from the largest singular values.
+
+        Args:
+            residual: b (rows,).
+            jacobian: A (rows, n).
+        """
         U, values, Vt = np.linalg.svd(jacobian)
         inverse = (Vt[: self.rank].T / values[: self.rank]) @ U[:, : self.rank].T
         return np.asarray(inverse @ residual)
 
     def accepts(self, before: Array, after: Array) -> bool:
-        """Yes."""
+        """Accept every step.
+
+        Args:
+            before: not used.
+            after: not used.
+        """
         return True
 
 
@@ -221,7 +251,7 @@ class LevenbergMarquardt:
 
     A step that does not bring the equations closer to 0 is not taken, and the next one is
     damped more. (N. Yamashita and M. Fukushima, "On the rate of convergence of the
-    Levenberg-Marquardt method", 2001: damping by the size of what is left keeps it quadratic.)
+    Levenberg-Marquardt method", 2001: damping by the size of the residual keeps it quadratic.)
 
     Attributes:
         damping: the present factor; it grows by 8 at a step not taken, shrinks by 4 else.
@@ -230,11 +260,16 @@ class LevenbergMarquardt:
     GROWTH, SHRINK, LEAST = 8.0, 0.25, 1e-3
 
     def __init__(self, damping: float) -> None:
-        """Steps with a factor to begin with."""
+        """Make steps that begin with this factor."""
         self.damping = damping
 
     def step(self, residual: Array, jacobian: Array) -> Array:
-        """The step δ (n,)."""
+        """Compute the damped step δ (n,).
+
+        Args:
+            residual: b (rows,).
+            jacobian: A (rows, n).
+        """
         count = jacobian.shape[1]
         size = min(float(np.linalg.norm(residual)), 1.0)
         upper = np.concatenate([jacobian, self.damping * size * np.eye(count)])
@@ -242,7 +277,12 @@ class LevenbergMarquardt:
         return np.asarray(np.linalg.lstsq(upper, right, rcond=None)[0], np.float64)
 
     def accepts(self, before: Array, after: Array) -> bool:
-        """Whether the residual is smaller; changes the damping for the next step."""
+        """Accept a step that makes the residual smaller; change the damping for the next one.
+
+        Args:
+            before: residual at the point before the step (rows,).
+            after: residual at the point after it (rows,).
+        """
         if not float(np.linalg.norm(after)) < float(np.linalg.norm(before)):
             self.damping *= self.GROWTH
             return False

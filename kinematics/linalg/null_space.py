@@ -1,4 +1,4 @@
-"""Null spaces of small matrices and of factors: the compiled kernels behind every basis."""
+"""Null spaces of small matrices and of triangular factors, as orthonormal rows: kernels."""
 
 from __future__ import annotations
 
@@ -115,9 +115,18 @@ def orthonormal(rows, count, n):
 
 
 def extend(known: Array, without: IntArray, factor: Array, columns: IntArray) -> Array:
-    """Rows of a factor, written for all unknowns so that every row of ``known`` solves them.
+    """Extend rows of a factor to all unknowns, so that they vanish on rows that are known.
 
-    The head of ``known``, its columns ``without``, is upper triangular.
+    ``extended @ known.T = 0``. The columns ``without`` of ``known`` are upper triangular.
+
+    Args:
+        known: rows, of all unknowns (s, count).
+        without: the unknowns that the factor does not have (s,).
+        factor: rows of the factor (rank, p).
+        columns: the unknowns that its columns stand for (p,).
+
+    Returns:
+        Rows of all unknowns (rank, count).
     """
     rows = np.zeros((len(factor), known.shape[1]))
     rows[:, columns] = factor
@@ -161,7 +170,17 @@ def put_solutions(known, factor, permutation, columns, out):
 def known_and_null_space(
     known: Array, factor: Array, permutation: IntArray, columns: IntArray
 ) -> Array:
-    """Orthonormal solutions as rows: those known, and then the others that a factor leaves."""
+    """Append the null space of a factor to solutions that are known; orthonormal rows.
+
+    Args:
+        known: solutions as rows (s, count).
+        factor: R, its columns in their own order (rank, p).
+        permutation: the order of elimination (p,).
+        columns: the unknowns that the columns of R stand for (p,).
+
+    Returns:
+        Solutions as rows (s + p - rank, count), those known first.
+    """
     rank, p = factor.shape
     out = np.empty((len(known) + p - rank, known.shape[1]))
     put_solutions(known, factor, permutation, columns, out)

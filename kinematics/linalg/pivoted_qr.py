@@ -1,7 +1,7 @@
-"""Elimination with pivots: the compiled kernels behind every rank.
+"""Rank-revealing QR by Householder reflections with column pivoting: compiled kernels.
 
-Householder reflections, largest column first, cut off where what remains is round-off (in
-the spirit of T. F. Chan, 1987). What counts as round-off is for the caller to say.
+The largest column comes first; elimination stops where the remainder is round-off (in the
+spirit of T. F. Chan, 1987). The caller gives the relative tolerance of round-off.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ class Factor(NamedTuple):
     Kernels make it of their arguments at no cost; from Python it would take 2 to 3 µs to pass.
 
     Attributes:
-        F: workspace as from `factor_workspace`: rows of the factor, rows to absorb, columns
+        F: workspace as from `factor_workspace`: rows of the factor, rows to append, columns
             in the order of elimination (≥ rank + m + 1, P), P a multiple of the vector width.
         permutation: that order, as numbers of the entries of ``columns`` (p,).
         columns: the parameters that the columns stand for (p,).
-        tolerance: relative size of what counts as round-off.
+        tolerance: relative size of round-off.
     """
 
     F: Array
@@ -56,9 +56,13 @@ class Factor(NamedTuple):
 
 
 def round_off(origin: Array, length: float) -> float:
-    """Relative size of what counts as round-off in a frame with this origin and length.
+    """Compute the relative size of round-off in a frame with this origin and length.
 
     Coordinates of a linkage far from the origin of its file are rounded accordingly.
+
+    Args:
+        origin: of the frame (3,), metres.
+        length: characteristic length, metres.
     """
     x, y, z = origin.tolist()
     return max(
@@ -69,7 +73,16 @@ def round_off(origin: Array, length: float) -> float:
 
 
 def factor_workspace(p: int, m: int) -> Array:
-    """Room for a factor of p unknowns, m rows to be absorbed, and a row of work."""
+    """Make the workspace of a factor of p unknowns and m rows to append.
+
+    Args:
+        p: number of unknowns.
+        m: number of rows.
+
+    Returns:
+        Uninitialised array (p + m + 1, P), P a multiple of the vector width; its last row is
+        scratch.
+    """
     return np.empty((p + m + 1, -(-p // VECTOR_WIDTH) * VECTOR_WIDTH))
 
 
@@ -183,7 +196,7 @@ def update_factor(factor, rank, m, scale):
 
 @kernel(reference_counting=False)
 def contains_rows(factor, rank, rows, weight, scale):
-    """Decide whether ``weight * rows`` follow from a factor: ``x = cᵀ rows`` lies in its span.
+    """Decide whether ``weight * rows`` follow from a factor: ``x = cᵀ rows`` is in its span.
 
     One generic combination of the rows is eliminated by the factor: if any of them adds a
     condition, so does almost every combination.
@@ -256,15 +269,22 @@ def refactor(R, rows, columns, tolerance, scale, F, order, out):
 
 
 def updated_factor(
-    R: Array, rows: Array, columns: IntArray, floor: float, scale: float
+    R: Array, rows: Array, columns: IntArray, tolerance: float, scale: float
 ) -> tuple[Array, IntArray, float, float]:
-    """The factor of a factor R and of rows, all pivots chosen anew.
+    """Factor ``[R; rows]`` with all pivots chosen anew, in arrays of its own; see `refactor`.
 
-    A factor that is only ever updated reveals the rank less and less well.
+    A factor that is only updated reveals the rank less and less well.
+
+    Args:
+        R: a factor, its columns in their own order (old, p).
+        rows: rows to append (m, parameters).
+        columns: the parameters that the columns of the factor stand for (p,).
+        tolerance: relative size of round-off.
+        scale: largest pivot so far.
 
     Returns:
-        The factor with its columns in their own order, the order in which they were
-        eliminated, the largest pivot, and the norm of what was cut off.
+        The factor with its columns in their own order (rank, p), the order in which they were
+        eliminated (p,), the largest pivot, and the norm of the remainder that was cut off.
     """
     p = columns.size
     F, order, out = (
@@ -272,18 +292,27 @@ def updated_factor(
         np.empty(p, np.int64),
         np.empty((p, p)),
     )
-    rank, scale, remainder = refactor(R, rows, columns, floor, scale, F, order, out)
+    rank, scale, remainder = refactor(R, rows, columns, tolerance, scale, F, order, out)
     return out[:rank], order, scale, remainder
 
 
 def rows_follow(
-    R: Array, permutation: IntArray, rows: Array, columns: IntArray, floor: float, scale: float
+    R: Array, permutation: IntArray, rows: Array, columns: IntArray, tolerance: float, scale: float
 ) -> bool:
-    """Whether rows follow from a factor with its columns in their own order."""
+    """Decide whether rows follow from a factor with its columns in their own order.
+
+    Args:
+        R: the factor (rank, p).
+        permutation: the order in which its columns were eliminated (p,).
+        rows: the rows (m, parameters).
+        columns: the parameters that the columns of the factor stand for (p,).
+        tolerance: relative size of round-off.
+        scale: largest pivot so far.
+    """
     F = factor_workspace(columns.size, 0)
     take_factor(R, permutation, F)
     found: bool = contains_rows(
-        Factor(F, permutation, columns, floor), len(R), rows, 1.0, scale
+        Factor(F, permutation, columns, tolerance), len(R), rows, 1.0, scale
     )
     return found
 

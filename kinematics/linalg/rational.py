@@ -1,4 +1,4 @@
-"""Rational numbers in place of rounded ones: decimals, roots, π, and rotations.
+"""Rational arithmetic: decimals, roots, π, half-angle tangents, vectors and null spaces.
 
 A decimal is a rational number; an angle is not the angle of a rational rotation, and a
 pitch per radian is not rational. Those are replaced by the nearest fractions with a
@@ -54,7 +54,7 @@ _GUARD = 64
 
 
 def decimal(word: str) -> Fraction:
-    """The number that a decimal text stands for; what underflows in double precision is 0.
+    """Convert a decimal text to the number; a number that underflows in double precision is 0.
 
     Raises:
         ExactError: the text is too long.
@@ -65,13 +65,13 @@ def decimal(word: str) -> Fraction:
 
 
 def root(value: Fraction) -> Fraction | None:
-    """The square root of a number, or None if it is not rational."""
+    """Compute the square root of a number; None if it is not rational."""
     a, b = isqrt(value.numerator), isqrt(value.denominator)
     return Fraction(a, b) if a * a == value.numerator and b * b == value.denominator else None
 
 
 def rounds_root(value: Fraction) -> bool:
-    """Whether a number is the root of a simple fraction, rounded to double precision.
+    """Return whether a number is the root of a simple fraction, rounded to double precision.
 
     Such as 0.8660254037844386 for √3/2: its square is within 1e-15 of a fraction with a
     denominator of up to 1000, and the number itself is not near one.
@@ -86,13 +86,13 @@ def rounds_root(value: Fraction) -> bool:
 
 
 def nearby_fraction(value: Fraction) -> Fraction:
-    """The nearest multiple of ``2**-BITS``."""
+    """Round a number to the nearest multiple of ``2**-BITS``."""
     return Fraction(round(value * (1 << BITS)), 1 << BITS)
 
 
 @cache
 def pi() -> Fraction:
-    """π to within ``2**-(BITS + 100)``: ``16 arctan(1/5) - 4 arctan(1/239)`` (J. Machin)."""
+    """Compute π to ``2**-(BITS + 100)``: ``16 arctan(1/5) - 4 arctan(1/239)`` (J. Machin)."""
     one = 1 << (BITS + 2 * _GUARD)
 
     def arctan(inverse: int) -> int:
@@ -107,13 +107,13 @@ def pi() -> Fraction:
 
 
 def quarters(angle: Fraction) -> tuple[int, Fraction]:
-    """Quarter turns in an angle, and what is left of it, at most π/4 in size."""
+    """Split an angle into quarter turns and a remainder of at most π/4 in size; radians."""
     count = round(angle / (pi() / 2))
     return count, angle - count * pi() / 2
 
 
 def tangent(angle: Fraction) -> Fraction:
-    """Tangent of half an angle of at most π/4 in size, to ``2**-BITS``."""
+    """Compute the tangent of half an angle of at most π/4 in size, to ``2**-BITS``."""
     half = angle / 2
     one = 1 << (BITS + _GUARD)
     x = round(half * one)
@@ -132,12 +132,22 @@ def tangent(angle: Fraction) -> Fraction:
 
 
 def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
-    """Inner product."""
+    """Compute the inner product ``Σ_i a_i b_i``.
+
+    Args:
+        a: vector (n,).
+        b: vector (n,).
+    """
     return sum((x * y for x, y in zip(a, b, strict=True) if x and y), Fraction(0))
 
 
 def cross(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
-    """Cross product (3,)."""
+    """Compute the cross product ``a × b`` (3,).
+
+    Args:
+        a: vector (3,).
+        b: vector (3,).
+    """
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -146,20 +156,41 @@ def cross(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
 
 
 def rational_bracket(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
-    """Lie bracket of twists ``[ω_a × ω_b; v_a × ω_b + ω_a × v_b]`` (6,)."""
+    """Compute the Lie bracket of twists ``[ω_a × ω_b; v_a × ω_b + ω_a × v_b]`` (6,).
+
+    Args:
+        a: twist ``[ω_a; v_a]`` (6,).
+        b: twist ``[ω_b; v_b]`` (6,).
+    """
     moments = zip(cross(a[3:], b[:3]), cross(a[:3], b[3:]), strict=True)
     return cross(a[:3], b[:3]) + tuple(x + y for x, y in moments)
 
 
 def leading_entry(left: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
-    """The pivot of the row echelon form: the first column that does not vanish."""
+    """Choose the pivot of the row echelon form: the first column that does not vanish.
+
+    Args:
+        left: rows without a pivot so far.
+        pivots: columns of the pivots so far.
+
+    Returns:
+        Row in ``left`` and column; None if all rows vanish.
+    """
     first = pivots[-1] + 1 if pivots else 0
     columns = range(first, len(left[0]) if left else 0)
     return next(((i, c) for c in columns for i, row in enumerate(left) if row[c]), None)
 
 
 def largest_entry(left: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
-    """Complete pivoting: the largest entry of all, which keeps the others bounded."""
+    """Choose the largest entry of all (complete pivoting), which keeps the others bounded.
+
+    Args:
+        left: rows without a pivot so far.
+        pivots: columns of the pivots so far; not used.
+
+    Returns:
+        Row in ``left`` and column; None if all rows vanish.
+    """
     sizes = [max(map(abs, row), default=0) for row in left]
     if not any(sizes):
         return None
@@ -170,13 +201,13 @@ def largest_entry(left: Rows, pivots: Sequence[int]) -> tuple[int, int] | None:
 def echelon(
     rows: Iterable[Sequence[Number]], pivot: Pivot[Number] = leading_entry
 ) -> tuple[list[list[Number]], list[int]]:
-    """Gauss-Jordan elimination: independent rows, each 1 at its pivot, where others are 0.
+    """Eliminate by Gauss-Jordan: independent rows, each 1 at its pivot, where others are 0.
 
     Args:
         rows: of equal length; numbers that can be divided, exact ones or not.
-        pivot: told the rows that are left, and the columns of the pivots so far, in which
-            of the rows and in which column the next pivot is; None if there is none, since
-            the rows left vanish. By default the reduced row echelon form comes out.
+        pivot: chooses row and column of the next pivot from the rows that are left and the
+            columns of the pivots so far; None if the rows left vanish. By default the result is
+            the reduced row echelon form.
 
     Returns:
         The rows with a pivot, in the order in which the pivots were chosen, and the column
@@ -202,9 +233,17 @@ def echelon(
 def rational_null_space(
     rows: Sequence[Sequence[Fraction]], columns: int, pivot: Pivot[Fraction] = leading_entry
 ) -> list[list[Fraction]]:
-    """Independent vectors of ``columns`` entries with which every row has product 0.
+    """Compute a basis of the null space of rational rows.
 
-    Each is 1 in a column without a pivot, where the others are 0; ``pivot`` as for `echelon`.
+    Each vector is 1 in a column without a pivot, where the others are 0.
+
+    Args:
+        rows: of ``columns`` entries each.
+        columns: number of unknowns.
+        pivot: as for `echelon`.
+
+    Returns:
+        Vectors of ``columns`` entries with which every row has product 0.
     """
     reduced, pivots = echelon(rows, pivot)
     found = []
@@ -217,5 +256,10 @@ def rational_null_space(
 
 
 def combination(x: Sequence[Fraction], vectors: Sequence[Sequence[Fraction]]) -> list[Fraction]:
-    """Sum of vectors times the entries of x."""
+    """Compute the linear combination ``Σ_i x_i vectors_i``.
+
+    Args:
+        x: coefficients (count,).
+        vectors: of equal length n (count, n).
+    """
     return [dot(x, column) for column in zip(*vectors, strict=True)]

@@ -1,4 +1,4 @@
-"""Householder reflections of rows in place, several columns at a time: compiled kernels."""
+"""Householder reflections of rows in place, a vector of columns at a time: compiled kernels."""
 
 from __future__ import annotations
 

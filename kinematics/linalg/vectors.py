@@ -1,4 +1,4 @@
-"""Vectors in floating point: which of them are one but for rounding, and what a span leaves."""
+"""Floating-point vectors: groups of equal ones up to a tolerance, and projection."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ Alike = Callable[[Array, Array], NDArray[np.bool_]]
 
 
 def alike_groups(vectors: Sequence[Array] | Array, alike: Alike) -> list[list[int]]:
-    """Sort vectors into groups: each joins the first group whose first vector is alike.
+    """Group vectors: each joins the first group whose first vector is alike.
 
     Args:
         vectors: of one length d (count, d).
-        alike: told some vectors (k, d) and another (d,), which of them it is alike (k,), by a
+        alike: decides which of some vectors (k, d) are alike another (d,), as (k,), by a
             tolerance of the caller's.
 
     Returns:
@@ -38,12 +38,20 @@ def alike_groups(vectors: Sequence[Array] | Array, alike: Alike) -> list[list[in
 
 
 def distinct_vectors(vectors: Sequence[Array] | Array, alike: Alike) -> list[int]:
-    """Indices of the vectors that are alike none of those before; see `alike_groups`."""
+    """Find the vectors that are alike none of those before them.
+
+    Args:
+        vectors: of one length d (count, d).
+        alike: as for `alike_groups`.
+
+    Returns:
+        Their indices, ascending.
+    """
     return [group[0] for group in alike_groups(vectors, alike)]
 
 
 def project_out(vectors: Array, directions: Array) -> Array:
-    """The part of vectors that is perpendicular to directions, ``v - D (Dᵀ v)``.
+    """Project vectors onto the complement of directions, ``v - D (Dᵀ v)``.
 
     Args:
         vectors: one (n,), or several as columns (n, m).

@@ -1,4 +1,4 @@
-"""Components of a linkage: joints that depend on one another, in coordinates of their own.
+"""Components of a linkage: joints that loops and mimic relations couple, in own coordinates.
 
 Loops that share no joint and no mimic relation move independently. Tolerances in a loop are
 relative to the size of its component, not to that of the linkage: a four-bar at the end of a
@@ -44,7 +44,7 @@ class Component(NamedTuple):
     loops: tuple[int, ...]
 
     def with_columns(self, whole: Chain) -> Chain:
-        """Its chain with the independent joints and the columns of the whole chain."""
+        """Choose the independent joints and the columns of the whole chain for its own chain."""
         own = np.flatnonzero(~np.isin(self.joints, whole.dependent))
         joints = self.joints[own]
         ratio = whole.units[joints] / self.chain.units[own]
@@ -52,11 +52,11 @@ class Component(NamedTuple):
         return move_chain(self.chain, own, basis[:, np.any(basis != 0.0, axis=0)])
 
     def in_frame(self, frame: Frame) -> Component:
-        """The same component in other coordinates."""
+        """Return the same component in other coordinates."""
         return self._replace(chain=arrange_loops(self.draft, frame))
 
     def own_positions(self, q: Array, units: Array) -> Array:
-        """Positions of its joints (n,), in its own units, from those of the linkage.
+        """Select the positions of its joints (n,), in its own units, from those of the linkage.
 
         Args:
             q: positions of all joints of the linkage, in the units of its chain.
@@ -66,7 +66,7 @@ class Component(NamedTuple):
         return out
 
     def all_positions(self, q: Array, units: Array) -> Array:
-        """Positions of all joints of the linkage, 0 for those of other components.
+        """Extend positions of its joints to all joints of the linkage, 0 for other components.
 
         Args:
             q: positions of the joints of the component (n,), in its own units.
@@ -88,7 +88,7 @@ def split_components(draft: UnassembledLinkage) -> list[Component]:
 
 
 def component_of(draft: UnassembledLinkage, joints: Sequence[int]) -> Component:
-    """One component of a linkage.
+    """Make one component of a linkage.
 
     Args:
         draft: the linkage.
@@ -143,7 +143,7 @@ def _check_size(part: UnassembledLinkage) -> None:
 
 
 def component_freedoms(parts: Sequence[Component], count: int) -> tuple[Array, list[Array]]:
-    """Null space of the loop matrix of a linkage, component by component.
+    """Compute the null space of the loop matrix of a linkage, component by component.
 
     Args:
         parts: the components of the linkage.

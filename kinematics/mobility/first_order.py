@@ -1,4 +1,4 @@
-"""First-order freedoms of a pose, and poses further along them."""
+"""First-order mobility of a pose, and poses further along its freedoms."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 
 def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
-    """The closure of the loops as equations in all joint positions q (n,).
+    """Make the closure equations of the loops in all joint positions q (n,).
 
     Args:
         chain: the linkage as arrays.
@@ -59,7 +59,7 @@ def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
 
 
 def loop_singular_values(A: Array) -> tuple[Array, Array]:
-    """Singular values of a loop matrix (rows, n), padded to n, and its right vectors."""
+    """Compute singular values of a loop matrix (rows, n), padded to n, and its right vectors."""
     if not len(A):
         return np.zeros(A.shape[1]), np.eye(A.shape[1])
     _, values, Vt = np.linalg.svd(A)
@@ -67,7 +67,11 @@ def loop_singular_values(A: Array) -> tuple[Array, Array]:
 
 
 def first_order(A: Array, tolerance: float = LOOP_RANK_RELATIVE) -> tuple[Array, Array]:
-    """Joint rates that a loop matrix (rows, n) leaves free, and its singular values.
+    """Compute the joint rates that a loop matrix leaves free, and its singular values.
+
+    Args:
+        A: loop matrix (rows, n).
+        tolerance: singular values below this part of the largest count as zero.
 
     Returns:
         Orthonormal rates (n, freedom), and the values, descending, padded to n.
@@ -77,14 +81,19 @@ def first_order(A: Array, tolerance: float = LOOP_RANK_RELATIVE) -> tuple[Array,
 
 
 def first_order_mobility_of(chain: Chain, q: Array) -> int:
-    """First-order degrees of freedom at a closed pose."""
+    """Compute the first-order degrees of freedom at a closed pose.
+
+    Args:
+        chain: the linkage as arrays.
+        q: joint positions that close the loops (n,), chain units.
+    """
     return first_order(
         loop_matrix(chain, forward_kinematics(chain, q).screws), LOOP_RANK_RELATIVE_SOLVED
     )[0].shape[1]
 
 
 def independent_rows(free: Array) -> NDArray[np.int64]:
-    """Joints whose rates determine the others', well conditioned; ``free`` is (n, f)."""
+    """Choose joints whose rates determine the others', well conditioned; ``free`` is (n, f)."""
     rest, chosen = free.copy(), []
     for _ in range(free.shape[1]):
         sizes = np.linalg.norm(rest, axis=1)
@@ -94,17 +103,26 @@ def independent_rows(free: Array) -> NDArray[np.int64]:
 
 
 def conditioning(chain: Chain, q: Array, freedom: int) -> float:
-    """Smallest singular value of the loop matrix that counts, relative to the largest."""
+    """Compute the smallest nonzero singular value of the loop matrix over the largest.
+
+    Args:
+        chain: the linkage as arrays.
+        q: joint positions that close the loops (n,), chain units.
+        freedom: number of singular values that count as zero.
+    """
     values, _ = loop_singular_values(loop_matrix(chain, forward_kinematics(chain, q).screws))
     return float(values[values.size - freedom - 1] / values[0])
 
 
 def step_from_singular(chain: Chain, free: Array) -> Array:
-    """A better conditioned pose on the branch of the reference pose, which is regular.
+    """Find a better conditioned pose on the branch of the reference pose, which is regular.
 
     Args:
         chain: the linkage as arrays.
         free: orthonormal joint rates that close its loops (n, f).
+
+    Returns:
+        Joint positions (n,), chain units; 0 if none was found.
     """
     v = free @ np.ones(free.shape[1]) / np.sqrt(free.shape[1])
     freedom, step = free.shape[1], 0.1 * conditioning(chain, np.zeros(len(v)), free.shape[1])
@@ -114,12 +132,15 @@ def step_from_singular(chain: Chain, free: Array) -> Array:
 
 
 def step_along(chain: Chain, start: Array, goal: float = 0.5) -> Array:
-    """The best conditioned pose along the branch on which a pose near the reference pose is.
+    """Find the best conditioned pose along the branch of a pose near the reference pose.
 
     Args:
         chain: the linkage as arrays.
         start: a closed pose (n,), away from the singular one.
         goal: how far to look (radians, characteristic lengths).
+
+    Returns:
+        Joint positions (n,), chain units.
     """
     q, tangent, step = start, start, 0.5 * float(np.abs(start).max())
     least = 0.01 * step
@@ -145,7 +166,7 @@ def step_along(chain: Chain, start: Array, goal: float = 0.5) -> Array:
 
 
 def _polished(chain: Chain, q: Array) -> Array | None:
-    """The closed pose next to joint positions, to the last digit; None if there is none.
+    """Find the closed pose next to joint positions, to the last digit; None if there is none.
 
     Newton's method with steps of least norm.
     """

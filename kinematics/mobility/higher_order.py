@@ -1,8 +1,8 @@
-"""Mobility beyond the first order: which motions leave a pose, and how many.
+"""Local mobility beyond the first order: the branches of motion through a singular pose.
 
 Joint rates that close the loops at first order span the freedoms F of a pose. Where they are
-more than the linkage really has, the poses it can take are not a smooth surface there: near
-that pose they form a cone, whose section by a small sphere in F, its *link*, tells the
+more than the linkage really has, the closed poses do not form a smooth surface there: near
+that pose they form a cone, whose section by a small sphere in F, its *link*, determines the
 branches (J. Milnor, "Singular points of complex hypersurfaces", 1968; A. Müller, "Local
 kinematic analysis of closed-loop linkages", 2019). The link is found by solving for closed
 poses at a given distance from many starts. A branch with one degree of freedom meets it in
@@ -57,15 +57,14 @@ SEED = 4
 
 
 class LocalMobility(NamedTuple):
-    """What a linkage can do near a pose; n joints.
+    """Degrees of freedom of a linkage near a pose; n joints.
 
     Attributes:
         freedom: degrees of freedom at first order.
         mobility: most degrees of freedom of a branch that leaves the pose, 0 without one.
         order: at which the loops stop closing if no branch leaves the pose, otherwise 0.
         branches: closed poses near the pose (branches, n), one on each branch; of a branch
-            of several degrees of freedom any one. With a single one, the way to leave is
-            not in doubt.
+            of several degrees of freedom any one. A single one is the only branch to follow.
     """
 
     freedom: int
@@ -77,7 +76,7 @@ class LocalMobility(NamedTuple):
 def analyse_local_mobility(
     chain: Chain, tolerance: float = LOOP_RANK_RELATIVE
 ) -> LocalMobility:
-    """The branches that leave the reference pose of a chain, at which its loops close.
+    """Find the branches of motion through the reference pose of a chain with closed loops.
 
     Args:
         chain: joints that one another's motion depends on; spatial, nothing chosen as
@@ -106,7 +105,7 @@ def analyse_local_mobility(
 
 
 def _order_of_one(chain: Chain, N: Array) -> int:
-    """The order at which a single freedom stops closing the loops; 0 if none is found."""
+    """Find the order at which a single freedom stops closing the loops; 0 if none is found."""
     joint = int(np.argmax(np.abs(N[:, 0])))
     moved = move_chain(chain, np.array([joint]), np.eye(1))
     series = expand(moved, np.ones((1, 1)), MAX_ORDER - 1)
@@ -118,7 +117,7 @@ def _order_of_one(chain: Chain, N: Array) -> int:
 
 
 def _starts(N: Array) -> Iterator[Array]:
-    """Directions in the freedoms of a pose, evenly in two of them, at random in more."""
+    """Yield directions in the freedoms of a pose, evenly in two of them, at random in more."""
     rng = np.random.default_rng(SEED)
     freedom = N.shape[1]
     if freedom == 2:
@@ -133,10 +132,10 @@ def _starts(N: Array) -> Iterator[Array]:
 def _closest(
     chain: Chain, N: Array, reach: float, start: Array, fixed: Array | None = None
 ) -> tuple[Array, float]:
-    """A pose at a distance from the reference pose whose loops are as closed as can be.
+    """Find the pose at a distance from the reference pose whose loops are least open.
 
-    At a distance ε, what joint rates can close of the opening is of the size ε, and the rest
-    of ε²: each is scaled by its own.
+    At a distance ε, the part of the residual that joint rates can close is of the size ε, and
+    the rest of ε²: each is scaled by its own.
 
     Args:
         chain: the linkage as arrays.
@@ -146,7 +145,7 @@ def _closest(
         fixed: directions (n, d) in which the start is kept, instead of the length alone.
 
     Returns:
-        Joint positions, and the size of the opening there.
+        Joint positions, and the residual of the loops there.
     """
     U = np.linalg.svd(loop_matrix(chain))[0][:, : len(N) - N.shape[1]]
     W = np.eye(len(U)) / reach**2 + (U @ U.T) * (1.0 / reach - 1.0 / reach**2)
@@ -177,7 +176,7 @@ def _closest(
 
 
 def _leaving(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
-    """Degrees of freedom of the branches at a distance, and a closed pose on each."""
+    """Find the mobility of the branches at a distance, and a closed pose on each."""
     points: list[Array] = []
     for start in _starts(N):
         q, opening = _closest(chain, N, reach, start)
@@ -196,7 +195,7 @@ def _leaving(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
 
 
 def _opposite(chain: Chain, N: Array, reach: float, points: list[Array]) -> Iterator[Array]:
-    """Closed poses in the senses opposite to those found."""
+    """Yield closed poses in the senses opposite to those found."""
     for q in _distinct(points, reach):
         other, opening = _closest(chain, N, reach, -q / reach)
         if opening <= NEAR_SINGULAR_RESIDUAL:
@@ -204,7 +203,7 @@ def _opposite(chain: Chain, N: Array, reach: float, points: list[Array]) -> Iter
 
 
 def _distinct(points: list[Array], reach: float) -> list[Array]:
-    """Poses that differ from one another."""
+    """Select poses that differ from one another."""
     first = distinct_vectors(
         points, lambda some, q: np.abs(some - q).max(axis=1) <= SAME_POSE_RELATIVE * reach
     )
@@ -212,7 +211,7 @@ def _distinct(points: list[Array], reach: float) -> list[Array]:
 
 
 def _paired(points: list[Array]) -> Array:
-    """One pose on each branch: a branch leaves in two senses, mostly opposite ones."""
+    """Select one pose on each branch: a branch leaves in two senses, mostly opposite ones."""
     left, kept = list(points), []
     while left:
         q = left.pop(0)
@@ -224,7 +223,7 @@ def _paired(points: list[Array]) -> Array:
 
 
 def _tangent(directions: Array, dimension: int) -> Array | None:
-    """The subspace (f, dimension) that unit directions (count, f) fill, or None."""
+    """Find the subspace (f, dimension) that unit directions (count, f) fill, or None."""
     _, values, Vt = np.linalg.svd(directions / np.sqrt(len(directions)))
     values = np.concatenate([values, np.zeros(len(Vt))])
     if values[dimension - 1] < 0.1 or values[dimension] > 0.1 * values[dimension - 1]:
@@ -233,7 +232,7 @@ def _tangent(directions: Array, dimension: int) -> Array | None:
 
 
 def _one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
-    """Whether the closed poses are one smooth sheet over its tangent directions T (n, d)."""
+    """Return whether the closed poses are one smooth sheet over tangent directions T (n, d)."""
     rng = np.random.default_rng(SEED)
     for _ in range(2 * T.shape[1] + 2):
         t = T @ rng.standard_normal(T.shape[1])
@@ -251,7 +250,7 @@ def _one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
 
 
 def _apart(points: Array, N: Array) -> Array:
-    """Two poses in directions as different as can be."""
+    """Select two poses in directions as different as possible."""
     directions = points @ N
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     far = int(np.argmin(np.abs(directions @ directions[0])))
@@ -259,7 +258,10 @@ def _apart(points: Array, N: Array) -> Array:
 
 
 def _order(chain: Chain, N: Array) -> int:
-    """The order at which no direction closes the loops, from how the least opening grows."""
+    """Estimate the order at which no direction closes the loops, from the least residuals.
+
+    The residual at the distance ε is ``c ε^k``: k follows from two distances.
+    """
     least = []
     for reach in (0.1, 0.05):
         openings = [_closest(chain, N, reach, start)[1] for start in _starts(N)]

@@ -1,4 +1,4 @@
-"""Which joints serve as independent coordinates."""
+"""Choice of the joints that serve as independent coordinates."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ IntArray = NDArray[np.int64]
 def choose_coordinates(
     draft: UnassembledLinkage, velocities: Array, wanted: Sequence[str]
 ) -> tuple[IntArray, list[Notice]]:
-    """Independent joints: the wanted ones, completed by well-conditioned ones.
+    """Choose independent joints: the wanted ones, completed by well-conditioned ones.
 
     Args:
         draft: the linkage.
@@ -29,7 +29,7 @@ def choose_coordinates(
         wanted: names of joints, or of joints of several coordinates.
 
     Returns:
-        Positions of the joints among all, and what the user should know.
+        Positions of the joints among all, and notices for the user.
 
     Raises:
         CoordinateError: a name is unknown, or its joint depends on those before it.
@@ -64,7 +64,7 @@ def choose_coordinates(
 
 
 def _unfit(joint: int, velocities: Array, rest: Array, taken: Sequence[str]) -> str:
-    """Why a joint cannot be the next input; empty if it can."""
+    """Explain why a joint cannot be the next input; empty if it can."""
     rate, left = (float(np.linalg.norm(v[joint])) for v in (velocities, rest))
     fastest = float(np.linalg.norm(velocities, axis=1).max())
     if rate <= STANDSTILL_RELATIVE * fastest:
@@ -80,7 +80,7 @@ def _unfit(joint: int, velocities: Array, rest: Array, taken: Sequence[str]) -> 
 
 
 def _expanded(wanted: Sequence[str], joints: Sequence[Joint]) -> list[str]:
-    """Names of coordinates; the name of a joint of several stands for all of them."""
+    """List names of coordinates; a joint of several coordinates gives all of them."""
     found: list[str] = []
     for name in wanted:
         found += [joint.name for joint in joints if joint.whole == name] or [name]
@@ -88,7 +88,7 @@ def _expanded(wanted: Sequence[str], joints: Sequence[Joint]) -> list[str]:
 
 
 def _candidates(draft: UnassembledLinkage, rest: Array) -> list[int]:
-    """Joints that would serve as the next coordinate, the preferred one first.
+    """List the joints that can be the next coordinate, the preferred one first.
 
     Any joint whose remaining freedom is at least a third of the largest is well enough
     conditioned; joints of the tree come before those of loops, earlier ones before later.
@@ -99,5 +99,5 @@ def _candidates(draft: UnassembledLinkage, rest: Array) -> list[int]:
 
 
 def _without(rest: Array, joint: int) -> Array:
-    """Velocities with the direction that moves ``joint`` projected out."""
+    """Project the direction that moves ``joint`` out of the velocities."""
     return project_out(rest.T, rest[joint] / np.linalg.norm(rest[joint])).T

@@ -167,7 +167,7 @@ def _largest_in_row(
 ) -> tuple[int, int] | None:
     """Choose the pivot of one relation after the other: its largest coefficient.
 
-    A relation of which those before leave nothing but the rounding of its decimals repeats them.
+    A relation repeats others if these leave nothing of it but the rounding of its decimals.
     """
     for i, row in enumerate(left):
         column = max(range(len(row)), key=lambda c: abs(row[c]), default=0)

@@ -25,7 +25,7 @@ _ENTRIES = np.array([[4, 7, 8], [7, 5, 9], [8, 9, 6]])
 
 
 def _linear_maps() -> tuple[Array, Array]:
-    """Compute the matrices (10, 16) and (16, 10) of `pseudo_inertia` and `from_pseudo_inertia`."""
+    """Compute the matrices of `pseudo_inertia` (10, 16) and `from_pseudo_inertia` (16, 10)."""
     P, z = np.zeros((10, 4, 4)), np.zeros((4, 4, 10))
     P[0, 3, 3] = z[3, 3, 0] = 1.0
     for i in range(3):
@@ -67,13 +67,13 @@ def inertia_tensor(z: ArrayLike) -> Array:
 
 
 def pseudo_inertia(z: ArrayLike) -> Array:
-    """Compute the pseudo-inertia ``[[½ tr(E) 1 - E, mc], [mcᵀ, m]]`` (..., 4, 4), linear in z."""
+    """Compute pseudo-inertias ``[[½ tr(E) 1 - E, mc], [mcᵀ, m]]`` (..., 4, 4), linear in z."""
     z = np.asarray(z, dtype=np.float64)
     return np.asarray(z @ _MATRICES).reshape(*z.shape[:-1], 4, 4)
 
 
 def from_pseudo_inertia(P: ArrayLike) -> Array:
-    """Compute parameters (..., 10) from pseudo-inertias (..., 4, 4), the inverse of `pseudo_inertia`."""
+    """Compute parameters (..., 10) from pseudo-inertias (..., 4, 4); inverts `pseudo_inertia`."""
     P = np.asarray(P, dtype=np.float64)
     return np.asarray(P.reshape(*P.shape[:-2], 16) @ _PARAMETERS)
 

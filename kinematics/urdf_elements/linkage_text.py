@@ -123,7 +123,7 @@ class _Writer:
         return name
 
     def _chains(self, joints: Iterable[Any]) -> Iterator[list[Any]]:
-        """Group freedoms that are one joint of the file, unless only some of them are inputs."""
+        """Group freedoms that are one joint of the file, unless only some are inputs."""
         for _, group in groupby(joints, key=lambda joint: (joint.whole, joint.numbered)):
             yield list(group)
 
@@ -236,7 +236,7 @@ class _Writer:
         return added, make_elements.loop(loop.name, "fixed", sides)
 
     def _closing(self, found: _Written, first: str, last: str) -> Element:
-        """Make a ``<loop>`` by a joint; both of its frames are the predecessor's, at the centre."""
+        """Make a ``<loop>`` by a joint; both its frames are the predecessor's, at the centre."""
         frame = self.poses[first].copy()
         frame[:3, 3] = found.centre
         rows = frame[:3, :3].T
@@ -253,7 +253,7 @@ class _Writer:
         return self._origin(self.poses[parent], self.poses[child])
 
     def _origin(self, before: Array, after: Array) -> Element:
-        """Make the ``<origin>`` of a pose in the frame of another, positions without round-off."""
+        """Make the ``<origin>`` of a pose in the frame of another, without round-off."""
         pose = np.eye(4)
         pose[:3, :3] = before[:3, :3].T @ after[:3, :3]
         d = before[:3, :3].T @ (after[:3, 3] - before[:3, 3])

@@ -1,4 +1,4 @@
-"""Texts and names of users in error messages: on one line, short, with near misses."""
+"""Format texts and names of users in error messages: on one line, short, with near misses."""
 
 from __future__ import annotations
 
@@ -12,20 +12,30 @@ NAMED = 8
 
 
 def clean(text: str, limit: int = 80) -> str:
-    """The text on one line, without control characters, and short."""
+    """Put a text on one line, without control characters, and shorten it.
+
+    Args:
+        text: any text.
+        limit: most characters.
+    """
     line = "".join(c if c.isprintable() else " " for c in text)
     return line if len(line) <= limit else line[:limit] + "…"
 
 
 def quoted(names: Iterable[str]) -> str:
-    """The first names, quoted, and how many are left."""
+    """List the first names, quoted, and how many are left."""
     texts = [f"'{clean(name)}'" for name in names]
     rest = f" and {len(texts) - NAMED} more" if len(texts) > NAMED else ""
     return ", ".join(texts[:NAMED]) + rest
 
 
 def closest_names(name: str, known: Iterable[str]) -> str:
-    """The known names, quoted, or the few most like ``name`` if there are many."""
+    """List the known names, quoted, or the few most like ``name`` if there are many.
+
+    Args:
+        name: a name that is not known.
+        known: the known ones.
+    """
     names = list(known)
     if len(names) > NAMED:
         short = [other for other in names[:2000] if len(other) < 80]

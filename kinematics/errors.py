@@ -1,6 +1,6 @@
-"""Every exception that this project raises on purpose.
+"""All exceptions that this project raises on purpose.
 
-Each message is one line that says what is wrong, where, and what to do about it.
+Each message is one line that states the problem, its place and the remedy.
 The facts behind the message are attributes, so that programs need not parse text.
 """
 
@@ -27,19 +27,19 @@ __all__ = [
 
 
 class LinkageError(ValueError):
-    """Base class: the linkage, or what was asked of it, cannot be used."""
+    """Base class: a linkage, or a request for it, that cannot be used."""
 
 
 class UsageError(LinkageError):
-    """What was asked cannot be done as it was asked, whatever the linkage is."""
+    """A request that is wrong for every linkage."""
 
 
 class PackageError(UsageError):
-    """A package is missing that is needed for just what was asked.
+    """A missing package that a request needs.
 
     Attributes:
         package: its name.
-        command: what installs it.
+        command: the command that installs it.
     """
 
     def __init__(self, purpose: str, package: str, command: str, more: str = "") -> None:
@@ -52,11 +52,11 @@ class PackageError(UsageError):
 
 
 class BodyError(LinkageError):
-    """A body that is not there, or cannot be what it is asked to be.
+    """A body that does not exist, or that a request cannot use.
 
     Attributes:
         body: name of the link at fault.
-        problem: what is wrong with it.
+        problem: the fault.
         valid: names of the bodies, if the name is the problem.
     """
 
@@ -70,7 +70,7 @@ class BodyError(LinkageError):
 
 
 class ExactError(LinkageError):
-    """A linkage, or a motion, that exact arithmetic cannot take."""
+    """A linkage, or a motion, that exact arithmetic cannot treat."""
 
 
 class InexactClosureError(ExactError):
@@ -95,7 +95,7 @@ class InexactPlaneError(ExactError):
     """A linkage that is planar only to the rounding of its axes.
 
     Attributes:
-        deviation: by how much they are not parallel, radians.
+        deviation: largest angle between them, radians.
     """
 
     def __init__(self, linkage: str, deviation: float) -> None:
@@ -108,13 +108,13 @@ class InexactPlaneError(ExactError):
 
 
 class FileError(LinkageError):
-    """A file cannot be read as a linkage.
+    """A file that cannot be read as a linkage.
 
     Attributes:
         file: path or name of the file.
         element: the element at fault, such as ``joint 'j1'``, or an empty string.
-        problem: what is wrong with it.
-        remedy: what to do about it.
+        problem: the fault.
+        remedy: how to mend it.
     """
 
     def __init__(self, file: str, element: str, problem: str, remedy: str) -> None:
@@ -125,7 +125,7 @@ class FileError(LinkageError):
 
 
 class OpenLoopError(LinkageError):
-    """A loop does not close at the pose of the file.
+    """A loop that does not close at the pose of the file.
 
     Attributes:
         loop: name of the loop that is furthest open.
@@ -154,7 +154,7 @@ class OpenLoopError(LinkageError):
 
 
 class MobilityError(LinkageError):
-    """The linkage cannot move, or cannot be moved away from its pose.
+    """A linkage that cannot move, or cannot be moved away from its pose.
 
     Attributes:
         order: at which the loops stop closing, if the linkage moves only infinitesimally.
@@ -172,13 +172,13 @@ class CoordinateError(LinkageError):
 
     Attributes:
         names: the joints at fault.
-        valid: joints that would do.
+        valid: joints that can serve.
     """
 
     def __init__(
         self, linkage: str, names: Sequence[str], problem: str, valid: Sequence[str]
     ) -> None:
-        """Compose the message and list the joints that would do."""
+        """Compose the message and list the joints that can serve."""
         self.linkage, self.names, self.valid = linkage, tuple(names), tuple(valid)
         label = "inputs" if len(self.names) > 1 else "input"
         super().__init__(
@@ -192,7 +192,7 @@ class MotionError(LinkageError):
 
     Attributes:
         relation: the text of the relation.
-        problem: what is wrong with it.
+        problem: the fault.
         valid: names of the inputs that a relation may use.
     """
 
@@ -215,14 +215,14 @@ class UnreachedError(PoseError):
     """A pose that is not reached along the straight line from the reference pose.
 
     Attributes:
-        share: how much of the line was followed, from 0 to 1.
-        positions: of the joints where that ended (n,), in the units of their chain.
+        share: part of the line that was followed, from 0 to 1.
+        positions: of the joints at its end (n,), in the units of their chain.
     """
 
     def __init__(
         self, linkage: str, goal: str, share: float, positions: Sequence[float], steps: int = 0
     ) -> None:
-        """Compose the message; ``steps`` is how many were taken, if they were used up."""
+        """Compose the message; ``steps`` is their number, if they were used up."""
         self.share, self.positions = share, tuple(positions)
         part = f"{share:.0%}"
         if part in ("0%", "100%"):

@@ -1,7 +1,7 @@
-"""A short run of every kernel of this package, so that all of them are compiled.
+"""Run every kernel of this package once on small linkages, so that all are compiled.
 
-The linkages are those of the gallery: the smallest of each kind, for a kernel is compiled for
-types of arrays, and these depend on the kind of linkage alone.
+The linkages are those of the gallery, the smallest of each kind: a kernel is compiled for types
+of arrays, and these depend on the kind of linkage alone.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ ORDER = 2
 
 
 def warm_up_kinematics() -> Iterator[None]:
-    """Run all kernels once: expand motions, and guide a link, of the smallest linkages."""
+    """Run all kernels once: expand motions, and move a tool, of the smallest linkages."""
     for linkage in smallest_linkages():
         taylor_motion(linkage, ORDER)
         yield
@@ -35,7 +35,7 @@ def warm_up_kinematics() -> Iterator[None]:
 
 
 def smallest_linkages() -> list[Linkage]:
-    """The smallest linkage of each kind in the gallery."""
+    """Find the smallest linkage of each kind in the gallery."""
     found: dict[tuple[bool, ...], Linkage] = {}
     for linkage in sorted(map(load, gallery().values()), key=_size):
         kind = linkage.planar, linkage.mobility > 1, bool(linkage.loops), bool(linkage.mimics)

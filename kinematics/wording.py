@@ -1,4 +1,4 @@
-"""Short words for numbers, vectors and lists of names, for the reprs of results."""
+"""Format numbers, vectors and lists of names in few words, for the reprs of results."""
 
 from __future__ import annotations
 
@@ -18,25 +18,30 @@ NAMED, LINES, WIDTH = 6, 6, 96
 
 
 def check_summary(found: NamedTuple) -> str:
-    """The result of a check, its verdict first: ``Check: accepted, error 1.2e-13``."""
+    """Summarise the result of a check in a line: ``Check: accepted, error 1.2e-13``."""
     (name, verdict), *rest = found._asdict().items()
     word = name if verdict else f"not {name}"
     return ", ".join([f"{type(found).__name__}: {word}", *(f"{k} {x:.2g}" for k, x in rest)])
 
 
 def count_noun(number: int, noun: str) -> str:
-    """A number of things: ``1 loop``, ``2 loops``, ``3 bodies``."""
+    """Write a number of things: ``1 loop``, ``2 loops``, ``3 bodies``.
+
+    Args:
+        number: how many.
+        noun: in the singular.
+    """
     plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
     return f"{number} {noun if number == 1 else plural}"
 
 
 def first_names(names: Sequence[str]) -> str:
-    """The first six names, and ``…`` for the others."""
+    """List the first six names, and ``…`` for the others."""
     return ", ".join(names[:NAMED]) + (" …" if len(names) > NAMED else "")
 
 
 def vector_text(x: ArrayLike) -> str:
-    """The components of a vector to four digits: ``(0.5, 0, -1)``."""
+    """Write the components of a vector to four digits: ``(0.5, 0, -1)``."""
     values = np.asarray(x, dtype=np.float64)
     kept = np.where(
         np.abs(values) > WRITTEN_AS_ZERO * np.abs(values).max(initial=0.0), values, 0.0
@@ -45,7 +50,7 @@ def vector_text(x: ArrayLike) -> str:
 
 
 def repr_lines(head: str, *lines: str) -> str:
-    """At most six lines: a head, others set in below it, and how many are left out."""
+    """Join at most six lines: a head, others indented below it, and how many are left out."""
     most = LINES - 1
     if len(lines) > most:
         lines = (*lines[: most - 1], f"and {len(lines) - most + 1} more")

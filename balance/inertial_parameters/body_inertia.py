@@ -16,7 +16,7 @@ from balance.inertial_parameters.conversions import (
 )
 from kinematics.errors import BodyError
 from kinematics.model.arrays import freeze
-from kinematics.model.chain import plane_axes
+from kinematics.model.plane import plane_axes
 from kinematics.spatial.inertia import displace_parameters
 from kinematics.wording import vector_text
 

@@ -16,8 +16,8 @@ from balance.interpretation.terms import Term
 from balance.spaces.design_space_result import DesignSpace
 from balance.transfers.by_joint import Transfer
 from kinematics.linalg.vectors import distinct_vectors, project_out
-from kinematics.model.chain import plane_axes
 from kinematics.model.linkage import Joint
+from kinematics.model.plane import plane_axes
 
 __all__ = ["joint_frame_terms"]
 

@@ -1,1 +1,1 @@
-"""From a draft to a linkage: closed loops, axes, coordinates, reference pose."""
+"""Assembly of a linkage: closed loops, fitted axes, coordinates, reference pose."""

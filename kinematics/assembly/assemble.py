@@ -1,7 +1,7 @@
-"""From a draft to a linkage: loops closed, mobility known, coordinates chosen.
+"""Assembly: close loops, decide the mobility, choose coordinates, find idle joints.
 
 Mobility is decided at first order at the reference pose, by the rank of the loop matrix of
-each part whose joints depend on one another, and then put to the test: along a generic
+each component whose joints depend on one another, and then tested: along a generic
 direction the series must close at every order computed, and a finite pose must exist there.
 The same finite pose shows which joints are idle, because an analytic joint motion that
 vanishes at a generic pose vanishes everywhere.
@@ -32,9 +32,10 @@ from kinematics.errors import CoordinateError, MobilityError, MotionError
 from kinematics.mobility.components import Component, component_freedoms, split_components
 from kinematics.mobility.independent_coordinates import choose_coordinates
 from kinematics.model.arrays import Chain, freeze
-from kinematics.model.chain import arrange_loops, move_chain, plane_normal, reduce_to_plane
+from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.motion import Motion
+from kinematics.model.plane import plane_normal, reduce_to_plane
 from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
 
 __all__ = ["assemble", "moving_chain"]
@@ -46,15 +47,18 @@ IntArray = NDArray[np.int64]
 def assemble(
     draft: UnassembledLinkage, inputs: Sequence[str] | None = None, *, exactly: bool = False
 ) -> Linkage:
-    """Close the loops of a draft and choose its independent coordinates.
+    """Close the loops of a linkage and choose its independent coordinates.
 
     Args:
         draft: the linkage as its file describes it.
         inputs: names of joints to use as coordinates, instead of those that the file marks
             or, where neither does, of well-conditioned ones. Fewer than the mobility are
-            completed with passive joints; a notice says which.
+            completed with passive joints; a notice names these.
         exactly: whether axes count as written, even where overconstrained loops close with
             them only to rounding; otherwise they are moved until the loops close.
+
+    Returns:
+        The linkage at its reference pose, with loops closed.
 
     Raises:
         OpenLoopError: a loop does not close.
@@ -82,11 +86,11 @@ def _better(
     mend: bool,
     problem: CoordinateError | MobilityError | None = None,
 ) -> UnassembledLinkage:
-    """The draft with axes that were rounded put right, or at a pose that is not singular.
+    """Repair the rounded axes of a draft, or move it to a pose that is not singular.
 
     Raises:
-        MobilityError: that cannot be done, or nothing tells how.
-        CoordinateError: there is nothing to do: the problem given is another.
+        MobilityError: neither is possible, or the branch to follow is not determined.
+        CoordinateError: there is nothing to repair: the given problem remains.
     """
     found = repair_axes(draft) if mend else ""
     if not isinstance(found, str):
@@ -100,9 +104,10 @@ def _better(
 
 
 def _assembled(draft: UnassembledLinkage, wanted: Sequence[str]) -> tuple[Linkage, bool, bool]:
-    """The linkage at the pose of a draft.
+    """Make the linkage at the pose of a draft.
 
-    Also whether its axes look rounded, and whether a singular pose is near.
+    Returns:
+        The linkage, whether its axes look rounded, and whether a singular pose is near.
     """
     chain, parts = arrange_loops(draft), split_components(draft)
     free, spectra = component_freedoms(parts, len(draft.joints))
@@ -146,7 +151,7 @@ def moving_chain(
     *,
     idle: NDArray[np.bool_] | None = None,
 ) -> Chain:
-    """The arrays of a linkage under a motion, without the joints that it leaves idle.
+    """Make the arrays of a linkage under a motion, without the joints that it leaves idle.
 
     Args:
         linkage: an assembled linkage.
@@ -154,6 +159,9 @@ def moving_chain(
         spatial: whether to keep all components of a planar linkage.
         idle: which joints are idle (n,), if that is known; otherwise those that do not move
             up to a finite pose.
+
+    Returns:
+        The chain, in its own frame and units.
 
     Raises:
         MotionError: the motion is not one of this linkage's inputs.
@@ -176,7 +184,7 @@ def moving_chain(
 
 
 def _unfit(linkage: Linkage, motion: Motion) -> str:
-    """Why a motion does not fit the linkage; empty if it does."""
+    """Explain why a motion does not fit the linkage; empty if it does."""
     if sorted(motion.inputs) != sorted(linkage.inputs):
         return f"made for the inputs {', '.join(motion.inputs)}"
     basis = np.asarray(motion.basis, dtype=np.float64)
@@ -188,7 +196,7 @@ def _unfit(linkage: Linkage, motion: Motion) -> str:
 
 
 def _nearly_planar(chain: Chain) -> list[Notice]:
-    """A remark if the linkage would be planar, were its axes not rounded."""
+    """Make a notice if the linkage would be planar without the rounding of its axes."""
     if chain.planar or plane_normal(chain, AXIS_ROUNDING) is None:
         return []
     text = (
@@ -228,7 +236,7 @@ def _still(
 
 
 def _moved(draft: UnassembledLinkage, part: Component, chain: Chain) -> Pose:
-    """A finite pose of a part in a generic direction of the chain's columns.
+    """Find a finite pose of a component in a generic direction of the chain's columns.
 
     Raises:
         MobilityError: closure fails at a higher order or at a finite pose.

@@ -1,4 +1,4 @@
-"""Closing the loops of a file whose pose leaves them open.
+"""Close the loops of a linkage whose file pose leaves them open.
 
 Newton steps of least norm close a pose that is nearly closed without moving it along its
 freedoms. Where they fail, damped steps on all joints first bring the two sides of every weld
@@ -58,7 +58,7 @@ SEED = 0
 
 
 def close_loops(draft: UnassembledLinkage, mend: Mend | None = None) -> UnassembledLinkage:
-    """The draft at a pose that closes its loops; the draft itself if its own pose does.
+    """Move a linkage to a pose that closes its loops; unchanged if its own pose does.
 
     Components are closed one by one, with tolerances relative to their own size. A notice
     states how far the loops were open, which start led to the solution, and which joint moved
@@ -71,6 +71,9 @@ def close_loops(draft: UnassembledLinkage, mend: Mend | None = None) -> Unassemb
             welds moved to close the loops, the joints of the component, and the largest angle
             (rad) and distance (m) by which welds were moved; it returns a draft, or why it
             cannot.
+
+    Returns:
+        The draft with closed loops, and a notice if joints were moved.
 
     Raises:
         OpenLoopError: no start leads to a closed pose.
@@ -119,7 +122,7 @@ class _Closing(NamedTuple):
 
 
 def _distance(closing: _Closing) -> float:
-    """How far joints moved, unless welds were moved instead."""
+    """Compute how far joints moved; 0 if welds were moved instead."""
     q, _ = wrap_turns(closing.part.draft.joints, closing.q)
     size = float(np.abs(q).max())
     return size if size > ALMOST_CLOSED_RESIDUAL or not closing.open else 0.0
@@ -141,13 +144,20 @@ def _closed_part(part: Component, mend: Mend | None) -> _Closing | str:
 
 
 def _gaps(part: Component) -> Array:
-    """Displacements of the welds of a part in its coordinates; (loops, 4, 4)."""
+    """Compute displacements of the welds of a component in its coordinates; (loops, 4, 4)."""
     gaps = [_in_frame(part.chain, loop.gap) for loop in part.draft.loops]
     return np.reshape(gaps, (-1, 4, 4))
 
 
 def nearby_starts(chain: Chain) -> Iterator[Array]:
-    """Joint positions of closed poses some way from the reference pose, which is closed."""
+    """Yield joint positions of closed poses some distance from the reference pose.
+
+    Args:
+        chain: the linkage as arrays, with loops closed at the reference pose.
+
+    Returns:
+        Joint positions (n,), chain units.
+    """
     gaps = np.tile(np.eye(4), (len(chain.ends), 1, 1))
     for start in _starts(chain.parent.size):
         q = _solved(chain, gaps, start)
@@ -156,7 +166,7 @@ def nearby_starts(chain: Chain) -> Iterator[Array]:
 
 
 def _starts(joints: int) -> Iterator[Array]:
-    """The pose of the file, then random poses ever further from it."""
+    """Yield the pose of the file, then random poses ever further from it."""
     yield np.zeros(joints)
     rng = np.random.default_rng(SEED)
     for distance in START_DISTANCES:
@@ -165,14 +175,14 @@ def _starts(joints: int) -> Iterator[Array]:
 
 
 def _solved(chain: Chain, gaps: Array, start: Array) -> Array | None:
-    """Joint positions near ``start`` that close the loops, or None."""
+    """Find joint positions near ``start`` that close the loops; None if there are none."""
     if (q := _polished(chain, gaps, start)) is not None:
         return q
     return _polished(chain, gaps, _damped(chain, gaps, start))
 
 
 def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
-    """Joint positions near ``start`` that leave the loops open as little as possible."""
+    """Find joint positions near ``start`` that leave the loops open as little as possible."""
     from scipy.optimize import least_squares
 
     before = paths(chain.parent)
@@ -184,7 +194,7 @@ def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
 
 
 def _almost(part: Component, mend: Mend) -> _Closing | str:
-    """Close a component up to a small gap, for repair; returns why if repair fails.
+    """Close a component up to a small gap and repair its axes; explain if the repair fails.
 
     Steps leave out directions in which the loops hardly open: those are freedoms that
     rounded axes block.
@@ -209,9 +219,9 @@ def _almost(part: Component, mend: Mend) -> _Closing | str:
 
 
 def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
-    """Newton's method with steps of least norm, as long as they shrink; None if they fail.
+    """Close the loops by Newton steps of least norm, as long as they shrink; None if they fail.
 
-    Loops that a step has closed are closed to round-off by another one.
+    One more step follows after the loops are closed, so that they are closed to round-off.
     """
 
     def closed(path: Sequence[Iterate]) -> bool:
@@ -227,19 +237,23 @@ def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
 
 
 def _openness(chain: Chain, gaps: Array, pose: Pose) -> Array:
-    """Entries of ``D - 1`` for every loop, D carrying its successor side to its end side.
+    """Compute the entries of ``D - 1`` for every loop, then the errors of mimic joints.
 
-    Unlike the twist of D they vanish at no other pose than a closed one, not even where D
-    is half a turn; then the errors of mimic joints.
+    D carries the successor side of the weld to its end side. Unlike the twist of D, the entries
+    vanish at no other pose than a closed one, not even where D is half a turn.
     """
     D = _across(chain, gaps, pose)
     return np.concatenate([(D - np.eye(4))[:, :3].ravel(), chain.mimics @ pose.q])
 
 
 def _opening(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
-    """Derivatives of the openness by joint position: ``s D`` on the end's way, less ``D s``.
+    """Compute derivatives of the openness by joint position: ``s D`` to the end, less ``D s``.
 
-    ``before`` is that of `kinematics.model.chain.paths`.
+    Args:
+        chain: the linkage as arrays.
+        gaps: displacements of the welds at the reference pose (loops, 4, 4).
+        before: that of `kinematics.model.chain.paths`.
+        pose: the pose.
     """
     D, s = _across(chain, gaps, pose)[:, None], hat(pose.screws)
     ends, successors = (before[side][..., None, None] for side in chain.ends.T)
@@ -248,7 +262,7 @@ def _opening(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
 
 
 def _across(chain: Chain, gaps: Array, pose: Pose) -> Array:
-    """Displacements D of every loop, from its successor side to its end side."""
+    """Compute displacements D of every loop, from its successor side to its end side."""
     padded = np.concatenate([pose.H, np.eye(4)[None]])  # link -1 is the ground
     ends, successors = padded[chain.ends[:, 0]], padded[chain.ends[:, 1]]
     D: Array = ends @ np.linalg.inv(gaps) @ np.linalg.inv(successors)
@@ -256,7 +270,7 @@ def _across(chain: Chain, gaps: Array, pose: Pose) -> Array:
 
 
 def _told(found: _Closing) -> list[Notice]:
-    """What the user should know of the pose that was found."""
+    """Make the notice about the pose that was found."""
     if _distance(found) <= UNMOVED_DISTANCE:
         return []
     chain, number, joints = found.part.chain, found.start, found.part.draft.joints
@@ -275,7 +289,7 @@ def _told(found: _Closing) -> list[Notice]:
 
 
 def _error(draft: UnassembledLinkage, hint: str) -> OpenLoopError:
-    """The error for the loop that is furthest open in the file."""
+    """Make the error for the loop that is furthest open in the file."""
     worst, distance, angle = draft.loops[0], 0.0, 0.0
     for loop in draft.loops:
         p = draft.joints[loop.end].point
@@ -289,7 +303,7 @@ def _error(draft: UnassembledLinkage, hint: str) -> OpenLoopError:
 
 
 def _in_frame(chain: Chain, H: Array) -> Array:
-    """A displacement of inertial space, in the coordinates of the chain."""
+    """Convert a displacement of inertial space to the coordinates of the chain."""
     out, o = H.copy(), chain.frame.origin
     out[:3, 3] = (H[:3, :3] @ o + H[:3, 3] - o) / chain.frame.length
     return out

@@ -69,8 +69,8 @@ class Fit(NamedTuple):
         size: of the linkage, in metres, amid its joints.
         change: the larger of the two, with the shift in parts of the size of the linkage.
         freedom: degrees of freedom that the loops have.
-        gap: opening of the loops with the axes as given, once joints close them as well as
-            they can, at the poses looked at; in radians and parts of the size.
+        gap: mismatch of the loops with the axes as given, at poses that close them as well as
+            possible; in radians and parts of the size.
     """
 
     draft: UnassembledLinkage
@@ -122,7 +122,7 @@ def fit_axes(draft: UnassembledLinkage, normal: Array | None = None) -> Fit | No
 
 
 def _at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Array]:
-    """Direction of a joint, and for a turning one its moment about the point of ``other``."""
+    """Return the direction of a joint, and of a turning one its moment about ``other.point``."""
     n, m = joint.screw[:3], joint.screw[3:]
     if joint.kind == "prismatic":
         return m, np.zeros(3)
@@ -130,7 +130,7 @@ def _at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Array]:
 
 
 def _parallel(chain: Chain) -> list[list[int]]:
-    """Joints in groups whose axes are parallel but for rounding."""
+    """Group joints whose axes are parallel but for rounding."""
     directions = np.where(np.any(chain.screws[:, :3], axis=1)[:, None],
                           chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
     return alike_groups(
@@ -142,7 +142,7 @@ def _parallel(chain: Chain) -> list[list[int]]:
 def _aligned(
     chain: Chain, groups: list[list[int]], points: Array, normal: Array | None = None
 ) -> Chain:
-    """The chain with the axes of each group in their mean direction, at the same points.
+    """Align the axes of each group with their mean direction, at the same points.
 
     If the linkage is planar but for rounding, turning axes are along its normal.
     """
@@ -164,7 +164,7 @@ def _aligned(
 
 
 def _moves(groups: list[list[int]], points: Array) -> Array:
-    """Twists of the axes (6 n) for turns common to each group and shifts of each axis."""
+    """Compute twists of the axes (6 n) for turns of each group and shifts of each axis."""
     n = len(points)
     T = np.zeros((n, 6, 3 * len(groups) + 3 * n))
     for k, group in enumerate(groups):
@@ -177,7 +177,7 @@ def _moves(groups: list[list[int]], points: Array) -> Array:
 
 
 def _rank(chain: Chain) -> int:
-    """Rank of the loop matrix of the linkage that is meant, by the widest gap below."""
+    """Find the rank of the loop matrix without rounding, by its widest gap below."""
     values, _ = loop_singular_values(loop_matrix(chain))
     values = values / max(values[0], 1e-300)
     rank = int(np.sum(values > LOOP_RANK_RELATIVE))
@@ -186,7 +186,7 @@ def _rank(chain: Chain) -> int:
 
 
 def _poses(chain: Chain, rank: int) -> list[Array]:
-    """Joint positions in many directions that close the loops as well as they can."""
+    """Find joint positions in many directions that close the loops as well as possible."""
     _, Vt = loop_singular_values(loop_matrix(chain))
     N, rng, found = Vt[rank:].T, np.random.default_rng(SEED), []
     for reach in np.linspace(NEAREST_POSE, FURTHEST_POSE, POSES_PER_FREEDOM * (N.shape[1] + 1)):
@@ -202,7 +202,7 @@ def _poses(chain: Chain, rank: int) -> list[Array]:
 
 
 def _left(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
-    """Joint positions next to q that close the loops best, and the opening that is left."""
+    """Find joint positions next to q that close the loops best, and the mismatch there."""
 
     def settled(path: Sequence[Iterate]) -> bool:
         return path[-1].size <= FIT_CONVERGED
@@ -213,7 +213,7 @@ def _left(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
 
 
 def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain | None:
-    """The chain with its axes moved until its loops close at the poses; None if they do not."""
+    """Move the axes of a chain until its loops close at the poses; None if they do not."""
     rule = _Halving()
 
     def relations(moved: Chain) -> tuple[Array, Array]:
@@ -242,7 +242,7 @@ def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain |
 
 
 class _Halving:
-    """Steps of least norm that must halve what is left of the relations between the axes.
+    """Steps of least norm that must halve the residual of the relations between the axes.
 
     Attributes:
         stalled: whether one did not.
@@ -251,14 +251,14 @@ class _Halving:
     stalled = False
 
     def step(self, residual: Array, jacobian: Array) -> Array:
-        """The step, without singular values that are not those of the relations to be met."""
+        """Compute the step, without singular values that belong to no relation."""
         rcond = float(
             np.clip(100 * np.abs(residual).max(), FIT_STEP_RELATIVE_MIN, FIT_STEP_RELATIVE_MAX)
         )
         return LeastNorm(rcond).step(residual, jacobian)
 
     def accepts(self, before: Array, after: Array) -> bool:
-        """Whether what is left is halved."""
+        """Accept a step that halves the residual."""
         self.stalled = not np.abs(after).max() < 0.5 * np.abs(before).max()
         return not self.stalled
 
@@ -266,16 +266,16 @@ class _Halving:
 def _unreachable(
     chain: Chain, poses: list[Array], rank: int
 ) -> tuple[list[Array], Array, Array]:
-    """What joint displacements cannot remove of the openings at poses.
+    """Compute the part of the loop mismatch at poses that joint displacements cannot remove.
 
     Args:
         chain: the linkage as arrays.
-        poses: joint positions (n,) near which the loops are closed as well as they can be.
+        poses: joint positions (n,) near which the loops are closed as well as possible.
         rank: of the loop matrix.
 
     Returns:
-        The poses; the openings left (count,); their derivatives by displacements of the
-        axes (count, 6 n).
+        The poses; the mismatch left (count,); its derivatives by displacements of the axes
+        (count, 6 n).
     """
     solved, openings, slopes = [], [], []
     for start in poses:
@@ -289,7 +289,7 @@ def _unreachable(
 
 
 def _effect(chain: Chain, q: Array) -> Array:
-    """Derivatives of the loop residual by displacements of the axes at a pose; (rows, 6 n)."""
+    """Compute derivatives of the loop residual by displacements of the axes; (rows, 6 n)."""
     pose = forward_kinematics(chain, q)
     n, signs = q.size, loop_signs(chain.parent, chain.ends)
     J = np.zeros((len(chain.ends), 6, n, 6))
@@ -303,13 +303,13 @@ def _effect(chain: Chain, q: Array) -> Array:
 
 
 def _displacement(small: NDArray[np.floating]) -> Array:
-    """Displacement ``exp(δ)`` of a small twist (6,); shape (4, 4)."""
+    """Compute the displacement ``exp(δ)`` of a small twist (6,); shape (4, 4)."""
     size = float(np.linalg.norm(small[:3]))
     return exp(small / size, size) if size > 0.0 else exp(small, 1.0)
 
 
 def _written(draft: UnassembledLinkage, chain: Chain) -> UnassembledLinkage:
-    """The draft with the axes of the chain."""
+    """Write the axes of a chain into a draft."""
     o, length = chain.frame.origin, chain.frame.length
     joints = []
     for joint, s in zip(draft.joints, chain.screws, strict=True):

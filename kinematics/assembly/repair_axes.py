@@ -16,8 +16,9 @@ from kinematics.assembly.fit_axes import fit_axes
 from kinematics.linalg.vectors import project_out
 from kinematics.mobility.components import component_of, split_components
 from kinematics.model.arrays import freeze
-from kinematics.model.chain import arrange_loops, plane_normal
+from kinematics.model.chain import arrange_loops
 from kinematics.model.linkage import Joint, Notice, UnassembledLinkage
+from kinematics.model.plane import plane_normal
 from kinematics.tolerances import (
     AXIS_ROUNDING,
     FIT_RESIDUAL,
@@ -31,12 +32,12 @@ Array = NDArray[np.float64]
 
 
 def has_near_zero_singular_values(values: Array, planar: bool) -> bool:
-    """Whether a singular value of a loop matrix may be zero but for rounded axes.
+    """Return whether a singular value of a loop matrix may be zero but for rounded axes.
 
     Args:
         values: singular values of the spatial chain (n,), in any unit.
-        planar: whether the linkage was reduced to its plane; what leaves the plane was dropped
-            then, so that only values above ``LOOP_RANK_RELATIVE`` count.
+        planar: whether the linkage was reduced to its plane, which drops all components out of
+            it, so that only values above ``LOOP_RANK_RELATIVE`` count.
     """
     relative = values / max(values.max(initial=0.0), 1e-300)
     least = LOOP_RANK_RELATIVE if planar else LOOP_RANK_OF_FILE
@@ -115,7 +116,7 @@ def repair_component(
 
 
 def _normal(draft: UnassembledLinkage) -> Array | None:
-    """Mean direction of all axes of rotation, if the linkage is planar but for rounding."""
+    """Compute the mean direction of all axes of rotation, if the linkage is nearly planar."""
     chain = arrange_loops(draft)
     near = plane_normal(chain, AXIS_ROUNDING)
     if near is None:
@@ -126,7 +127,7 @@ def _normal(draft: UnassembledLinkage) -> Array | None:
 
 
 def _levelled(joint: Joint, normal: Array) -> Joint:
-    """A joint whose axis is exactly along a normal, or across it if it slides."""
+    """Make the axis of a joint exactly parallel to a normal, or perpendicular if it slides."""
     n, m = joint.screw[:3], joint.screw[3:]
     if joint.kind == "prismatic":
         flat = project_out(m, normal)

@@ -1,4 +1,4 @@
-"""Another pose of a linkage as its reference pose: joints, bodies and frames carried to it."""
+"""Change of the reference pose: joints, bodies and frames are carried to a closed pose."""
 
 from __future__ import annotations
 
@@ -19,7 +19,16 @@ Array = NDArray[np.float64]
 
 
 def rereference(draft: UnassembledLinkage, chain: Chain, q: Array) -> UnassembledLinkage:
-    """The draft with the joint positions q as its reference pose and its gaps closed."""
+    """Make joint positions the reference pose of a linkage; its loops are closed there.
+
+    Args:
+        draft: the linkage.
+        chain: its arrays, of all joints and spatial.
+        q: joint positions that close the loops (n,), in the units of the chain.
+
+    Returns:
+        The linkage with screws, inertial parameters and frames at that pose, and no gaps.
+    """
     H = np.array([_from_frame(chain, h) for h in forward_kinematics(chain, q).H])
     before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
     joints = tuple(
@@ -54,7 +63,7 @@ def rereference(draft: UnassembledLinkage, chain: Chain, q: Array) -> Unassemble
 
 
 def _from_frame(chain: Chain, H: Array) -> Array:
-    """A displacement in the coordinates of the chain, as one of inertial space."""
+    """Convert a displacement in the coordinates of the chain to one of inertial space."""
     out, o = H.copy(), chain.frame.origin
     out[:3, 3] = chain.frame.length * H[:3, 3] + o - H[:3, :3] @ o
     return out

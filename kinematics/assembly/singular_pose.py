@@ -1,6 +1,6 @@
-"""A pose with more freedom at first order than the linkage has: left, or refused.
+"""Singular poses: leave a pose with more first-order freedom than mobility, or refuse it.
 
-Loops that share no joint, and no mimic relation, are looked at one group after the other.
+Components that share no joint, and no mimic relation, are treated one after the other.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ MAX_NAMED = 6
 
 
 class _Group(NamedTuple):
-    """Joints that move together, what they can do, and poses on their branches."""
+    """A component, its local mobility, and poses on its branches (n,), in its own units."""
 
     part: Component
     local: LocalMobility
@@ -64,7 +64,7 @@ class _Group(NamedTuple):
 
 
 def generic_direction(chain: Chain) -> tuple[int, Pose | None]:
-    """A finite pose in a generic direction of the columns of a chain, if its loops allow.
+    """Find a finite pose in a generic direction of the columns of a chain.
 
     Returns:
         The order at which the loops do not close, 0 if they do; and a closed pose further
@@ -80,7 +80,7 @@ def generic_direction(chain: Chain) -> tuple[int, Pose | None]:
 
 
 def _fails(series: Series) -> int:
-    """The first order of motion at which loops do not close; 0 if they do."""
+    """Find the first order of motion at which loops do not close; 0 if they do."""
     sizes = np.abs(series.C[0]).max(axis=(1, 2))
     for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
         if residual > SERIES_RESIDUAL * max(1.0, size, sizes[0] ** (order + 1)):
@@ -89,7 +89,9 @@ def _fails(series: Series) -> int:
 
 
 def is_near_singular(chain: Chain, values: Array, pose: Pose) -> bool:
-    """Whether a regular pose is near a singular one: loops open better at the next one.
+    """Return whether a regular pose is near a singular one.
+
+    It is, if its loop matrix is ill-conditioned, and better conditioned at the next pose.
 
     Args:
         chain: the linkage as arrays.
@@ -148,10 +150,10 @@ def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
 
 
 def _singular(group: Component) -> _Group | None:
-    """What joints can do that move together, if their pose is singular; otherwise None.
+    """Analyse the local mobility of a component at a singular pose; None if it is regular.
 
     Raises:
-        MobilityError: they move only infinitesimally.
+        MobilityError: its joints move only infinitesimally.
     """
     draft, part = group.draft, group.chain
     joints = range(len(draft.joints))
@@ -194,14 +196,14 @@ def _singular(group: Component) -> _Group | None:
 
 
 def _ahead(chain: Chain, free: Array) -> Pose | None:
-    """A pose in a generic direction of the freedoms at first order (n, f), if there is one."""
+    """Find a pose in a generic direction of the first-order freedoms (n, f), or None."""
     return generic_direction(move_chain(chain, independent_rows(free), np.eye(free.shape[1])))[
         1
     ]
 
 
 def _rigid(group: Component, local: LocalMobility) -> MobilityError:
-    """The error for joints that move only infinitesimally."""
+    """Make the error for joints that move only infinitesimally."""
     draft, chain = group.draft, group.chain
     joints = range(len(draft.joints))
     order = (
@@ -227,7 +229,7 @@ def _rigid(group: Component, local: LocalMobility) -> MobilityError:
 def _bifurcation(
     draft: UnassembledLinkage, chain: Chain, groups: Sequence[_Group]
 ) -> MobilityError:
-    """The error for a pose at which branches of motion meet."""
+    """Make the error for a pose at which branches of motion meet."""
     group = groups[0]
     here, there = group.local.freedom, group.local.mobility
     poses = []
@@ -252,7 +254,7 @@ def _bifurcation(
 
 
 def _parting(group: _Group) -> tuple[str, list[str]]:
-    """Which joints move differently on the branches of a group, and their names."""
+    """Describe which joints move differently on the branches of a group; list their names."""
     joints = group.part.draft.joints
     rates = group.local.branches * group.part.chain.units
     least = np.abs(group.local.branches).min(axis=0)
@@ -272,13 +274,13 @@ def _degrees(count: int) -> str:
 
 
 def _listed(draft: UnassembledLinkage, joints: Sequence[int] | IntArray) -> str:
-    """Names of joints, the first few of many."""
+    """List names of joints, the first few of many."""
     more = ["…"] if len(joints) > MAX_NAMED else []
     return ", ".join([draft.joints[j].name for j in joints[:MAX_NAMED]] + more)
 
 
 def _positions(draft: UnassembledLinkage, chain: Chain, q: Array) -> str:
-    """Positions of the joints of the tree within one turn, as far as they move."""
+    """Format positions of the joints of the tree within one turn, as far as they move."""
     within, _ = wrap_turns(draft.joints, q * chain.units)
     return ", ".join(
         f"{joint.name}={value:.3g}"

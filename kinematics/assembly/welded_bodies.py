@@ -11,9 +11,10 @@ __all__ = ["merge_welded_bodies"]
 
 
 def merge_welded_bodies(draft: UnassembledLinkage) -> UnassembledLinkage:
-    """The draft with every two bodies that a loop without a joint welds together as one.
+    """Merge every two bodies that a loop without a joint welds together.
 
-    A body that is welded to the ground is dropped. The loops must be closed.
+    A body that is welded to the ground is dropped. The loops must be closed. A notice names
+    the bodies.
     """
     bodies, notices = list(draft.bodies), list(draft.notices)
     for loop in draft.loops:

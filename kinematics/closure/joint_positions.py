@@ -12,8 +12,9 @@ from kinematics.closure.newton import follow_ray, forward_kinematics
 from kinematics.closure.series import expand_from
 from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import Chain, Frame
-from kinematics.model.chain import arrange_loops, flatten, lock_joints, move_chain
+from kinematics.model.chain import arrange_loops, lock_joints, move_chain
 from kinematics.model.linkage import Linkage, names_of
+from kinematics.model.plane import flatten
 from kinematics.tolerances import GIVEN_POSE_RESIDUAL
 
 __all__ = ["solve_joint_positions", "input_chain", "joint_positions", "si_chain"]

@@ -202,7 +202,7 @@ class _Events(event.Listener):
         self._bar: Progress | None = None
 
     def on_start(self, event: Any) -> None:
-        """Count the beginning of a compilation; Numba calls it, but not for kernels it loads."""
+        """Count the beginning of a compilation; Numba does not call it for kernels it loads."""
         if event.data["dispatcher"].py_func not in self.kernels:
             return
         if self._depth == 0:

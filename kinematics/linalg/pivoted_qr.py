@@ -297,7 +297,12 @@ def updated_factor(
 
 
 def rows_follow(
-    R: Array, permutation: IntArray, rows: Array, columns: IntArray, tolerance: float, scale: float
+    R: Array,
+    permutation: IntArray,
+    rows: Array,
+    columns: IntArray,
+    tolerance: float,
+    scale: float,
 ) -> bool:
     """Decide whether rows follow from a factor with its columns in their own order.
 

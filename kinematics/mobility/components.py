@@ -44,7 +44,7 @@ class Component(NamedTuple):
     loops: tuple[int, ...]
 
     def with_columns(self, whole: Chain) -> Chain:
-        """Choose the independent joints and the columns of the whole chain for its own chain."""
+        """Choose the joints and columns that are independent in the whole chain for its own."""
         own = np.flatnonzero(~np.isin(self.joints, whole.dependent))
         joints = self.joints[own]
         ratio = whole.units[joints] / self.chain.units[own]

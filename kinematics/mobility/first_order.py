@@ -59,7 +59,7 @@ def closure_equations(chain: Chain, gaps: Array | None = None) -> Equations:
 
 
 def loop_singular_values(A: Array) -> tuple[Array, Array]:
-    """Compute singular values of a loop matrix (rows, n), padded to n, and its right vectors."""
+    """Compute singular values of a loop matrix (rows, n), padded to n, and right vectors."""
     if not len(A):
         return np.zeros(A.shape[1]), np.eye(A.shape[1])
     _, values, Vt = np.linalg.svd(A)

@@ -12,14 +12,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import Chain, Frame, freeze
 from kinematics.model.linkage import UnassembledLinkage
 from kinematics.tolerances import (
     AXIS_ROUNDING,
     MEETING_AXES_COORDINATE,
     MEETING_AXES_SIZE,
-    PLANAR_DEVIATION,
 )
 
 __all__ = [
@@ -27,16 +25,12 @@ __all__ = [
     "carriers",
     "clusters",
     "extent",
-    "flatten",
     "lock_joints",
     "loop_joints",
     "loop_signs",
     "move_chain",
     "path",
     "paths",
-    "plane_axes",
-    "plane_normal",
-    "reduce_to_plane",
     "rigid_parts",
 ]
 
@@ -160,67 +154,6 @@ def lock_joints(chain: Chain, idle: NDArray[np.bool_]) -> Chain:
     )
 
 
-def plane_normal(chain: Chain, tolerance: float = PLANAR_DEVIATION) -> Array | None:
-    """Find the normal of the plane in which every link moves; None if there is none.
-
-    All axes of rotation must be parallel to it, all translations perpendicular to it.
-
-    Args:
-        chain: the linkage as arrays, spatial.
-        tolerance: largest deviation: sine of an angle, or length in chain units.
-
-    Returns:
-        Unit vector (3,) in the axes of the chain, its largest component positive.
-    """
-    turning = chain.screws[np.any(chain.screws[:, :3] != 0.0, axis=1)]
-    sliding = chain.screws[np.all(chain.screws[:, :3] == 0.0, axis=1), 3:]
-    if len(turning):
-        n = turning[0, :3]
-    elif len(sliding):
-        n = np.linalg.svd(sliding)[2][-1]
-        if np.linalg.matrix_rank(sliding, tol=tolerance) == 1:
-            candidates = np.eye(3) - np.outer(sliding[0], sliding[0])
-            n = candidates[2] if abs(sliding[0, 2]) < 0.9 else candidates[0]
-            n = n / np.linalg.norm(n)
-    else:
-        return None
-    n = n * np.sign(n[np.argmax(np.abs(n))])
-    along = np.abs(np.sum(turning[:, :3] * turning[:, 3:], axis=1))
-    off_axis = np.linalg.norm(np.cross(turning[:, :3], n), axis=1)
-    out_of_plane = np.abs(sliding @ n)
-    worst = max(a.max(initial=0.0) for a in (along, off_axis, out_of_plane))
-    return n if worst <= tolerance else None
-
-
-def plane_axes(normal: Array) -> Array:
-    """Compute right-handed axes, as rows, of which the last is the normal (3,); shape (3, 3).
-
-    The first is the axis that comes after the one nearest the normal in the cycle x, y, z,
-    made perpendicular to the normal.
-    """
-    helper = np.eye(3)[(int(np.argmax(np.abs(normal))) + 1) % 3]
-    x = project_out(helper, normal)
-    x /= np.linalg.norm(x)
-    return np.array([x, np.cross(normal, x), normal])
-
-
-def flatten(chain: Chain, normal: Array) -> Chain:
-    """Reduce a chain to its plane: axes are turned so that the last one is the normal.
-
-    Args:
-        chain: the linkage as arrays, spatial.
-        normal: unit normal of the plane (3,), in the axes of the chain.
-
-    Returns:
-        The chain with screws ``[ω; v_x; v_y]`` (n, 3).
-    """
-    R = plane_axes(normal)
-    turned = np.concatenate([chain.screws[:, :3] @ R.T, chain.screws[:, 3:] @ R.T], axis=1)
-    turned[:, 2] = np.rint(turned[:, 2])
-    frame = replace(chain.frame, R=freeze(R))
-    return replace(chain, frame=frame, screws=freeze(turned[:, 2:5]))
-
-
 def move_chain(chain: Chain, independent: IntArray, basis: Array) -> Chain:
     """Choose the independent joints of a chain and the columns of its motion.
 
@@ -249,22 +182,6 @@ def move_chain(chain: Chain, independent: IntArray, basis: Array) -> Chain:
         columns=freeze(columns),
         moves=freeze(moves, np.bool_),
     )
-
-
-def reduce_to_plane(chain: Chain, idle: NDArray[np.bool_]) -> tuple[Chain, Chain]:
-    """Remove idle joints from a chain, and reduce it to its plane if it moves in one.
-
-    Args:
-        chain: the linkage as arrays, spatial.
-        idle: whether each joint is idle (n,).
-
-    Returns:
-        The spatial chain without the idle joints, and the planar one; the spatial one twice if
-        it does not move in a plane.
-    """
-    reduced = lock_joints(chain, idle)
-    normal = plane_normal(reduced)
-    return reduced, reduced if normal is None else flatten(reduced, normal)
 
 
 def clusters(chain: Chain) -> list[list[int]]:

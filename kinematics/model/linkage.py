@@ -75,7 +75,7 @@ class Joint:
 
     @property
     def whole(self) -> str:
-        """Name in the file of the joint, or of the joint of several degrees that contains it."""
+        """Name in the file of the joint, or of the joint of several degrees around it."""
         return self.name.rpartition(".")[0] if self.numbered else self.name
 
 

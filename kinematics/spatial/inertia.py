@@ -73,7 +73,7 @@ def pseudo_inertia(z: ArrayLike) -> Array:
 
 
 def from_pseudo_inertia(P: ArrayLike) -> Array:
-    """Compute parameters (..., 10) from pseudo-inertias (..., 4, 4); inverts `pseudo_inertia`."""
+    """Compute parameters (..., 10) of pseudo-inertias (..., 4, 4); inverts `pseudo_inertia`."""
     P = np.asarray(P, dtype=np.float64)
     return np.asarray(P.reshape(*P.shape[:-2], 16) @ _PARAMETERS)
 

@@ -101,7 +101,7 @@ def revolute(axis: ArrayLike, point: ArrayLike, pitch: float = 0.0) -> Array:
 
 
 def prismatic(axis: ArrayLike) -> Array:
-    """Compute the screw ``[0; n]`` (6,) of a prismatic joint from an axis of any length (3,)."""
+    """Compute the screw ``[0; n]`` (6,) of a prismatic joint; its axis may have any length."""
     a = np.asarray(axis, dtype=np.float64)
     return np.concatenate([np.zeros(3), a / np.linalg.norm(a)])
 

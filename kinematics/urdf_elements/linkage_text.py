@@ -236,7 +236,7 @@ class _Writer:
         return added, make_elements.loop(loop.name, "fixed", sides)
 
     def _closing(self, found: _Written, first: str, last: str) -> Element:
-        """Make a ``<loop>`` by a joint; both its frames are the predecessor's, at the centre."""
+        """Make a ``<loop>`` by a joint; both frames are the predecessor's, at the centre."""
         frame = self.poses[first].copy()
         frame[:3, 3] = found.centre
         rows = frame[:3, :3].T

@@ -17,7 +17,7 @@ import balance
 import kinematics
 from balance.inertial_parameters.conversions import inertia_tensor
 from balance.report.data import schema
-from kinematics.model.chain import plane_axes
+from kinematics.model.plane import plane_axes
 
 SPATIAL = [figure for figure in FIGURES if figure.spatial]
 FLAT = [figure for figure in FIGURES if not figure.spatial]

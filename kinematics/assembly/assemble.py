@@ -69,19 +69,19 @@ def assemble(
     draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     try:
-        linkage, rounded, near = _assembled(draft, wanted)
+        linkage, rounded, near = _assemble_at_pose(draft, wanted)
     except (CoordinateError, MobilityError) as error:
-        better = _better(draft, not exactly, error)
+        better = _repair_or_leave(draft, not exactly, error)
     else:
         if not rounded and not near:
             return linkage
-        better = _better(draft, rounded and not exactly)
+        better = _repair_or_leave(draft, rounded and not exactly)
         if better is draft:
             return linkage
-    return _assembled(better, wanted)[0]
+    return _assemble_at_pose(better, wanted)[0]
 
 
-def _better(
+def _repair_or_leave(
     draft: UnassembledLinkage,
     mend: bool,
     problem: CoordinateError | MobilityError | None = None,
@@ -103,7 +103,9 @@ def _better(
     return regular
 
 
-def _assembled(draft: UnassembledLinkage, wanted: Sequence[str]) -> tuple[Linkage, bool, bool]:
+def _assemble_at_pose(
+    draft: UnassembledLinkage, wanted: Sequence[str]
+) -> tuple[Linkage, bool, bool]:
     """Make the linkage at the pose of a draft.
 
     Returns:
@@ -119,13 +121,13 @@ def _assembled(draft: UnassembledLinkage, wanted: Sequence[str]) -> tuple[Linkag
         )
     independent, notices = choose_coordinates(draft, free, wanted)
     chain = move_chain(chain, independent, np.eye(mobility))
-    idle, poses = _still(draft, chain, parts)
+    idle, poses = _find_idle_joints(draft, chain, parts)
     near = any(
         pose is not None and is_near_singular(part.with_columns(chain), values, pose)
         for part, values, pose in zip(parts, spectra, poses, strict=True)
     )
     spatial, flat = reduce_to_plane(chain, idle)
-    notices += _nearly_planar(flat)
+    notices += _note_nearly_planar(flat)
     linkage = Linkage(
         **{
             f.name: getattr(draft, f.name)
@@ -170,7 +172,7 @@ def moving_chain(
     if motion is None and idle is None:
         return linkage.spatial_chain if spatial else linkage.chain
     motion = Motion.free(linkage.inputs) if motion is None else motion
-    if problem := _unfit(linkage, motion):
+    if problem := _motion_problem(linkage, motion):
         text = ", ".join(motion.relations)
         raise MotionError(text, problem, linkage.inputs, linkage.source)
     full = arrange_loops(linkage)
@@ -178,12 +180,12 @@ def moving_chain(
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     moved = move_chain(full, independent, scaled)
     if idle is None:
-        idle, _ = _still(linkage, moved, split_components(linkage))
+        idle, _ = _find_idle_joints(linkage, moved, split_components(linkage))
     reduced, flat = reduce_to_plane(moved, idle)
     return reduced if spatial else flat
 
 
-def _unfit(linkage: Linkage, motion: Motion) -> str:
+def _motion_problem(linkage: Linkage, motion: Motion) -> str:
     """Explain why a motion does not fit the linkage; empty if it does."""
     if sorted(motion.inputs) != sorted(linkage.inputs):
         return f"made for the inputs {', '.join(motion.inputs)}"
@@ -195,7 +197,7 @@ def _unfit(linkage: Linkage, motion: Motion) -> str:
     return ""
 
 
-def _nearly_planar(chain: Chain) -> list[Notice]:
+def _note_nearly_planar(chain: Chain) -> list[Notice]:
     """Make a notice if the linkage would be planar without the rounding of its axes."""
     if chain.planar or plane_normal(chain, AXIS_ROUNDING) is None:
         return []
@@ -207,7 +209,7 @@ def _nearly_planar(chain: Chain) -> list[Notice]:
     return [Notice("nearly_planar", text)]
 
 
-def _still(
+def _find_idle_joints(
     draft: UnassembledLinkage, chain: Chain, parts: Sequence[Component]
 ) -> tuple[NDArray[np.bool_], list[Pose | None]]:
     """Find the joints that do not move up to a generic pose, and so in no motion.
@@ -228,14 +230,14 @@ def _still(
     poses: list[Pose | None] = []
     for part in parts:
         local = part.with_columns(chain)
-        pose = _moved(draft, part, local) if local.width else None
+        pose = _find_generic_pose(draft, part, local) if local.width else None
         poses.append(pose)
         if pose is not None:
             still[part.joints] = np.abs(pose.q) <= IDLE_JOINT_RELATIVE * np.abs(pose.q).max()
     return still, poses
 
 
-def _moved(draft: UnassembledLinkage, part: Component, chain: Chain) -> Pose:
+def _find_generic_pose(draft: UnassembledLinkage, part: Component, chain: Chain) -> Pose:
     """Find a finite pose of a component in a generic direction of the chain's columns.
 
     Raises:

@@ -84,28 +84,30 @@ def close_loops(draft: UnassembledLinkage, mend: Mend | None = None) -> Unassemb
     parts = split_components(draft)
     loose = set(range(len(draft.loops))).difference(*(part.loops for part in parts))
     if any(not np.array_equal(draft.loops[k].gap, np.eye(4)) for k in loose):
-        raise _error(draft, "")
-    found = [_closed_part(part, mend) for part in parts]
+        raise _open_loop_error(draft, "")
+    found = [_close_component(part, mend) for part in parts]
     for each in found:
         if isinstance(each, str):
-            raise _error(draft, each)
-    closings = [each for each in found if isinstance(each, _Closing)]
+            raise _open_loop_error(draft, each)
+    closings = [each for each in found if isinstance(each, _ClosedComponent)]
     chain = arrange_loops(draft)
     q = np.zeros(len(draft.joints))
     for each in closings:
         q += each.part.all_positions(each.q, chain.units)
-    furthest = max(closings, key=_distance)
-    there = replace(rereference(draft, chain, q), notices=(*draft.notices, *_told(furthest)))
+    furthest = max(closings, key=_joint_motion)
+    there = replace(
+        rereference(draft, chain, q), notices=(*draft.notices, *_closing_notices(furthest))
+    )
     for each in closings:
         if each.open and mend is not None:
             better = mend(there, each.part.joints.tolist(), *each.open)
             if isinstance(better, str):
-                raise _error(draft, better)
+                raise _open_loop_error(draft, better)
             there = better
     return there
 
 
-class _Closing(NamedTuple):
+class _ClosedComponent(NamedTuple):
     """A closed pose of a component.
 
     Attributes:
@@ -121,31 +123,31 @@ class _Closing(NamedTuple):
     open: tuple[float, ...] = ()
 
 
-def _distance(closing: _Closing) -> float:
+def _joint_motion(closing: _ClosedComponent) -> float:
     """Compute how far joints moved; 0 if welds were moved instead."""
     q, _ = wrap_turns(closing.part.draft.joints, closing.q)
     size = float(np.abs(q).max())
     return size if size > ALMOST_CLOSED_RESIDUAL or not closing.open else 0.0
 
 
-def _closed_part(part: Component, mend: Mend | None) -> _Closing | str:
+def _close_component(part: Component, mend: Mend | None) -> _ClosedComponent | str:
     """Close the loops of a component; if no pose does, return a hint for the user."""
-    gaps, hint = _gaps(part), ""
-    for number, start in enumerate(_starts(part.joints.size)):
-        q = _solved(part.chain, gaps, start)
+    gaps, hint = _weld_gaps(part), ""
+    for number, start in enumerate(_start_positions(part.joints.size)):
+        q = _solve_from(part.chain, gaps, start)
         if q is not None:
-            return _Closing(part, q, number)
+            return _ClosedComponent(part, q, number)
         if number == 0 and mend is not None:
-            found = _almost(part, mend)
+            found = _close_with_repair(part, mend)
             if not isinstance(found, str):
                 return found
             hint = found
     return hint
 
 
-def _gaps(part: Component) -> Array:
+def _weld_gaps(part: Component) -> Array:
     """Compute displacements of the welds of a component in its coordinates; (loops, 4, 4)."""
-    gaps = [_in_frame(part.chain, loop.gap) for loop in part.draft.loops]
+    gaps = [_to_chain_frame(part.chain, loop.gap) for loop in part.draft.loops]
     return np.reshape(gaps, (-1, 4, 4))
 
 
@@ -159,13 +161,13 @@ def nearby_starts(chain: Chain) -> Iterator[Array]:
         Joint positions (n,), chain units.
     """
     gaps = np.tile(np.eye(4), (len(chain.ends), 1, 1))
-    for start in _starts(chain.parent.size):
-        q = _solved(chain, gaps, start)
+    for start in _start_positions(chain.parent.size):
+        q = _solve_from(chain, gaps, start)
         if q is not None and np.abs(q).max() > OTHER_POSE_DISTANCE:
             yield q
 
 
-def _starts(joints: int) -> Iterator[Array]:
+def _start_positions(joints: int) -> Iterator[Array]:
     """Yield the pose of the file, then random poses ever further from it."""
     yield np.zeros(joints)
     rng = np.random.default_rng(SEED)
@@ -174,51 +176,52 @@ def _starts(joints: int) -> Iterator[Array]:
             yield rng.uniform(-distance, distance, joints)
 
 
-def _solved(chain: Chain, gaps: Array, start: Array) -> Array | None:
+def _solve_from(chain: Chain, gaps: Array, start: Array) -> Array | None:
     """Find joint positions near ``start`` that close the loops; None if there are none."""
-    if (q := _polished(chain, gaps, start)) is not None:
+    if (q := _newton_closure(chain, gaps, start)) is not None:
         return q
-    return _polished(chain, gaps, _damped(chain, gaps, start))
+    return _newton_closure(chain, gaps, _minimise_opening(chain, gaps, start))
 
 
-def _damped(chain: Chain, gaps: Array, start: Array) -> Array:
+def _minimise_opening(chain: Chain, gaps: Array, start: Array) -> Array:
     """Find joint positions near ``start`` that leave the loops open as little as possible."""
     from scipy.optimize import least_squares
 
     before = paths(chain.parent)
     q: Array = least_squares(
-        lambda q: _openness(chain, gaps, forward_kinematics(chain, q)), start,
-        lambda q: _opening(chain, gaps, before, forward_kinematics(chain, q)), max_nfev=200,
+        lambda q: _loop_residual(chain, gaps, forward_kinematics(chain, q)), start,
+        lambda q: _residual_jacobian(chain, gaps, before, forward_kinematics(chain, q)),
+        max_nfev=200,
     ).x  # fmt: skip
     return q
 
 
-def _almost(part: Component, mend: Mend) -> _Closing | str:
+def _close_with_repair(part: Component, mend: Mend) -> _ClosedComponent | str:
     """Close a component up to a small gap and repair its axes; explain if the repair fails.
 
     Steps leave out directions in which the loops hardly open: those are freedoms that
     rounded axes block.
     """
     scaled = part.in_frame(extent(part.draft))
-    chain, gaps, home = scaled.chain, _gaps(scaled), np.zeros(part.joints.size)
+    chain, gaps, home = scaled.chain, _weld_gaps(scaled), np.zeros(part.joints.size)
     for far in (False, True):
-        q = _damped(chain, gaps, home) if far else home
+        q = _minimise_opening(chain, gaps, home) if far else home
         rule = LeastNorm(NEARLY_CLOSING_STEP_RELATIVE, longest=0.5)
         q = gauss_newton(
             closure_equations(chain, gaps), q, rule, never_stop, never_stop, 10
         ).last.next
-        D = _openness(chain, gaps, forward_kinematics(chain, q))[: 12 * len(gaps)].reshape(
+        D = _loop_residual(chain, gaps, forward_kinematics(chain, q))[: 12 * len(gaps)].reshape(
             -1, 3, 4
         )
         angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
         if max(angle, distance) <= ALMOST_CLOSED_RESIDUAL:
             left = angle, distance * chain.frame.length
             better = mend(rereference(part.draft, chain, q), range(q.size), *left)
-            return better if isinstance(better, str) else _Closing(scaled, q, 0, left)
+            return better if isinstance(better, str) else _ClosedComponent(scaled, q, 0, left)
     return ""
 
 
-def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
+def _newton_closure(chain: Chain, gaps: Array, q: Array) -> Array | None:
     """Close the loops by Newton steps of least norm, as long as they shrink; None if they fail.
 
     One more step follows after the loops are closed, so that they are closed to round-off.
@@ -226,7 +229,7 @@ def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
 
     def closed(path: Sequence[Iterate]) -> bool:
         pose = forward_kinematics(chain, path[-1].x)
-        open_by = float(np.abs(_openness(chain, gaps, pose)).max())
+        open_by = float(np.abs(_loop_residual(chain, gaps, pose)).max())
         return open_by <= CLOSURE_RESIDUAL and (
             len(path) == 1 or path[-2].size <= CLOSURE_RESIDUAL
         )
@@ -236,17 +239,17 @@ def _polished(chain: Chain, gaps: Array, q: Array) -> Array | None:
     return last.x if solved else None
 
 
-def _openness(chain: Chain, gaps: Array, pose: Pose) -> Array:
+def _loop_residual(chain: Chain, gaps: Array, pose: Pose) -> Array:
     """Compute the entries of ``D - 1`` for every loop, then the errors of mimic joints.
 
     D carries the successor side of the weld to its end side. Unlike the twist of D, the entries
     vanish at no other pose than a closed one, not even where D is half a turn.
     """
-    D = _across(chain, gaps, pose)
+    D = _weld_displacements(chain, gaps, pose)
     return np.concatenate([(D - np.eye(4))[:, :3].ravel(), chain.mimics @ pose.q])
 
 
-def _opening(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
+def _residual_jacobian(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
     """Compute derivatives of the openness by joint position: ``s D`` to the end, less ``D s``.
 
     Args:
@@ -255,13 +258,13 @@ def _opening(chain: Chain, gaps: Array, before: Array, pose: Pose) -> Array:
         before: that of `kinematics.model.chain.paths`.
         pose: the pose.
     """
-    D, s = _across(chain, gaps, pose)[:, None], hat(pose.screws)
+    D, s = _weld_displacements(chain, gaps, pose)[:, None], hat(pose.screws)
     ends, successors = (before[side][..., None, None] for side in chain.ends.T)
     entries = (ends * (s @ D) - successors * (D @ s))[..., :3, :]
     return np.concatenate([entries.transpose(0, 2, 3, 1).reshape(-1, len(s)), chain.mimics])
 
 
-def _across(chain: Chain, gaps: Array, pose: Pose) -> Array:
+def _weld_displacements(chain: Chain, gaps: Array, pose: Pose) -> Array:
     """Compute displacements D of every loop, from its successor side to its end side."""
     padded = np.concatenate([pose.H, np.eye(4)[None]])  # link -1 is the ground
     ends, successors = padded[chain.ends[:, 0]], padded[chain.ends[:, 1]]
@@ -269,14 +272,14 @@ def _across(chain: Chain, gaps: Array, pose: Pose) -> Array:
     return D
 
 
-def _told(found: _Closing) -> list[Notice]:
+def _closing_notices(found: _ClosedComponent) -> list[Notice]:
     """Make the notice about the pose that was found."""
-    if _distance(found) <= UNMOVED_DISTANCE:
+    if _joint_motion(found) <= UNMOVED_DISTANCE:
         return []
     chain, number, joints = found.part.chain, found.start, found.part.draft.joints
     q, _ = wrap_turns(joints, found.q)
     home = forward_kinematics(chain, np.zeros(q.size))
-    open_by = np.abs(_openness(chain, _gaps(found.part), home)).max()
+    open_by = np.abs(_loop_residual(chain, _weld_gaps(found.part), home)).max()
     furthest = int(np.argmax(np.abs(q)))
     joint = joints[furthest]
     start = "the pose of the file" if number == 0 else f"random start {number} (seed {SEED})"
@@ -288,7 +291,7 @@ def _told(found: _Closing) -> list[Notice]:
     return [Notice("assembled", text)]
 
 
-def _error(draft: UnassembledLinkage, hint: str) -> OpenLoopError:
+def _open_loop_error(draft: UnassembledLinkage, hint: str) -> OpenLoopError:
     """Make the error for the loop that is furthest open in the file."""
     worst, distance, angle = draft.loops[0], 0.0, 0.0
     for loop in draft.loops:
@@ -302,7 +305,7 @@ def _error(draft: UnassembledLinkage, hint: str) -> OpenLoopError:
     return OpenLoopError(draft.source, worst.name, distance, angle, starts, hint)
 
 
-def _in_frame(chain: Chain, H: Array) -> Array:
+def _to_chain_frame(chain: Chain, H: Array) -> Array:
     """Convert a displacement of inertial space to the coordinates of the chain."""
     out, o = H.copy(), chain.frame.origin
     out[:3, 3] = (H[:3, :3] @ o + H[:3, 3] - o) / chain.frame.length

@@ -96,40 +96,51 @@ def fit_axes(draft: UnassembledLinkage, normal: Array | None = None) -> Fit | No
     """
     chain = arrange_loops(draft, extent(draft))
     size = chain.frame.length
-    rank = _rank(chain)
-    poses = _poses(chain, rank) if 0 < rank < chain.parent.size else []
+    rank = _rank_without_rounding(chain)
+    poses = _sample_poses(chain, rank) if 0 < rank < chain.parent.size else []
     if 4 * len(poses) < 3 * POSES_PER_FREEDOM * (chain.parent.size - rank + 1):
         return None
     fresh, used = poses[::4], [q for i, q in enumerate(poses) if i % 4]
-    gap = max(np.abs(_left(chain, q, rank)[1]).max() for q in fresh)
+    gap = max(np.abs(_close_at_rank(chain, q, rank)[1]).max() for q in fresh)
     if gap <= FIT_RESIDUAL:
         return Fit(draft, 0.0, 0.0, size, 0.0, chain.parent.size - rank, float(gap))
     points = np.array([joint.point for joint in draft.joints])
     points = (points - chain.frame.origin) / size
-    for groups in (_parallel(chain), [[j] for j in range(len(points))]):
-        aligned, moves = _aligned(chain, groups, points, normal), _moves(groups, points)
-        moved = _moved(aligned, used, rank, moves)
-        if moved and max(np.abs(_left(moved, q, rank)[1]).max() for q in fresh) <= FIT_RESIDUAL:
+    for groups in (_group_parallel_joints(chain), [[j] for j in range(len(points))]):
+        aligned, moves = (
+            _align_axes(chain, groups, points, normal),
+            _axis_displacements(groups, points),
+        )
+        moved = _move_axes(aligned, used, rank, moves)
+        if (
+            moved
+            and max(np.abs(_close_at_rank(moved, q, rank)[1]).max() for q in fresh)
+            <= FIT_RESIDUAL
+        ):
             break
     else:
         return None
-    new = _written(draft, moved)
+    new = _write_axes(draft, moved)
     pairs = list(zip(draft.joints, new.joints, strict=True))
-    angle = max(float(np.linalg.norm(_at_point(a)[0] - _at_point(b, a)[0])) for a, b in pairs)
-    shift = max(float(np.linalg.norm(_at_point(a)[1] - _at_point(b, a)[1])) for a, b in pairs)
+    angle = max(
+        float(np.linalg.norm(_axis_at_point(a)[0] - _axis_at_point(b, a)[0])) for a, b in pairs
+    )
+    shift = max(
+        float(np.linalg.norm(_axis_at_point(a)[1] - _axis_at_point(b, a)[1])) for a, b in pairs
+    )
     change = max(angle, shift / size)
     return Fit(new, angle, shift, size, change, chain.parent.size - rank, float(gap))
 
 
-def _at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Array]:
-    """Return the direction of a joint, and of a turning one its moment about ``other.point``."""
+def _axis_at_point(joint: Joint, other: Joint | None = None) -> tuple[Array, Array]:
+    """Compute the direction of a joint, and if it turns the moment about ``other.point``."""
     n, m = joint.screw[:3], joint.screw[3:]
     if joint.kind == "prismatic":
         return m, np.zeros(3)
     return n, m + np.cross(n, (other or joint).point)
 
 
-def _parallel(chain: Chain) -> list[list[int]]:
+def _group_parallel_joints(chain: Chain) -> list[list[int]]:
     """Group joints whose axes are parallel but for rounding."""
     directions = np.where(np.any(chain.screws[:, :3], axis=1)[:, None],
                           chain.screws[:, :3], chain.screws[:, 3:])  # fmt: skip
@@ -139,7 +150,7 @@ def _parallel(chain: Chain) -> list[list[int]]:
     )
 
 
-def _aligned(
+def _align_axes(
     chain: Chain, groups: list[list[int]], points: Array, normal: Array | None = None
 ) -> Chain:
     """Align the axes of each group with their mean direction, at the same points.
@@ -163,7 +174,7 @@ def _aligned(
     return replace(chain, screws=freeze(screws))
 
 
-def _moves(groups: list[list[int]], points: Array) -> Array:
+def _axis_displacements(groups: list[list[int]], points: Array) -> Array:
     """Compute twists of the axes (6 n) for turns of each group and shifts of each axis."""
     n = len(points)
     T = np.zeros((n, 6, 3 * len(groups) + 3 * n))
@@ -176,7 +187,7 @@ def _moves(groups: list[list[int]], points: Array) -> Array:
     return T.reshape(6 * n, -1)
 
 
-def _rank(chain: Chain) -> int:
+def _rank_without_rounding(chain: Chain) -> int:
     """Find the rank of the loop matrix without rounding, by its widest gap below."""
     values, _ = loop_singular_values(loop_matrix(chain))
     values = values / max(values[0], 1e-300)
@@ -185,14 +196,14 @@ def _rank(chain: Chain) -> int:
     return max(choices, key=lambda r: values[r - 1] / values[r], default=rank)
 
 
-def _poses(chain: Chain, rank: int) -> list[Array]:
+def _sample_poses(chain: Chain, rank: int) -> list[Array]:
     """Find joint positions in many directions that close the loops as well as possible."""
     _, Vt = loop_singular_values(loop_matrix(chain))
     N, rng, found = Vt[rank:].T, np.random.default_rng(SEED), []
     for reach in np.linspace(NEAREST_POSE, FURTHEST_POSE, POSES_PER_FREEDOM * (N.shape[1] + 1)):
         v = N @ rng.standard_normal(N.shape[1])
         start = reach * v / np.linalg.norm(v)
-        q, left = _left(chain, start, rank)
+        q, left = _close_at_rank(chain, start, rank)
         if (
             np.abs(left).max() <= MAX_TRIED_AXIS_CHANGE
             and np.linalg.norm(q - start) <= 0.7 * reach
@@ -201,7 +212,7 @@ def _poses(chain: Chain, rank: int) -> list[Array]:
     return found
 
 
-def _left(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
+def _close_at_rank(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
     """Find joint positions next to q that close the loops best, and the mismatch there."""
 
     def settled(path: Sequence[Iterate]) -> bool:
@@ -212,19 +223,19 @@ def _left(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
     return last.next, last.residual
 
 
-def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain | None:
+def _move_axes(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain | None:
     """Move the axes of a chain until its loops close at the poses; None if they do not."""
-    rule = _Halving()
+    rule = _HalvingSteps()
 
     def relations(moved: Chain) -> tuple[Array, Array]:
         nonlocal poses
-        poses, openings, slopes = _unreachable(moved, poses, rank)
+        poses, openings, slopes = _irreducible_mismatch(moved, poses, rank)
         return openings, slopes @ moves
 
     def move(moved: Chain, step: Array) -> Chain:
         small = (moves @ -step).reshape(-1, 6)
         return replace(moved, screws=freeze([
-            Ad(_displacement(d)) @ s for d, s in zip(small, moved.screws, strict=True)
+            Ad(_exp_of_small_twist(d)) @ s for d, s in zip(small, moved.screws, strict=True)
         ]))  # fmt: skip
 
     def closed(path: Sequence[Iterate]) -> bool:
@@ -241,7 +252,7 @@ def _moved(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Chain |
     return best.x if best.error <= FIT_RESIDUAL else None
 
 
-class _Halving:
+class _HalvingSteps:
     """Steps of least norm that must halve the residual of the relations between the axes.
 
     Attributes:
@@ -263,7 +274,7 @@ class _Halving:
         return not self.stalled
 
 
-def _unreachable(
+def _irreducible_mismatch(
     chain: Chain, poses: list[Array], rank: int
 ) -> tuple[list[Array], Array, Array]:
     """Compute the part of the loop mismatch at poses that joint displacements cannot remove.
@@ -279,16 +290,16 @@ def _unreachable(
     """
     solved, openings, slopes = [], [], []
     for start in poses:
-        q, b = _left(chain, start, rank)
+        q, b = _close_at_rank(chain, start, rank)
         A = loop_matrix(chain, forward_kinematics(chain, q).screws)
         apart = np.linalg.svd(A)[0][:, rank:]
         solved.append(q)
         openings.append(apart.T @ b)
-        slopes.append(apart.T @ _effect(chain, q))
+        slopes.append(apart.T @ _axis_jacobian(chain, q))
     return solved, np.concatenate(openings), np.concatenate(slopes)
 
 
-def _effect(chain: Chain, q: Array) -> Array:
+def _axis_jacobian(chain: Chain, q: Array) -> Array:
     """Compute derivatives of the loop residual by displacements of the axes; (rows, 6 n)."""
     pose = forward_kinematics(chain, q)
     n, signs = q.size, loop_signs(chain.parent, chain.ends)
@@ -302,13 +313,13 @@ def _effect(chain: Chain, q: Array) -> Array:
     ])  # fmt: skip
 
 
-def _displacement(small: NDArray[np.floating]) -> Array:
+def _exp_of_small_twist(small: NDArray[np.floating]) -> Array:
     """Compute the displacement ``exp(δ)`` of a small twist (6,); shape (4, 4)."""
     size = float(np.linalg.norm(small[:3]))
     return exp(small / size, size) if size > 0.0 else exp(small, 1.0)
 
 
-def _written(draft: UnassembledLinkage, chain: Chain) -> UnassembledLinkage:
+def _write_axes(draft: UnassembledLinkage, chain: Chain) -> UnassembledLinkage:
     """Write the axes of a chain into a draft."""
     o, length = chain.frame.origin, chain.frame.length
     joints = []

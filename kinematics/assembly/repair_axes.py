@@ -85,7 +85,7 @@ def repair_component(
     Raises:
         MobilityError: the component is too small for double precision.
     """
-    normal = _normal(draft)
+    normal = _mean_normal(draft)
     fit = fit_axes(component_of(draft, joints).draft, normal)
     if fit is None:
         return ""
@@ -109,13 +109,15 @@ def repair_component(
         f"have {degrees}"
     )
     notices = (*draft.notices, Notice("closes_to_rounding", text))
-    new = [joint if normal is None else _levelled(joint, normal) for joint in draft.joints]
+    new = [
+        joint if normal is None else _align_with_normal(joint, normal) for joint in draft.joints
+    ]
     for j, joint in zip(joints, fit.draft.joints, strict=True):
         new[j] = replace(draft.joints[j], screw=joint.screw)
     return replace(draft, joints=tuple(new), notices=notices)
 
 
-def _normal(draft: UnassembledLinkage) -> Array | None:
+def _mean_normal(draft: UnassembledLinkage) -> Array | None:
     """Compute the mean direction of all axes of rotation, if the linkage is nearly planar."""
     chain = arrange_loops(draft)
     near = plane_normal(chain, AXIS_ROUNDING)
@@ -126,7 +128,7 @@ def _normal(draft: UnassembledLinkage) -> Array | None:
     return np.array(mean / np.linalg.norm(mean))
 
 
-def _levelled(joint: Joint, normal: Array) -> Joint:
+def _align_with_normal(joint: Joint, normal: Array) -> Joint:
     """Make the axis of a joint exactly parallel to a normal, or perpendicular if it slides."""
     n, m = joint.screw[:3], joint.screw[3:]
     if joint.kind == "prismatic":

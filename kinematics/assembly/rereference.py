@@ -29,7 +29,7 @@ def rereference(draft: UnassembledLinkage, chain: Chain, q: Array) -> Unassemble
     Returns:
         The linkage with screws, inertial parameters and frames at that pose, and no gaps.
     """
-    H = np.array([_from_frame(chain, h) for h in forward_kinematics(chain, q).H])
+    H = np.array([_to_inertial_frame(chain, h) for h in forward_kinematics(chain, q).H])
     before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
     joints = tuple(
         replace(
@@ -62,7 +62,7 @@ def rereference(draft: UnassembledLinkage, chain: Chain, q: Array) -> Unassemble
     )  # fmt: skip
 
 
-def _from_frame(chain: Chain, H: Array) -> Array:
+def _to_inertial_frame(chain: Chain, H: Array) -> Array:
     """Convert a displacement in the coordinates of the chain to one of inertial space."""
     out, o = H.copy(), chain.frame.origin
     out[:3, 3] = chain.frame.length * H[:3, 3] + o - H[:3, :3] @ o

@@ -55,7 +55,7 @@ MAX_JOINTS_SEARCHED = 120
 MAX_NAMED = 6
 
 
-class _Group(NamedTuple):
+class _SingularComponent(NamedTuple):
     """A component, its local mobility, and poses on its branches (n,), in its own units."""
 
     part: Component
@@ -73,13 +73,13 @@ def generic_direction(chain: Chain) -> tuple[int, Pose | None]:
     ray = np.random.default_rng(2).standard_normal(chain.width)
     ray /= np.linalg.norm(ray)
     series = expand(chain, ray[None], 4)
-    if order := _fails(series):
+    if order := _find_open_order(series):
         return order, None
     pose, step = follow_ray(chain, np.zeros(chain.parent.size), series, ray)
     return (len(series.residual) + 1, None) if step == 0.0 else (0, pose)
 
 
-def _fails(series: Series) -> int:
+def _find_open_order(series: Series) -> int:
     """Find the first order of motion at which loops do not close; 0 if they do."""
     sizes = np.abs(series.C[0]).max(axis=(1, 2))
     for order, (residual, size) in enumerate(zip(series.residual, sizes, strict=True)):
@@ -119,11 +119,11 @@ def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
     """
     chain = arrange_loops(draft)
     parts = split_components(draft)
-    groups = [g for part in parts if (g := _singular(part))]
+    groups = [g for part in parts if (g := _analyse_component(part))]
     if not groups:
         return draft
     if meeting := [g for g in groups if len(g.poses) > 1]:
-        raise _bifurcation(draft, chain, meeting)
+        raise _bifurcation_error(draft, chain, meeting)
     q = np.zeros(len(draft.joints))
     for group in groups:
         q += group.part.all_positions(group.poses[0], chain.units)
@@ -141,15 +141,15 @@ def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
     )
     if here > there:
         text = (
-            f"the pose of the file is singular: {_degrees(here)} there at first order, {there} "
-            "elsewhere; a single branch of motion leaves it, and the reference pose is further "
-            f"along it, by {_positions(draft, chain, q)}"
+            f"the pose of the file is singular: {_degrees(here)} there at first order, "
+            f"{there} elsewhere; a single branch of motion leaves it, and the reference pose is "
+            f"further along it, by {_positions(draft, chain, q)}"
         )
     notices = (*draft.notices, Notice("left_singular_pose", text))
     return replace(rereference(draft, chain, q), notices=notices)
 
 
-def _singular(group: Component) -> _Group | None:
+def _analyse_component(group: Component) -> _SingularComponent | None:
     """Analyse the local mobility of a component at a singular pose; None if it is regular.
 
     Raises:
@@ -159,13 +159,13 @@ def _singular(group: Component) -> _Group | None:
     joints = range(len(draft.joints))
     free, values = first_order(loop_matrix(part))
     freedom = free.shape[1]
-    pose = _ahead(part, free) if freedom else None
+    pose = _find_pose_ahead(part, free) if freedom else None
     if pose is None and freedom and len(joints) > MAX_JOINTS_SEARCHED:
         raise MobilityError(
             f"{draft.source}: singular at the pose of the file: not all of the "
-            f"{_degrees(freedom)} that joints {_listed(draft, joints)} have at first order are "
-            f"motions, and with {len(joints)} joints in loops the branches were not looked "
-            "for; write the file at another pose",
+            f"{_degrees(freedom)} that joints {_joint_list(draft, joints)} have at first "
+            f"order are motions, and with {len(joints)} joints in loops the branches were not "
+            "looked for; write the file at another pose",
             joints=[draft.joints[j].name for j in joints],
         )
     if pose is not None:
@@ -174,7 +174,7 @@ def _singular(group: Component) -> _Group | None:
         here = float(values[values.size - freedom - 1] / values[0])
         local = analyse_local_mobility(part, 2 * here) if here < SINGULAR_CONDITIONING else None
         if local is None or len(local.branches) < 2:
-            return _Group(
+            return _SingularComponent(
                 group,
                 LocalMobility(freedom, freedom, 0, free.T),
                 [step_from_singular(part, free)],
@@ -184,25 +184,26 @@ def _singular(group: Component) -> _Group | None:
     else:
         local = analyse_local_mobility(part)
     if local.mobility == 0:
-        raise _rigid(group, local)
+        raise _rigid_error(group, local)
     if local.mobility >= local.freedom:
         raise MobilityError(
             f"{draft.source}: part of the linkage moves only infinitesimally: joints "
-            f"{_listed(draft, joints)} have {_degrees(local.freedom)} at first order at every "
-            "pose nearby, but cannot follow them all; replace that part by one rigid link",
+            f"{_joint_list(draft, joints)} have {_degrees(local.freedom)} at first "
+            "order at every pose nearby, but cannot follow them all; replace that part by one "
+            "rigid link",
             joints=[draft.joints[j].name for j in joints],
         )
-    return _Group(group, local, [step_along(part, q) for q in local.branches])
+    return _SingularComponent(group, local, [step_along(part, q) for q in local.branches])
 
 
-def _ahead(chain: Chain, free: Array) -> Pose | None:
+def _find_pose_ahead(chain: Chain, free: Array) -> Pose | None:
     """Find a pose in a generic direction of the first-order freedoms (n, f), or None."""
     return generic_direction(move_chain(chain, independent_rows(free), np.eye(free.shape[1])))[
         1
     ]
 
 
-def _rigid(group: Component, local: LocalMobility) -> MobilityError:
+def _rigid_error(group: Component, local: LocalMobility) -> MobilityError:
     """Make the error for joints that move only infinitesimally."""
     draft, chain = group.draft, group.chain
     joints = range(len(draft.joints))
@@ -214,20 +215,24 @@ def _rigid(group: Component, local: LocalMobility) -> MobilityError:
         q, _ = wrap_turns(draft.joints, far)
         there = arrange_loops(rereference(draft, chain, q))
         free, _ = first_order(loop_matrix(there))
-        if np.abs(q).max() > OTHER_POSE_DISTANCE and free.shape[1] and _ahead(there, free):
+        if (
+            np.abs(q).max() > OTHER_POSE_DISTANCE
+            and free.shape[1]
+            and _find_pose_ahead(there, free)
+        ):
             where = _positions(draft, chain, q)
             remedy = f"it moves at other poses: write the file at one, such as {where}"
             break
     return MobilityError(
         f"{draft.source}: the linkage moves only infinitesimally: joints "
-        f"{_listed(draft, joints)} have {_degrees(local.freedom)} at first order, but are not "
-        f"mobile {order}; {remedy}",
+        f"{_joint_list(draft, joints)} have {_degrees(local.freedom)} at first order, "
+        f"but are not mobile {order}; {remedy}",
         order=local.order, joints=[draft.joints[j].name for j in joints],
     )  # fmt: skip
 
 
-def _bifurcation(
-    draft: UnassembledLinkage, chain: Chain, groups: Sequence[_Group]
+def _bifurcation_error(
+    draft: UnassembledLinkage, chain: Chain, groups: Sequence[_SingularComponent]
 ) -> MobilityError:
     """Make the error for a pose at which branches of motion meet."""
     group = groups[0]
@@ -240,20 +245,20 @@ def _bifurcation(
         poses.append(_positions(draft, chain, q))
     joints = group.part.joints
     names = [draft.joints[j].name for j in joints]
-    how = f"several branches of motion meet there, of joints {_listed(draft, joints)}"
+    how = f"several branches of motion meet there, of joints {_joint_list(draft, joints)}"
     if there == 1:
-        ratios, names = _parting(group)
+        ratios, names = _describe_branches(group)
         count = len(group.poses) if len(group.poses) <= MAX_NAMED else "many"
         how = f"{count} branches of motion meet there: {ratios}"
     return MobilityError(
-        f"{draft.source}: singular at the pose of the file: {_degrees(here)} there, {there} at "
-        f"other poses; {how}; nothing tells which is meant: write the file at a pose on the "
+        f"{draft.source}: singular at the pose of the file: {_degrees(here)} there, {there} "
+        f"at other poses; {how}; nothing tells which is meant: write the file at a pose on the "
         f"one that is, such as {poses[0]}, or {poses[1]}",
         joints=names,
     )
 
 
-def _parting(group: _Group) -> tuple[str, list[str]]:
+def _describe_branches(group: _SingularComponent) -> tuple[str, list[str]]:
     """Describe which joints move differently on the branches of a group; list their names."""
     joints = group.part.draft.joints
     rates = group.local.branches * group.part.chain.units
@@ -273,7 +278,7 @@ def _degrees(count: int) -> str:
     return f"{count} degree{'s' if count > 1 else ''} of freedom"
 
 
-def _listed(draft: UnassembledLinkage, joints: Sequence[int] | IntArray) -> str:
+def _joint_list(draft: UnassembledLinkage, joints: Sequence[int] | IntArray) -> str:
     """List names of joints, the first few of many."""
     more = ["…"] if len(joints) > MAX_NAMED else []
     return ", ".join([draft.joints[j].name for j in joints[:MAX_NAMED]] + more)

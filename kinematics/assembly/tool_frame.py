@@ -87,9 +87,9 @@ def tool(
     """
     if frame not in FRAMES:
         raise ValueError(f"the frame of a point is one of {', '.join(FRAMES)}, not {frame!r}")
-    carrier, at = _carrier(linkage, link, point, frame)
-    named = _named(linkage, directions)
-    held = _held(linkage, carrier, at, named)
+    carrier, at = _find_carrier(linkage, link, point, frame)
+    named = _direction_numbers(linkage, directions)
+    held = _choose_held_directions(linkage, carrier, at, named)
     screws = [prismatic(axis) for axis in np.eye(3)]
     screws += [revolute(axis, at) for axis in np.eye(3)]
     joints, last = list(linkage.joints), GROUND
@@ -116,7 +116,7 @@ def tool_coordinates(link: str) -> tuple[str, ...]:
     return tuple(f"{link}.{direction}" for direction in DIRECTIONS)
 
 
-def _carrier(
+def _find_carrier(
     linkage: Linkage, link: str, point: ArrayLike | None, frame: str
 ) -> tuple[int, Array]:
     """Find the rigid body that carries the tool, and the tool's point (3,), inertial."""
@@ -136,7 +136,7 @@ def _carrier(
     return carrier, pose[:3, :3] @ at + pose[:3, 3] if frame == "link" else at
 
 
-def _named(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:
+def _direction_numbers(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:
     """Read the numbers of directions, in the order in which they are named."""
     words = directions.split(",") if isinstance(directions, str) else list(directions)
     words = [word.strip() for word in words]
@@ -149,13 +149,15 @@ def _named(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:
     return [DIRECTIONS.index(word) for word in words]
 
 
-def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[int]:
+def _choose_held_directions(
+    linkage: Linkage, link: int, at: Array, named: Sequence[int]
+) -> list[int]:
     """Choose the unnamed directions that can be held, at first order at the reference pose.
 
     Raises:
         CoordinateError: a direction that is named depends on those before it.
     """
-    rates = _rates(linkage, link, at)
+    rates = _tool_jacobian(linkage, link, at)
     size = float(np.abs(rates).max(initial=0.0))
     basis = np.empty((0, rates.shape[1]))
     free = [k for k in range(6) if np.abs(rates[k]).max(initial=0.0) > REMAINING_FREEDOM * size]
@@ -178,7 +180,7 @@ def _held(linkage: Linkage, link: int, at: Array, named: Sequence[int]) -> list[
     return held
 
 
-def _rates(linkage: Linkage, link: int, at: Array) -> Array:
+def _tool_jacobian(linkage: Linkage, link: int, at: Array) -> Array:
     """Compute the Jacobian of the tool: velocity, then angular velocity (6, mobility).
 
     The velocity is that of the tool's point, for unit rates of the inputs, in chain units.

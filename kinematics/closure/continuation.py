@@ -63,7 +63,7 @@ def continue_in_directions(chain: Chain, rays: Array) -> Iterator[tuple[Chain, P
     """
     ways = [sign * ray for ray in rays for sign in (1.0, -1.0)]
     if chain.dependent.size == chain.parent.size - 1:
-        walks = [_along_the_curve(chain, way) for way in ways]
+        walks = [_continue_single_freedom(chain, way) for way in ways]
     else:
         walks = [((chain, pose) for pose in continue_along(chain, way)) for way in ways]
     ended = 0
@@ -76,7 +76,7 @@ def continue_in_directions(chain: Chain, rays: Array) -> Iterator[tuple[Chain, P
             yield found
 
 
-def _along_the_curve(chain: Chain, ray: Array) -> Iterator[tuple[Chain, Pose]]:
+def _continue_single_freedom(chain: Chain, ray: Array) -> Iterator[tuple[Chain, Pose]]:
     """Follow the only motion of a linkage, in one sense."""
     q, screws, here = np.zeros(chain.parent.size), chain.screws, chain
     while True:

@@ -61,7 +61,7 @@ def joint_positions(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Arr
         goal = zip(linkage.inputs, values, strict=True)
         return solve_joint_positions(chain, point, linkage.source, goal) * chain.units
     if values.shape == (len(all_names),):
-        return _checked(linkage, values)
+        return _check_closure(linkage, values)
     raise PoseError(
         f"{linkage.source}: got {values.size} joint positions; "
         f"give {linkage.mobility} (the inputs) or {len(all_names)} (all joints)"
@@ -94,7 +94,7 @@ def si_chain(linkage: Linkage, spatial: bool) -> Chain:
     return flatten(moving, linkage.chain.frame.R[2])
 
 
-def _checked(linkage: Linkage, q: Array) -> Array:
+def _check_closure(linkage: Linkage, q: Array) -> Array:
     """Return the given positions, if they close the loops."""
     chain = arrange_loops(linkage)
     error = forward_kinematics(chain, q / chain.units).error

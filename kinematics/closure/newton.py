@@ -99,7 +99,7 @@ def follow_ray(
     Returns:
         The pose and the length of the step, 0 if none was found.
     """
-    H, screws = _pose_arrays(chain)
+    H, screws = _make_pose_arrays(chain)
     q, C = np.empty(start.size), series.C[-1]
     step = follow_series(
         chain.walked,
@@ -130,11 +130,13 @@ def solve_positions(
         Joint positions (n,), and how far the loops were open when last looked at.
     """
     q = np.array(start, dtype=np.float64)
-    error = solve_closure(chain.walked, q, *_pose_arrays(chain), steps, newton_workspace(chain))
+    error = solve_closure(
+        chain.walked, q, *_make_pose_arrays(chain), steps, newton_workspace(chain)
+    )
     return q, float(error)
 
 
-def _pose_arrays(chain: Chain) -> tuple[Array, Array]:
+def _make_pose_arrays(chain: Chain) -> tuple[Array, Array]:
     """Make arrays for the displacements and the screws of a pose."""
     m = 3 if chain.planar else 4
     return np.empty((chain.parent.size, m, m)), np.empty(chain.screws.shape)
@@ -152,7 +154,7 @@ def forward_kinematics(chain: Chain, q: Array) -> Pose:
     Returns:
         The pose; its ``error`` is how far the loops are open.
     """
-    H, screws = _pose_arrays(chain)
+    H, screws = _make_pose_arrays(chain)
     place_links(chain.parent, chain.screws, q, H, screws, np.empty(H.shape[1:]))
     screws.flags.writeable = False
     error = mismatch(chain, H, q)

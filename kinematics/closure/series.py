@@ -104,7 +104,7 @@ def add_bracket(V, s, factor, out):
     bracket(s.size, V, s, factor, out)
 
 
-def _series_kernel(dim):
+def _make_series_kernel(dim):
     """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane.
 
     One text for both, compiled twice: with a constant ``dim``, loops over the components of a
@@ -160,7 +160,7 @@ def _series_kernel(dim):
     return series
 
 
-spatial_series, planar_series = _series_kernel(6), _series_kernel(3)
+spatial_series, planar_series = _make_series_kernel(6), _make_series_kernel(3)
 
 
 def series_workspace(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
@@ -177,21 +177,21 @@ def series_workspace(chain: Chain, rays: int, order: int) -> tuple[Array, ...]:
         `Series`. Entries of C and T that the topology makes zero are never written: they
         must be zero.
     """
-    V, C, T = _shapes(chain, rays, order)
+    V, C, T = _series_shapes(chain, rays, order)
     return (
-        *_scratch(chain, rays, order), np.zeros(V), np.zeros(C), np.zeros(T),
+        *_make_scratch(chain, rays, order), np.zeros(V), np.zeros(C), np.zeros(T),
         np.zeros(order + 1),
     )  # fmt: skip
 
 
-def _shapes(chain: Chain, rays: int, order: int) -> tuple[tuple[int, ...], ...]:
+def _series_shapes(chain: Chain, rays: int, order: int) -> tuple[tuple[int, ...], ...]:
     """Return the shapes of V, C and T."""
     n, dim = chain.screws.shape
     orders = rays, order + 1, n
     return (*orders, dim), (*orders, chain.width), (*orders, chain.width, dim)
 
 
-def _scratch(chain: Chain, rays: int, order: int) -> tuple[Array, Array, Array]:
+def _make_scratch(chain: Chain, rays: int, order: int) -> tuple[Array, Array, Array]:
     """Make the arrays of a series that are not part of its result: F, numbers, S."""
     n, dim = chain.screws.shape
     height, rows = chain.lines[COUNT, HEIGHT : ROWS + 1].tolist()
@@ -252,7 +252,8 @@ def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
     purpose = "series", count, order
     # Borrowed: what is not part of the result, and shapes. The result has arrays of its own.
     borrowed = chain.borrow(
-        purpose, lambda: (_scratch(chain, count, order), _shapes(chain, count, order))
+        purpose,
+        lambda: (_make_scratch(chain, count, order), _series_shapes(chain, count, order)),
     )
     scratch, shapes = borrowed
     V, C, T = np.empty(shapes[0]), np.zeros(shapes[1]), np.zeros(shapes[2])

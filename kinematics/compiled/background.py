@@ -66,7 +66,7 @@ class _WarmUp(NamedTuple):
         return Path(str(sys.modules[self.module.split(".")[0]].__file__)).parent
 
 
-class _Choice:
+class _ProcessChoice:
     """The choices made for this process."""
 
     default = "now"
@@ -78,7 +78,7 @@ def begin_command() -> None:
 
     Call it before any kernel is imported, in a process that runs one command.
     """
-    _Choice.default = "background"
+    _ProcessChoice.default = "background"
 
 
 def compile_mode() -> str:
@@ -89,7 +89,7 @@ def compile_mode() -> str:
     """
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return "never"
-    chosen = os.environ.get(VARIABLE) or _Choice.default
+    chosen = os.environ.get(VARIABLE) or _ProcessChoice.default
     if chosen not in MODES:
         raise UsageError(f"{VARIABLE}={chosen!r}: choose from {', '.join(MODES)}")
     return chosen
@@ -102,7 +102,7 @@ def register_warm_up(module: str, stages: Callable[[], Iterator[None]]) -> None:
         module: name of the module that calls this function at its import, which must be cheap.
         stages: yields after each stage, when its kernels have been compiled.
     """
-    _Choice.warm_up = _WarmUp(module, stages)
+    _ProcessChoice.warm_up = _WarmUp(module, stages)
 
 
 def compile() -> None:
@@ -119,20 +119,20 @@ def compile() -> None:
         >>> import kinematics
         >>> kinematics.compile()
     """
-    if compile_mode() == "never" or _Choice.warm_up is None:
+    if compile_mode() == "never" or _ProcessChoice.warm_up is None:
         return
     from kinematics.compiled.numba_compiler import compiled_kernels
 
     kernel_clock.compile_all()
-    folder, package = cache_folder(), _Choice.warm_up.package
-    for _ in _Choice.warm_up.stages():
+    folder, package = cache_folder(), _ProcessChoice.warm_up.package
+    for _ in _ProcessChoice.warm_up.stages():
         if folder is not None and not folder.exists():
             return  # somebody has taken the cache away
         note_kernels(package, compiled_kernels())
     note_kernels(package, [*compiled_kernels(), ALL])
 
 
-class _KernelTime:
+class _KernelClock:
     """The time that kernels have run uncompiled in this process, and which ones still do."""
 
     def __init__(self) -> None:
@@ -155,15 +155,15 @@ class _KernelTime:
         self._seconds += seconds
         if self._seconds < WORTH or monotonic() < self._next or compile_mode() != "background":
             return
-        assert _Choice.warm_up is not None  # who imports a package registers it
-        self._compiled = ready_kernels(_Choice.warm_up.package)
+        assert _ProcessChoice.warm_up is not None  # who imports a package registers it
+        self._compiled = ready_kernels(_ProcessChoice.warm_up.package)
         if ALL not in self._compiled and not self._asked:
             self._asked = True
             _start_background()
         self._next = monotonic() + PAUSE
 
 
-kernel_clock = _KernelTime()
+kernel_clock = _KernelClock()
 
 
 def _start_background() -> None:
@@ -173,7 +173,7 @@ def _start_background() -> None:
     from filelock import FileLock, Timeout
 
     folder = cache_folder()
-    if folder is None or _Choice.warm_up is None:
+    if folder is None or _ProcessChoice.warm_up is None:
         logger.warning(NO_FOLDER)
         return
     logger.warning(STARTED)
@@ -186,9 +186,9 @@ def _start_background() -> None:
     own = {"PYTHONPATH": os.pathsep.join(filter(None, above)), VARIABLE: "now"}
     try:
         subprocess.Popen(
-            [sys.executable, "-P", "-c", CHILD.format(_Choice.warm_up.module)], cwd=folder,
-            env=os.environ | own | {"OPENBLAS_NUM_THREADS": "1"}, stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            [sys.executable, "-P", "-c", CHILD.format(_ProcessChoice.warm_up.module)],
+            cwd=folder, env=os.environ | own | {"OPENBLAS_NUM_THREADS": "1"},
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             # Interrupts of the command are not for it. In a session of its own, Linux might
             # give it as much of the processor as the command.
             process_group=0 if os.name == "posix" else None,
@@ -210,11 +210,11 @@ def compile_in_background() -> int:
     if lower is not None:
         lower(19)
     folder = cache_folder()
-    if folder is None or _Choice.warm_up is None:
+    if folder is None or _ProcessChoice.warm_up is None:
         return 1
     try:
         with FileLock(folder / "kernels.lock", timeout=0):
-            if ALL not in ready_kernels(_Choice.warm_up.package):
+            if ALL not in ready_kernels(_ProcessChoice.warm_up.package):
                 compile()
     except Timeout:
         return 0

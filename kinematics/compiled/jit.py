@@ -50,13 +50,13 @@ def kernel(
     return found.compiled if compile_mode() == "now" else found
 
 
-class _Within(local):
+class _RunningKernel(local):
     """Whether an uncompiled kernel is running in this thread."""
 
     kernel = False
 
 
-_within = _Within()
+_running = _RunningKernel()
 
 
 class _Kernel:
@@ -76,17 +76,17 @@ class _Kernel:
 
     def __call__(self, *args: Any) -> Any:
         """Call the function, uncompiled unless compiled kernels are worth loading by now."""
-        if _within.kernel:
+        if _running.kernel:
             return self.py_func(*args)
         if kernel_clock.runs_compiled(self._name):
             return self.compiled(*args)
-        _within.kernel, start = True, perf_counter()
+        _running.kernel, start = True, perf_counter()
         try:
             with np.errstate(all="ignore"):
                 numbers = (np.float64(x) if type(x) is float else x for x in args)
-                return _unboxed(self.py_func(*numbers))
+                return _unbox_numbers(self.py_func(*numbers))
         finally:
-            _within.kernel = False
+            _running.kernel = False
             kernel_clock.add(perf_counter() - start)
 
     @cached_property
@@ -98,11 +98,11 @@ class _Kernel:
         return compile_kernel(self.py_func, *self._options)
 
 
-def _unboxed(found: Any) -> Any:
+def _unbox_numbers(found: Any) -> Any:
     """Convert NumPy scalars to Python numbers, in tuples too."""
     if isinstance(found, np.generic):
         return found.item()
     if isinstance(found, tuple):
-        items = map(_unboxed, found)
+        items = map(_unbox_numbers, found)
         return type(found)(*items) if hasattr(found, "_fields") else tuple(items)
     return found

@@ -62,7 +62,7 @@ def compile_kernel(function: Callable[..., Any], inline: bool, reference_countin
         nogil=True, forceinline=inline, error_model="numpy",
         fastmath={"reassoc", "contract", "nsz"}, **options,
     )(function)  # fmt: skip
-    _for_any_number(compiled)
+    _unliteral_numbers(compiled)
     _cache_on_disk(compiled)
     _events.kernels[function] = compiled
     return compiled
@@ -82,7 +82,7 @@ def let_kernels_call(kind: type) -> None:
         return typeof_impl(value.compiled, context)
 
 
-def _for_any_number(compiled: Any) -> None:
+def _unliteral_numbers(compiled: Any) -> None:
     """Compile a kernel once for all numbers of one type.
 
     Numba would specialise it for every literal number with which another kernel calls it.
@@ -156,10 +156,10 @@ def _cache_on_disk(compiled: Any) -> None:
         numba.config.CACHE_DIR = usual
     # Where Numba's cache looks different inside, it is used as it is.
     with suppress(AttributeError):
-        _guard(compiled._cache)
+        _guard_cache(compiled._cache)
 
 
-def _guard(store: Any) -> None:
+def _guard_cache(store: Any) -> None:
     """Let one process at a time save kernels of a folder, and ignore damaged files.
 
     Numba numbers the signatures of a kernel in an index, in the order of their compilation: of
@@ -190,14 +190,14 @@ def _guard(store: Any) -> None:
     store.load_overload, store.save_overload = load_undamaged, save_alone
 
 
-class _Events(event.Listener):
+class _CompilationEvents(event.Listener):
     """Report that kernels are being compiled, with a bar on a terminal, or cannot be cached."""
 
     def __init__(self) -> None:
         """Start without kernels and without messages."""
         self.kernels: dict[Callable[..., Any], Any] = {}
-        self._done: set[Callable[..., Any]] = set()
-        self._told: set[str] = set()
+        self._compiled_functions: set[Callable[..., Any]] = set()
+        self._logged: set[str] = set()
         self._depth = 0
         self._bar: Progress | None = None
 
@@ -206,7 +206,7 @@ class _Events(event.Listener):
         if event.data["dispatcher"].py_func not in self.kernels:
             return
         if self._depth == 0:
-            self._open()
+            self._show_bar()
         self._depth += 1
 
     def on_end(self, event: Any) -> None:
@@ -214,39 +214,39 @@ class _Events(event.Listener):
         function = event.data["dispatcher"].py_func
         if function not in self.kernels:
             return
-        self._done.add(function)
+        self._compiled_functions.add(function)
         self._depth -= 1
         if self._bar is not None:
-            self._bar.update(self._bar.task_ids[0], completed=len(self._done))
+            self._bar.update(self._bar.task_ids[0], completed=len(self._compiled_functions))
         if self._depth == 0 and self._bar is not None:
             self._bar.stop()
 
     def cannot_cache(self) -> None:
         """Warn that the disk cache has no folder, or no space."""
-        self._tell(
+        self._log_once(
             "no folder to cache compiled kernels in: they are compiled anew in every process; "
             "set NUMBA_CACHE_DIR to a folder that can be written to"
         )
 
-    def _open(self) -> None:
+    def _show_bar(self) -> None:
         """Show the bar on a terminal; elsewhere, log once that kernels are compiled."""
-        if self._bar is None and not self._told:
-            self._bar = _bar()
+        if self._bar is None and not self._logged:
+            self._bar = _make_bar()
             if self._bar is None:
-                self._tell(FIRST)
+                self._log_once(FIRST)
         if self._bar is None:
             return
         task = self._bar.task_ids[0]
-        self._bar.update(task, completed=len(self._done), total=len(self.kernels))
+        self._bar.update(task, completed=len(self._compiled_functions), total=len(self.kernels))
         self._bar.start()
 
-    def _tell(self, text: str) -> None:
-        if text not in self._told:
-            self._told.add(text)
+    def _log_once(self, text: str) -> None:
+        if text not in self._logged:
+            self._logged.add(text)
             logger.warning(text)
 
 
-def _bar() -> Progress | None:
+def _make_bar() -> Progress | None:
     """Make a bar that counts kernels, on standard error; None if that is no terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
@@ -260,5 +260,5 @@ def _bar() -> Progress | None:
     return bar
 
 
-_events = _Events()
+_events = _CompilationEvents()
 event.register("numba:compile", _events)

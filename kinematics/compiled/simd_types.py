@@ -16,15 +16,15 @@ __all__: list[str] = []
 _VECTOR = ir.VectorType(ir.DoubleType(), VECTOR_WIDTH)
 
 
-class _Lanes(types.Type):
+class _VectorType(types.Type):
     """The type of a vector in compiled code, as `load_vector` returns it."""
 
 
-_lanes = _Lanes("lanes")
+_vector_type = _VectorType("lanes")
 
 
-@register_model(_Lanes)
-class _Model(models.PrimitiveModel):
+@register_model(_VectorType)
+class _VectorModel(models.PrimitiveModel):
     """Its representation: a vector register, or several."""
 
     def __init__(self, manager: object, lanes: object) -> None:
@@ -32,7 +32,7 @@ class _Model(models.PrimitiveModel):
         super().__init__(manager, lanes, _VECTOR)
 
 
-def _arithmetic(operation: object, instruction: str) -> None:
+def _register_operator(operation: object, instruction: str) -> None:
     """Compile an operator of Python on vectors to an instruction of LLVM."""
 
     @infer_global(operation)
@@ -41,18 +41,20 @@ def _arithmetic(operation: object, instruction: str) -> None:
 
         def generic(self, args: tuple, kws: dict) -> object:
             """Return the signature, or None for other arguments."""
-            return signature(_lanes, *args) if args == (_lanes, _lanes) else None
+            return (
+                signature(_vector_type, *args) if args == (_vector_type, _vector_type) else None
+            )
 
-    @lower_builtin(operation, _lanes, _lanes)
+    @lower_builtin(operation, _vector_type, _vector_type)
     def lower(context, builder, sig, args):
         return getattr(builder, instruction)(*args, flags=("contract",))
 
 
-_arithmetic(operator.add, "fadd")
-_arithmetic(operator.mul, "fmul")
+_register_operator(operator.add, "fadd")
+_register_operator(operator.mul, "fmul")
 
 
-def _place(context, builder, kind, array, at):
+def _vector_pointer(context, builder, kind, array, at):
     """Compute the pointer to the vector that begins at an element of a flat array."""
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [at]), _VECTOR.as_pointer())
@@ -61,17 +63,17 @@ def _place(context, builder, kind, array, at):
 @intrinsic
 def _load(typing, array, at):
     def generate(context, builder, sig, args):
-        found = builder.load(_place(context, builder, sig.args[0], *args))
+        found = builder.load(_vector_pointer(context, builder, sig.args[0], *args))
         found.align = 8
         return found
 
-    return _lanes(array, types.intp), generate
+    return _vector_type(array, types.intp), generate
 
 
 @intrinsic
 def _store(typing, array, at, values):
     def generate(context, builder, sig, args):
-        place = _place(context, builder, sig.args[0], *args[:2])
+        place = _vector_pointer(context, builder, sig.args[0], *args[:2])
         builder.store(args[2], place).align = 8
         return context.get_dummy_value()
 
@@ -79,14 +81,14 @@ def _store(typing, array, at, values):
 
 
 @intrinsic
-def _spread(typing, value):
+def _broadcast(typing, value):
     def generate(context, builder, sig, args):
         none = ir.Constant(_VECTOR, ir.Undefined)
         first = builder.insert_element(none, args[0], ir.Constant(ir.IntType(32), 0))
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), VECTOR_WIDTH), [0] * VECTOR_WIDTH)
         return builder.shuffle_vector(first, none, zeros)
 
-    return _lanes(types.float64), generate
+    return _vector_type(types.float64), generate
 
 
 @overload(load_vector)
@@ -101,4 +103,4 @@ def _(array, at, values):
 
 @overload(broadcast)
 def _(value):
-    return lambda value: _spread(value)
+    return lambda value: _broadcast(value)

@@ -83,12 +83,12 @@ def pseudo_inverse(S, equations, dependent, G, W, v):
         for d in range(nd):
             G[equations[r] * lanes + d] = W[d * stride + nd + r]
             inverse += W[d * stride + nd + r] ** 2
-    _refine(S, equations, dependent, lanes, G, W, v)
+    _refine_inverse(S, equations, dependent, lanes, G, W, v)
     return np.sqrt(size * inverse)
 
 
 @kernel
-def _refine(S, equations, dependent, lanes, G, E, before):
+def _refine_inverse(S, equations, dependent, lanes, G, E, before):
     """Refine the inverse P of A by a Newton step, in place: ``P ← P + (1 - P A) P``.
 
     Args:

@@ -76,7 +76,7 @@ def envelope_table(
     sizes = [dim] * loops + [1] * len(mimics)
     used = [[position[j] for j, _ in block] for block in blocks]
     full = len(blocks) <= FEW
-    order = list(range(len(blocks))) if full else _neighbours_first(used, count)
+    order = list(range(len(blocks))) if full else _order_by_neighbours(used, count)
     row = np.cumsum([0] + [sizes[block] for block in order]).tolist()
     rows = row.pop()
     first = dict(zip(order, row, strict=True))
@@ -84,7 +84,7 @@ def envelope_table(
         columns = list(range(count))
         top, below, right = [0] * count, [rows] * count, [count] * count
     else:
-        columns, top, below, right = _narrow(used, sizes, order, count, rows)
+        columns, top, below, right = _envelope_columns(used, sizes, order, count, rows)
     place = {c: k for k, c in enumerate(columns)}
     entries = [
         (j, place[position[j]], first[b] - top[place[position[j]]], sign)
@@ -116,7 +116,7 @@ def _loop_members(parent: list[int], end: int, successor: int) -> Block:
     ]
 
 
-def _neighbours_first(used: list[list[int]], count: int) -> list[int]:
+def _order_by_neighbours(used: list[list[int]], count: int) -> list[int]:
     """Sort blocks so that those that share columns are close to each other."""
     users: list[list[int]] = [[] for _ in range(count)]
     for block, columns in enumerate(used):
@@ -141,7 +141,7 @@ def _neighbours_first(used: list[list[int]], count: int) -> list[int]:
     return order
 
 
-def _narrow(
+def _envelope_columns(
     used: list[list[int]], sizes: list[int], order: list[int], count: int, rows: int
 ) -> tuple[list[int], list[int], list[int], list[int]]:
     """Sort columns as they occur in the blocks; return them, and top, below, right of each."""

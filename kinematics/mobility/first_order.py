@@ -126,7 +126,11 @@ def step_from_singular(chain: Chain, free: Array) -> Array:
     """
     v = free @ np.ones(free.shape[1]) / np.sqrt(free.shape[1])
     freedom, step = free.shape[1], 0.1 * conditioning(chain, np.zeros(len(v)), free.shape[1])
-    starts = [q for sign in (1.0, -1.0) if (q := _polished(chain, sign * step * v)) is not None]
+    starts = [
+        q
+        for sign in (1.0, -1.0)
+        if (q := _close_to_round_off(chain, sign * step * v)) is not None
+    ]
     starts.sort(key=lambda q: conditioning(chain, q, freedom))
     return step_along(chain, starts[-1]) if starts else np.zeros(len(v))
 
@@ -157,7 +161,7 @@ def step_along(chain: Chain, start: Array, goal: float = 0.5) -> Array:
         if np.abs(q).max() >= goal or step < least or size == 0.0:
             break
         along /= size
-        ahead = _polished(chain, q + step * along)
+        ahead = _close_to_round_off(chain, q + step * along)
         if ahead is None or np.linalg.norm(ahead - q - step * along) > 0.2 * step:
             step *= 0.5
             continue
@@ -165,7 +169,7 @@ def step_along(chain: Chain, start: Array, goal: float = 0.5) -> Array:
     return best[1]
 
 
-def _polished(chain: Chain, q: Array) -> Array | None:
+def _close_to_round_off(chain: Chain, q: Array) -> Array | None:
     """Find the closed pose next to joint positions, to the last digit; None if there is none.
 
     Newton's method with steps of least norm.

@@ -89,22 +89,25 @@ def analyse_local_mobility(
     if freedom == 0:
         return LocalMobility(0, 0, 1, empty)
     if freedom == 1:
-        order = _order_of_one(chain, N)
-        if order or _closest(chain, N, SPHERE_RADII[0], N[:, 0])[1] > NEAR_SINGULAR_RESIDUAL:
+        order = _order_of_single_freedom(chain, N)
+        if (
+            order
+            or _closest_pose(chain, N, SPHERE_RADII[0], N[:, 0])[1] > NEAR_SINGULAR_RESIDUAL
+        ):
             return LocalMobility(1, 0, order or MAX_ORDER, empty)
         return LocalMobility(1, 1, 0, SPHERE_RADII[0] * N.T)
     seen = None
     for reach in SPHERE_RADII:
-        mobility, branches = _leaving(chain, N, reach)
+        mobility, branches = _find_branches(chain, N, reach)
         if seen == (mobility, len(branches)):
             break
         seen = mobility, len(branches)
     if mobility == 0:
-        return LocalMobility(freedom, 0, _order(chain, N), empty)
+        return LocalMobility(freedom, 0, _estimate_order(chain, N), empty)
     return LocalMobility(freedom, mobility, 0, branches)
 
 
-def _order_of_one(chain: Chain, N: Array) -> int:
+def _order_of_single_freedom(chain: Chain, N: Array) -> int:
     """Find the order at which a single freedom stops closing the loops; 0 if none is found."""
     joint = int(np.argmax(np.abs(N[:, 0])))
     moved = move_chain(chain, np.array([joint]), np.eye(1))
@@ -116,7 +119,7 @@ def _order_of_one(chain: Chain, N: Array) -> int:
     return 0
 
 
-def _starts(N: Array) -> Iterator[Array]:
+def _start_directions(N: Array) -> Iterator[Array]:
     """Yield directions in the freedoms of a pose, evenly in two of them, at random in more."""
     rng = np.random.default_rng(SEED)
     freedom = N.shape[1]
@@ -129,7 +132,7 @@ def _starts(N: Array) -> Iterator[Array]:
         yield v / np.linalg.norm(v)
 
 
-def _closest(
+def _closest_pose(
     chain: Chain, N: Array, reach: float, start: Array, fixed: Array | None = None
 ) -> tuple[Array, float]:
     """Find the pose at a distance from the reference pose whose loops are least open.
@@ -175,11 +178,11 @@ def _closest(
     return pose.q, pose.error
 
 
-def _leaving(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
+def _find_branches(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
     """Find the mobility of the branches at a distance, and a closed pose on each."""
     points: list[Array] = []
-    for start in _starts(N):
-        q, opening = _closest(chain, N, reach, start)
+    for start in _start_directions(N):
+        q, opening = _closest_pose(chain, N, reach, start)
         if opening <= NEAR_SINGULAR_RESIDUAL and np.abs(q).max() <= 10 * reach:
             points.append(q)
     if not points:
@@ -187,22 +190,26 @@ def _leaving(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
     sizes = [first_order_mobility_of(chain, q) for q in points]
     mobility = max(sizes)
     if mobility == 1:
-        return 1, _paired(_distinct([*points, *_opposite(chain, N, reach, points)], reach))
-    flat = _tangent(np.array(points) @ N / reach, mobility)
-    if min(sizes) == mobility and flat is not None and _one_sheet(chain, N, reach, N @ flat):
+        return 1, _one_pose_per_branch(
+            _select_distinct([*points, *_opposite_poses(chain, N, reach, points)], reach)
+        )
+    flat = _tangent_space(np.array(points) @ N / reach, mobility)
+    if min(sizes) == mobility and flat is not None and _is_one_sheet(chain, N, reach, N @ flat):
         return mobility, np.array(points[:1])
-    return mobility, _apart(np.array(points), N)
+    return mobility, _most_different_pair(np.array(points), N)
 
 
-def _opposite(chain: Chain, N: Array, reach: float, points: list[Array]) -> Iterator[Array]:
+def _opposite_poses(
+    chain: Chain, N: Array, reach: float, points: list[Array]
+) -> Iterator[Array]:
     """Yield closed poses in the senses opposite to those found."""
-    for q in _distinct(points, reach):
-        other, opening = _closest(chain, N, reach, -q / reach)
+    for q in _select_distinct(points, reach):
+        other, opening = _closest_pose(chain, N, reach, -q / reach)
         if opening <= NEAR_SINGULAR_RESIDUAL:
             yield other
 
 
-def _distinct(points: list[Array], reach: float) -> list[Array]:
+def _select_distinct(points: list[Array], reach: float) -> list[Array]:
     """Select poses that differ from one another."""
     first = distinct_vectors(
         points, lambda some, q: np.abs(some - q).max(axis=1) <= SAME_POSE_RELATIVE * reach
@@ -210,7 +217,7 @@ def _distinct(points: list[Array], reach: float) -> list[Array]:
     return [points[k] for k in first]
 
 
-def _paired(points: list[Array]) -> Array:
+def _one_pose_per_branch(points: list[Array]) -> Array:
     """Select one pose on each branch: a branch leaves in two senses, mostly opposite ones."""
     left, kept = list(points), []
     while left:
@@ -222,7 +229,7 @@ def _paired(points: list[Array]) -> Array:
     return np.array(kept)
 
 
-def _tangent(directions: Array, dimension: int) -> Array | None:
+def _tangent_space(directions: Array, dimension: int) -> Array | None:
     """Find the subspace (f, dimension) that unit directions (count, f) fill, or None."""
     _, values, Vt = np.linalg.svd(directions / np.sqrt(len(directions)))
     values = np.concatenate([values, np.zeros(len(Vt))])
@@ -231,7 +238,7 @@ def _tangent(directions: Array, dimension: int) -> Array | None:
     return Vt[:dimension].T
 
 
-def _one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
+def _is_one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
     """Return whether the closed poses are one smooth sheet over tangent directions T (n, d)."""
     rng = np.random.default_rng(SEED)
     for _ in range(2 * T.shape[1] + 2):
@@ -241,15 +248,15 @@ def _one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
         for _ in range(4):
             aside = N @ rng.standard_normal(N.shape[1])
             start = t + 0.3 * project_out(aside, T)
-            q, opening = _closest(chain, N, reach, start, T)
+            q, opening = _closest_pose(chain, N, reach, start, T)
             if opening <= NEAR_SINGULAR_RESIDUAL:
                 found.append(q)
-        if len(_distinct(found, reach)) != 1:
+        if len(_select_distinct(found, reach)) != 1:
             return False
     return True
 
 
-def _apart(points: Array, N: Array) -> Array:
+def _most_different_pair(points: Array, N: Array) -> Array:
     """Select two poses in directions as different as possible."""
     directions = points @ N
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -257,13 +264,13 @@ def _apart(points: Array, N: Array) -> Array:
     return points[[0, far]]
 
 
-def _order(chain: Chain, N: Array) -> int:
+def _estimate_order(chain: Chain, N: Array) -> int:
     """Estimate the order at which no direction closes the loops, from the least residuals.
 
     The residual at the distance ε is ``c ε^k``: k follows from two distances.
     """
     least = []
     for reach in (0.1, 0.05):
-        openings = [_closest(chain, N, reach, start)[1] for start in _starts(N)]
+        openings = [_closest_pose(chain, N, reach, start)[1] for start in _start_directions(N)]
         least.append(min(openings))
     return int(np.clip(np.rint(np.log2(least[0] / least[1])), 2, MAX_ORDER))

@@ -38,20 +38,20 @@ def choose_coordinates(
     all_names = names_of(draft.joints)
     rest = velocities.copy()
     chosen: list[int] = []
-    for name in _expanded(wanted, draft.joints):
+    for name in _expand_names(wanted, draft.joints):
         if name not in all_names or all_names.index(name) in chosen:
             problem = "named twice" if name in all_names else "no such joint"
             raise CoordinateError(draft.source, [name], problem, all_names)
         j = all_names.index(name)
-        if problem := _unfit(j, velocities, rest, [all_names[i] for i in chosen]):
-            can = [all_names[i] for i in _candidates(draft, rest) or chosen]
+        if problem := _input_problem(j, velocities, rest, [all_names[i] for i in chosen]):
+            can = [all_names[i] for i in _candidate_inputs(draft, rest) or chosen]
             raise CoordinateError(draft.source, [name], problem, can)
-        rest = _without(rest, j)
+        rest = _project_joint_out(rest, j)
         chosen.append(j)
     named = len(chosen)
     while len(chosen) < mobility:
-        j = _candidates(draft, rest)[0]
-        rest = _without(rest, j)
+        j = _candidate_inputs(draft, rest)[0]
+        rest = _project_joint_out(rest, j)
         chosen.append(j)
     notices = []
     if named and named < mobility:
@@ -63,7 +63,7 @@ def choose_coordinates(
     return np.array(chosen, dtype=np.int64), notices
 
 
-def _unfit(joint: int, velocities: Array, rest: Array, taken: Sequence[str]) -> str:
+def _input_problem(joint: int, velocities: Array, rest: Array, taken: Sequence[str]) -> str:
     """Explain why a joint cannot be the next input; empty if it can."""
     rate, left = (float(np.linalg.norm(v[joint])) for v in (velocities, rest))
     fastest = float(np.linalg.norm(velocities, axis=1).max())
@@ -79,7 +79,7 @@ def _unfit(joint: int, velocities: Array, rest: Array, taken: Sequence[str]) -> 
     return f"depends on the other inputs ({', '.join(taken)}) at the reference pose"
 
 
-def _expanded(wanted: Sequence[str], joints: Sequence[Joint]) -> list[str]:
+def _expand_names(wanted: Sequence[str], joints: Sequence[Joint]) -> list[str]:
     """List names of coordinates; a joint of several coordinates gives all of them."""
     found: list[str] = []
     for name in wanted:
@@ -87,7 +87,7 @@ def _expanded(wanted: Sequence[str], joints: Sequence[Joint]) -> list[str]:
     return found
 
 
-def _candidates(draft: UnassembledLinkage, rest: Array) -> list[int]:
+def _candidate_inputs(draft: UnassembledLinkage, rest: Array) -> list[int]:
     """List the joints that can be the next coordinate, the preferred one first.
 
     Any joint whose remaining freedom is at least a third of the largest is well enough
@@ -98,6 +98,6 @@ def _candidates(draft: UnassembledLinkage, rest: Array) -> list[int]:
     return sorted(good.tolist(), key=lambda j: (draft.joints[j].in_loop, j))
 
 
-def _without(rest: Array, joint: int) -> Array:
+def _project_joint_out(rest: Array, joint: int) -> Array:
     """Project the direction that moves ``joint`` out of the velocities."""
     return project_out(rest.T, rest[joint] / np.linalg.norm(rest[joint])).T

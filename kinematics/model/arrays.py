@@ -141,7 +141,7 @@ class Chain:
     @property
     def lines(self) -> IntArray:
         """Envelope table of the loop matrix; see `kinematics.linalg.skyline_qr`."""
-        return self.once(_lines)
+        return self.once(_make_envelope)
 
     @cached_property
     def walked(self) -> tuple[NDArray[Any], ...]:
@@ -187,7 +187,7 @@ class Chain:
         self.structure.workspaces.setdefault(purpose, []).append(workspace)
 
 
-def _lines(chain: Chain) -> IntArray:
+def _make_envelope(chain: Chain) -> IntArray:
     dim = chain.screws.shape[1]
     lines = envelope_table(chain.parent, chain.ends, chain.mimics, chain.dependent, dim)
     return freeze(lines, np.int64)

@@ -48,7 +48,7 @@ def arrange_loops(draft: UnassembledLinkage, frame: Frame | None = None) -> Chai
     Returns:
         The chain, with no columns.
     """
-    frame = frame or _frame(draft)
+    frame = frame or _fitted_frame(draft)
     n = len(draft.joints)
     screws = np.array([joint.screw for joint in draft.joints]).reshape(n, 6)
     sliding = np.array([joint.kind == "prismatic" for joint in draft.joints], dtype=bool)
@@ -84,12 +84,12 @@ def extent(draft: UnassembledLinkage) -> Frame:
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
     origin = points.mean(axis=0)
     far = float(np.linalg.norm(points - origin, axis=1).max())
-    centres = np.linalg.norm(_centres(draft) - origin, axis=1)
+    centres = np.linalg.norm(_centres_of_mass(draft) - origin, axis=1)
     length = max(far, float(np.median(centres)) if centres.size else 0.0)
     return Frame(freeze(np.eye(3)), freeze(origin), length or 1.0)
 
 
-def _frame(draft: UnassembledLinkage) -> Frame:
+def _fitted_frame(draft: UnassembledLinkage) -> Frame:
     """Compute coordinates amid the joints, in units of the distances of their axes.
 
     The distances vanish where all axes meet in a point, but for rounding, or nothing turns:
@@ -100,9 +100,9 @@ def _frame(draft: UnassembledLinkage) -> Frame:
     origin = points.mean(axis=0)
     turning = [j.screw for j in draft.joints if j.kind != "prismatic"]
     arms = np.array([np.cross(s[:3], s[3:] + np.cross(s[:3], origin)) for s in turning])
-    centres = _centres(draft)
+    centres = _centres_of_mass(draft)
     largest = max(float(np.abs(a).max(initial=0.0)) for a in (points, centres))
-    meeting = not (draft.loops and turning and _parallel(turning))
+    meeting = not (draft.loops and turning and _are_parallel(turning))
     least = max(
         MEETING_AXES_COORDINATE * largest, MEETING_AXES_SIZE * extent(draft).length * meeting
     )
@@ -114,12 +114,12 @@ def _frame(draft: UnassembledLinkage) -> Frame:
     return Frame(freeze(np.eye(3)), freeze(origin), 1.0)
 
 
-def _parallel(screws: list[Array]) -> bool:
+def _are_parallel(screws: list[Array]) -> bool:
     """Return whether the axes of turning joints are parallel but for rounding."""
     return all(np.abs(np.cross(s[:3], screws[0][:3])).max() <= AXIS_ROUNDING for s in screws)
 
 
-def _centres(draft: UnassembledLinkage) -> Array:
+def _centres_of_mass(draft: UnassembledLinkage) -> Array:
     """Compute the centres of mass (count, 3) of the bodies that have one."""
     massive = [body.inertia for body in draft.bodies if body.inertia[0] > 0.0]
     return np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)

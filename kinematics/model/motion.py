@@ -74,9 +74,9 @@ class Motion:
                    [-0.5]])
         """
         relations = [relations] if isinstance(relations, str) else relations
-        rows = [_row(relation, tuple(inputs)) for relation in relations]
+        rows = [_relation_row(relation, tuple(inputs)) for relation in relations]
         columns = rational_null_space(
-            [_unit(row) for row in rows], len(inputs), _largest_in_row
+            [_scale_to_unit(row) for row in rows], len(inputs), _largest_in_row
         )
         if not columns and inputs:
             raise MotionError(", ".join(relations), "leaves no input to move", inputs)
@@ -90,7 +90,7 @@ class Motion:
         complement of its basis.
         """
         if self.relations:
-            return [_row(relation, self.inputs) for relation in self.relations]
+            return [_relation_row(relation, self.inputs) for relation in self.relations]
         columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
         return rational_null_space(columns, len(self.inputs))
 
@@ -115,16 +115,16 @@ def motion_of(
         raise MotionError(error.relation, error.problem, error.valid, linkage.source) from None
 
 
-def _row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:
+def _relation_row(relation: str, inputs: tuple[str, ...]) -> list[Fraction]:
     """Compute the coefficients of left side minus right side."""
     sides = relation.split("=")
     if len(sides) != 2:
         raise MotionError(relation, "must hold one '='", inputs)
-    left, right = (_side(relation, side, inputs) for side in sides)
+    left, right = (_side_coefficients(relation, side, inputs) for side in sides)
     return [a - b for a, b in zip(left, right, strict=True)]
 
 
-def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
+def _side_coefficients(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
     """Compute the coefficients of one sum of terms."""
     known = "|".join(re.escape(name) for name in sorted(inputs, key=len, reverse=True))
     term = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*\s*)?({known})(?![\w.])\s*")
@@ -139,7 +139,7 @@ def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
     while position < len(text) or position == 0:
         match = term.match(text, position)
         if match is None or (position > 0 and not match[1]):
-            raise MotionError(relation, _complaint(text[position:]), inputs)
+            raise MotionError(relation, _reading_problem(text[position:]), inputs)
         word = match[2] or "1"
         if len(word) > MAX_DIGITS or not float(word) <= MAX_FACTOR:
             raise MotionError(relation, f"'{word[:MAX_DIGITS]}' is too large", inputs)
@@ -148,7 +148,7 @@ def _side(relation: str, text: str, inputs: tuple[str, ...]) -> list[Fraction]:
     return row
 
 
-def _complaint(rest: str) -> str:
+def _reading_problem(rest: str) -> str:
     """Describe the error in the text where reading stopped."""
     word = re.match(rf"\s*[+-]?\s*(?:{_NUMBER}\s*\*\s*)?([A-Za-z_][\w./-]*)", rest)
     if word:
@@ -156,7 +156,7 @@ def _complaint(rest: str) -> str:
     return f"cannot read '{rest.strip()}' (write sums of terms such as j1 or -2*j1)"
 
 
-def _unit(row: list[Fraction]) -> list[Fraction]:
+def _scale_to_unit(row: list[Fraction]) -> list[Fraction]:
     """Divide a row by its largest coefficient."""
     size = max(map(abs, row), default=Fraction(0))
     return [x / size for x in row] if size else row

@@ -76,7 +76,7 @@ def multiply_displacements(A, B, out):
 
 
 @kernel(reference_counting=False)
-def _carry(H, s, out):
+def _carry_screw(H, s, out):
     """Compute ``Ad(H) s``: the screw s, carried along by the displacement H.
 
     ``Ad(H) [ω; v] = [R ω; R v + d × R ω]``.
@@ -115,7 +115,7 @@ def place_links(parent, screws, q, H, s, E):
     """
     for j in range(parent.size):
         if parent[j] >= 0:
-            _carry(H[parent[j]], screws[j], s[j])
+            _carry_screw(H[parent[j]], screws[j], s[j])
             _exponential(screws[j], q[j], E)
             multiply_displacements(H[parent[j]], E, H[j])
         else:

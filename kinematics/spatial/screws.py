@@ -150,7 +150,7 @@ class ScrewAxis:
         return f"ScrewAxis {where}, pitch {self.pitch:.4g} m, magnitude {self.magnitude:.4g}"
 
 
-def _axis(line: Array, moment: Array, tolerance: float) -> ScrewAxis:
+def _line_of_screw(line: Array, moment: Array, tolerance: float) -> ScrewAxis:
     """Compute the axis of the screw with the line vector ``line`` and the moment ``moment``."""
     size, other = float(np.linalg.norm(line)), float(np.linalg.norm(moment))
     if size <= tolerance * other or size == 0.0:
@@ -172,7 +172,7 @@ def twist_axis(t: ArrayLike, tolerance: float = SCREW_PART_RELATIVE) -> ScrewAxi
         tolerance: relative size below which ω, or the part of v along it, counts as zero.
     """
     t = np.asarray(t, dtype=np.float64)
-    return _axis(t[:3], t[3:], tolerance)
+    return _line_of_screw(t[:3], t[3:], tolerance)
 
 
 def wrench_axis(w: ArrayLike, tolerance: float = SCREW_PART_RELATIVE) -> ScrewAxis:
@@ -185,4 +185,4 @@ def wrench_axis(w: ArrayLike, tolerance: float = SCREW_PART_RELATIVE) -> ScrewAx
         tolerance: relative size below which p, or the part of ξ along it, counts as zero.
     """
     w = np.asarray(w, dtype=np.float64)
-    return _axis(w[3:], w[:3], tolerance)
+    return _line_of_screw(w[3:], w[:3], tolerance)

@@ -34,7 +34,7 @@ _MOTIONS = {
 }  # fmt: skip
 
 
-class _Written(NamedTuple):
+class _FileJoint(NamedTuple):
     """A chain of single freedoms that is one joint, or the joint of one loop, of the file.
 
     Attributes:
@@ -60,10 +60,10 @@ def urdf_text(linkage: Any) -> str:
     Args:
         linkage: an assembled linkage.
     """
-    return element_text(make_elements.robot(linkage.name, _Writer(linkage).parts()))
+    return element_text(make_elements.robot(linkage.name, _LinkageWriter(linkage).parts()))
 
 
-class _Writer:
+class _LinkageWriter:
     """A linkage on its way to a file: poses of its links, and names that are taken."""
 
     def __init__(self, linkage: Any) -> None:
@@ -82,52 +82,64 @@ class _Writer:
     def parts(self) -> list[Element]:
         """Make the elements of all links, then of all joints, then of all loops."""
         tree = [joint for joint in self.linkage.joints if not joint.in_loop]
-        joints = [part for chain in self._chains(tree) for part in self._tree_joint(chain)]
+        joints = [
+            part
+            for chain in self._group_freedoms(tree)
+            for part in self._make_tree_joint(chain)
+        ]
         loops = []
         for loop in self.linkage.loops:
-            added, closing = self._loop(loop)
+            added, closing = self._make_loop(loop)
             joints += added
             loops.append(closing)
-        joints += list(self._fixed())
-        return [*self._links(), *joints, *loops]
+        joints += list(self._make_fixed_joints())
+        return [*self._make_links(), *joints, *loops]
 
-    def _links(self) -> Iterator[Element]:
+    def _make_links(self) -> Iterator[Element]:
         masses = {body.link: body.inertia for body in self.linkage.bodies}
         for index, names in self.links.items():
             for name in names:
                 z = masses.get(index) if name == names[0] else None
-                yield make_elements.link(name, None if z is None else self._inertial(z, name))
+                yield make_elements.link(
+                    name, None if z is None else self._make_inertial(z, name)
+                )
 
-    def _inertial(self, z: Array, name: str) -> Element:
+    def _make_inertial(self, z: Array, name: str) -> Element:
         """Make the ``<inertial>`` of parameters (10,) about the inertial origin."""
         own = displace_parameters(z, np.linalg.inv(self.poses[name]))
         mass, E = float(own[0]), inertia_tensor(own)
         c = own[1:4] / mass if mass else np.zeros(3)
-        at = Element("origin", {"xyz": number_words(_clean(c, self.size))})
+        at = Element("origin", {"xyz": number_words(_round_to_size(c, self.size))})
         about = E - mass * (c @ c * np.eye(3) - np.outer(c, c))
-        return make_elements.inertial(mass, _clean(about, float(np.abs(z[4:]).max())), at)
+        return make_elements.inertial(
+            mass, _round_to_size(about, float(np.abs(z[4:]).max())), at
+        )
 
-    def _fixed(self) -> Iterator[Element]:
+    def _make_fixed_joints(self) -> Iterator[Element]:
         """Make joints that fix further links of a body to the first."""
         for first, *others in self.links.values():
             for name in others:
                 yield make_elements.joint(
-                    self._fresh(f"{name}_fixed"), "fixed", first, name, self._at(first, name)
+                    self._free_name(f"{name}_fixed"),
+                    "fixed",
+                    first,
+                    name,
+                    self._relative_origin(first, name),
                 )
 
-    def _fresh(self, name: str) -> str:
+    def _free_name(self, name: str) -> str:
         """Choose a name that no link, joint or loop has."""
         while name in self.taken:
             name += "_"
         self.taken.add(name)
         return name
 
-    def _chains(self, joints: Iterable[Any]) -> Iterator[list[Any]]:
+    def _group_freedoms(self, joints: Iterable[Any]) -> Iterator[list[Any]]:
         """Group freedoms that are one joint of the file, unless only some are inputs."""
         for _, group in groupby(joints, key=lambda joint: (joint.whole, joint.numbered)):
             yield list(group)
 
-    def _as_one(self, name: str, steps: Sequence[Any]) -> _Written | None:
+    def _find_file_joint(self, name: str, steps: Sequence[Any]) -> _FileJoint | None:
         """Find the joint of the file with these freedoms; None if there is none."""
         kind = _MOTIONS.get(tuple(step.kind for step in steps), "")
         given = [step.name for step in steps]
@@ -139,10 +151,10 @@ class _Writer:
         axis2 = directions[1] if kind == "universal" else None
         turning = [step for step in steps if step.kind != "prismatic"]
         centre = (turning or steps)[-1].point
-        found = _Written(name, kind, steps, axis, axis2, centre)
-        return found if self._fits(found) else None
+        found = _FileJoint(name, kind, steps, axis, axis2, centre)
+        return found if self._fits_motions(found) else None
 
-    def _fits(self, found: _Written) -> bool:
+    def _fits_motions(self, found: _FileJoint) -> bool:
         """Return whether the joint of the file allows the motions of the freedoms.
 
         Its rotation axes meet in the centre. Slides are along the axis of a cylindrical joint,
@@ -161,46 +173,46 @@ class _Writer:
             off.append(abs(float(found.axis @ found.axis2)))
         return max(off) <= JOINT_AXES_MEET
 
-    def _tree_joint(self, steps: Sequence[Any]) -> list[Element]:
+    def _make_tree_joint(self, steps: Sequence[Any]) -> list[Element]:
         """Make a joint of the tree, or one for every freedom of it, with links between."""
         parent, last = steps[0].parent, self.linkage.joints.index(steps[-1])
         start, child = self.links[parent][0], self.links[last][0]
-        found = self._as_one(steps[0].whole, steps)
+        found = self._find_file_joint(steps[0].whole, steps)
         if found is None:
-            return self._split(steps, start, child)
-        return [self._joint(found, start, child)]
+            return self._make_single_joints(steps, start, child)
+        return [self._make_joint(found, start, child)]
 
-    def _split(self, steps: Sequence[Any], start: str, end: str) -> list[Element]:
+    def _make_single_joints(self, steps: Sequence[Any], start: str, end: str) -> list[Element]:
         """Make single joints from one link to another, with links of no mass between."""
         joints = []
         for step in steps:
             there = end
             if step is not steps[-1] or not end:
-                there = self._fresh(f"{step.name}_link")
+                there = self._free_name(f"{step.name}_link")
                 pose = np.eye(4)
                 pose[:3, 3] = step.point
                 self.poses[there] = pose
                 self.links[self.linkage.joints.index(step)] = [there]
-            one = self._as_one(step.name, [step])
+            one = self._find_file_joint(step.name, [step])
             assert one is not None
-            joints.append(self._joint(one, start, there))
+            joints.append(self._make_joint(one, start, there))
             start = there
         return joints
 
-    def _joint(self, found: _Written, parent: str, child: str) -> Element:
+    def _make_joint(self, found: _FileJoint, parent: str, child: str) -> Element:
         """Make a ``<joint>``; move the frame of its child onto the axis, if it is beside it."""
         step = found.steps[0]
-        self._centre(found, child)
+        self._centre_frame(found, child)
         rows = self.poses[child][:3, :3].T
-        axis2 = "" if found.axis2 is None else self._direction(rows @ found.axis2)
+        axis2 = "" if found.axis2 is None else self._direction_text(rows @ found.axis2)
         pitch = float(step.screw[:3] @ step.screw[3:]) if step.kind == "helical" else 0.0
         return make_elements.joint(
-            found.name, found.kind, parent, child, self._at(parent, child),
-            (self._direction(rows @ found.axis), axis2), pitch, self._mimic(step),
+            found.name, found.kind, parent, child, self._relative_origin(parent, child),
+            (self._direction_text(rows @ found.axis), axis2), pitch, self._find_mimic(step),
             independent=step.name in self.inputs,
         )  # fmt: skip
 
-    def _centre(self, found: _Written, child: str) -> None:
+    def _centre_frame(self, found: _FileJoint, child: str) -> None:
         """Move the frame of a link onto the rotation axes of the joint that carries it."""
         if found.kind == "prismatic":
             return
@@ -212,14 +224,14 @@ class _Writer:
             pose[:3, 3] = point
             self.poses[child] = pose
 
-    def _mimic(self, step: Any) -> tuple[str, float, float] | None:
+    def _find_mimic(self, step: Any) -> tuple[str, float, float] | None:
         joints = self.linkage.joints
         for mimic in self.linkage.mimics:
             if joints[mimic.joint] is step:
                 return joints[mimic.source].name, mimic.ratio, 0.0
         return None
 
-    def _loop(self, loop: Any) -> tuple[list[Element], Element]:
+    def _make_loop(self, loop: Any) -> tuple[list[Element], Element]:
         """Make a ``<loop>``, and joints before it if no single joint type has its freedoms."""
         joints, start = self.linkage.joints, loop.end
         steps: list[Any] = []
@@ -227,45 +239,47 @@ class _Writer:
             steps.insert(0, joints[start])
             start = joints[start].parent
         first, last = self.links[start][0], self.links[loop.successor][0]
-        found = self._as_one(loop.name, steps)
+        found = self._find_file_joint(loop.name, steps)
         if found is not None:
-            return [], self._closing(found, first, last)
-        added = self._split(steps, first, "") if steps else []
+            return [], self._make_closing_joint(found, first, last)
+        added = self._make_single_joints(steps, first, "") if steps else []
         before = self.links[loop.end][0]
-        sides = [(before, None), (last, self._at(last, before))]
+        sides = [(before, None), (last, self._relative_origin(last, before))]
         return added, make_elements.loop(loop.name, "fixed", sides)
 
-    def _closing(self, found: _Written, first: str, last: str) -> Element:
+    def _make_closing_joint(self, found: _FileJoint, first: str, last: str) -> Element:
         """Make a ``<loop>`` by a joint; both frames are the predecessor's, at the centre."""
         frame = self.poses[first].copy()
         frame[:3, 3] = found.centre
         rows = frame[:3, :3].T
-        sides = [(name, self._origin(self.poses[name], frame)) for name in (first, last)]
-        axis2 = "" if found.axis2 is None else self._direction(rows @ found.axis2)
+        sides = [
+            (name, self._origin_between(self.poses[name], frame)) for name in (first, last)
+        ]
+        axis2 = "" if found.axis2 is None else self._direction_text(rows @ found.axis2)
         kind = "revolute" if found.kind == "continuous" else found.kind
         return make_elements.loop(
-            found.name, kind, sides, (self._direction(rows @ found.axis), axis2),
+            found.name, kind, sides, (self._direction_text(rows @ found.axis), axis2),
             independent=found.steps[0].name in self.inputs,
         )  # fmt: skip
 
-    def _at(self, parent: str, child: str) -> Element:
+    def _relative_origin(self, parent: str, child: str) -> Element:
         """Make the ``<origin>`` of a link in the frame of another."""
-        return self._origin(self.poses[parent], self.poses[child])
+        return self._origin_between(self.poses[parent], self.poses[child])
 
-    def _origin(self, before: Array, after: Array) -> Element:
+    def _origin_between(self, before: Array, after: Array) -> Element:
         """Make the ``<origin>`` of a pose in the frame of another, without round-off."""
         pose = np.eye(4)
         pose[:3, :3] = before[:3, :3].T @ after[:3, :3]
         d = before[:3, :3].T @ (after[:3, 3] - before[:3, 3])
-        pose[:3, 3] = _clean(d, self.size)
+        pose[:3, 3] = _round_to_size(d, self.size)
         return make_elements.origin(pose)
 
     @staticmethod
-    def _direction(axis: Array) -> str:
+    def _direction_text(axis: Array) -> str:
         """Write a unit vector as text, without round-off."""
-        return number_words(_clean(axis, 1.0))
+        return number_words(_round_to_size(axis, 1.0))
 
 
-def _clean(x: Array, size: float) -> Array:
+def _round_to_size(x: Array, size: float) -> Array:
     """Round numbers to the digits that are significant beside numbers of a size."""
     return np.round(x, DIGITS - round(float(np.log10(size)))) if size else x

@@ -85,7 +85,7 @@ def joint(
         independent: whether it is marked as an input.
     """
     sides = [Element("parent", {"link": parent}), Element("child", {"link": child})]
-    parts = [at, *sides, *_axes(axes)]
+    parts = [at, *sides, *_axis_elements(axes)]
     if pitch:
         parts.append(
             Element("screw_thread_pitch", {"value": number_words([2 * np.pi * pitch])})
@@ -96,7 +96,7 @@ def joint(
         parts.append(Element("mimic", {"joint": source, **dict(values)}))
     if kind == "prismatic":
         parts.append(Element("limit", _UNLIMITED))
-    attributes = {"name": name, "type": kind, **_mark(independent)}
+    attributes = {"name": name, "type": kind, **_independent_mark(independent)}
     return Element("joint", attributes, tuple(parts))
 
 
@@ -119,14 +119,14 @@ def loop(
         Element(role, {"link": end}, (at,) if at else ())
         for role, (end, at) in zip(("predecessor", "successor"), sides, strict=True)
     ]
-    attributes = {"name": name, "type": kind, **_mark(independent)}
-    return Element("loop", attributes, (*ends, *_axes(axes)))
+    attributes = {"name": name, "type": kind, **_independent_mark(independent)}
+    return Element("loop", attributes, (*ends, *_axis_elements(axes)))
 
 
-def _axes(axes: tuple[str, str]) -> list[Element]:
+def _axis_elements(axes: tuple[str, str]) -> list[Element]:
     pairs = zip(("axis", "axis2"), axes, strict=True)
     return [Element(tag, {"xyz": text}) for tag, text in pairs if text]
 
 
-def _mark(independent: bool) -> dict[str, str]:
+def _independent_mark(independent: bool) -> dict[str, str]:
     return {"independent": "true"} if independent else {}

@@ -27,10 +27,10 @@ def number_words(values: Iterable[float]) -> str:
 
 def element_text(tree: Element) -> str:
     """Write a tree of elements as the text of an XML file, indented by two blanks."""
-    return "\n".join(['<?xml version="1.0"?>', *_lines(tree, "")]) + "\n"
+    return "\n".join(['<?xml version="1.0"?>', *_element_lines(tree, "")]) + "\n"
 
 
-def _lines(item: Element, margin: str) -> Iterator[str]:
+def _element_lines(item: Element, margin: str) -> Iterator[str]:
     pairs = (f' {key}="{escape(value, _QUOTED)}"' for key, value in item.attributes.items())
     head = f"{margin}<{item.tag}{''.join(pairs)}"
     if not item.children:
@@ -38,7 +38,7 @@ def _lines(item: Element, margin: str) -> Iterator[str]:
         return
     yield f"{head}>"
     for child in item.children:
-        yield from _lines(child, f"{margin}  ")
+        yield from _element_lines(child, f"{margin}  ")
     yield f"{margin}</{item.tag}>"
 
 

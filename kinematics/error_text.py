@@ -8,7 +8,7 @@ from difflib import get_close_matches
 __all__ = ["closest_names", "clean", "quoted"]
 
 # Most names in a list.
-NAMED = 8
+MAX_NAMES = 8
 
 
 def clean(text: str, limit: int = 80) -> str:
@@ -25,8 +25,8 @@ def clean(text: str, limit: int = 80) -> str:
 def quoted(names: Iterable[str]) -> str:
     """List the first names, quoted, and how many are left."""
     texts = [f"'{clean(name)}'" for name in names]
-    rest = f" and {len(texts) - NAMED} more" if len(texts) > NAMED else ""
-    return ", ".join(texts[:NAMED]) + rest
+    rest = f" and {len(texts) - MAX_NAMES} more" if len(texts) > MAX_NAMES else ""
+    return ", ".join(texts[:MAX_NAMES]) + rest
 
 
 def closest_names(name: str, known: Iterable[str]) -> str:
@@ -37,9 +37,9 @@ def closest_names(name: str, known: Iterable[str]) -> str:
         known: the known ones.
     """
     names = list(known)
-    if len(names) > NAMED:
+    if len(names) > MAX_NAMES:
         short = [other for other in names[:2000] if len(other) < 80]
-        like = get_close_matches(name[:80], short, NAMED, 0.5)
+        like = get_close_matches(name[:80], short, MAX_NAMES, 0.5)
         if like:
             return f"{quoted(like)} and others"
     return quoted(names)

@@ -43,7 +43,7 @@ class PackageError(UsageError):
     """
 
     def __init__(self, purpose: str, package: str, command: str, more: str = "") -> None:
-        """Compose the message; ``more`` says how else it may be installed."""
+        """Compose the message; ``more`` names another way to install it."""
         self.package, self.command = package, command
         super().__init__(
             f"{purpose} needs {package}, which is not installed; install it with "
@@ -114,7 +114,7 @@ class FileError(LinkageError):
         file: path or name of the file.
         element: the element at fault, such as ``joint 'j1'``, or an empty string.
         problem: the fault.
-        remedy: how to mend it.
+        remedy: how to correct it.
     """
 
     def __init__(self, file: str, element: str, problem: str, remedy: str) -> None:

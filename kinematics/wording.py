@@ -13,8 +13,12 @@ from kinematics.tolerances import WRITTEN_AS_ZERO
 
 __all__ = ["check_summary", "count_noun", "first_names", "repr_lines", "vector_text"]
 
-# Most names in a list, most lines of a paragraph, and most characters of a line.
-NAMED, LINES, WIDTH = 6, 6, 96
+# Most names in a list.
+MAX_NAMES = 6
+# Most lines of a repr.
+MAX_LINES = 6
+# Most characters of a line.
+WIDTH = 96
 
 
 def check_summary(found: NamedTuple) -> str:
@@ -37,7 +41,7 @@ def count_noun(number: int, noun: str) -> str:
 
 def first_names(names: Sequence[str]) -> str:
     """List the first six names, and ``…`` for the others."""
-    return ", ".join(names[:NAMED]) + (" …" if len(names) > NAMED else "")
+    return ", ".join(names[:MAX_NAMES]) + (" …" if len(names) > MAX_NAMES else "")
 
 
 def vector_text(x: ArrayLike) -> str:
@@ -51,7 +55,7 @@ def vector_text(x: ArrayLike) -> str:
 
 def repr_lines(head: str, *lines: str) -> str:
     """Join at most six lines: a head, others indented below it, and how many are left out."""
-    most = LINES - 1
+    most = MAX_LINES - 1
     if len(lines) > most:
         lines = (*lines[: most - 1], f"and {len(lines) - most + 1} more")
     cut = (shorten(line, WIDTH, placeholder=" …") for line in (head, *lines))

@@ -318,7 +318,7 @@ def _measure_residual(space: DesignSpace) -> tuple[float, int]:
     for _ in range(1 if chain.width == 1 else RAYS):
         ray = rng.standard_normal(chain.width)
         for sign in (1.0, -1.0):
-            way = continue_along(chain, sign * ray / np.sqrt(ray @ ray), reach=STEP)
+            way = continue_along(chain, sign * ray / np.sqrt(ray @ ray), longest_step=STEP)
             for pose in islice(way, STEPS):
                 X = rows_at(chain, pose, force)
                 left = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)

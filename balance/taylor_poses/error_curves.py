@@ -108,7 +108,7 @@ def _walked(motion: TaylorMotion, ray: Array, far: float) -> tuple[Array, Array]
     """
     chain = motion.chain
     rates = chain.columns @ ray
-    way = continue_along(chain, ray, reach=far / SAMPLES)
+    way = continue_along(chain, ray, longest_step=far / SAMPLES)
     s, q = [0.0], [np.zeros(len(motion.joints))]
     for pose in islice(way, 2 * SAMPLES):
         done = float(pose.q @ rates / (rates @ rates))

@@ -164,7 +164,9 @@ def _limits(linkage: Linkage, joint: str, rates: Array) -> str:
     )  # fmt: skip
     low, high = (
         sign
-        * degrees(_farthest(continue_along(alone, np.array([sign]), reach=TURN / STEPS), crank))
+        * degrees(
+            _farthest(continue_along(alone, np.array([sign]), longest_step=TURN / STEPS), crank)
+        )
         for sign in (-1.0, 1.0)
     )
     return (

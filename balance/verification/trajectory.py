@@ -191,7 +191,7 @@ def _fastest(chain: Chain) -> float:
 
 def _firmness(chain: Chain, screws: Array) -> float:
     """Least distance of a column of the loop matrix from those before it; 0 if singular."""
-    found = pivots(screws, chain.mimics, chain.lines, chain.dependent.size)
+    found = pivots(screws, chain.mimics, chain.envelope, chain.dependent.size)
     return float(np.abs(found).min()) if found.size else 1.0
 
 

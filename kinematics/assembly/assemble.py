@@ -83,7 +83,7 @@ def assemble(
 
 def _repair_or_leave(
     draft: UnassembledLinkage,
-    mend: bool,
+    repair: bool,
     problem: CoordinateError | MobilityError | None = None,
 ) -> UnassembledLinkage:
     """Repair the rounded axes of a draft, or move it to a pose that is not singular.
@@ -92,7 +92,7 @@ def _repair_or_leave(
         MobilityError: neither is possible, or the branch to follow is not determined.
         CoordinateError: there is nothing to repair: the given problem remains.
     """
-    found = repair_axes(draft) if mend else ""
+    found = repair_axes(draft) if repair else ""
     if not isinstance(found, str):
         return found
     regular = leave_singular_pose(draft)

@@ -47,7 +47,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Mend = Callable[[UnassembledLinkage, Sequence[int], float, float], UnassembledLinkage | str]
+Repair = Callable[[UnassembledLinkage, Sequence[int], float, float], UnassembledLinkage | str]
 
 # Distances from the pose of the file (radians, characteristic lengths) of random starts.
 START_DISTANCES = (0.1, 0.3, 1.0, 3.0)
@@ -57,7 +57,7 @@ STARTS_PER_DISTANCE = 8
 SEED = 0
 
 
-def close_loops(draft: UnassembledLinkage, mend: Mend | None = None) -> UnassembledLinkage:
+def close_loops(draft: UnassembledLinkage, repair: Repair | None = None) -> UnassembledLinkage:
     """Move a linkage to a pose that closes its loops; unchanged if its own pose does.
 
     Components are closed one by one, with tolerances relative to their own size. A notice
@@ -66,7 +66,7 @@ def close_loops(draft: UnassembledLinkage, mend: Mend | None = None) -> Unassemb
 
     Args:
         draft: the linkage as its file describes it.
-        mend: repair of a component whose loops almost close, such as
+        repair: repair of a component whose loops almost close, such as
             `kinematics.assembly.repair_axes.repair_component`. Its arguments are the draft with
             welds moved to close the loops, the joints of the component, and the largest angle
             (rad) and distance (m) by which welds were moved; it returns a draft, or why it
@@ -85,7 +85,7 @@ def close_loops(draft: UnassembledLinkage, mend: Mend | None = None) -> Unassemb
     loose = set(range(len(draft.loops))).difference(*(part.loops for part in parts))
     if any(not np.array_equal(draft.loops[k].gap, np.eye(4)) for k in loose):
         raise _open_loop_error(draft, "")
-    found = [_close_component(part, mend) for part in parts]
+    found = [_close_component(part, repair) for part in parts]
     for each in found:
         if isinstance(each, str):
             raise _open_loop_error(draft, each)
@@ -99,8 +99,8 @@ def close_loops(draft: UnassembledLinkage, mend: Mend | None = None) -> Unassemb
         rereference(draft, chain, q), notices=(*draft.notices, *_closing_notices(furthest))
     )
     for each in closings:
-        if each.open and mend is not None:
-            better = mend(there, each.part.joints.tolist(), *each.open)
+        if each.open and repair is not None:
+            better = repair(there, each.part.joints.tolist(), *each.open)
             if isinstance(better, str):
                 raise _open_loop_error(draft, better)
             there = better
@@ -130,15 +130,15 @@ def _joint_motion(closing: _ClosedComponent) -> float:
     return size if size > ALMOST_CLOSED_RESIDUAL or not closing.open else 0.0
 
 
-def _close_component(part: Component, mend: Mend | None) -> _ClosedComponent | str:
+def _close_component(part: Component, repair: Repair | None) -> _ClosedComponent | str:
     """Close the loops of a component; if no pose does, return a hint for the user."""
     gaps, hint = _weld_gaps(part), ""
     for number, start in enumerate(_start_positions(part.joints.size)):
         q = _solve_from(part.chain, gaps, start)
         if q is not None:
             return _ClosedComponent(part, q, number)
-        if number == 0 and mend is not None:
-            found = _close_with_repair(part, mend)
+        if number == 0 and repair is not None:
+            found = _close_with_repair(part, repair)
             if not isinstance(found, str):
                 return found
             hint = found
@@ -196,7 +196,7 @@ def _minimise_opening(chain: Chain, gaps: Array, start: Array) -> Array:
     return q
 
 
-def _close_with_repair(part: Component, mend: Mend) -> _ClosedComponent | str:
+def _close_with_repair(part: Component, repair: Repair) -> _ClosedComponent | str:
     """Close a component up to a small gap and repair its axes; explain if the repair fails.
 
     Steps leave out directions in which the loops hardly open: those are freedoms that
@@ -216,7 +216,7 @@ def _close_with_repair(part: Component, mend: Mend) -> _ClosedComponent | str:
         angle, distance = (float(np.abs(part).max()) for part in (D[..., :3], D[..., 3]))
         if max(angle, distance) <= ALMOST_CLOSED_RESIDUAL:
             left = angle, distance * chain.frame.length
-            better = mend(rereference(part.draft, chain, q), range(q.size), *left)
+            better = repair(rereference(part.draft, chain, q), range(q.size), *left)
             return better if isinstance(better, str) else _ClosedComponent(scaled, q, 0, left)
     return ""
 
@@ -229,8 +229,8 @@ def _newton_closure(chain: Chain, gaps: Array, q: Array) -> Array | None:
 
     def closed(path: Sequence[Iterate]) -> bool:
         pose = forward_kinematics(chain, path[-1].x)
-        open_by = float(np.abs(_loop_residual(chain, gaps, pose)).max())
-        return open_by <= CLOSURE_RESIDUAL and (
+        opening = float(np.abs(_loop_residual(chain, gaps, pose)).max())
+        return opening <= CLOSURE_RESIDUAL and (
             len(path) == 1 or path[-2].size <= CLOSURE_RESIDUAL
         )
 
@@ -279,12 +279,12 @@ def _closing_notices(found: _ClosedComponent) -> list[Notice]:
     chain, number, joints = found.part.chain, found.start, found.part.draft.joints
     q, _ = wrap_turns(joints, found.q)
     home = forward_kinematics(chain, np.zeros(q.size))
-    open_by = np.abs(_loop_residual(chain, _weld_gaps(found.part), home)).max()
+    opening = np.abs(_loop_residual(chain, _weld_gaps(found.part), home)).max()
     furthest = int(np.argmax(np.abs(q)))
     joint = joints[furthest]
     start = "the pose of the file" if number == 0 else f"random start {number} (seed {SEED})"
     text = (
-        f"the loops were open by {open_by:.2g} (radians, characteristic lengths); closed from "
+        f"the loops were open by {opening:.2g} (radians, characteristic lengths); closed from "
         f"{start}; joint '{joint.name}' moved furthest, by "
         f"{position_text(joint, q[furthest] * chain.units[furthest])}"
     )

@@ -200,13 +200,15 @@ def _sample_poses(chain: Chain, rank: int) -> list[Array]:
     """Find joint positions in many directions that close the loops as well as possible."""
     _, Vt = loop_singular_values(loop_matrix(chain))
     N, rng, found = Vt[rank:].T, np.random.default_rng(SEED), []
-    for reach in np.linspace(NEAREST_POSE, FURTHEST_POSE, POSES_PER_FREEDOM * (N.shape[1] + 1)):
+    for distance in np.linspace(
+        NEAREST_POSE, FURTHEST_POSE, POSES_PER_FREEDOM * (N.shape[1] + 1)
+    ):
         v = N @ rng.standard_normal(N.shape[1])
-        start = reach * v / np.linalg.norm(v)
+        start = distance * v / np.linalg.norm(v)
         q, left = _close_at_rank(chain, start, rank)
         if (
             np.abs(left).max() <= MAX_TRIED_AXIS_CHANGE
-            and np.linalg.norm(q - start) <= 0.7 * reach
+            and np.linalg.norm(q - start) <= 0.7 * distance
         ):
             found.append(q)
     return found
@@ -215,11 +217,11 @@ def _sample_poses(chain: Chain, rank: int) -> list[Array]:
 def _close_at_rank(chain: Chain, q: Array, rank: int) -> tuple[Array, Array]:
     """Find joint positions next to q that close the loops best, and the mismatch there."""
 
-    def settled(path: Sequence[Iterate]) -> bool:
+    def converged(path: Sequence[Iterate]) -> bool:
         return path[-1].size <= FIT_CONVERGED
 
     rule = FixedRank(rank)
-    last, _ = gauss_newton(closure_equations(chain), q, rule, settled, never_stop, 12)
+    last, _ = gauss_newton(closure_equations(chain), q, rule, converged, never_stop, 12)
     return last.next, last.residual
 
 
@@ -229,8 +231,8 @@ def _move_axes(chain: Chain, poses: list[Array], rank: int, moves: Array) -> Cha
 
     def relations(moved: Chain) -> tuple[Array, Array]:
         nonlocal poses
-        poses, openings, slopes = _irreducible_mismatch(moved, poses, rank)
-        return openings, slopes @ moves
+        poses, residuals, slopes = _irreducible_mismatch(moved, poses, rank)
+        return residuals, slopes @ moves
 
     def move(moved: Chain, step: Array) -> Chain:
         small = (moves @ -step).reshape(-1, 6)
@@ -288,15 +290,15 @@ def _irreducible_mismatch(
         The poses; the mismatch left (count,); its derivatives by displacements of the axes
         (count, 6 n).
     """
-    solved, openings, slopes = [], [], []
+    solved, residuals, slopes = [], [], []
     for start in poses:
         q, b = _close_at_rank(chain, start, rank)
         A = loop_matrix(chain, forward_kinematics(chain, q).screws)
         apart = np.linalg.svd(A)[0][:, rank:]
         solved.append(q)
-        openings.append(apart.T @ b)
+        residuals.append(apart.T @ b)
         slopes.append(apart.T @ _axis_jacobian(chain, q))
-    return solved, np.concatenate(openings), np.concatenate(slopes)
+    return solved, np.concatenate(residuals), np.concatenate(slopes)
 
 
 def _axis_jacobian(chain: Chain, q: Array) -> Array:

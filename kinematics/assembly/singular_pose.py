@@ -142,8 +142,8 @@ def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
     if here > there:
         text = (
             f"the pose of the file is singular: {_degrees(here)} there at first order, "
-            f"{there} elsewhere; a single branch of motion leaves it, and the reference pose is "
-            f"further along it, by {_positions(draft, chain, q)}"
+            f"{there} elsewhere; a single branch of motion leaves it, and the reference pose "
+            f"is further along it, by {_positions(draft, chain, q)}"
         )
     notices = (*draft.notices, Notice("left_singular_pose", text))
     return replace(rereference(draft, chain, q), notices=notices)
@@ -266,12 +266,12 @@ def _describe_branches(group: _SingularComponent) -> tuple[str, list[str]]:
     lead = int(np.flatnonzero(least >= 0.3 * least.max())[0])
     ratios = rates / rates[:, lead, None]
     differ = np.flatnonzero(np.ptp(ratios, axis=0) > 0.05 * np.abs(ratios).max(axis=0))
-    told = []
+    rates_text = []
     for column in differ[:MAX_NAMED]:
         values = list(dict.fromkeys(f"{x:.2g}" for x in ratios[:, column]))
-        told.append(f"{joints[column].name} by {' or '.join(values)}")
+        rates_text.append(f"{joints[column].name} by {' or '.join(values)}")
     names = [joints[column].name for column in (lead, *differ)]
-    return f"for each unit of {names[0]} move {', '.join(told)}", names
+    return f"for each unit of {names[0]} move {', '.join(rates_text)}", names
 
 
 def _degrees(count: int) -> str:

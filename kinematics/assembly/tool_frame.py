@@ -138,15 +138,15 @@ def _find_carrier(
 
 def _direction_numbers(linkage: Linkage, directions: str | Sequence[str]) -> list[int]:
     """Read the numbers of directions, in the order in which they are named."""
-    words = directions.split(",") if isinstance(directions, str) else list(directions)
-    words = [word.strip() for word in words]
-    for k, word in enumerate(words):
-        if word not in DIRECTIONS or word in words[:k]:
-            problem = "named twice" if word in DIRECTIONS else "no direction of a tool"
-            raise CoordinateError(linkage.source, [word], problem, DIRECTIONS)
-    if not words:
+    names = directions.split(",") if isinstance(directions, str) else list(directions)
+    names = [name.strip() for name in names]
+    for k, name in enumerate(names):
+        if name not in DIRECTIONS or name in names[:k]:
+            problem = "named twice" if name in DIRECTIONS else "no direction of a tool"
+            raise CoordinateError(linkage.source, [name], problem, DIRECTIONS)
+    if not names:
         raise CoordinateError(linkage.source, ["tool"], "no direction is named", DIRECTIONS)
-    return [DIRECTIONS.index(word) for word in words]
+    return [DIRECTIONS.index(name) for name in names]
 
 
 def _choose_held_directions(

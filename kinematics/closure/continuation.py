@@ -22,7 +22,7 @@ SERIES_ORDER = 3
 
 
 def continue_along(
-    chain: Chain, ray: Array, known: Series | None = None, reach: float = np.inf
+    chain: Chain, ray: Array, known: Series | None = None, longest_step: float = np.inf
 ) -> Iterator[Pose]:
     """Follow closed poses along a ray; the series at each pose predicts the next one.
 
@@ -32,7 +32,7 @@ def continue_along(
         chain: the linkage at its reference pose.
         ray: direction in the coordinates of the chain (w,).
         known: series along the ray at the reference pose, if there is one already.
-        reach: longest step.
+        longest_step: in the parameter of the ray.
 
     Returns:
         The poses, in order.
@@ -40,7 +40,7 @@ def continue_along(
     series = expand(chain, ray[None], SERIES_ORDER) if known is None else known
     q = np.zeros(chain.parent.size)
     while True:
-        pose, step = follow_ray(chain, q, series, ray, reach)
+        pose, step = follow_ray(chain, q, series, ray, longest_step)
         if step == 0.0:
             return
         yield pose
@@ -61,16 +61,19 @@ def continue_in_directions(chain: Chain, rays: Array) -> Iterator[tuple[Chain, P
     Returns:
         Poses, each with the chain in the coordinates that were used there.
     """
-    ways = [sign * ray for ray in rays for sign in (1.0, -1.0)]
+    directions = [sign * ray for ray in rays for sign in (1.0, -1.0)]
     if chain.dependent.size == chain.parent.size - 1:
-        walks = [_continue_single_freedom(chain, way) for way in ways]
+        paths = [_continue_single_freedom(chain, direction) for direction in directions]
     else:
-        walks = [((chain, pose) for pose in continue_along(chain, way)) for way in ways]
+        paths = [
+            ((chain, pose) for pose in continue_along(chain, direction))
+            for direction in directions
+        ]
     ended = 0
-    for path in cycle(walks):
+    for path in cycle(paths):
         found = next(path, None)
         ended = ended + 1 if found is None else 0
-        if ended == len(walks):
+        if ended == len(paths):
             return
         if found is not None:
             yield found

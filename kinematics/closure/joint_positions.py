@@ -21,9 +21,9 @@ __all__ = ["solve_joint_positions", "input_chain", "joint_positions", "si_chain"
 
 Array = NDArray[np.float64]
 
-# Most steps on the way to another pose.
+# Most steps from the reference pose to another pose.
 MAX_STEPS = 2000
-# Order of the series that predicts the next pose on that way.
+# Order of the series that predicts the next pose.
 SERIES_ORDER = 6
 
 
@@ -132,7 +132,7 @@ def solve_joint_positions(
     length = left = hypot(*point)
     used_up = 0
     for _ in range(MAX_STEPS):
-        # Counted down, so that nothing of the way is left to rounding.
+        # The remaining length is decremented, so that rounding leaves no residual step.
         if left == 0.0:
             return q
         ray = point / length

@@ -81,11 +81,11 @@ def radius_of_convergence(rates: Array) -> float:
 
 
 def follow_ray(
-    chain: Chain, start: Array, series: Series, ray: Array, reach: float = np.inf
+    chain: Chain, start: Array, series: Series, ray: Array, longest_step: float = np.inf
 ) -> tuple[Pose, float]:
     """Find a closed pose further along a ray, on the same branch.
 
-    The step is the smaller of ``reach`` and 0.4 of the radius of convergence estimated
+    The step is the smaller of ``longest_step`` and 0.4 of the radius of convergence estimated
     from the series, whose sum is the first guess of Newton's method; it is halved until
     the method stays within a tenth of that guess.
 
@@ -94,7 +94,7 @@ def follow_ray(
         start: joint positions from which to start (n,).
         series: the series there; its last ray is used.
         ray: the direction of that ray (w,).
-        reach: longest step.
+        longest_step: in the parameter of the ray.
 
     Returns:
         The pose and the length of the step, 0 if none was found.
@@ -106,7 +106,7 @@ def follow_ray(
         start,
         C,
         read_only(ray),
-        reach,
+        longest_step,
         q,
         H,
         screws,

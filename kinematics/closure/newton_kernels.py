@@ -246,7 +246,7 @@ def newton_workspace(chain: Chain, orders: int = 0) -> tuple[Array, ...]:
         and the step; joint rates by order and the prediction (orders + 1, n); four
         displacements.
     """
-    height, rows = chain.lines[COUNT, HEIGHT : ROWS + 1].tolist()
+    height, rows = chain.envelope[COUNT, HEIGHT : ROWS + 1].tolist()
     nd, n = chain.dependent.size, chain.parent.size
     m = 3 if chain.planar else 4
     numbers = np.empty(nd + 2 * rows)

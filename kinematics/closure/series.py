@@ -194,7 +194,7 @@ def _series_shapes(chain: Chain, rays: int, order: int) -> tuple[tuple[int, ...]
 def _make_scratch(chain: Chain, rays: int, order: int) -> tuple[Array, Array, Array]:
     """Make the arrays of a series that are not part of its result: F, numbers, S."""
     n, dim = chain.screws.shape
-    height, rows = chain.lines[COUNT, HEIGHT : ROWS + 1].tolist()
+    height, rows = chain.envelope[COUNT, HEIGHT : ROWS + 1].tolist()
     nd = chain.dependent.size
     numbers = np.empty(nd + rows + n * dim)
     return np.empty((nd, height)), numbers, np.zeros((rays, order + 1, n, dim))
@@ -250,7 +250,7 @@ def expand_from(chain: Chain, screws: Array, rays: Array, order: int) -> Series:
     """
     count = len(rays)
     purpose = "series", count, order
-    # Borrowed: what is not part of the result, and shapes. The result has arrays of its own.
+    # The scratch arrays are borrowed; the result has arrays of its own.
     borrowed = chain.borrow(
         purpose,
         lambda: (_make_scratch(chain, count, order), _series_shapes(chain, count, order)),

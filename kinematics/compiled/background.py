@@ -127,7 +127,7 @@ def compile() -> None:
     folder, package = cache_folder(), _ProcessChoice.warm_up.package
     for _ in _ProcessChoice.warm_up.stages():
         if folder is not None and not folder.exists():
-            return  # somebody has taken the cache away
+            return  # another process has removed the cache
         note_kernels(package, compiled_kernels())
     note_kernels(package, [*compiled_kernels(), ALL])
 
@@ -189,11 +189,11 @@ def _start_background() -> None:
             [sys.executable, "-P", "-c", CHILD.format(_ProcessChoice.warm_up.module)],
             cwd=folder, env=os.environ | own | {"OPENBLAS_NUM_THREADS": "1"},
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            # Interrupts of the command are not for it. In a session of its own, Linux might
-            # give it as much of the processor as the command.
+            # Interrupts of the command must not reach it. In a session of its own, Linux
+            # might give it as much of the processor as the command.
             process_group=0 if os.name == "posix" else None,
             creationflags=getattr(subprocess, "IDLE_PRIORITY_CLASS", 0),
-        ).returncode = 0  # nobody waits for it  # fmt: skip
+        ).returncode = 0  # no process waits for it  # fmt: skip
     except OSError as error:
         logger.debug("no process to compile kernels: %s", error)
 

@@ -26,9 +26,12 @@ __all__ = [
 
 logger = logging.getLogger(__name__)
 
-# The file in a folder that lists the kernels in it, the word for all of them, and how many
-# folders of other sources, versions of Numba or processors are kept.
-READY, ALL, KEPT = "kernels.ready", "all", 3
+# The file in a folder that lists the kernels in it.
+READY = "kernels.ready"
+# The entry of that file for all kernels.
+ALL = "all"
+# How many folders of other sources, versions of Numba or processors are kept.
+KEPT = 3
 
 
 def kernel_name(function: Callable[..., object]) -> str:

@@ -33,7 +33,7 @@ logger = logging.getLogger(__name__)
 
 # All private names of Numba that this project uses; they stand in this file alone.
 # _cache: the disk cache of one function, whose reading and writing are guarded.
-# _name: what Numba calls a compiler pass in its messages.
+# _name: the name of a compiler pass in messages of Numba.
 # _nrt: the option that turns the reference counting of arrays off.
 PRIVATE = ("_cache", "_name", "_nrt")
 
@@ -184,7 +184,7 @@ def _guard_cache(store: Any) -> None:
                 except Exception:  # the index is damaged
                     store.flush()
                     save(signature, data)
-        except (OSError, NotImplementedError):  # no room, no folder, or no locks there
+        except (OSError, NotImplementedError):  # no space, no folder, or no locks
             _events.cannot_cache()
 
     store.load_overload, store.save_overload = load_undamaged, save_alone

@@ -149,7 +149,7 @@ def update_factor(factor, rank, m, scale):
         scale: largest pivot so far.
 
     Returns:
-        The rank, the largest pivot, and the norm of what was cut off.
+        The rank, the largest pivot, and the norm of the remainder.
     """
     F, permutation, _, tolerance = factor
     p, P, end = permutation.size, F.shape[1], rank + m
@@ -255,7 +255,7 @@ def refactor(R, rows, columns, tolerance, scale, F, order, out):
         out: out: the new factor, with its columns in their own order (≥ rank, p).
 
     Returns:
-        The rank, the largest pivot, and the norm of what was cut off.
+        The rank, the largest pivot, and the norm of the remainder.
     """
     old, end = R.shape[0], R.shape[0] + rows.shape[0]
     for j in range(order.size):

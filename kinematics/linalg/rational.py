@@ -45,11 +45,11 @@ Pivot = Callable[[Rows[Number], Sequence[int]], tuple[int, int] | None]
 
 BITS = 64
 """Replacements are multiples of ``2**-BITS``."""
-# A number of more characters is not one that somebody measured.
+# Longest accepted decimal, in characters: no measured number is longer.
 MAX_DIGITS = 400
 # Largest denominator of a simple fraction.
 MAX_SIMPLE_DENOMINATOR = 1000
-# Terms of series are kept to so many more bits.
+# Additional bits of the terms of series.
 _GUARD = 64
 
 

@@ -13,7 +13,7 @@ def apply_reflector_sparse(f, P, k, begin, end, diagonal):
     """Apply ``I - v vᵀ / (d (r - d))`` to row k of a factor and to rows begin … end below.
 
     ``v = (r - d, A_k)`` turns column k into the diagonal d; r is the entry on the diagonal
-    before. Zeros in ``A_k``, of which there are many, are skipped.
+    before. The many zeros in ``A_k`` are skipped.
 
     Args:
         f: in, out: workspace, flat (rows * P,).
@@ -46,7 +46,7 @@ def apply_reflector_sparse(f, P, k, begin, end, diagonal):
 
 @kernel(reference_counting=False)
 def apply_reflector(f, P, k, end, diagonal, norms):
-    """Apply ``I - v vᵀ / (d (r - d))`` to rows k … end; norms of what is left below row k.
+    """Apply ``I - v vᵀ / (d (r - d))`` to rows k … end; and compute norms below row k.
 
     Args:
         f: in, out: as in `apply_reflector_sparse`, as are the next four.

@@ -146,18 +146,18 @@ def _envelope_columns(
 ) -> tuple[list[int], list[int], list[int], list[int]]:
     """Sort columns as they occur in the blocks; return them, and top, below, right of each."""
     place: dict[int, int] = {}
-    last, reach, at = [0] * count, [0] * rows, 0
+    last, rightmost, at = [0] * count, [0] * rows, 0
     for block in order:
         for c in used[block]:
             last[place.setdefault(c, len(place))] = at + sizes[block]
         furthest = len(place)
-        reach[at : at + sizes[block]] = [furthest] * sizes[block]
+        rightmost[at : at + sizes[block]] = [furthest] * sizes[block]
         at += sizes[block]
     top, below, right = [0] * count, [0] * count, [0] * count
     touched = 0
     for k in range(count):
         below[k] = max(last[k], min(k + 1, rows), below[k - 1] if k else 0)
-        right[k] = max(reach[below[k] - 1], k + 1)
+        right[k] = max(rightmost[below[k] - 1], k + 1)
         # The first reflection that reaches a column gives it its first entry.
         while touched < right[k]:
             top[touched] = k

@@ -8,7 +8,7 @@ kinematic analysis of closed-loop linkages", 2019). The link is found by solving
 poses at a given distance from many starts. A branch with one degree of freedom meets it in
 two points, one for each sense of the motion. If it is empty, no pose is left: the linkage
 moves only infinitesimally, up to the order at which the loops stop closing, which is the
-exponent k of the least opening ``c ε^k`` at the distance ε.
+exponent k of the least residual ``c ε^k`` at the distance ε.
 """
 
 from __future__ import annotations
@@ -97,8 +97,8 @@ def analyse_local_mobility(
             return LocalMobility(1, 0, order or MAX_ORDER, empty)
         return LocalMobility(1, 1, 0, SPHERE_RADII[0] * N.T)
     seen = None
-    for reach in SPHERE_RADII:
-        mobility, branches = _find_branches(chain, N, reach)
+    for distance in SPHERE_RADII:
+        mobility, branches = _find_branches(chain, N, distance)
         if seen == (mobility, len(branches)):
             break
         seen = mobility, len(branches)
@@ -133,7 +133,7 @@ def _start_directions(N: Array) -> Iterator[Array]:
 
 
 def _closest_pose(
-    chain: Chain, N: Array, reach: float, start: Array, fixed: Array | None = None
+    chain: Chain, N: Array, distance: float, start: Array, fixed: Array | None = None
 ) -> tuple[Array, float]:
     """Find the pose at a distance from the reference pose whose loops are least open.
 
@@ -143,7 +143,7 @@ def _closest_pose(
     Args:
         chain: the linkage as arrays.
         N: orthonormal freedoms (n, f).
-        reach: length of the part in N of the joint positions.
+        distance: length of the part in N of the joint positions.
         start: direction from which to start (n,).
         fixed: directions (n, d) in which the start is kept, instead of the length alone.
 
@@ -151,18 +151,18 @@ def _closest_pose(
         Joint positions, and the residual of the loops there.
     """
     U = np.linalg.svd(loop_matrix(chain))[0][:, : len(N) - N.shape[1]]
-    W = np.eye(len(U)) / reach**2 + (U @ U.T) * (1.0 / reach - 1.0 / reach**2)
+    W = np.eye(len(U)) / distance**2 + (U @ U.T) * (1.0 / distance - 1.0 / distance**2)
 
     closure = closure_equations(chain)
 
-    def opening(x: Array) -> tuple[Array, Array]:
-        b, A = closure(reach * x)
+    def residual(x: Array) -> tuple[Array, Array]:
+        b, A = closure(distance * x)
         if fixed is None:
             u = N.T @ x
             more, row = (u @ u - 1.0)[None], 2.0 * (N @ u)[None]
         else:
             more, row = fixed.T @ (x - start), fixed.T
-        return np.concatenate([W @ b, more]), np.concatenate([reach * W @ A, row])
+        return np.concatenate([W @ b, more]), np.concatenate([distance * W @ A, row])
 
     rule = LevenbergMarquardt(0.1)
 
@@ -170,20 +170,20 @@ def _closest_pose(
         arrived = len(path) > 1 and np.linalg.norm(path[-2].step) <= NEAR_SINGULAR_STEP
         return bool(arrived or np.linalg.norm(path[-1].residual) <= NEAR_SINGULAR_CONVERGED)
 
-    def stuck(path: Sequence[Iterate]) -> bool:
+    def damped_out(path: Sequence[Iterate]) -> bool:
         return rule.damping > 1e6
 
-    x = gauss_newton(opening, start, rule, closest, stuck, 61).last.x
-    pose = forward_kinematics(chain, reach * x)
+    x = gauss_newton(residual, start, rule, closest, damped_out, 61).last.x
+    pose = forward_kinematics(chain, distance * x)
     return pose.q, pose.error
 
 
-def _find_branches(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
+def _find_branches(chain: Chain, N: Array, distance: float) -> tuple[int, Array]:
     """Find the mobility of the branches at a distance, and a closed pose on each."""
     points: list[Array] = []
     for start in _start_directions(N):
-        q, opening = _closest_pose(chain, N, reach, start)
-        if opening <= NEAR_SINGULAR_RESIDUAL and np.abs(q).max() <= 10 * reach:
+        q, residual = _closest_pose(chain, N, distance, start)
+        if residual <= NEAR_SINGULAR_RESIDUAL and np.abs(q).max() <= 10 * distance:
             points.append(q)
     if not points:
         return 0, np.empty((0, len(N)))
@@ -191,28 +191,32 @@ def _find_branches(chain: Chain, N: Array, reach: float) -> tuple[int, Array]:
     mobility = max(sizes)
     if mobility == 1:
         return 1, _one_pose_per_branch(
-            _select_distinct([*points, *_opposite_poses(chain, N, reach, points)], reach)
+            _select_distinct([*points, *_opposite_poses(chain, N, distance, points)], distance)
         )
-    flat = _tangent_space(np.array(points) @ N / reach, mobility)
-    if min(sizes) == mobility and flat is not None and _is_one_sheet(chain, N, reach, N @ flat):
+    flat = _tangent_space(np.array(points) @ N / distance, mobility)
+    if (
+        min(sizes) == mobility
+        and flat is not None
+        and _is_one_sheet(chain, N, distance, N @ flat)
+    ):
         return mobility, np.array(points[:1])
     return mobility, _most_different_pair(np.array(points), N)
 
 
 def _opposite_poses(
-    chain: Chain, N: Array, reach: float, points: list[Array]
+    chain: Chain, N: Array, distance: float, points: list[Array]
 ) -> Iterator[Array]:
     """Yield closed poses in the senses opposite to those found."""
-    for q in _select_distinct(points, reach):
-        other, opening = _closest_pose(chain, N, reach, -q / reach)
-        if opening <= NEAR_SINGULAR_RESIDUAL:
+    for q in _select_distinct(points, distance):
+        other, residual = _closest_pose(chain, N, distance, -q / distance)
+        if residual <= NEAR_SINGULAR_RESIDUAL:
             yield other
 
 
-def _select_distinct(points: list[Array], reach: float) -> list[Array]:
+def _select_distinct(points: list[Array], distance: float) -> list[Array]:
     """Select poses that differ from one another."""
     first = distinct_vectors(
-        points, lambda some, q: np.abs(some - q).max(axis=1) <= SAME_POSE_RELATIVE * reach
+        points, lambda some, q: np.abs(some - q).max(axis=1) <= SAME_POSE_RELATIVE * distance
     )
     return [points[k] for k in first]
 
@@ -238,7 +242,7 @@ def _tangent_space(directions: Array, dimension: int) -> Array | None:
     return Vt[:dimension].T
 
 
-def _is_one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
+def _is_one_sheet(chain: Chain, N: Array, distance: float, T: Array) -> bool:
     """Return whether the closed poses are one smooth sheet over tangent directions T (n, d)."""
     rng = np.random.default_rng(SEED)
     for _ in range(2 * T.shape[1] + 2):
@@ -248,10 +252,10 @@ def _is_one_sheet(chain: Chain, N: Array, reach: float, T: Array) -> bool:
         for _ in range(4):
             aside = N @ rng.standard_normal(N.shape[1])
             start = t + 0.3 * project_out(aside, T)
-            q, opening = _closest_pose(chain, N, reach, start, T)
-            if opening <= NEAR_SINGULAR_RESIDUAL:
+            q, residual = _closest_pose(chain, N, distance, start, T)
+            if residual <= NEAR_SINGULAR_RESIDUAL:
                 found.append(q)
-        if len(_select_distinct(found, reach)) != 1:
+        if len(_select_distinct(found, distance)) != 1:
             return False
     return True
 
@@ -270,7 +274,9 @@ def _estimate_order(chain: Chain, N: Array) -> int:
     The residual at the distance ε is ``c ε^k``: k follows from two distances.
     """
     least = []
-    for reach in (0.1, 0.05):
-        openings = [_closest_pose(chain, N, reach, start)[1] for start in _start_directions(N)]
-        least.append(min(openings))
+    for distance in (0.1, 0.05):
+        residuals = [
+            _closest_pose(chain, N, distance, start)[1] for start in _start_directions(N)
+        ]
+        least.append(min(residuals))
     return int(np.clip(np.rint(np.log2(least[0] / least[1])), 2, MAX_ORDER))

@@ -94,7 +94,7 @@ class Chain:
         columns: joint rates of the independent joints for each column (n, w).
         moves: whether a column can move a link (n, w).
         links: link of each body with inertial parameters, -1 if it cannot move.
-        structure: what follows from all arrays but the screws; found if it is not given.
+        structure: data that follow from all arrays but the screws; made if not given.
     """
 
     frame: Frame
@@ -139,7 +139,7 @@ class Chain:
         return self.columns.shape[1]
 
     @property
-    def lines(self) -> IntArray:
+    def envelope(self) -> IntArray:
         """Envelope table of the loop matrix; see `kinematics.linalg.skyline_qr`."""
         return self.once(_make_envelope)
 
@@ -148,7 +148,7 @@ class Chain:
         """The arrays that kernels of the motion read, in their order."""
         return (
             self.parent, self.screws, self.ends, self.mimics, self.columns, self.moves,
-            self.lines,
+            self.envelope,
         )  # fmt: skip
 
     def once(self, make: Callable[[Chain], Made]) -> Made:
@@ -189,5 +189,5 @@ class Chain:
 
 def _make_envelope(chain: Chain) -> IntArray:
     dim = chain.screws.shape[1]
-    lines = envelope_table(chain.parent, chain.ends, chain.mimics, chain.dependent, dim)
-    return freeze(lines, np.int64)
+    table = envelope_table(chain.parent, chain.ends, chain.mimics, chain.dependent, dim)
+    return freeze(table, np.int64)

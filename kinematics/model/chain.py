@@ -287,7 +287,7 @@ def rigid_parts(count: int, welds: Iterable[tuple[int, int]] | IntArray) -> IntA
         welds: pairs of links that move as one, -1 for the ground.
 
     Returns:
-        Part of each link and, as the last entry, of the ground (n + 1,): 0 for what is welded
+        Part of each link and, as the last entry, of the ground (n + 1,): 0 for links welded
         to the ground, the others from 1 in the order of their first links.
     """
     part = np.arange(1, count + 2)

@@ -21,7 +21,7 @@ __all__ = ["Motion", "motion_of"]
 
 Array = NDArray[np.float64]
 
-# Sums of factors up to this one do not overflow.
+# Largest factor: sums of such factors do not overflow.
 MAX_FACTOR = 1e300
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 

@@ -64,7 +64,7 @@ def urdf_text(linkage: Any) -> str:
 
 
 class _LinkageWriter:
-    """A linkage on its way to a file: poses of its links, and names that are taken."""
+    """The writer of one linkage: poses of its links, and names that are taken."""
 
     def __init__(self, linkage: Any) -> None:
         """Find the links of every rigid body, the one it is named after first."""

@@ -17,7 +17,7 @@ __all__ = ["inertial", "joint", "link", "loop", "origin", "robot"]
 
 Array = NDArray[np.float64]
 
-# What other parsers need of a prismatic joint that has no limits of its own.
+# Limits that other parsers require of a prismatic joint without limits.
 _UNLIMITED = {"lower": "-1e9", "upper": "1e9", "effort": "0", "velocity": "0"}
 _ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2),
             "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}  # fmt: skip

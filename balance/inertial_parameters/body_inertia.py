@@ -150,7 +150,7 @@ def in_link_frames(basis: Array, frames: Array, axes: Array, labels: Sequence[st
     """The basis, each body's parameters about the origin and in the axes of its link.
 
     Args and shape are those of `body_inertias` and of ``basis``. A planar body gets the
-    axes that `kinematics.model.chain.plane_axes` finds for the normal in its link frame.
+    axes that `kinematics.model.plane.plane_axes` finds for the normal in its link frame.
     """
     changes = np.array([_change(frame, axes, labels) for frame in frames])
     parts = basis.reshape(*changes.shape[:2], basis.shape[1])

@@ -108,10 +108,14 @@ def is_near_singular(chain: Chain, values: Array, pose: Pose) -> bool:
 
 
 def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
-    """The draft at a regular pose: its own, or one on the only branch that leaves it.
+    """Move a linkage to a regular pose: its own, or one on the only branch that leaves it.
 
     Args:
         draft: a linkage whose loops are closed.
+
+    Returns:
+        The draft itself if its pose is regular; otherwise the draft at another pose, with a
+        notice.
 
     Raises:
         MobilityError: joints move only infinitesimally, or several branches of motion meet

@@ -39,7 +39,12 @@ Array = NDArray[np.float64]
 
 
 class Notice(NamedTuple):
-    """A remark for the user: a stable code for scripts, and one readable line."""
+    """A remark for the user.
+
+    Attributes:
+        code: a stable name, for scripts.
+        message: one readable line.
+    """
 
     code: str
     message: str
@@ -217,6 +222,12 @@ class Linkage(UnassembledLinkage):
         frames: poses of the link frames of the bodies at the reference pose (bodies, 4, 4).
         chain: the linkage as arrays, planar if every link moves in parallel planes.
         spatial_chain: the same without the reduction to the plane.
+
+    Example:
+        >>> from kinematics import load
+        >>> linkage = load("robot.urdf")
+        >>> linkage.mobility, linkage.inputs, linkage.planar
+        (1, ('u1',), True)
     """
 
     mobility: int = 0

@@ -257,7 +257,12 @@ class LevenbergMarquardt:
         damping: the present factor; it grows by 8 at a step not taken, shrinks by 4 else.
     """
 
-    GROWTH, SHRINK, LEAST = 8.0, 0.25, 1e-3
+    # Factor of the damping after a step that is not taken.
+    GROWTH = 8.0
+    # Factor of the damping after a step that is taken.
+    SHRINK = 0.25
+    # Smallest damping.
+    MIN_DAMPING = 1e-3
 
     def __init__(self, damping: float) -> None:
         """Make steps that begin with this factor."""
@@ -286,5 +291,5 @@ class LevenbergMarquardt:
         if not float(np.linalg.norm(after)) < float(np.linalg.norm(before)):
             self.damping *= self.GROWTH
             return False
-        self.damping = max(self.SHRINK * self.damping, self.LEAST)
+        self.damping = max(self.SHRINK * self.damping, self.MIN_DAMPING)
         return True

@@ -77,11 +77,11 @@ class Motion:
     def coefficients(self) -> list[list[Fraction]]:
         """The relations as rows of rational coefficients, one per input.
 
-        They are those of the text; those of a motion without text make up the space to
-        which its basis is perpendicular.
+        They are those of the text, without relations that repeat others up to rounding; those
+        of a motion without text span the space to which its basis is perpendicular.
         """
         if self.relations:
-            return [_row(relation, self.inputs) for relation in self.relations]
+            return _independent([_row(relation, self.inputs) for relation in self.relations])
         columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
         return rational_null_space(columns, len(self.inputs))
 
@@ -151,6 +151,19 @@ def _unit(row: list[Fraction]) -> list[Fraction]:
     """A row over its largest coefficient."""
     size = max(map(abs, row), default=Fraction(0))
     return [x / size for x in row] if size else row
+
+
+def _independent(rows: list[list[Fraction]]) -> list[list[Fraction]]:
+    """The rows that leave less to move than those before them."""
+    kept: list[list[Fraction]] = []
+    left = len(rows[0])
+    for row in rows:
+        units = [_unit(other) for other in (*kept, row)]
+        free = len(rational_null_space(units, len(row), _largest_in_row))
+        if free < left:
+            kept.append(row)
+            left = free
+    return kept
 
 
 def _largest_in_row(

@@ -93,7 +93,7 @@ def _outcome(case: Mutant, folder: Path) -> str:
     path = written(case, folder)
     reading = ("as_written", "nominal")[case.seed % 2]
     try:
-        draft = urdf.read(path, options=urdf.Options(angles=reading))
+        draft = urdf.read(path, options=ReadOptions(angles=reading))
     except LinkageError as error:
         _check_line(error, folder)
         return "refused by the reader"

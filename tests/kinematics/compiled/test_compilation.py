@@ -39,14 +39,14 @@ register_warm_up("kinematics.warmup", stages)
 # What a command does: kernels run, and seem to take a second.
 COMMAND = """
 import sys, kinematics.warmup
-from kinematics.compiled.background import kernel_time, begin_command
+from kinematics.compiled.background import measure_kernel_time, begin_command
 begin_command()
 from kinematics.above import outer
 print(outer(1.0))
-kernel_time.add(1.0)
+measure_kernel_time.add(1.0)
 print(outer(1.0), "numba" in sys.modules)
 """
-QUICK = COMMAND.replace("kernel_time.add(1.0)", "kernel_time.add(0.1)")
+QUICK = COMMAND.replace("measure_kernel_time.add(1.0)", "measure_kernel_time.add(0.1)")
 
 
 @pytest.fixture
@@ -104,9 +104,9 @@ def test_a_command_changes_to_compiled_kernels_that_come_meanwhile(small):
         "print(outer(1.0), ",
         """
 import time
-while not kernel_time.runs_compiled("kinematics.above.outer()"):
+while not measure_kernel_time.runs_compiled("kinematics.above.outer()"):
     time.sleep(0.05)
-    kernel_time.add(0.0)
+    measure_kernel_time.add(0.0)
 print(outer(1.0), """,
     )
     assert run(folder, code, **environment)[0] == ["20.0", "20.0", "True"]

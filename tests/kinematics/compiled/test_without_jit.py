@@ -86,11 +86,11 @@ def test_numbers_are_those_of_python():
     """As a compiled kernel returns them: no index and no JSON takes a scalar of NumPy."""
     script = (
         "import numpy as np\n"
-        "from kinematics.linalg.pivoted_qr import absorbed, follows, smallest_pivot\n"
+        "from kinematics.linalg.pivoted_qr import rows_follow, smallest_pivot, updated_factor\n"
         "one, both = np.eye(2), np.arange(2)\n"
         "print(type(smallest_pivot(one, both)).__name__)\n"
-        "print(*(type(x).__name__ for x in absorbed(one[:0], one, both, 1e-9, 1.0)[2:]))\n"
-        "print(type(follows(one, both, one, both, 1e-9, 1.0)).__name__)"
+        "print(*(type(x).__name__ for x in updated_factor(one[:0], one, both, 1e-9, 1.0)[2:]))\n"
+        "print(type(rows_follow(one, both, one, both, 1e-9, 1.0)).__name__)"
     )
     assert without_compiler("-c", script).split() == ["float", "float", "float", "bool"]
 

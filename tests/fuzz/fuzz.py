@@ -31,6 +31,7 @@ from balance import design_space  # noqa: E402
 from kinematics.assembly.assemble import assemble  # noqa: E402
 from kinematics.errors import FileError, LinkageError  # noqa: E402
 from kinematics.urdf import read as urdf  # noqa: E402
+from kinematics.urdf.input_files import ReadOptions  # noqa: E402
 
 # Seconds after which a case hangs.
 LIMIT = 60.0

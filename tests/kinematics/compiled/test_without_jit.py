@@ -89,7 +89,8 @@ def test_numbers_are_those_of_python():
         "from kinematics.linalg.pivoted_qr import rows_follow, smallest_pivot, updated_factor\n"
         "one, both = np.eye(2), np.arange(2)\n"
         "print(type(smallest_pivot(one, both)).__name__)\n"
-        "print(*(type(x).__name__ for x in updated_factor(one[:0], one, both, 1e-9, 1.0)[2:]))\n"
+        "found = updated_factor(one[:0], one, both, 1e-9, 1.0)\n"
+        "print(*(type(x).__name__ for x in found[2:]))\n"
         "print(type(rows_follow(one, both, one, both, 1e-9, 1.0)).__name__)"
     )
     assert without_compiler("-c", script).split() == ["float", "float", "float", "bool"]

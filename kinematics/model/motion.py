@@ -86,11 +86,12 @@ class Motion:
     def coefficients(self) -> list[list[Fraction]]:
         """Compute the relations as rows of rational coefficients, one per input.
 
-        They are those of the text. Those of a motion without text span the orthogonal
-        complement of its basis.
+        They are those of the text, without relations that repeat others up to rounding. Those
+        of a motion without text span the orthogonal complement of its basis.
         """
         if self.relations:
-            return [_relation_row(relation, self.inputs) for relation in self.relations]
+            rows = [_relation_row(relation, self.inputs) for relation in self.relations]
+            return _select_independent(rows)
         columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
         return rational_null_space(columns, len(self.inputs))
 
@@ -160,6 +161,19 @@ def _scale_to_unit(row: list[Fraction]) -> list[Fraction]:
     """Divide a row by its largest coefficient."""
     size = max(map(abs, row), default=Fraction(0))
     return [x / size for x in row] if size else row
+
+
+def _select_independent(rows: list[list[Fraction]]) -> list[list[Fraction]]:
+    """Select the rows that leave less to move than those before them."""
+    kept: list[list[Fraction]] = []
+    left = len(rows[0])
+    for row in rows:
+        units = [_scale_to_unit(other) for other in (*kept, row)]
+        free = len(rational_null_space(units, len(row), _largest_in_row))
+        if free < left:
+            kept.append(row)
+            left = free
+    return kept
 
 
 def _largest_in_row(

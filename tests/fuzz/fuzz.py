@@ -31,6 +31,7 @@ from balance import design_space  # noqa: E402
 from kinematics.assembly.assemble import assemble  # noqa: E402
 from kinematics.errors import FileError, LinkageError  # noqa: E402
 from kinematics.urdf import read as urdf  # noqa: E402
+from kinematics.urdf.input_files import ReadOptions  # noqa: E402
 
 # Seconds after which a case hangs.
 LIMIT = 60.0
@@ -93,7 +94,7 @@ def _outcome(case: Mutant, folder: Path) -> str:
     path = written(case, folder)
     reading = ("as_written", "nominal")[case.seed % 2]
     try:
-        draft = urdf.read(path, options=urdf.Options(angles=reading))
+        draft = urdf.read(path, options=ReadOptions(angles=reading))
     except LinkageError as error:
         _check_line(error, folder)
         return "refused by the reader"

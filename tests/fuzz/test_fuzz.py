@@ -13,9 +13,10 @@ from time_limit import Hang, time_limit
 
 from kinematics import gallery
 from kinematics.urdf import read as urdf
+from kinematics.urdf.input_files import ReadOptions
 
 CASES = 1000
-EXACT = urdf.Options(angles="as_written")
+EXACT = ReadOptions(angles="as_written")
 
 
 def test_no_mutant_is_misread(tmp_path):

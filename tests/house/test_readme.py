@@ -10,7 +10,9 @@ from pathlib import Path
 
 from balance.cli.main import main
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+OPTIONS = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")
 
 
 def fenced(mark: str) -> list[str]:
@@ -20,7 +22,7 @@ def fenced(mark: str) -> list[str]:
 
 def test_the_examples_print_what_they_say():
     examples, outputs = fenced("example"), fenced("output")
-    assert len(examples) == len(outputs) == 3
+    assert len(examples) == len(outputs) == 4
     for example, output in zip(examples, outputs, strict=True):
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
@@ -37,10 +39,20 @@ def test_the_first_command_runs(capsys):
     assert len(set(texts)) == 1
 
 
-def test_the_options_shown_exist(capsys):
-    shown = set(
-        re.findall(r"--[a-z-]+", README.split("## On the command line")[1].split("##")[0])
-    )
+def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
+    """All that are shown exist, and all that exist are described."""
+    section = README.split("## On the command line")[1].split("##")[0]
     for verb in (["report"], ["verify"], ["design"], ["motion"], []):
         assert main([*verb, "--help"]) == 0
-    assert shown <= set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
+    known = set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))
+    shown = set(re.findall(r"--[a-z][a-z-]*", section))
+    assert shown <= known
+    described = set(re.findall(r"--[a-z][a-z-]*", OPTIONS))
+    assert not known - shown - {"--help", "--minimize"}
+    assert not known - described - {"--help", "--minimize", "--version"}
+
+
+def test_links_of_the_documents_lead_to_files():
+    for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), ROOT / "tests/README.md"):
+        for link in re.findall(r"\]\(([^)#:]+)\)", path.read_text(encoding="utf-8")):
+            assert (path.parent / link).exists(), f"{path.name}: {link}"

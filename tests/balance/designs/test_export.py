@@ -17,6 +17,7 @@ from balance.designs.write_urdf import replace_inertials
 from kinematics.errors import FileError
 from kinematics.model_gallery import gallery
 from kinematics.urdf import read as urdf
+from kinematics.urdf.input_files import ReadOptions
 
 ELEMENT = "<inertial>\n  <mass/>\n</inertial>"
 ANY = re.compile(rb"[\r\n]*[ \t]*<inertial\b[^>]*(?:/>|>.*?</inertial\s*>)", re.DOTALL)
@@ -89,7 +90,7 @@ def robot(tmp_path):
     def read(text, **options):
         path = tmp_path / "robot.urdf"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return urdf.read(path, None, urdf.Options(**options))
+        return urdf.read(path, None, ReadOptions(**options))
 
     return read
 

@@ -202,6 +202,13 @@ def test_motions_without_text_are_taken_from_their_basis():
     assert found.ranks == exact_ranks(linkage, "u2=u3").ranks
 
 
+def test_a_relation_that_repeats_another_up_to_its_decimals_is_one():
+    """Exact arithmetic would take the two for no motion at all."""
+    linkage = kinematics.load("three_rsr_rational")
+    twice = ["u2=0.333333333333333*u3", "3*u2=u3"]
+    assert exact_ranks(linkage, twice).ranks == exact_ranks(linkage, twice[:1]).ranks
+
+
 def mimicking(tmp_path, axis):
     """A serial arm of which one joint follows another twice as fast; and its lengths."""
     follow = '<mimic joint="a" multiplier="2"/>'

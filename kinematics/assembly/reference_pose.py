@@ -50,5 +50,5 @@ def move_reference_pose(
     chain = arrange_loops(linkage)
     there = assemble(rereference(linkage, chain, q / chain.units), inputs, exactly=exactly)
     pose = {name: float(at.get(name, here[name])) for name in inputs}
-    # Both assemblies may have had the same to tell.
+    # Both assemblies may have made the same notices.
     return replace(there, at=pose, notices=tuple(dict.fromkeys(there.notices)))

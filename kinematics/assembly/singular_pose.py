@@ -256,8 +256,8 @@ def _bifurcation_error(
         how = f"{count} branches of motion meet there: {ratios}"
     return MobilityError(
         f"{draft.source}: singular at the pose of the file: {_degrees(here)} there, {there} "
-        f"at other poses; {how}; nothing tells which is meant: write the file at a pose on the "
-        f"one that is, such as {poses[0]}, or {poses[1]}",
+        f"at other poses; {how}; the pose does not determine which one is meant: write the "
+        f"file at a pose on that one, such as {poses[0]}, or {poses[1]}",
         joints=names,
     )
 

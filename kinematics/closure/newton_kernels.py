@@ -45,7 +45,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Newton's method converges quadratically: more steps than this mean that it does not.
+# Most steps: Newton's method converges quadratically, or does not converge.
 MAX_NEWTON_STEPS = 30
 # Largest part of the radius of convergence that one step covers.
 RADIUS_SHARE = 0.4
@@ -140,7 +140,7 @@ def solve_closure(chain, q, H, s, steps, workspace):
         place_links(parent, screws, q, H, s, displacements[0])
         # H[:0]: no gaps, the loops are closed at the reference pose
         fill_loop_mismatch(H, ends, H[:0], b, dim, displacements)
-        # errors of the mimic relations: Σ_j mimics[r, j] q_j
+        # errors of the mimic relations Σ_j mimics[r, j] q_j
         for relation in range(mimics.shape[0]):
             total = 0.0
             for j in range(q.size):
@@ -151,7 +151,7 @@ def solve_closure(chain, q, H, s, steps, workspace):
             square += b[i] * b[i]
         error = np.sqrt(square)
         stalled = error < NEWTON_STALL_RESIDUAL and error >= 0.5 * best
-        # Written so that a NaN ends it.
+        # The negated comparison also ends the loop at a NaN.
         if not error < NEWTON_DIVERGED or stalled or error < NEWTON_ROUND_OFF:
             return error
         best = min(best, error)

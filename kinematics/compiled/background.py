@@ -37,7 +37,7 @@ MODES = ("now", "background", "never")
 # Seconds of uncompiled kernels after which it is worth loading compiled ones: Numba takes
 # 0.3 s to import, and thirty kernels 0.4 s to load (`python -m benchmarks start_up`).
 WORTH = 0.5
-# Seconds between two looks at whether another process has compiled the kernels.
+# Seconds between two checks whether another process has compiled the kernels.
 PAUSE = 0.2
 # The process beside a command takes the lock before it imports anything heavy.
 CHILD = (

@@ -31,7 +31,7 @@ __all__ = ["compile_kernel", "compiled_kernels", "let_kernels_call"]
 
 logger = logging.getLogger(__name__)
 
-# All private names of Numba that this project uses; they stand in this file alone.
+# All private names of Numba that this project uses; no other file uses any.
 # _cache: the disk cache of one function, whose reading and writing are guarded.
 # _name: the name of a compiler pass in messages of Numba.
 # _nrt: the option that turns the reference counting of arrays off.
@@ -154,7 +154,7 @@ def _cache_on_disk(compiled: Any) -> None:
         _events.cannot_cache()
     finally:
         numba.config.CACHE_DIR = usual
-    # Where Numba's cache looks different inside, it is used as it is.
+    # Another version of Numba may have no such attribute: its cache is used unguarded.
     with suppress(AttributeError):
         _guard_cache(compiled._cache)
 

@@ -90,7 +90,7 @@ def orthonormal(rows, count, n):
         count: how many.
         n: entries of each.
     """
-    # Row i, again while it loses size, against every row k before it, entry by entry.
+    # Project row i off every row k before it; repeat while it loses size.
     for i in range(count):
         x = rows[i]
         size = 0.0

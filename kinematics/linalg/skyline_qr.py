@@ -7,7 +7,7 @@ and only that is stored: of each column the rows ``TOP`` to ``BELOW``. (A. Georg
 W.-H. Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981.)
 
 An envelope table is one array of integers (10, length), because each array argument adds call
-overhead. Its lines are named by the constants below:
+overhead. Its rows are named by the constants below:
 
     ROW                              first row of each block of rows; loops, then relations
     JOINT, TOP, BELOW, RIGHT         of each column: its joint, the rows between which it has
@@ -47,11 +47,11 @@ IntArray = NDArray[np.int64]
 # A block of rows: the joints of a loop with their signs, or of a relation with its number.
 Block = list[tuple[int, int]]
 
-# Up to this number of blocks of rows a matrix is taken as full.
-FEW = 8
-# Lines of an envelope table.
+# Matrices with at most this number of blocks of rows are stored as full.
+MAX_FULL_BLOCKS = 8
+# Rows of an envelope table.
 ROW, JOINT, TOP, BELOW, RIGHT, MEMBER, COLUMN, PLACE, SIGN, COUNT = range(10)
-# Entries of its last line.
+# Entries of its last row.
 IN_LOOPS, ENTRIES, HEIGHT, ROWS = range(4)
 
 
@@ -75,7 +75,7 @@ def envelope_table(
     blocks = [[member for member in block if member[0] in position] for block in blocks]
     sizes = [dim] * loops + [1] * len(mimics)
     used = [[position[j] for j, _ in block] for block in blocks]
-    full = len(blocks) <= FEW
+    full = len(blocks) <= MAX_FULL_BLOCKS
     order = list(range(len(blocks))) if full else _order_by_neighbours(used, count)
     row = np.cumsum([0] + [sizes[block] for block in order]).tolist()
     rows = row.pop()

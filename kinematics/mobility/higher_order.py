@@ -43,14 +43,14 @@ __all__ = ["MAX_ORDER", "LocalMobility", "analyse_local_mobility"]
 
 Array = NDArray[np.float64]
 
-# Distances of the sphere from the pose (radians, characteristic lengths): the first two at
-# which the same is found count.
+# Radii of the sphere about the pose (radians, characteristic lengths). They shrink until two
+# of them give the same branches.
 SPHERE_RADII = (0.06, 0.02, 0.006)
-# Highest order that is looked at.
+# Highest order at which loops are tested.
 MAX_ORDER = 8
 # Most starts of the search for branches.
 MAX_STARTS = 240
-# Most starts times the square of the number of joints: one start costs as much as its square.
+# Most starts times the square of the number of joints, with which the cost of a start grows.
 MAX_WORK = 400_000
 # Seed of the directions in which the search starts.
 SEED = 4

@@ -20,7 +20,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Where the entries of E stand among the parameters.
+# Index in z of each entry of E.
 _ENTRIES = np.array([[4, 7, 8], [7, 5, 9], [8, 9, 6]])
 
 

@@ -30,6 +30,13 @@ from balance.exact.serial import exact_transfers, has_branching_links
 from balance.momentum.regressor import rows_at
 from balance.spaces.certainty import LEVELS, Certainty
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import (
+    MOMENTUM_RESIDUAL,
+    MOMENTUM_RESIDUAL_CLEAR,
+    MOMENTUM_RESIDUAL_ILL_CONDITIONED,
+    PARALLEL_AXES_ROUNDED,
+    SINGULAR_VALUE_ROUND_OFF,
+)
 from kinematics.closure.continuation import continue_along
 from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
 from kinematics.model.linkage import Notice
@@ -37,13 +44,6 @@ from kinematics.urdf.rational_screws import exact_geometry
 
 __all__ = ["certify"]
 
-# Momentum of a distribution of size 1 that counts as none, relative to the conditions.
-BALANCED = 1e-11
-# Largest such momentum that counts as round-off of small loops on long arms, if exact
-# arithmetic finds no condition at many further orders.
-SMALL = 1e-6
-# Singular values, and momentum at fresh poses, below this are round-off beyond doubt.
-ROUND_OFF, VANISHING = 1e-14, 1e-12
 # Number of rays along which fresh poses are taken, steps each way, and longest step.
 RAYS, STEPS, STEP = 2, 8, 0.237
 # Most rounds of added poses, while fresh poses leave momentum.
@@ -52,8 +52,6 @@ ROUNDS = 3
 # joints be at rest to count as idle: twice the 14th power of the input with which a gear of
 # three yokes and a dead centre moves a joint.
 CLOSURE_ORDERS = 30
-# Largest angle between parallel axes that double precision may have rounded, radians.
-PARALLEL = 1e-15
 _BELIEVED = (
     "believe the latter: the digits of the file describe another linkage, which does not move "
     "so, and the answer is for the linkage that closes"
@@ -169,13 +167,13 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
 def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
     """Whether fresh poses leave momentum, so that more poses may add conditions."""
     complete = found.exact.rank + len(found.independent) == found.exact.parameters
-    return residual > BALANCED and not complete and space.highest_order is None
+    return residual > MOMENTUM_RESIDUAL and not complete and space.highest_order is None
 
 
 def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> CertifiedSpace:
     """Add the doubt, or the notice, about rounding that exact arithmetic refused."""
     doubt, mobility = "", space.linkage.mobility
-    if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
+    if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL_AXES_ROUNDED:
         doubt = f"its axes are parallel to within {error.deviation:.0e} rad only"
     if isinstance(error, InexactClosureError) and 0 < error.mobility != mobility:
         doubt = f"the mobility is {mobility} up to rounding, and {error.mobility} as written"
@@ -251,7 +249,9 @@ def _unverified(
         return f"exact arithmetic finds conditions up to order {exact.kmax}: more may follow"
     if not poses:
         return "no finite pose was found to check it at"
-    if residual > BALANCED and not (residual <= SMALL and _adds_no_condition(space, exact)):
+    if residual > MOMENTUM_RESIDUAL and not (
+        residual <= MOMENTUM_RESIDUAL_ILL_CONDITIONED and _adds_no_condition(space, exact)
+    ):
         return _momenta_left(residual)
     return ""
 
@@ -273,7 +273,7 @@ def _certify_rounded(
     """The certainty of a space where floating point alone decides, or is in doubt."""
     settled, (residual, poses) = space, _measure_residual(space)
     for _ in range(ROUNDS):
-        if residual <= BALANCED or space.highest_order is not None:
+        if residual <= MOMENTUM_RESIDUAL or space.highest_order is not None:
             break
         settled = with_more_poses(settled)
         residual, poses = _measure_residual(settled)
@@ -289,7 +289,7 @@ def _certify_rounded(
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
     # Without exact arithmetic a condition near round-off cannot be told from none, and axes
     # that are parallel to within rounding may not be meant to be.
-    tiny = settled.dropped <= ROUND_OFF and residual <= VANISHING
+    tiny = settled.dropped <= SINGULAR_VALUE_ROUND_OFF and residual <= MOMENTUM_RESIDUAL_CLEAR
     parallel = settled.nullity > settled.serial_nullity
     level = LEVELS[bool(sure and ((tiny and parallel) or same))]
     seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
@@ -302,7 +302,7 @@ def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
     found = list(space.doubts)
     if not space.settled and space.highest_order is None:
         found.append(_UNSETTLED)
-    elif residual > BALANCED and space.highest_order is None:
+    elif residual > MOMENTUM_RESIDUAL and space.highest_order is None:
         found.append(_momenta_left(residual))
     return tuple(found)
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.search.many_geometries_kernels import points_on
+from balance.search.placing_kernels import points_on_axes
 from balance.spaces.compute import design_space
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.assembly.assemble import assemble
@@ -38,7 +38,7 @@ def with_changed_numbers(space: DesignSpace) -> DesignSpace | None:
     units /= np.sqrt(np.sum(n**2, axis=1, keepdims=True))
     near = np.array([joint.point for joint in linkage.joints])
     points = np.empty_like(near)
-    points_on(units, near, points)
+    points_on_axes(units, near, points)
     joints = tuple(
         replace(joint, screw=freeze(screw), point=freeze(point))
         for joint, screw, point in zip(linkage.joints, units, points, strict=True)

@@ -27,6 +27,7 @@ from balance.exact.serial import ExactTransfer
 from balance.inertial_parameters.conversions import basis_from_chain, to_chain
 from balance.spaces.design_space_result import DesignSpace
 from balance.spaces.result import Order, rank_table
+from balance.tolerances import KNOWN_RANK_RELATIVE, UNIT_ROWS_DEPENDENT
 from balance.transfers.serial_space import Transfers, serial_transfers
 from kinematics.assembly.assemble import moving_chain
 from kinematics.linalg.rational import combination, dot, echelon, largest_entry
@@ -41,11 +42,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-
-# Relative size below which a direction is round-off, where the rank is known.
-NOTHING = 2.0**-64
-# Unit rows with a singular value below this are made independent in rational numbers.
-DEPENDENT = 1e-6
 
 
 class Evidence(NamedTuple):
@@ -151,7 +147,7 @@ def _gather_as_many(space: DesignSpace, known: Array, exact: Exact) -> Collected
     chain, force, rank = space.chain, space.balance == "force", exact.rank
     floor = relative_tolerance(chain)
     gathered = collect_conditions(chain, known, force, floor, space.highest_order)
-    for limit in (floor, NOTHING):
+    for limit in (floor, KNOWN_RANK_RELATIVE):
         if gathered.conditions.rank >= rank:
             break
         conditions = gathered.conditions._replace(floor=limit)
@@ -232,8 +228,8 @@ def _orthonormalise(A: Array, known: bool = False) -> Array | None:
         return A
     A = A / np.sqrt(np.sum(A**2, axis=1, keepdims=True))
     _, values, Vt = singular_value_decomposition(A)
-    count = len(A) if known else int(np.sum(values > DEPENDENT))
-    doubtful = np.any((values <= DEPENDENT) & (values > 0.0)) and not known
+    count = len(A) if known else int(np.sum(values > UNIT_ROWS_DEPENDENT))
+    doubtful = np.any((values <= UNIT_ROWS_DEPENDENT) & (values > 0.0)) and not known
     return None if doubtful else Vt[:count]
 
 

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from balance.conditions.order_kernels import (
     FAR,
     FIRST,
-    NEAR,
     conditions_up_to_order,
     generic_directions,
 )
 from balance.conditions.rank import Conditions
 from balance.momentum.regressor import rows_at, rows_per_column
+from balance.tolerances import SHORT_CONVERGENCE_RADIUS
 from kinematics.closure.continuation import continue_in_directions
 from kinematics.errors import MobilityError
 from kinematics.linalg.pivoted_qr import round_off
@@ -93,7 +93,7 @@ def collect_conditions(
     conditions, ranks, settled, reach = found
     poses = 0
     if max_order is None and not conditions.complete:
-        if not settled or reach < NEAR or conditions.thin:
+        if not settled or reach < SHORT_CONVERGENCE_RADIUS or conditions.thin:
             conditions, poses, settled = add_poses(chain, force, conditions)
     return CollectedConditions(conditions, tuple(ranks), poses, settled)
 

@@ -34,7 +34,6 @@ from kinematics.spatial.displacements import place_links
 __all__ = [
     "FAR",
     "FIRST",
-    "NEAR",
     "OrderResult",
     "conditions_up_to_order",
     "generic_directions",
@@ -48,8 +47,6 @@ IntArray = NDArray[np.int64]
 
 # The order to which the motion is expanded first.
 FIRST = 3
-# Series that converge no further than this, in radians, say little.
-NEAR = 1e-2
 # Steps to the pose that decides whether high orders are complete.
 FAR = 4
 

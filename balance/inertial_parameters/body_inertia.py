@@ -14,6 +14,7 @@ from balance.inertial_parameters.conversions import (
     parameters,
     violations,
 )
+from balance.tolerances import MASS_ROUND_OFF, MOMENT_ROUND_OFF
 from kinematics.errors import BodyError
 from kinematics.model.arrays import freeze
 from kinematics.model.chain import plane_axes
@@ -24,10 +25,6 @@ __all__ = ["BodyInertia", "body_inertias", "in_link_frames"]
 
 Array = NDArray[np.float64]
 
-# A mass or first moment below this part of the whole distribution is round-off.
-NO_MASS = 1e-12
-# The same for what subtraction leaves of moments.
-NO_MOMENT = 1e-9
 # Coordinates are not squared without overflow above this size, or underflow below its inverse.
 LARGEST = 1e120
 
@@ -165,12 +162,12 @@ def _body(
     moments = z[1:3] if planar else z[1:4]
     R, origin = frame[:3, :3], frame[:3, 3]
     mass, c, com, link_com = 0.0, np.zeros(moments.size), None, None
-    if abs(z[0]) > NO_MASS * size:
+    if abs(z[0]) > MASS_ROUND_OFF * size:
         mass = float(z[0])
         c = moments / mass
         com = freeze(c @ axes[:2] + (n @ origin) * n if planar else c)
         link_com = freeze(R.T @ (com - origin))
-    elif np.abs(moments).max() > NO_MASS * size * length:
+    elif np.abs(moments).max() > MASS_ROUND_OFF * size * length:
         return BodyInertia(name, z, mass)
     at = np.zeros(3) if link_com is None else link_com
     if "Ezz" not in labels:
@@ -183,9 +180,10 @@ def _body(
         inertia = freeze(inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
         whole = local = freeze(R.T @ inertia @ R)
     element = _element(mass, at, whole)
-    about = NO_MOMENT * float(np.abs(z[3:] if planar else z[4:]).max())
+    about = MOMENT_ROUND_OFF * float(np.abs(z[3:] if planar else z[4:]).max())
     unreal = violations(
-        parameters(mass, np.zeros(3), whole), floor=max(about, NO_MASS * size * length**2)
+        parameters(mass, np.zeros(3), whole),
+        floor=max(about, MASS_ROUND_OFF * size * length**2),
     )
     return BodyInertia(
         name, z, mass, com, inertia, moment, link_com, local, element, tuple(unreal)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.tolerances import PHYSICAL_INEQUALITY
 from kinematics.model.arrays import Frame
 from kinematics.spatial.inertia import (
     inertia_tensor,
@@ -70,7 +71,9 @@ def mass_properties(z: ArrayLike) -> MassProperties:
     return MassProperties(float(z[0]), c, inertia)
 
 
-def violations(z: ArrayLike, tolerance: float = 1e-9, floor: float = 0.0) -> list[str]:
+def violations(
+    z: ArrayLike, tolerance: float = PHYSICAL_INEQUALITY, floor: float = 0.0
+) -> list[str]:
     """The inequalities that a physical body satisfies and these parameters do not.
 
     A body can exist if and only if its pseudo-inertia is positive semidefinite, which is

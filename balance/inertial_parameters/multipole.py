@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.tolerances import ROD_DYADS_SINGULAR
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import pseudo_inertia
 from kinematics.wording import vector_text
@@ -39,8 +40,6 @@ RODS = freeze(
     [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0.5**0.5, 0.5**0.5], [0.5**0.5, 0, 0.5**0.5],
      [0.5**0.5, 0.5**0.5, 0]]
 )  # fmt: skip
-# Rods are dependent if the smallest singular value of their dyads is below this.
-DEPENDENT = 1e-10
 
 
 def _stacked(m: Array, mc: Array, S: Array) -> Array:
@@ -224,7 +223,7 @@ def _six(directions: ArrayLike) -> Array:
     sizes = np.linalg.norm(b, axis=1)
     if sizes.all() and np.isfinite(sizes).all():
         b = b / sizes[:, None]
-        if np.linalg.svd(_dyads(b), compute_uv=False)[-1] > DEPENDENT:
+        if np.linalg.svd(_dyads(b), compute_uv=False)[-1] > ROD_DYADS_SINGULAR:
             return b
     raise ValueError(
         "six rods in these directions do not make up every inertia: take directions that do "

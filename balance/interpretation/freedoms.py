@@ -25,6 +25,7 @@ from balance.interpretation.terms import (
     term_vectors,
 )
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import ECHELON_PIVOT, FRACTION_ROUND_OFF
 from balance.transfers.by_joint import Transfer
 from kinematics.linalg.rational import echelon
 from kinematics.model.arrays import freeze
@@ -34,10 +35,6 @@ __all__ = ["Freedom", "parallel_freedoms", "summarise", "transfer_freedoms"]
 
 Array = NDArray[np.float64]
 
-# Pivots below this part of unit columns are round-off.
-PIVOT = 1e-11
-# Part of the largest value by which others miss simple fractions through round-off.
-ROUNDING = 1e-12
 NUMBERS = ("no", "a", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 PLURALS = {
     "point mass": "point masses", "displacement": "displacements", "rod": "rods",
@@ -110,18 +107,18 @@ def _reading(space: DesignSpace, transfer: Transfer, own: Sequence[Term]) -> lis
 def _echelon(rows: Array) -> Array:
     """Reduced row echelon form of independent rows; what round-off leaves is zero."""
     A = np.array(echelon(rows.tolist(), _largest_in_column)[0])
-    A[np.abs(A) <= PIVOT * np.abs(A).max(axis=1, keepdims=True)] = 0.0
+    A[np.abs(A) <= ECHELON_PIVOT * np.abs(A).max(axis=1, keepdims=True)] = 0.0
     return A
 
 
 def _largest_in_column(
     left: Sequence[Sequence[float]], pivots: Sequence[int]
 ) -> tuple[int, int] | None:
-    """The pivot of the row echelon form, where entries up to ``PIVOT`` are round-off."""
+    """Find the next pivot, or None; entries up to ``ECHELON_PIVOT`` are round-off."""
     first = pivots[-1] + 1 if pivots else 0
     for column in range(first, len(left[0]) if left else 0):
         sizes = [abs(row[column]) for row in left]
-        if max(sizes) > PIVOT:
+        if max(sizes) > ECHELON_PIVOT:
             return sizes.index(max(sizes)), column
     return None
 
@@ -178,4 +175,4 @@ def _relative(values: Array) -> Array:
     """Values divided by the largest, the first of them positive; round-off is taken off."""
     values = values / np.abs(values).max()
     values *= np.sign(values[np.flatnonzero(values)[0]])
-    return np.array([is_simple(value, ROUNDING) for value in values])
+    return np.array([is_simple(value, FRACTION_ROUND_OFF) for value in values])

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from balance.inertial_parameters.multipole import NOUNS, Primitive
 from balance.interpretation.terms import Term
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import AXIS_OFFSET_CLEAR, GEOMETRY_EQUAL
 from balance.transfers.by_joint import Transfer
 from kinematics.linalg.vectors import distinct_vectors, project_out
 from kinematics.model.chain import plane_axes
@@ -22,9 +23,6 @@ from kinematics.model.linkage import Joint
 __all__ = ["joint_frame_terms"]
 
 Array = NDArray[np.float64]
-
-# Sines of angles that count as zero.
-SAME = 1e-9
 
 
 def joint_frame_terms(space: DesignSpace, transfer: Transfer) -> Iterator[list[Term]]:
@@ -66,9 +64,11 @@ def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> 
     some += list(free.T @ space.axes[:count])
     if space.planar:
         some = [project_out(a, space.axes[2]) for a in some]
-    unit = [a / size for a in some if (size := np.linalg.norm(a)) > SAME * space.length]
+    unit = [
+        a / size for a in some if (size := np.linalg.norm(a)) > GEOMETRY_EQUAL * space.length
+    ]
     first = distinct_vectors(
-        unit, lambda few, a: np.linalg.norm(np.cross(few, a), axis=1) <= SAME
+        unit, lambda few, a: np.linalg.norm(np.cross(few, a), axis=1) <= GEOMETRY_EQUAL
     )
     found = [unit[k] for k in first]
     return found or [space.axes[0] if space.planar else space.axes[2]]
@@ -87,7 +87,7 @@ def _axes(space: DesignSpace, n: Array, point: Array) -> Array:
         return np.array([n, np.cross(space.axes[2], n)])
     for joint in space.linkage.joints:
         across = np.cross(n, joint.point - point)
-        if np.linalg.norm(across) > 1e-3 * space.length:
+        if np.linalg.norm(across) > AXIS_OFFSET_CLEAR * space.length:
             across /= np.linalg.norm(across)
             return np.array([n, np.cross(across, n), across])
     x, y, _ = plane_axes(n)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import GEOMETRY_EQUAL
 from kinematics.linalg import vectors
 from kinematics.model.linkage import Joint
 
@@ -22,8 +23,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Distances relative to the size of the linkage, and sines of angles, that count as zero.
-SAME = 1e-9
 # How the names of directions begin that are normal to others.
 NORMAL = "the normal to "
 
@@ -76,7 +75,7 @@ def named_points(space: DesignSpace, body: int) -> list[NamedPoint]:
         for j, k in enumerate(chain.joints)
         if part[chain.links[body]] in (part[j], part[chain.parent[j]])
     ]
-    apart = SAME * space.length
+    apart = GEOMETRY_EQUAL * space.length
     first = vectors.distinct_vectors(
         [joint.point for joint in here],
         lambda some, one: np.linalg.norm(some - one, axis=1) <= apart,
@@ -107,13 +106,15 @@ def named_directions(
     links = _links(place, places)
     if space.planar:
         n = space.axes[2]
-        plain = distinct_directions([*links, *([axis] if abs(site.axis @ n) < SAME else [])])
+        plain = distinct_directions(
+            [*links, *([axis] if abs(site.axis @ n) < GEOMETRY_EQUAL else [])]
+        )
         crossed, end = plain, ""
     else:
         n = site.axis
         crossed = [*links, *(NamedDirection(s.axis, f"the axis of {s.label}") for s in places)]
         plain = distinct_directions([*links, axis])
-        parallel = all(np.linalg.norm(np.cross(s.axis, n)) < SAME for s in places)
+        parallel = all(np.linalg.norm(np.cross(s.axis, n)) < GEOMETRY_EQUAL for s in places)
         end = "" if parallel else f" and {axis.name}"
     normals = [NamedDirection(np.cross(n, d.along), f"{NORMAL}{d.name}{end}") for d in crossed]
     return distinct_directions([*plain, *normals])
@@ -138,7 +139,7 @@ def distinct_directions(directions: Sequence[NamedDirection]) -> list[NamedDirec
     unit = [
         direction._replace(along=direction.along / size)
         for direction in directions
-        if (size := float(np.linalg.norm(direction.along))) > SAME
+        if (size := float(np.linalg.norm(direction.along))) > GEOMETRY_EQUAL
     ]
     first = vectors.distinct_vectors([direction.along for direction in unit], _opposite_or_same)
     return [unit[k] for k in first]
@@ -147,4 +148,4 @@ def distinct_directions(directions: Sequence[NamedDirection]) -> list[NamedDirec
 def _opposite_or_same(some: Array, one: Array) -> NDArray[np.bool_]:
     """Which unit vectors (k, 3) are another one (3,), up to sign."""
     apart = np.minimum(abs(some - one).max(axis=1), abs(some + one).max(axis=1))
-    return np.asarray(apart <= SAME)
+    return np.asarray(apart <= GEOMETRY_EQUAL)

@@ -12,16 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.tolerances import SOLUTION_OUTSIDE, SOLUTIONS_EQUAL, TERM_ABSENT
+
 __all__ = ["SparseSearch"]
 
 Array = NDArray[np.float64]
 
-# Terms below this part of the largest are not in the solution of a linear programme.
-ABSENT = 1e-6
-# Part of a solution that may lie outside the space.
-OUTSIDE = 1e-11
-# Sines of angles between solutions, and parts of columns, that count as zero.
-SAME = 1e-6
 # Entries of all the linear programmes that look for other solutions than are needed.
 WORK = 300_000
 
@@ -75,8 +71,8 @@ class SparseSearch(NamedTuple):
         """Columns that are solutions, then others that have a part which those do not."""
         found: list[Array] = []
         count = len(self.shadow)
-        alone = np.linalg.norm(self.conditions, axis=0) <= OUTSIDE
-        alone &= np.linalg.norm(self.shadow, axis=0) > SAME
+        alone = np.linalg.norm(self.conditions, axis=0) <= SOLUTION_OUTSIDE
+        alone &= np.linalg.norm(self.shadow, axis=0) > SOLUTIONS_EQUAL
         for k in sorted(np.flatnonzero(alone).tolist(), key=lambda k: self.cost[k]):
             x = np.zeros(alone.size)
             x[k] = 1.0
@@ -103,8 +99,8 @@ class SparseSearch(NamedTuple):
         found = np.empty((0, len(self.shadow)))
         for k in np.argsort(self.cost, kind="stable"):
             w, size = self.shadow[:, k], np.linalg.norm(self.shadow[:, k])
-            if len(found) < most and size > SAME:
-                if np.abs(found @ w).max(initial=0.0) < (1.0 - SAME) * size:
+            if len(found) < most and size > SOLUTIONS_EQUAL:
+                if np.abs(found @ w).max(initial=0.0) < (1.0 - SOLUTIONS_EQUAL) * size:
                     found = np.vstack([found, w / size])
         return list(found)
 
@@ -122,10 +118,10 @@ class SparseSearch(NamedTuple):
         if solved.x is None:
             return None
         x = np.subtract(*solved.x.reshape(2, -1))
-        support = np.flatnonzero(np.abs(x) > ABSENT * np.abs(x).max())
+        support = np.flatnonzero(np.abs(x) > TERM_ABSENT * np.abs(x).max())
         x = np.zeros_like(x)
         x[support] = np.linalg.svd(self.conditions[:, support])[2][-1]
-        return x if abs(w @ self.shadow @ x) > SAME and self.balances(x) else None
+        return x if abs(w @ self.shadow @ x) > SOLUTIONS_EQUAL and self.balances(x) else None
 
     def dense(self, w: Array) -> Array:
         """Some x for the direction w of the parallel space, whatever terms that takes."""
@@ -135,10 +131,10 @@ class SparseSearch(NamedTuple):
     def balances(self, x: Array) -> bool:
         """Whether a combination lies in the design space, to round-off."""
         outside = np.linalg.norm(self.conditions @ x)
-        return bool(outside <= OUTSIDE * np.linalg.norm(self.shadow @ x))
+        return bool(outside <= SOLUTION_OUTSIDE * np.linalg.norm(self.shadow @ x))
 
 
 def _span(vectors: Array) -> Array:
     """Orthonormal basis of the span of columns (n, m), of any sizes but zero."""
     left, values, _ = np.linalg.svd(vectors / np.linalg.norm(vectors, axis=0))
-    return left[:, : np.count_nonzero(values > SAME)]
+    return left[:, : np.count_nonzero(values > SOLUTIONS_EQUAL)]

@@ -24,16 +24,13 @@ from balance.interpretation.named_points import (
     named_points,
 )
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import FRACTION_IN_TEXT, GEOMETRY_EQUAL, TERMS_RANK
 from kinematics.model.arrays import Frame
 
 __all__ = ["Term", "describe_terms", "is_simple", "term_vectors", "candidate_terms"]
 
 Array = NDArray[np.float64]
 
-# Sines of angles, and ranks, that count as zero.
-SAME = 1e-9
-# Part of the largest by which a value that is written as a simple fraction may miss it.
-SIMPLE = 1e-9
 # What a term costs in the search for few: the plainer, the cheaper.
 PLAIN, CROSSING, OBLIQUE = 1.0, 1.02, 1.05
 
@@ -107,7 +104,7 @@ def _of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> lis
     named = [named_directions(space, k, places) for k in range(len(places))]
     found = _all(space, body, places, named)
     own = [p for term in found for p in term.primitives]
-    if np.linalg.matrix_rank(term_vectors(space, own, True), SAME) < len(space.labels):
+    if np.linalg.matrix_rank(term_vectors(space, own, True), TERMS_RANK) < len(space.labels):
         axes = [NamedDirection(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
         axes = axes[:2] if space.planar else axes
         origin = NamedPoint("the origin", np.zeros(3), space.axes[0], "x")
@@ -171,7 +168,10 @@ def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) ->
     for one, other in (pair for group in named for pair in combinations(group, 2)):
         product = np.outer(one.along, other.along) + np.outer(other.along, one.along)
         off = np.minimum(*(abs(known + s * product).max(axis=(1, 2)) for s in (1.0, -1.0)))
-        if abs(one.along @ other.along) < SAME and off.min(initial=1.0) > SAME:
+        if (
+            abs(one.along @ other.along) < GEOMETRY_EQUAL
+            and off.min(initial=1.0) > GEOMETRY_EQUAL
+        ):
             known = np.concatenate([known, product[None]])
             found.append(_pair(body, one, other))
     return found
@@ -209,6 +209,6 @@ def is_simple(value: float, tolerance: float) -> float:
 def _number(value: float) -> str:
     """A signed number, as a simple fraction if it reads as one."""
     fraction = Fraction(value).limit_denominator(12)
-    if fraction and abs(float(fraction) - value) <= SIMPLE:
+    if fraction and abs(float(fraction) - value) <= FRACTION_IN_TEXT:
         return f"{'-' if value < 0 else '+'}{abs(fraction)}"
     return f"{value:+.6g}"

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.momentum.regressor import momentum_regressor
+from balance.tolerances import BODY_AT_REST, LINES_MEET, LINES_PARALLEL_SINE
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 from kinematics.errors import PackageError
@@ -46,11 +47,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-
-# A body whose momentum is smaller than this part of the largest one is at rest.
-AT_REST = 1e-12
-# Directions closer than this to linear dependence are parallel.
-PARALLEL = 1e-9
 
 
 class ScrewLine(NamedTuple):
@@ -140,10 +136,10 @@ def momentum_lines(
 def _lines(linkage: Linkage, wrenches: Array) -> tuple[ScrewLine, ...]:
     """The lines of one column of wrenches (bodies, 6)."""
     sizes = np.linalg.norm(wrenches, axis=1)
-    resting = sizes <= AT_REST * sizes.max(initial=0.0)
+    resting = sizes <= BODY_AT_REST * sizes.max(initial=0.0)
     lines = []
     for body, wrench, rest in zip(linkage.bodies, wrenches, resting, strict=True):
-        axis = wrench_axis(np.zeros(6) if rest else wrench, AT_REST)
+        axis = wrench_axis(np.zeros(6) if rest else wrench, BODY_AT_REST)
         lines.append(
             ScrewLine(body.name, axis.point, axis.direction, axis.pitch, axis.magnitude)
         )
@@ -168,7 +164,7 @@ def meeting(lines: Sequence[ScrewLine]) -> Meeting | None:
     """
     points, directions = _proper(lines)
     across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
-    if len(points) < 2 or np.linalg.svd(directions)[1][1] < PARALLEL:
+    if len(points) < 2 or np.linalg.svd(directions)[1][1] < LINES_PARALLEL_SINE:
         return None
     feet = (across @ points[:, :, None]).reshape(-1)
     point = np.asarray(np.linalg.lstsq(across.reshape(-1, 3), feet, rcond=None)[0], np.float64)
@@ -190,7 +186,7 @@ def common_normal(lines: Sequence[ScrewLine]) -> ScrewLine | None:
         for j in range(i):
             normal = np.cross(directions[j], directions[i])
             size = float(np.linalg.norm(normal))
-            if size < PARALLEL:
+            if size < LINES_PARALLEL_SINE:
                 continue
             n = normal / size
             # Slide along line j to its foot: the point nearest to line i.
@@ -270,7 +266,7 @@ def _draw(axes: Axes, lines: Sequence[ScrewLine], pivots: Array, axes_of: Array)
         axes.plot(*(ends @ axes_of.T).T, color=colour, linewidth=1, label=label)
         step = line.direction * size * line.magnitude / (3.0 * largest)
         axes.quiver(*(axes_of @ foot), *(axes_of @ step), color=colour, **_arrow(axes_of))
-    if met is not None and met.miss <= 1e-6 * size:
+    if met is not None and met.miss <= LINES_MEET * size:
         axes.plot(*(axes_of @ met.point)[:, None], "k*", markersize=11, label="meeting point")
     axes.set_aspect("equal")
 

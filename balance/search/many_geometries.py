@@ -23,13 +23,11 @@ from balance.inertial_parameters.conversions import from_chain, to_chain
 from balance.momentum.regressor import parameters_per_body, rows_per_column
 from balance.options import Balance
 from balance.search.many_geometries_kernels import (
-    closure_residual,
-    place_geometry,
     planar_sweep,
-    points_on,
     spatial_sweep,
     sweep_workspace,
 )
+from balance.search.placing_kernels import find_wrong_screw, place_geometry, points_on_axes
 from balance.spaces.compute import design_space
 from balance.spaces.design_space_result import DesignSpace
 from balance.transfers.rigid_parts import number_rigid_parts
@@ -168,7 +166,7 @@ def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
         np.array([joint.kind == kind for joint in linkage.joints])
         for kind in ("prismatic", "helical")
     )
-    wrong = int(closure_residual(screws, sliding, helical))
+    wrong = int(find_wrong_screw(screws, sliding, helical))
     if wrong >= 0:
         number, j = divmod(wrong, count)
         joint = linkage.joints[j]
@@ -243,7 +241,7 @@ class _Work:
             LinkageError: it cannot be assembled.
         """
         points, linkage = np.empty_like(self.near), self.linkage
-        points_on(self.screws[number], self.near, points)
+        points_on_axes(self.screws[number], self.near, points)
         joints = tuple(
             replace(joint, screw=freeze(screw), point=freeze(point))
             for joint, screw, point in zip(

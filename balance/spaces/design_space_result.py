@@ -17,8 +17,14 @@ from balance.conditions.collect import relative_tolerance
 from balance.conditions.rank import Decision
 from balance.inertial_parameters.conversions import to_chain, violations
 from balance.spaces.result import SpaceData
+from balance.tolerances import (
+    AS_GIVEN_RESIDUAL,
+    DROPPED_CLEARLY,
+    KEPT_CLEARLY,
+    SQUARE_ROUND_OFF,
+)
 from balance.transfers.by_joint import Transfer, by_joint
-from balance.transfers.serial_space import DROPPED_CLEARLY, KEPT_CLEARLY, Transfers
+from balance.transfers.serial_space import Transfers
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.wording import first_names, repr_lines
@@ -28,12 +34,6 @@ __all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace"]
 Array = NDArray[np.float64]
 
 REPORT_SCHEMA = "balance.report/1"
-# Masses in files are rounded: a given distribution counts as balanced up to this part of
-# the sum of its bodies' contributions.
-BALANCED = 1e-9
-# A special geometry that is missed by δ has conditions of the size δ, δ² …: below this, the
-# second may be round-off.
-SMALL = 5e-8
 
 
 class AsGiven(NamedTuple):
@@ -122,7 +122,7 @@ class DesignSpace(SpaceData):
                 f"a direction of size {exchanged.dropped:.1e} counts as round-off: the serial "
                 "part may be wrong"
             )
-        if self.kept < SMALL:
+        if self.kept < SQUARE_ROUND_OFF:
             found.append(
                 f"the smallest singular value kept is {self.kept:.1e}: conditions of the size "
                 "of its square are below round-off"
@@ -184,7 +184,7 @@ class DesignSpace(SpaceData):
         residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
         if not np.isfinite(residual):  # lengths that no double precision can square
             residual = 1.0
-        return AsGiven(residual <= BALANCED, residual)
+        return AsGiven(residual <= AS_GIVEN_RESIDUAL, residual)
 
     @property
     def brief(self) -> str:

@@ -18,6 +18,7 @@ from balance.conditions.rank import singular_value_decomposition
 from balance.momentum.regressor import RegressorSeries, parameters_per_body, rows_per_column
 from balance.spaces.condition_gradients import ConditionGradients
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import CHANGE_OPENS_LOOPS, FIRST_ORDER_CHANGE, JOINTS_COINCIDE
 from kinematics.closure.newton import radius_of_convergence
 from kinematics.closure.series import expand
 from kinematics.model.arrays import Chain
@@ -27,14 +28,8 @@ __all__ = ["distance_to_rank_drop", "rates_of_changes", "spanning_rays"]
 
 Array = NDArray[np.float64]
 
-# A change that is found to first order, and is larger than this, means nothing.
-LARGE = 0.3
-# Part of a change by which loops may open: beyond it, the change is not one of the linkage.
-OPEN = 1e-3
 # Rows times squared columns of the conditions: more take more than a few seconds.
 COSTLY = 3e9
-# Joints closer than this part of the size are at one point, axes as close are one.
-SAME = 1e-9
 
 
 def distance_to_rank_drop(space: DesignSpace) -> float:
@@ -80,11 +75,11 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
         rates_of_changes(linkage, chain),
     )
     opening = np.einsum("gnd,fnd->gf", changes, slopes.of_closure(weights))
-    closed = np.sqrt(np.sum(opening**2, axis=1)) <= OPEN
+    closed = np.sqrt(np.sum(opening**2, axis=1)) <= CHANGE_OPENS_LOOPS
     along = slopes.of_momentum(u * weights.reshape(-1, 1, 1, 1), v)
     square = float(np.sum(np.einsum("gnd,nd->g", changes[closed], along) ** 2))
     nearest = float(values[rank - 1]) / square**0.5 if square > 0.0 else np.inf
-    return nearest if nearest < LARGE else np.inf
+    return nearest if nearest < FIRST_ORDER_CHANGE else np.inf
 
 
 def spanning_rays(width: int, order: int, enough: int) -> Array:
@@ -121,7 +116,9 @@ def _groups(rows: Array) -> list[list[int]]:
     """Indices of rows that are equal; those with NaN belong to none."""
     groups: list[list[int]] = []
     for i, row in enumerate(rows):
-        same = next((g for g in groups if np.abs(rows[g[0]] - row).max() <= SAME), None)
+        same = next(
+            (g for g in groups if np.abs(rows[g[0]] - row).max() <= JOINTS_COINCIDE), None
+        )
         if same is not None:
             same.append(i)
         elif not np.isnan(row).any():

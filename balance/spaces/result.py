@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.inertial_parameters.body_inertia import BodyInertia, body_inertias, in_link_frames
 from balance.inertial_parameters.conversions import parameter_labels
 from balance.options import Balance
+from balance.tolerances import SPACES_EQUAL_SINE
 from kinematics.model.linkage import Notice
 from kinematics.model.motion import Motion
 from kinematics.wording import count_noun
@@ -21,8 +22,6 @@ __all__ = ["SpaceData", "Order", "rank_table"]
 Array = NDArray[np.float64]
 
 COMPARED = "balance planar bodies inputs rank nullity serial_nullity kmax".split()
-# Spaces whose largest angle has a smaller sine count as one.
-SAME = 1e-6
 
 
 class Order(NamedTuple):
@@ -164,7 +163,7 @@ class SpaceData:
         ]
         if self.basis.shape == other.basis.shape:
             sine = _sine(self.basis, other.basis, self.labels)
-            if not sine <= SAME:
+            if not sine <= SPACES_EQUAL_SINE:
                 found.append(f"basis: the spaces are apart by an angle with sine {sine:.1e}")
         return tuple(found)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.inertial_parameters.conversions import from_chain
+from balance.tolerances import TRANSFER_ENTRY_ROUND_OFF
 from balance.transfers.serial_space import Transfers
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, names_of
@@ -17,8 +18,6 @@ __all__ = ["Transfer", "by_joint"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-# Parameters of a transfer of size 1 that are smaller are round-off.
-NOTHING = 1e-12
 
 
 class Transfer(NamedTuple):
@@ -70,7 +69,7 @@ def by_joint(
     result = []
     for owner in dict.fromkeys([*found.joints.tolist(), *found.owner.tolist()]):
         rows = found.rows[found.owner == owner].reshape(-1, len(all_bodies), len(G))
-        scaled = np.where(np.abs(rows) <= NOTHING, 0.0, rows)
+        scaled = np.where(np.abs(rows) <= TRANSFER_ENTRY_ROUND_OFF, 0.0, rows)
         basis = np.einsum("pq,cbq->bpc", G, scaled)
         joints = np.flatnonzero(found.joints == owner).astype(np.int64)
         result.append(

@@ -18,15 +18,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from balance.tolerances import TRANSFER_DIRECTION_EQUAL
 from kinematics.closure.series import add_bracket
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.null_space import null_space
 
-__all__ = ["DIRECTION_EQUAL", "beyond", "contains", "remove", "transferable"]
-
-# Directions that deviate less from known ones are known: spaces that meet at a smaller angle
-# than this, but above round-off, would need a linkage drawn to ten digits.
-DIRECTION_EQUAL = 2.0**-30
+__all__ = ["beyond", "contains", "remove", "transferable"]
 
 
 @kernel(inline=True, reference_counting=False)
@@ -233,7 +230,7 @@ def contains(V, U, x, gap):
         for c in range(U.shape[1]):
             x[c] = U[i, c]
         size = remove(V, x)
-        if size > DIRECTION_EQUAL:
+        if size > TRANSFER_DIRECTION_EQUAL:
             gap[0] = min(gap[0], size)
             return False
         gap[1] = max(gap[1], size)

@@ -25,8 +25,6 @@ from kinematics.linalg.pivoted_qr import RANK_RELATIVE
 from kinematics.model.arrays import Chain
 
 __all__ = [
-    "KEPT_CLEARLY",
-    "DROPPED_CLEARLY",
     "Transfers",
     "search_workspace",
     "serial_transfers",
@@ -35,10 +33,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-# What is dropped as round-off is beyond doubt below this part of the limit for it; what is
-# kept, above this part of the whole. In regular linkages the sizes are 1e-15 and 1e-2.
-DROPPED_CLEARLY, KEPT_CLEARLY = 0.01, 1e-6
 
 
 @kernel(reference_counting=False)

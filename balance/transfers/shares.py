@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.transfers.joint_kernels import DIRECTION_EQUAL
+from balance.tolerances import TRANSFER_DIRECTION_EQUAL
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.null_space import null_space
 
@@ -96,7 +96,7 @@ def keep_transfer(found, count, owner, shares, combinations, through):
         for j in range(x.size):
             left += x[j] * x[j]
         left = np.sqrt(left)
-        if left <= DIRECTION_EQUAL:
+        if left <= TRANSFER_DIRECTION_EQUAL:
             gap[1] = max(gap[1], left)
         else:
             gap[0] = min(gap[0], left)

@@ -97,6 +97,7 @@ if TYPE_CHECKING:
     from balance.inertial_parameters.multipole import Primitive
     from balance.interpretation.explain import Explanation, explain
     from balance.interpretation.freedoms import Freedom
+    from balance.momentum.momentum_figure import screw_figure
     from balance.momentum.momentum_lines import (
         Meeting,
         ScrewLine,
@@ -104,7 +105,6 @@ if TYPE_CHECKING:
         meeting,
         momentum_lines,
         momentum_wrenches,
-        screw_figure,
     )
     from balance.momentum.momentum_taylor_series import MomentumTaylor, momentum_taylor
     from balance.momentum.regressor import momentum_regressor
@@ -212,7 +212,7 @@ _HOMES = {
     "parameters": "inertial_parameters.conversions",
     "pseudo_inertia": "inertial_parameters.conversions",
     "save_space": "spaces.save",
-    "screw_figure": "momentum.momentum_lines",
+    "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",
     "verify": "verification.pinocchio_model",
     "violations": "inertial_parameters.conversions",

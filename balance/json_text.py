@@ -21,6 +21,8 @@ def json_text(data: object, indent: int | None = None) -> str:
         TypeError: something in the data has no counterpart in JSON.
 
     Example:
+        >>> import numpy as np
+        >>> from balance.json_text import json_text
         >>> json_text({"rank": np.int64(7), "gap": float("inf")})
         '{"rank": 7, "gap": null}'
     """

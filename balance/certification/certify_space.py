@@ -63,10 +63,11 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     """Confirm or correct the integers of a design space, and state how sure they are.
 
     Exact arithmetic, from the decimals of the file, bounds the rank from below at every
-    order, and inertia transfers in rational numbers bound the nullity from below. Where
-    floating point found other integers, the space is computed again with the exact ones,
-    and the notice ``corrected`` names both. Where fresh poses leave momentum, poses are added.
-    Where exact arithmetic cannot be done, fresh poses alone decide the certainty.
+    order. Inertia transfers in rational numbers bound the nullity from below. If both bounds
+    add up to the number of parameters, they prove rank and nullity. Where floating point found
+    other integers, the space is computed again with the exact ones, and the notice
+    ``corrected`` names both. Poses are added while fresh poses leave momentum. Where exact
+    arithmetic is impossible, fresh poses alone decide the certainty.
 
     Args:
         space: a design space from `design_space`.
@@ -74,9 +75,13 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     Returns:
         The space; its ``certainty`` holds for all of its integers.
 
+    Source:
+        The module docstrings of `balance.exact.ranks` and `balance.exact.serial`; the
+        transfers are those of J. J. de Jong, PhD thesis, University of Twente, section 5.5.
+
     Example:
-        >>> import balance, kinematics
-        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
         >>> balance.certify(space).certainty.level
         'proved'
     """

@@ -61,9 +61,23 @@ class MassProperties(NamedTuple):
 
 
 def mass_properties(z: ArrayLike) -> MassProperties:
-    """Mass, centre of mass and central inertia of parameters z (10,); the mass is not 0.
+    """Compute mass, centre of mass and central inertia of inertial parameters.
 
-    ``I = E - m (c·c 1 - c cᵀ)``, the inverse of `parameters`.
+    ``I = E - m (c·c 1 - c cᵀ)`` with ``c = mc / m``, the inverse of `parameters`.
+
+    Args:
+        z: parameters ``[m, mc, E]`` (10,) about the origin, SI units; the mass is not 0.
+
+    Returns:
+        Mass, centre of mass and inertia tensor about it, in the axes of z.
+
+    Source:
+        The parallel axis theorem.
+
+    Example:
+        >>> import balance
+        >>> balance.mass_properties([2, 0, 0, 2, 3, 3, 1, 0, 0, 0])
+        MassProperties: 2 kg at (0, 0, 1) m, (1, 1, 1) kg m²
     """
     z = np.asarray(z, dtype=np.float64)
     c = z[1:4] / z[0]
@@ -74,20 +88,27 @@ def mass_properties(z: ArrayLike) -> MassProperties:
 def violations(
     z: ArrayLike, tolerance: float = PHYSICAL_INEQUALITY, floor: float = 0.0
 ) -> list[str]:
-    """The inequalities that a physical body satisfies and these parameters do not.
+    """List the inequalities of physical bodies that inertial parameters violate.
 
     A body can exist if and only if its pseudo-inertia is positive semidefinite, which is
     the same as ``m ≥ 0``, principal moments about the centre of mass that are not negative,
-    and the three triangle inequalities between them (P. M. Wensing, S. Kim, J.-J. Slotine,
-    IEEE Robotics and Automation Letters 3(1), 2018).
+    and the three triangle inequalities between them.
 
     Args:
-        z: parameters (10,).
+        z: parameters (10,) about the origin, SI units.
         tolerance: part of the largest moment by which rounding may violate them.
         floor: moment by which it may violate them in any case, kg m².
 
     Returns:
         One readable inequality each; empty for a physical body.
+
+    Source:
+        P. M. Wensing, S. Kim, J.-J. Slotine, IEEE Robotics and Automation Letters 3(1), 2018.
+
+    Example:
+        >>> import balance
+        >>> balance.violations([1, 0, 0, 0, 1, 1, 3, 0, 0, 0])
+        ['principal moments 1 + 1 < 3']
     """
     z = np.asarray(z, dtype=np.float64)
     if z[0] < 0.0:

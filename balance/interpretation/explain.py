@@ -87,7 +87,7 @@ class Explanation(NamedTuple):
 
 
 def explain(space: DesignSpace) -> Explanation:
-    """Explain a design space: what each joint lets through, and what the loops add.
+    """Explain a design space: the inertia transfers of each joint, and what the loops add.
 
     Args:
         space: a design space.
@@ -96,11 +96,19 @@ def explain(space: DesignSpace) -> Explanation:
         The transfers of each joint and the parallel part, as point masses, displacements of
         mass and pure-inertia rods at joints and along links.
 
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, sections 5.2 (primitives) and 5.5
+        (transfers); S. S. Chen, D. L. Donoho and M. A. Saunders, 1998, for few terms.
+
     Example:
-        >>> import balance, kinematics
-        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
         >>> for transfer in balance.explain(space).transfers:
-        ...     print(transfer.title, "|", transfer.words)
+        ...     print(f"{transfer.title}: {transfer.words}")
+        u1 (ground, crank): a point mass at the centre
+        q2 (crank, coupler): a point mass at the centre
+        q4 (ground, rocker): a point mass at the centre
+        q3 (coupler, rocker): a point mass at the centre
     """
     explained = (
         ExplainedTransfer(

@@ -88,7 +88,9 @@ def momentum_taylor(
     *,
     spatial: bool | None = None,
 ) -> MomentumTaylor:
-    """Expand the momentum regressor of a linkage about its reference pose.
+    """Expand the momentum regressor of a linkage as a Taylor polynomial in its inputs.
+
+    ``X_w(u) = Σ_α X_{w,α} u^α`` about the reference pose.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
@@ -97,9 +99,21 @@ def momentum_taylor(
         spatial: six rows and ten parameters per body; by default only if the linkage is
             not planar.
 
+    Returns:
+        Coefficients by multi-index, SI units; see `MomentumTaylor` for rows and axes.
+
     Raises:
         MotionError: the motion is not one of this linkage's inputs.
         LinkageError: there are too many coefficients.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5.
+
+    Example:
+        >>> import balance
+        >>> taylor = balance.momentum_taylor("robot.urdf", 2)
+        >>> taylor.coefficients.shape
+        (3, 1, 3, 12)
     """
     linkage = as_linkage(linkage)
     motion = motion_of(linkage, motion) or Motion.free(linkage.inputs)

@@ -151,12 +151,12 @@ def rows_at(chain: Chain, pose: Pose, force: bool = False) -> Array:
 def momentum_regressor(
     linkage: LinkageLike, q: ArrayLike | Mapping[str, float], *, spatial: bool | None = None
 ) -> Array:
-    """Regressor X of the total momentum at a finite pose: ``h = Σ_w u̇_w X[w] z``.
+    """Compute the regressor X of the total momentum at a finite pose, ``h = Σ_w u̇_w X[w] z``.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
         q: displacements from the reference pose, of all joints or of the inputs alone; see
-            `kinematics.closure.joint_positions.joint_positions`.
+            `kinematics.closure.joint_positions.joint_positions`; radians and metres.
         spatial: six rows and ten parameters per body; by default only if the linkage is
             not planar.
 
@@ -167,6 +167,14 @@ def momentum_regressor(
 
     Raises:
         PoseError: the pose does not close the loops, or cannot be reached.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5.
+
+    Example:
+        >>> import balance
+        >>> balance.momentum_regressor("robot.urdf", {"u1": 0.1}).shape
+        (1, 3, 12)
     """
     linkage = as_linkage(linkage)
     chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)

@@ -116,21 +116,36 @@ def design_space_many(
     bases: bool = False,
     threads: int | None = None,
 ) -> ManySpaces:
-    """Design spaces of one topology in many geometries, on all cores.
+    """Compute the design spaces of one topology in many geometries, on all cores.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts: its joints, loops,
             bodies and inputs are those of all.
         geometries: joint screws at the reference pose, in which the loops are closed;
-            (count, joints, 6), as `Joint.screw`: ``[n; r × n + λ n]`` or ``[0; n]``, SI units.
+            (count, joints, 6), as `Joint.screw`: ``[n; r × n + λ n]`` or ``[0; n]``, in the
+            inertial frame, SI units.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         spatial: count all ten parameters per body, even if the linkage is planar.
         bases: whether to return bases of the spaces too.
         threads: how many to use; one per core by default.
 
+    Returns:
+        Integers and, if requested, bases, geometry by geometry; see `ManySpaces`.
+
     Raises:
         LinkageError: a screw is not of the kind of its joint.
         ValueError: an option has no such value, or the array no such shape.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5, as for `design_space`.
+
+    Example:
+        >>> import balance, kinematics
+        >>> import numpy as np
+        >>> linkage = kinematics.load("robot.urdf")
+        >>> screws = np.array([joint.screw for joint in linkage.joints])
+        >>> balance.design_space_many(linkage, [screws, screws]).rank
+        array([8, 8])
     """
     linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):

@@ -42,9 +42,11 @@ def design_space(
     *,
     spatial: bool = False,
 ) -> DesignSpace:
-    """The space of balanced mass distributions of a linkage, by floating-point arithmetic.
+    """Compute the space of balanced mass distributions of a linkage, in floating point.
 
-    `balance.certify` compares its integers with those of exact arithmetic.
+    The total momentum ``h = Σ_w u̇_w X_w(u) z`` vanishes in every motion if and only if all
+    derivatives of every ``X_w z`` vanish at the reference pose: the space is their common null
+    space. `balance.certify` compares its integers with those of exact arithmetic.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
@@ -54,10 +56,22 @@ def design_space(
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
         spatial: count all ten parameters per body, even if the linkage is planar.
 
+    Returns:
+        Rank by order and a basis (parameters, nullity), in SI units; see `DesignSpace`.
+
     Raises:
         MotionError: a relation is wrong, or the motion is that of other inputs.
         MobilityError: the linkage cannot follow the motion.
         ValueError: an option has no such value.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5.
+
+    Example:
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
+        >>> space.rank, space.nullity, space.kmax
+        (8, 4, 3)
     """
     linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):

@@ -78,22 +78,20 @@ def record_of(space: DesignSpace) -> SpaceRecord:
 def save_space(space: DesignSpace | SpaceRecord, path: str | os.PathLike[str]) -> None:
     """Write a design space to one ``.npz`` file, which `load_space` reads.
 
-    The file appears whole or not at all. Its entry ``header`` is a JSON text with the version,
-    the SHA-256 of the linkage's file and all options.
+    The write is atomic. The entry ``header`` of the file is a JSON text with the version, the
+    SHA-256 of the linkage's file and all options.
 
     Args:
         space: a design space, or the record of one.
         path: the file to write.
 
     Raises:
-        FileError: it cannot be written.
+        FileError: the file cannot be written.
 
     Example:
-        >>> import balance, kinematics
-        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
         >>> balance.save_space(space, "space.npz")
-        >>> balance.load_space("space.npz").nullity == space.nullity
-        True
     """
     record = record_of(space) if isinstance(space, DesignSpace) else space
     arrays = {name: getattr(record, name) for name in _shapes(record)}
@@ -111,10 +109,16 @@ def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
         path: the file.
 
     Returns:
-        The space as data; see `SpaceRecord`.
+        The space as data, without its linkage; see `SpaceRecord`.
 
     Raises:
-        FileError: it is not such a file, is damaged, or has another format.
+        FileError: the file is no saved design space, is damaged, or has another format.
+
+    Example:
+        >>> import balance
+        >>> balance.save_space(balance.design_space("robot.urdf"), "space.npz")
+        >>> balance.load_space("space.npz").nullity
+        4
     """
     try:
         header, arrays = _read(path)

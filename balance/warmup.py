@@ -25,7 +25,7 @@ from kinematics.taylor.taylor_motion import taylor_motion
 
 __all__ = ["warm_up_balance"]
 
-FAR = 0.01
+SMALL_STEP = 0.01
 
 
 def warm_up_balance() -> Iterator[None]:
@@ -52,7 +52,7 @@ def _move(linkage: Linkage) -> None:
 
 
 def _predict(linkage: Linkage) -> None:
-    inputs = np.full(linkage.mobility, FAR)
+    inputs = np.full(linkage.mobility, SMALL_STEP)
     predict(taylor_motion(linkage, 2), inputs)
     momentum_regressor(linkage, inputs)
     momentum_taylor(linkage, 2)

@@ -45,14 +45,14 @@ from kinematics.urdf.rational_screws import exact_geometry
 __all__ = ["certify"]
 
 # Number of rays along which fresh poses are taken, steps each way, and longest step.
-RAYS, STEPS, STEP = 2, 8, 0.237
+FRESH_RAYS, FRESH_STEPS, FRESH_STEP_LENGTH = 2, 8, 0.237
 # Most rounds of added poses, while fresh poses leave momentum.
-ROUNDS = 3
+MAX_ROUNDS = 3
 # Lowest order up to which the loops of an overconstrained linkage must close exactly, and
 # joints be at rest to count as idle: twice the 14th power of the input with which a gear of
 # three yokes and a dead centre moves a joint.
 CLOSURE_ORDERS = 30
-_BELIEVED = (
+_BELIEVE_FLOATING_POINT = (
     "believe the latter: the digits of the file describe another linkage, which does not move "
     "so, and the answer is for the linkage that closes"
 )
@@ -100,7 +100,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
             mixed = changed is not None and bool(list_differences(changed, found))
             reason = (
                 f"exact arithmetic, with {count} numbers of the file replaced, finds "
-                f"{'; '.join(lines)}; {_BELIEVED}"
+                f"{'; '.join(lines)}; {_BELIEVE_FLOATING_POINT}"
             )
             return _certify_rounded(space, reason, found, mixed)
     moving = set(range(len(space.linkage.joints))) - set(found.idle)
@@ -109,8 +109,8 @@ def certify(space: DesignSpace) -> CertifiedSpace:
         rested = with_idle_joints(space, found.idle)
     corrected = correct_integers(rested, found)
     residual, poses = _measure_residual(corrected)
-    for _ in range(ROUNDS):
-        if not _unsettled(corrected, found, residual):
+    for _ in range(MAX_ROUNDS):
+        if not _needs_poses(corrected, found, residual):
             break
         corrected = with_more_poses(corrected)
         found = _gather_evidence(corrected)
@@ -132,19 +132,19 @@ def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
         space: the space by floating point.
         changed: the same with other numbers for those that are replaced, if it can be had.
     """
-    if not space.doubts or _moved(space):
+    if not space.doubts or _pose_changed(space):
         return changed is None or bool(list_changes(space, changed))
     return changed is not None and changed.rank > space.rank
 
 
-def _codes(space: DesignSpace) -> set[str]:
+def _notice_codes(space: DesignSpace) -> set[str]:
     """Codes of the notices of the linkage."""
     return {notice.code for notice in space.linkage.notices}
 
 
-def _moved(space: DesignSpace) -> bool:
+def _pose_changed(space: DesignSpace) -> bool:
     """Whether the reference pose is not that of the file."""
-    return bool(_codes(space) & {"assembled", "left_singular_pose"})
+    return bool(_notice_codes(space) & {"assembled", "left_singular_pose"})
 
 
 def _gather_evidence(space: DesignSpace) -> Evidence:
@@ -169,7 +169,7 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     return Evidence(exact, transfers, found, not has_branching_links(chain, idle), tuple(idle))
 
 
-def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
+def _needs_poses(space: DesignSpace, found: Evidence, residual: float) -> bool:
     """Whether fresh poses leave momentum, so that more poses may add conditions."""
     complete = found.exact.rank + len(found.independent) == found.exact.parameters
     return residual > MOMENTUM_RESIDUAL and not complete and space.highest_order is None
@@ -220,7 +220,7 @@ def _certainty_of(
         ranks = tuple(order.rank for order in exact_orders(space, exact))
         return Certainty("proved", reason + replaced, *bounds, (), proof, ranks)
     order = max(CLOSURE_ORDERS, len(exact.ranks) - 1)
-    if doubt := _unverified(space, found, residual, poses, order):
+    if doubt := _reason_unverified(space, found, residual, poses, order):
         return Certainty("estimated", doubt, *bounds, (doubt,))
     reason = "balanced at finite poses, and of the same rank by exact arithmetic"
     if complete:
@@ -231,7 +231,7 @@ def _certainty_of(
     return Certainty("verified", reason + replaced, *bounds)
 
 
-def _unverified(
+def _reason_unverified(
     space: DesignSpace, found: Evidence, residual: float, poses: int, order: int
 ) -> str:
     """Why a space of the exact integers is not verified; empty if it is.
@@ -277,7 +277,7 @@ def _certify_rounded(
 ) -> CertifiedSpace:
     """The certainty of a space where floating point alone decides, or is in doubt."""
     settled, (residual, poses) = space, _measure_residual(space)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         if residual <= MOMENTUM_RESIDUAL or space.highest_order is not None:
             break
         settled = with_more_poses(settled)
@@ -286,9 +286,9 @@ def _certify_rounded(
     if found is not None:
         bounds = found.exact.rank, len(found.independent)
     same = bounds == (settled.rank, settled.serial_nullity)
-    doubts = _doubts(settled, residual)
+    doubts = _list_doubts(settled, residual)
     # The file has another pose, so rounding cannot be separated from what the file says.
-    left = found is not None and "left_singular_pose" in _codes(space) and not same
+    left = found is not None and "left_singular_pose" in _notice_codes(space) and not same
     if left or doubtful:
         doubts += (reason,)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
@@ -302,7 +302,7 @@ def _certify_rounded(
     return add_correction_notice(space, with_certainty(settled, certainty))
 
 
-def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
+def _list_doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
     """Reasons why the decisions of floating point may be wrong."""
     found = list(space.doubts)
     if not space.settled and space.highest_order is None:
@@ -320,11 +320,13 @@ def _measure_residual(space: DesignSpace) -> tuple[float, int]:
     chain, force, basis = space.chain, space.balance == "force", space.decision.basis
     rng = np.random.default_rng(106)
     worst, poses = 0.0, 0
-    for _ in range(1 if chain.width == 1 else RAYS):
+    for _ in range(1 if chain.width == 1 else FRESH_RAYS):
         ray = rng.standard_normal(chain.width)
         for sign in (1.0, -1.0):
-            way = continue_along(chain, sign * ray / np.sqrt(ray @ ray), reach=STEP)
-            for pose in islice(way, STEPS):
+            way = continue_along(
+                chain, sign * ray / np.sqrt(ray @ ray), reach=FRESH_STEP_LENGTH
+            )
+            for pose in islice(way, FRESH_STEPS):
                 X = rows_at(chain, pose, force)
                 left = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)
                 worst = max(worst, float(left / (np.linalg.norm(X) or 1.0)))

@@ -21,7 +21,7 @@ def list_differences(space: DesignSpace, found: Evidence) -> list[str]:
     apart = [k for k, pair in enumerate(zip(ranks, known, strict=False)) if len({*pair}) > 1]
     if apart:
         here, there = ([row[k] for k in apart] for row in (ranks, known))
-        lines.append(f"{_counted('order', apart)}: rank {_list(there)}, not {_list(here)}")
+        lines.append(f"{_numbered('order', apart)}: rank {_list(there)}, not {_list(here)}")
     if space.rank != exact.rank:
         lines.append(f"rank {exact.rank}, not {space.rank}")
     serial = len(found.independent)
@@ -30,7 +30,7 @@ def list_differences(space: DesignSpace, found: Evidence) -> list[str]:
     return lines
 
 
-def _counted(noun: str, numbers: Sequence[int]) -> str:
+def _numbered(noun: str, numbers: Sequence[int]) -> str:
     return f"{noun}{'s' if len(numbers) > 1 else ''} {_list(numbers)}"
 
 

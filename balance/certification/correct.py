@@ -103,15 +103,15 @@ def correct_integers(space: DesignSpace, found: Evidence) -> DesignSpace:
     orders = exact_orders(space, exact)
     if (space.rank, space.serial_nullity) == (exact.rank, serial):
         return space if space.orders == orders else replace(space, orders=orders)
-    exchanged = space.exchanged
-    known = exchanged.rows
+    transfers = space.chain_transfers
+    known = transfers.rows
     if use_transfers:
-        exchanged = _convert_transfers(space.chain, found, space.exchanged)
+        transfers = _convert_transfers(space.chain, found, space.chain_transfers)
         known = _span(space.chain, found.exact, found.independent)
-    gathered = _gather_as_many(space, known, exact)
+    gathered = _collect_as_many(space, known, exact)
     # Where floating point sees fewer conditions, the last directions are the least sure.
     nullity = exact.parameters - max(exact.rank, gathered.conditions.rank)
-    return _with_conditions(space, gathered, exchanged, orders, nullity)
+    return _with_conditions(space, gathered, transfers, orders, nullity)
 
 
 def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
@@ -119,13 +119,13 @@ def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
     linkage, force = space.linkage, space.balance == "force"
     still = np.isin(np.arange(len(linkage.joints)), np.array(idle, dtype=np.int64))
     chain = moving_chain(linkage, space.motion, not space.planar, idle=still)
-    floor = relative_tolerance(chain)
-    exchanged = serial_transfers(chain, force, floor)
-    gathered = collect_conditions(chain, exchanged.rows, force, floor, space.highest_order)
-    orders = rank_table(gathered.ranks, exchanged.rows.shape[1])
+    tolerance = relative_tolerance(chain)
+    transfers = serial_transfers(chain, force, tolerance)
+    gathered = collect_conditions(chain, transfers.rows, force, tolerance, space.highest_order)
+    orders = rank_table(gathered.ranks, transfers.rows.shape[1])
     names = tuple(linkage.joints[j].name for j in idle)
     moved = replace(space, chain=chain, idle=names)
-    return _with_conditions(moved, gathered, exchanged, orders)
+    return _with_conditions(moved, gathered, transfers, orders)
 
 
 def with_more_poses(space: DesignSpace) -> DesignSpace:
@@ -135,22 +135,22 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
     if more.rank == conditions.rank:
         return space
     gathered = CollectedConditions(more, (), space.poses + poses, settled)
-    return _with_conditions(space, gathered, space.exchanged, space.orders)
+    return _with_conditions(space, gathered, space.chain_transfers, space.orders)
 
 
-def _gather_as_many(space: DesignSpace, known: Array, exact: Exact) -> CollectedConditions:
+def _collect_as_many(space: DesignSpace, known: Array, exact: Exact) -> CollectedConditions:
     """Gather as many conditions as the exact rank, beside known solutions.
 
     Where floating point finds more, the smallest pivots are round-off and are dropped; where
     it finds fewer, the largest pivots below its limit are kept too.
     """
     chain, force, rank = space.chain, space.balance == "force", exact.rank
-    floor = relative_tolerance(chain)
-    gathered = collect_conditions(chain, known, force, floor, space.highest_order)
-    for limit in (floor, KNOWN_RANK_RELATIVE):
+    tolerance = relative_tolerance(chain)
+    gathered = collect_conditions(chain, known, force, tolerance, space.highest_order)
+    for limit in (tolerance, KNOWN_RANK_RELATIVE):
         if gathered.conditions.rank >= rank:
             break
-        conditions = gathered.conditions._replace(floor=limit)
+        conditions = gathered.conditions._replace(tolerance=limit)
         if space.highest_order is not None:
             gathered = collect_conditions(chain, known, force, limit, space.highest_order)
         else:
@@ -164,7 +164,7 @@ def _gather_as_many(space: DesignSpace, known: Array, exact: Exact) -> Collected
 def _with_conditions(
     space: DesignSpace,
     gathered: CollectedConditions,
-    exchanged: Transfers,
+    transfers: Transfers,
     orders: tuple[Order, ...],
     nullity: int | None = None,
 ) -> DesignSpace:
@@ -176,7 +176,7 @@ def _with_conditions(
     complete = basis.shape[1] == known
     return replace(
         space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
-        basis=freeze(basis), serial_nullity=known, decision=decision, exchanged=exchanged,
+        basis=freeze(basis), serial_nullity=known, decision=decision, chain_transfers=transfers,
     )  # fmt: skip
 
 
@@ -185,10 +185,10 @@ def _convert_transfers(chain: Chain, found: Evidence, rounded: Transfers) -> Tra
     place = {joint: k for k, joint in enumerate(chain.joints.tolist())}
     groups: dict[int, list[ExactTransfer]] = {}
     for transfer in found.transfers:
-        part = int(rounded.part[chain.links[transfer.target]])
+        part = int(rounded.rigid_part[chain.links[transfer.target]])
         owner = -1 - part
         if transfer.joints:
-            owner = int(rounded.joints[place[transfer.joints[0]]])
+            owner = int(rounded.owner_of_joint[place[transfer.joints[0]]])
         groups.setdefault(owner, []).append(transfer)
     rows = [_span(chain, found.exact, group) for group in groups.values()]
     owners = [np.full(len(block), owner) for owner, block in zip(groups, rows, strict=True)]

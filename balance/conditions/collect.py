@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.conditions.order_kernels import (
-    FAR,
-    FIRST,
+    FIRST_EXPANSION_ORDER,
+    FRESH_POSE_STEPS,
     conditions_up_to_order,
     generic_directions,
 )
@@ -40,9 +40,9 @@ __all__ = [
 Array = NDArray[np.float64]
 
 # Orders to which the motion is expanded, one after the other as they are needed.
-EXPANSIONS = (FIRST, 8, 20)
+EXPANSION_ORDERS = (FIRST_EXPANSION_ORDER, 8, 20)
 # Most poses that are looked at together.
-POSES = 256
+MAX_POSES_PER_BATCH = 256
 
 
 class CollectedConditions(NamedTuple):
@@ -67,7 +67,7 @@ def relative_tolerance(chain: Chain) -> float:
 
 
 def collect_conditions(
-    chain: Chain, known: Array, force: bool, floor: float, max_order: int | None
+    chain: Chain, known: Array, force: bool, tolerance: float, max_order: int | None
 ) -> CollectedConditions:
     """Conditions until they are all there are.
 
@@ -75,30 +75,30 @@ def collect_conditions(
         chain: the linkage without idle joints.
         known: rows of parameters that fulfil all conditions.
         force: whether only linear momentum counts.
-        floor: relative size of round-off.
+        tolerance: relative size of round-off.
         max_order: orders to compute exactly, instead of as many as needed.
 
     Raises:
         MobilityError: no finite pose is found to check the conditions at.
     """
-    none = Conditions.beside(known, floor)
-    last = EXPANSIONS[-1] if max_order is None else max_order
+    none = Conditions.given(known, tolerance)
+    last = EXPANSION_ORDERS[-1] if max_order is None else max_order
     rays = _ray_count(chain, known, force)
     while True:
         directions = generic_directions(0, rays, chain.width)
-        found = _along(directions, chain, force, none, last, max_order is None)
+        found = _conditions_along(directions, chain, force, none, last, max_order is None)
         if found is not None:
             break
         rays *= 2
-    conditions, ranks, settled, reach = found
+    conditions, ranks, settled, radius = found
     poses = 0
     if max_order is None and not conditions.complete:
-        if not settled or reach < SHORT_CONVERGENCE_RADIUS or conditions.thin:
+        if not settled or radius < SHORT_CONVERGENCE_RADIUS or conditions.ill_conditioned:
             conditions, poses, settled = add_poses(chain, force, conditions)
     return CollectedConditions(conditions, tuple(ranks), poses, settled)
 
 
-def _along(
+def _conditions_along(
     rays: Array, chain: Chain, force: bool, conditions: Conditions, last: int, stop: bool
 ) -> tuple[Conditions, list[int], bool, float] | None:
     """Conditions along rays: their ranks, settled or not, the radius of convergence.
@@ -106,27 +106,27 @@ def _along(
     None if there are not enough rays.
     """
     ranks = np.empty(0, np.int64)
-    settled, reach = False, 1.0
-    for goal in EXPANSIONS if stop else (last,):
+    settled, radius = False, 1.0
+    for goal in EXPANSION_ORDERS if stop else (last,):
         found = conditions_up_to_order(chain, rays, force, conditions, ranks, goal, stop)
-        if not found.enough:
+        if not found.enough_rays:
             return None
-        if not found.placed:
+        if not found.pose_found:
             raise MobilityError(
                 "no closed pose was found near the reference pose to check the conditions at; "
                 "write the file at a pose further from a singularity"
             )
-        conditions, ranks, settled, reach = found[:4]
+        conditions, ranks, settled, radius = found[:4]
         if settled and stop:
             break
     listed: list[int] = ranks.tolist()
     while settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
         listed.pop()
-    return conditions, listed, settled, reach
+    return conditions, listed, settled, radius
 
 
 def conditions_by_order(
-    chain: Chain, known: Array, force: bool, floor: float, last: int
+    chain: Chain, known: Array, force: bool, tolerance: float, last: int
 ) -> list[Conditions]:
     """Conditions up to order 0, 1, … ``last`` at the reference pose; see `collect_conditions`.
 
@@ -136,19 +136,19 @@ def conditions_by_order(
         chain: the linkage without idle joints.
         known: rows of parameters that fulfil all conditions.
         force: whether only linear momentum counts.
-        floor: relative size of round-off.
+        tolerance: relative size of round-off.
         last: highest order of derivative.
     """
     rays = _ray_count(chain, known, force)
     while True:
         directions = generic_directions(0, rays, chain.width)
-        conditions, ranks = Conditions.beside(known, floor), np.empty(0, np.int64)
+        conditions, ranks = Conditions.given(known, tolerance), np.empty(0, np.int64)
         found = []
         for order in range(last + 1):
             step = conditions_up_to_order(
                 chain, directions, force, conditions, ranks, order, False
             )
-            if not step.enough:
+            if not step.enough_rays:
                 break
             conditions, ranks = step[:2]
             found.append(conditions)
@@ -180,8 +180,8 @@ def add_poses(
     poses = continue_in_directions(
         chain, generic_directions(101, 101 + chain.width, chain.width)
     )
-    used, batch, settled, before = 0, FAR, False, -1
-    while batch <= POSES:
+    used, batch, settled, before = 0, FRESH_POSE_STEPS, False, -1
+    while batch <= MAX_POSES_PER_BATCH:
         rows = [rows_at(here, pose, force) for here, pose in islice(poses, batch)]
         if not rows:
             break
@@ -190,12 +190,12 @@ def add_poses(
         # Where a joint is near a dead centre rows are large, and must not drown the others.
         sizes = [np.linalg.norm(block) or 1.0 for block in rows]
         block = np.concatenate([block / size for block, size in zip(rows, sizes, strict=True)])
-        conditions = conditions.and_also(block)
+        conditions = conditions.append(block)
         # As many again make a complete answer a well-conditioned one.
         stays = conditions.rank == before and conditions.rank >= least
-        if settled or (stays and batch > FAR and not conditions.thin):
+        if settled or (stays and batch > FRESH_POSE_STEPS and not conditions.ill_conditioned):
             return conditions, used, True
         settled = conditions.complete
         batch *= 2
     stays = conditions.rank == before and conditions.rank >= least
-    return conditions, used, settled or (stays and not conditions.thin)
+    return conditions, used, settled or (stays and not conditions.ill_conditioned)

@@ -32,23 +32,23 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.spatial.displacements import place_links
 
 __all__ = [
-    "FAR",
-    "FIRST",
+    "FRESH_POSE_STEPS",
+    "FIRST_EXPANSION_ORDER",
     "OrderResult",
     "conditions_up_to_order",
     "generic_directions",
     "planar_conditions_up_to_order",
     "spatial_conditions_up_to_order",
-    "stage_workspace",
+    "orders_workspace",
 ]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # The order to which the motion is expanded first.
-FIRST = 3
+FIRST_EXPANSION_ORDER = 3
 # Steps to the pose that decides whether high orders are complete.
-FAR = 4
+FRESH_POSE_STEPS = 4
 
 
 @cache
@@ -64,11 +64,11 @@ def generic_directions(begin: int, end: int, width: int) -> Array:
     return freeze(np.reshape(directions, (end - begin, width)))
 
 
-def _stage_kernel(dim):
+def _orders_kernel(dim):
     """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
     @kernel(reference_counting=False)
-    def stage(chain, links, rays, orders, known, result, rooms):
+    def orders_kernel(chain, links, rays, orders, known, result, workspaces):
         """The orders up to ``goal``, of which as many as done are known.
 
         A step to a fresh pose is within the radius of convergence, where a condition of high
@@ -87,7 +87,7 @@ def _stage_kernel(dim):
                 it holds.
             result: out: the rank after each order (orders,), of which those of the orders
                 known are in; the permutation (p,); the factor (≥ rank, p).
-            rooms: workspace, as from `stage_workspace`.
+            workspaces: workspace, as from `orders_workspace`.
 
         Returns:
             The rank, the largest pivot and largest remainder; how many orders are done;
@@ -98,10 +98,12 @@ def _stage_kernel(dim):
         goal, stop, steps = orders
         R, permutation, unknowns, scale, dropped, tolerance, done = known
         found, order, out = result
-        flat, room, (H, N, X, rows), near, (H1, N1, X1, rows1), step_room, poses = rooms
+        flat, for_series, (H, N, X, rows), near, (H1, N1, X1, rows1), for_steps, poses = (
+            workspaces
+        )
         parent, screws, _, _, columns, moves, _ = chain
         start, q, pose, carried, none, ray = poses
-        _, _, _, V, C, T, residual = room
+        _, _, _, V, C, T, residual = for_series
         count, width, per = rays.shape[0], columns.shape[1], X.shape[3]
         m, rank = count * width * per, R.shape[0]
         for k in range(permutation.size):
@@ -118,7 +120,7 @@ def _stage_kernel(dim):
         for upto in range(goal - 1 if stop and width > 1 else goal, goal + 1):
             if settled or not (enough and placed):
                 break
-            top = upto if stop else max(upto, FIRST)
+            top = upto if stop else max(upto, FIRST_EXPANSION_ORDER)
             here, turned = V[:count], T[:count]
             # Series of the motion, and rows X_k of the regressor, for orders begin … upto.
             for k in range(begin, upto + 1):
@@ -126,10 +128,10 @@ def _stage_kernel(dim):
                     for j in range(rows.shape[2]):
                         rows[k, i, j] = 0.0
             if dim == 3:
-                planar_series(begin, top, chain, screws, rays, room)
+                planar_series(begin, top, chain, screws, rays, for_series)
                 planar_regressor(begin, upto, none, links, moves, here, turned, H, N, X[begin:])
             else:
-                spatial_series(begin, top, chain, screws, rays, room)
+                spatial_series(begin, top, chain, screws, rays, for_series)
                 spatial_regressor(
                     begin, upto, none, links, moves, here, turned, H, N, X[begin:]
                 )
@@ -138,7 +140,7 @@ def _stage_kernel(dim):
             mismatch = 0.0
             for k in range(top + 1):
                 mismatch = max(mismatch, residual[k])
-            rates = step_room[2]
+            rates = for_steps[2]
             reach = radius_along(C[0, : top + 1], rays[0], rates)
             # slowest = min_j |rate_j| / max_j |rate_j|
             least, largest = np.inf, 0.0
@@ -165,18 +167,18 @@ def _stage_kernel(dim):
                     if step == 0 and width == 1:
                         ahead = C[count - 1, : top + 1]
                     else:
-                        last = min(FIRST, top)
+                        last = min(FIRST_EXPANSION_ORDER, top)
                         if dim == 3:
                             planar_series(0, last, chain, s, ray, near)
                         else:
                             spatial_series(0, last, chain, s, ray, near)
                         ahead = near[4][0, : last + 1]
                     length = follow_series(
-                        chain, start, ahead, ray[0], np.inf, q, pose, carried, step_room
+                        chain, start, ahead, ray[0], np.inf, q, pose, carried, for_steps
                     )
                     if length == 0.0:
                         if placed:
-                            place_links(parent, screws, start, pose, carried, step_room[3][0])
+                            place_links(parent, screws, start, pose, carried, for_steps[3][0])
                         break
                     placed, s = True, carried
                     for j in range(parent.size):
@@ -200,19 +202,19 @@ def _stage_kernel(dim):
             rank, scale, dropped, done, settled, reach, mismatch, slowest, enough, placed
         )  # fmt: skip
 
-    return stage
+    return orders_kernel
 
 
 spatial_conditions_up_to_order, planar_conditions_up_to_order = (
-    _stage_kernel(6),
-    _stage_kernel(3),
+    _orders_kernel(6),
+    _orders_kernel(3),
 )
 
 
-def stage_workspace(
+def orders_workspace(
     chain: Chain, rays: int, goal: int, per: int, size: int, unknowns: int
 ) -> tuple[object, ...]:
-    """Room for a stage.
+    """Room for a orders_kernel.
 
     Args:
         chain: the linkage.
@@ -224,8 +226,8 @@ def stage_workspace(
     """
     n, m = chain.parent.size, 3 if chain.planar else 4
     series, near = (
-        series_workspace(chain, rays, max(goal, FIRST)),
-        series_workspace(chain, 1, FIRST),
+        series_workspace(chain, rays, max(goal, FIRST_EXPANSION_ORDER)),
+        series_workspace(chain, 1, FIRST_EXPANSION_ORDER),
     )
     moments = moments_workspace(series[3][:, : goal + 1], chain.links, chain.moves, per, size)
     fresh = moments_workspace(near[3][:, :1], chain.links, chain.moves, per, size)
@@ -240,7 +242,7 @@ def stage_workspace(
         moments,
         near,
         fresh,
-        newton_workspace(chain, max(goal, FIRST) + 1),
+        newton_workspace(chain, max(goal, FIRST_EXPANSION_ORDER) + 1),
         ahead,
     )
 
@@ -252,17 +254,17 @@ class OrderResult(NamedTuple):
         conditions: all of them.
         ranks: number of independent ones after each order.
         settled: whether no other order is needed.
-        reach: radius of convergence of the series.
-        enough: whether there were enough rays; if not, more are needed.
-        placed: whether a finite pose was found where one was needed.
+        convergence_radius: radius of convergence of the series.
+        enough_rays: whether there were enough rays; if not, more are needed.
+        pose_found: whether a finite pose was found where one was needed.
     """
 
     conditions: Conditions
     ranks: IntArray
     settled: bool
-    reach: float
-    enough: bool
-    placed: bool
+    convergence_radius: float
+    enough_rays: bool
+    pose_found: bool
 
 
 def conditions_up_to_order(
@@ -286,17 +288,19 @@ def conditions_up_to_order(
     found[:done] = ranks
     out = np.empty((unknowns, unknowns))
     shape = len(rays), goal, per, size, unknowns
-    rooms = chain.borrow(shape, lambda: stage_workspace(chain, *shape))
-    stage = planar_conditions_up_to_order if chain.planar else spatial_conditions_up_to_order
+    workspaces = chain.borrow(shape, lambda: orders_workspace(chain, *shape))
+    orders_kernel = (
+        planar_conditions_up_to_order if chain.planar else spatial_conditions_up_to_order
+    )
     known = (
         conditions.factor, conditions.permutation, conditions.columns, conditions.scale,
-        conditions.dropped, conditions.floor, done,
+        conditions.dropped, conditions.tolerance, done,
     )  # fmt: skip
-    orders = goal, stop, 1 if goal == FIRST else FAR
-    rank, scale, dropped, done, settled, reach, _, _, enough, placed = stage(
-        chain.walked, chain.links, rays, orders, known, (found, order, out), rooms
+    orders = goal, stop, 1 if goal == FIRST_EXPANSION_ORDER else FRESH_POSE_STEPS
+    rank, scale, dropped, done, settled, reach, _, _, enough, placed = orders_kernel(
+        chain.walked, chain.links, rays, orders, known, (found, order, out), workspaces
     )
-    chain.give_back(shape, rooms)
+    chain.give_back(shape, workspaces)
     more = conditions._replace(
         factor=out[:rank], permutation=order, scale=scale, dropped=dropped
     )

@@ -42,8 +42,8 @@ class Conditions(NamedTuple):
         permutation: see ``factor``.
         columns: the unknowns that the columns of ``factor`` stand for.
         known: known solutions, as the rows of a triangular factor (s, unknowns).
-        without: the s unknowns that are left out.
-        floor: pivots up to this part of the largest are round-off.
+        omitted: the s unknowns that are left out.
+        tolerance: pivots up to this part of the largest are round-off.
         scale: largest pivot seen.
         dropped: largest remainder that was cut off as round-off.
     """
@@ -52,28 +52,28 @@ class Conditions(NamedTuple):
     permutation: NDArray[np.int64]
     columns: NDArray[np.int64]
     known: Array
-    without: NDArray[np.int64]
-    floor: float = RANK_RELATIVE
+    omitted: NDArray[np.int64]
+    tolerance: float = RANK_RELATIVE
     scale: float = 0.0
     dropped: float = 0.0
 
     @classmethod
     def none(cls, unknowns: int) -> Conditions:
         """No conditions yet."""
-        return cls.beside(np.empty((0, unknowns)))
+        return cls.given(np.empty((0, unknowns)))
 
     @classmethod
-    def beside(cls, known: Array, floor: float = RANK_RELATIVE) -> Conditions:
+    def given(cls, known: Array, tolerance: float = RANK_RELATIVE) -> Conditions:
         """No conditions yet, on unknowns of which the rows of ``known`` are solutions."""
         count = known.shape[1]
         factor, permutation, _, _ = updated_factor(
-            np.empty((0, count)), known, np.arange(count), floor, 1.0
+            np.empty((0, count)), known, np.arange(count), tolerance, 1.0
         )
         s = len(factor)
         columns = permutation[s:].copy()
         columns.sort()
         empty = np.empty((0, columns.size))
-        return cls(empty, np.arange(columns.size), columns, factor, permutation[:s], floor)
+        return cls(empty, np.arange(columns.size), columns, factor, permutation[:s], tolerance)
 
     @property
     def rank(self) -> int:
@@ -86,21 +86,21 @@ class Conditions(NamedTuple):
         return len(self.factor) == self.columns.size
 
     @property
-    def thin(self) -> bool:
+    def ill_conditioned(self) -> bool:
         """Whether the smallest pivot is near round-off."""
         smallest = smallest_pivot(self.factor, self.permutation)
-        return bool(smallest < MARGIN * self.floor * self.scale)
+        return bool(smallest < MARGIN * self.tolerance * self.scale)
 
     @property
     def rows(self) -> Array:
         """The conditions on all unknowns (rank, unknowns); known solutions fulfil them."""
-        return extend(self.known, self.without, self.factor, self.columns)
+        return extend(self.known, self.omitted, self.factor, self.columns)
 
-    def and_also(self, rows: Array) -> Conditions:
+    def append(self, rows: Array) -> Conditions:
         """These conditions and those in ``rows`` (any leading shape, unknowns last)."""
         block = rows.reshape(-1, self.known.shape[1])
         factor, permutation, scale, remainder = updated_factor(
-            self.factor, block, self.columns, self.floor, self.scale
+            self.factor, block, self.columns, self.tolerance, self.scale
         )
         return self._replace(
             factor=factor, permutation=permutation, scale=scale,
@@ -111,12 +111,12 @@ class Conditions(NamedTuple):
         """The conditions of the first ``rank`` pivots."""
         return self._replace(factor=self.factor[:rank])
 
-    def imply(self, rows: Array) -> bool:
+    def contains(self, rows: Array) -> bool:
         """Whether rows that were not used follow from these conditions."""
         block = rows.reshape(-1, self.known.shape[1])
         return self.complete or bool(
             rows_follow(
-                self.factor, self.permutation, block, self.columns, self.floor, self.scale
+                self.factor, self.permutation, block, self.columns, self.tolerance, self.scale
             )
         )
 
@@ -163,11 +163,11 @@ class Decision:
         return self.conditions.dropped / float(self._values[0]) if self.conditions.rank else 0.0
 
     @property
-    def thin(self) -> bool:
+    def ill_conditioned(self) -> bool:
         """Whether the smallest singular value that counts is near round-off."""
         conditions = self.conditions
         least = smallest_pivot(conditions.factor, conditions.permutation)
-        near = MARGIN * conditions.floor
+        near = MARGIN * conditions.tolerance
         # Pivots exceed the singular values they stand for by less than 20 in practice, though
         # W. Kahan's matrices (1966) show no such bound: a factor of MARGIN is ample.
         return bool(least < MARGIN * near * conditions.scale and self.kept < near)

@@ -98,10 +98,12 @@ def exact_chain(
     independent = linkage.positions_of(linkage.inputs if motion is None else motion.inputs)
     # First of all: a linkage that is planar only up to rounding has other parameters.
     if moving.planar:
-        rows, parameters = _in_plane(linkage, geometry, moving.joints, moving.frame.R[2])
+        rows, parameters = _planar_rows_and_parameters(
+            linkage, geometry, moving.joints, moving.frame.R[2]
+        )
     else:
-        rows, parameters = _units(6), _units(10)
-    basis = _columns(linkage, geometry, motion, independent)
+        rows, parameters = _unit_vectors(6), _unit_vectors(10)
+    basis = _independent_columns(linkage, geometry, motion, independent)
     columns = [(Fraction(0),) * len(basis) for _ in range(count)]
     for row, joint in enumerate(independent):
         columns[joint] = tuple(vector[row] for vector in basis)
@@ -121,7 +123,7 @@ def exact_chain(
     )
 
 
-def _units(count: int) -> tuple[Vector, ...]:
+def _unit_vectors(count: int) -> tuple[Vector, ...]:
     return tuple(tuple(Fraction(int(i == j)) for j in range(count)) for i in range(count))
 
 
@@ -137,7 +139,7 @@ def _ratio(linkage: Linkage, geometry: Geometry, joint: int, other: int, why: st
     return ratio
 
 
-def _columns(
+def _independent_columns(
     linkage: Linkage, geometry: Geometry, motion: Motion | None, independent: IntArray
 ) -> list[list[Fraction]]:
     """Rates of the screws of the independent joints, for each column of the motion.
@@ -171,7 +173,7 @@ def _mimics(linkage: Linkage, geometry: Geometry) -> tuple[Vector, ...]:
     return tuple(rows)
 
 
-def _in_plane(
+def _planar_rows_and_parameters(
     linkage: Linkage, geometry: Geometry, joints: IntArray, normal: NDArray[np.float64]
 ) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
     """Rows ``[ξ·n, p·a, p·b]`` and parameters ``[m, mc·a, mc·b, n·E n]`` of a plane.
@@ -181,12 +183,12 @@ def _in_plane(
     zero = (Fraction(0),) * 3
     moving = [geometry.screws[j] for j in joints]
     turning = [screw for screw in moving if any(screw[:3])]
-    n = _normal(turning, [s[3:] for s in moving if not any(s[:3])], normal)
+    n = _plane_normal(turning, [s[3:] for s in moving if not any(s[:3])], normal)
     deviation = max(_out_of_plane(screw, n) for screw in moving)
     if deviation:
         raise InexactPlaneError(linkage.source, float(deviation) ** 0.5)
     nearest = max(range(3), key=lambda i: abs(n[i]))
-    helper = _units(3)[(nearest + 1) % 3]
+    helper = _unit_vectors(3)[(nearest + 1) % 3]
     a = tuple(x - dot(helper, n) / dot(n, n) * y for x, y in zip(helper, n, strict=True))
     b = cross(n, a)
     squares = tuple(n[i] * n[j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
@@ -204,7 +206,7 @@ def _out_of_plane(screw: Vector, n: Vector) -> Fraction:
     return dot(off, off) / (dot(w, w) * square) + dot(w, v) ** 2 / dot(w, w) ** 2
 
 
-def _normal(
+def _plane_normal(
     turning: Sequence[Vector], slides: Sequence[Vector], normal: NDArray[np.float64]
 ) -> Vector:
     """A normal of the plane in which screws move; ``normal`` is the rounded one."""
@@ -241,11 +243,11 @@ def loops_are_regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
     )
     for ends in chain.ends:
         around = sorted(loop_joints(chain.parent, *ends) - still)
-        constraints += _dimension([chain.screws[j] for j in around])
+        constraints += _lie_algebra_dimension([chain.screws[j] for j in around])
     return len(set(chain.dependent) - still) == constraints
 
 
-def _dimension(screws: Sequence[Vector]) -> int:
+def _lie_algebra_dimension(screws: Sequence[Vector]) -> int:
     """Dimension of the Lie algebra that screws generate."""
     basis = echelon(screws)[0]
     while len(basis) < 6:

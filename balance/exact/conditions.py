@@ -18,9 +18,9 @@ __all__ = ["ExactConditions", "joints_at_rest", "orders_closed", "directions_of"
 IntArray = NDArray[np.int64]
 
 # Entries of rays are positive integers below this, and so the same modulo every prime.
-RAYS = 2**20
+MAX_RAY_ENTRY = 2**20
 # Rays along which joints must be at rest, and loops close.
-FEW = 3
+MAX_TEST_RAYS = 3
 
 
 def directions_of(width: int) -> Iterator[IntArray]:
@@ -34,7 +34,7 @@ def directions_of(width: int) -> Iterator[IntArray]:
     """
     rng = np.random.default_rng(5)
     while True:
-        yield rng.integers(1, RAYS, width) if width > 1 else np.ones(1, dtype=np.int64)
+        yield rng.integers(1, MAX_RAY_ENTRY, width) if width > 1 else np.ones(1, dtype=np.int64)
 
 
 class ExactConditions:
@@ -90,7 +90,7 @@ def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
     no prime will do there are none.
     """
     moving = np.zeros(len(chain.parent), dtype=np.bool_)
-    for twists in _twists(chain):
+    for twists in _twists_along_rays(chain):
         while twists.orders <= order and not moving.all():
             twists.extend()
             moving |= twists.moving
@@ -100,16 +100,16 @@ def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
 def orders_closed(chain: ExactChain, order: int) -> int:
     """The number of orders, of 0 … order, at which all loops close; 0 if no prime will do."""
     found = []
-    for twists in _twists(chain):
+    for twists in _twists_along_rays(chain):
         while twists.closed == twists.orders <= order:
             twists.extend()
         found.append(twists.closed)
     return min(found, default=0)
 
 
-def _twists(chain: ExactChain) -> Iterator[Twists]:
+def _twists_along_rays(chain: ExactChain) -> Iterator[Twists]:
     """Series along a few rays, modulo a prime that divides no denominator and no pivot."""
     found = next(filter(None, (chain_modulo(chain, p) for p in PRIMES)), None)
     if found is not None:
-        for ray in islice(directions_of(chain.width), min(chain.width, FEW)):
+        for ray in islice(directions_of(chain.width), min(chain.width, MAX_TEST_RAYS)):
             yield Twists(found, ray)

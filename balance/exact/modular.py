@@ -20,8 +20,8 @@ PRIMES = (1073741789, 1073741783, 1073741741, 1073741723)
 """The largest primes below 2^30."""
 
 # Bits of half a remainder, and the number of products whose sum a double holds exactly.
-HALF = 15
-SUMS = 2**8
+HALF_BITS = 15
+MAX_EXACT_SUMS = 2**8
 
 
 def inverse(a: int, p: int) -> int:
@@ -33,24 +33,27 @@ def _halves(B: IntArray) -> Array:
     """The upper halves of remainders and, beside them, the lower ones; (…, 2 columns)."""
     columns = B.shape[-1]
     out = np.empty((*B.shape[:-1], 2 * columns))
-    out[..., :columns] = B >> HALF
-    out[..., columns:] = B & (2**HALF - 1)
+    out[..., :columns] = B >> HALF_BITS
+    out[..., columns:] = B & (2**HALF_BITS - 1)
     return out
 
 
-def _sums(A: Array, halves: Array, p: int) -> IntArray:
+def _product_with_halves(A: Array, halves: Array, p: int) -> IntArray:
     """The matrix product of remainders and halves of remainders, modulo p."""
     inner, columns = A.shape[-1], halves.shape[-1] // 2
-    if inner > SUMS:
-        head = _sums(A[..., :SUMS], halves[..., :SUMS, :], p)
-        return (head + _sums(A[..., SUMS:], halves[..., SUMS:, :], p)) % p
+    if inner > MAX_EXACT_SUMS:
+        head = _product_with_halves(A[..., :MAX_EXACT_SUMS], halves[..., :MAX_EXACT_SUMS, :], p)
+        return (
+            head
+            + _product_with_halves(A[..., MAX_EXACT_SUMS:], halves[..., MAX_EXACT_SUMS:, :], p)
+        ) % p
     both = (A @ halves).astype(np.int64)
-    return ((both[..., :columns] % p << HALF) + both[..., columns:]) % p
+    return ((both[..., :columns] % p << HALF_BITS) + both[..., columns:]) % p
 
 
 def product(A: IntArray, B: IntArray, p: int) -> IntArray:
     """Matrix product (…, m, n) of remainders (…, m, inner) and (…, inner, n), modulo p."""
-    return _sums(A.astype(np.float64), _halves(B), p)
+    return _product_with_halves(A.astype(np.float64), _halves(B), p)
 
 
 class Convolution:
@@ -84,7 +87,9 @@ class Convolution:
     def sum(self, count: int) -> IntArray:
         """The first ``count`` orders of A times the last as many of B, the last one first."""
         size, start = count * self._inner, self._B.shape[1] - self._right
-        return _sums(self._A[:, :, :size], self._B[:, start : start + size], self._p)
+        return _product_with_halves(
+            self._A[:, :, :size], self._B[:, start : start + size], self._p
+        )
 
 
 def eliminate(A: IntArray, columns: int, p: int) -> IntArray:

@@ -39,12 +39,12 @@ __all__ = [
 ]
 
 # Fewest orders that must add nothing before the rank counts as final.
-PLATEAU = 3
+MIN_PLATEAU = 3
 # And at least, where inertia transfers do not bound the rank from above.
 PLATEAU_WITHOUT_BOUND = 12
 # Highest orders tried one after the other: for one degree of freedom, and for more.
-LADDER = (6, 14, 30, 62, 126)
-LADDER_OF_MANY = (5, 9, 17, 33)
+STOPPING_ORDERS = (6, 14, 30, 62, 126)
+STOPPING_ORDERS_OF_MANY = (5, 9, 17, 33)
 
 
 class Pivot(NamedTuple):
@@ -206,19 +206,19 @@ def ranks_of(
         ExactError: the loops do not close exactly, or the inputs do not determine the other
             joints.
     """
-    runs, closes = _start(source, chain), loops_are_regular(chain)
-    ladder = LADDER if chain.width == 1 else LADDER_OF_MANY
+    runs, closes = _start_runs(source, chain), loops_are_regular(chain)
+    ladder = STOPPING_ORDERS if chain.width == 1 else STOPPING_ORDERS_OF_MANY
     for order in range((ladder[-1] if max_order is None else max_order) + 1):
-        best = _extend(source, chain, runs)
+        best = _extend_runs(source, chain, runs)
         kmax = best.index(best[-1])
         # That loops close by the rank of their screws needs no further orders.
         complete = best[-1] == upper_bound and (closes or order >= ladder[0])
         if max_order is None and not complete and order not in ladder:
             continue
-        plateau = _plateau(kmax, best[-1] >= expected, upper_bound is not None)
+        plateau = _required_plateau(kmax, best[-1] >= expected, upper_bound is not None)
         settled = complete or kmax + plateau <= order
         if settled and max_order is None:
-            best = best[: kmax + 1 + (0 if complete else PLATEAU)]
+            best = best[: kmax + 1 + (0 if complete else MIN_PLATEAU)]
             break
     better = max(runs, key=lambda run: run.ranks[-1])
     return Exact(
@@ -229,7 +229,7 @@ def ranks_of(
     )  # fmt: skip
 
 
-def _plateau(kmax: int, reached: bool, careful: bool) -> int | float:
+def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
     """How many orders must add nothing before the rank counts as final.
 
     A body that is driven through dead centres moves with a power m of the input: conditions
@@ -244,11 +244,11 @@ def _plateau(kmax: int, reached: bool, careful: bool) -> int | float:
             expected and is not reached given up.
     """
     if not careful:
-        return PLATEAU if reached else inf
+        return MIN_PLATEAU if reached else inf
     return max(PLATEAU_WITHOUT_BOUND, kmax + 1 if reached else 2 * kmax)
 
 
-def _start(source: str, chain: ExactChain) -> list[ExactConditions]:
+def _start_runs(source: str, chain: ExactChain) -> list[ExactConditions]:
     """Conditions modulo the first two primes that will do."""
     found = filter(None, (chain_modulo(chain, prime) for prime in PRIMES))
     runs = [ExactConditions(remainders) for remainders in islice(found, 2)]
@@ -260,7 +260,9 @@ def _start(source: str, chain: ExactChain) -> list[ExactConditions]:
     return runs
 
 
-def _extend(source: str, chain: ExactChain, runs: Sequence[ExactConditions]) -> tuple[int, ...]:
+def _extend_runs(
+    source: str, chain: ExactChain, runs: Sequence[ExactConditions]
+) -> tuple[int, ...]:
     """Compute the next order modulo each prime; the ranks by order, the larger ones."""
     for run in runs:
         run.extend()

@@ -26,7 +26,7 @@ __all__ = ["BodyInertia", "body_inertias", "in_link_frames"]
 Array = NDArray[np.float64]
 
 # Coordinates are not squared without overflow above this size, or underflow below its inverse.
-LARGEST = 1e120
+LARGEST_COORDINATE = 1e120
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,15 +110,15 @@ def body_inertias(
         ValueError: y has another shape, is not real and finite, or is too large or too small
             to be computed with.
     """
-    y = _coordinates(y, basis.shape[1])
+    y = _check_coordinates(y, basis.shape[1])
     parts, size = freeze(basis @ y).reshape(len(names), len(labels)), float(np.linalg.norm(y))
     return tuple(
-        replace(_body(name, part, frame, axes, labels, size, length), source=source)
+        replace(_body_inertia(name, part, frame, axes, labels, size, length), source=source)
         for name, part, frame in zip(names, parts, frames, strict=True)
     )
 
 
-def _coordinates(y: ArrayLike, count: int) -> Array:
+def _check_coordinates(y: ArrayLike, count: int) -> Array:
     """Coordinates (count,) as real numbers.
 
     Raises:
@@ -135,8 +135,8 @@ def _coordinates(y: ArrayLike, count: int) -> Array:
     if numbers.shape != (count,) or not np.isfinite(numbers).all():
         raise ValueError(f"coordinates y of shape {numbers.shape}: {wanted}")
     largest = float(np.abs(numbers).max(initial=0.0))
-    if largest and not 1.0 / LARGEST < largest < LARGEST:
-        limits = f"{1.0 / LARGEST:.0e} to {LARGEST:.0e}"
+    if largest and not 1.0 / LARGEST_COORDINATE < largest < LARGEST_COORDINATE:
+        limits = f"{1.0 / LARGEST_COORDINATE:.0e} to {LARGEST_COORDINATE:.0e}"
         raise ValueError(
             f"coordinates y of size {largest:.1e}: give numbers whose largest is from {limits}"
         )
@@ -149,12 +149,12 @@ def in_link_frames(basis: Array, frames: Array, axes: Array, labels: Sequence[st
     Args and shape are those of `body_inertias` and of ``basis``. A planar body gets the
     axes that `kinematics.model.chain.plane_axes` finds for the normal in its link frame.
     """
-    changes = np.array([_change(frame, axes, labels) for frame in frames])
+    changes = np.array([_change_of_frame(frame, axes, labels) for frame in frames])
     parts = basis.reshape(*changes.shape[:2], basis.shape[1])
     return freeze((changes @ parts).reshape(basis.shape))
 
 
-def _body(
+def _body_inertia(
     name: str, z: Array, frame: Array, axes: Array, labels: Sequence[str], size: float,
     length: float,
 ) -> BodyInertia:  # fmt: skip
@@ -179,7 +179,7 @@ def _body(
     else:
         inertia = freeze(inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
         whole = local = freeze(R.T @ inertia @ R)
-    element = _element(mass, at, whole)
+    element = _inertial_element(mass, at, whole)
     about = MOMENT_ROUND_OFF * float(np.abs(z[3:] if planar else z[4:]).max())
     unreal = violations(
         parameters(mass, np.zeros(3), whole),
@@ -190,7 +190,7 @@ def _body(
     )
 
 
-def _element(mass: float, com: Array, inertia: Array) -> str:
+def _inertial_element(mass: float, com: Array, inertia: Array) -> str:
     """Element ``<inertial>``: tensor about the centre of mass, in the axes of the link."""
     xyz = " ".join(repr(float(value)) for value in com)
     i, j = np.triu_indices(3)
@@ -207,7 +207,7 @@ def _element(mass: float, com: Array, inertia: Array) -> str:
     )
 
 
-def _change(frame: Array, axes: Array, labels: Sequence[str]) -> Array:
+def _change_of_frame(frame: Array, axes: Array, labels: Sequence[str]) -> Array:
     """Matrix from the parameters of a body in the inertial frame to those in its link's."""
     count, R, origin = len(labels), frame[:3, :3], frame[:3, 3]
     if "mcz" in labels:

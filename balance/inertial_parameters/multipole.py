@@ -42,7 +42,7 @@ RODS = freeze(
 )  # fmt: skip
 
 
-def _stacked(m: Array, mc: Array, S: Array) -> Array:
+def _stack_parameters(m: Array, mc: Array, S: Array) -> Array:
     """Parameters (..., 10) from mass, first moment, and second moment ``S = ∫ x xᵀ dm``."""
     xx, yy, zz = S[..., 0, 0], S[..., 1, 1], S[..., 2, 2]
     moments = [yy + zz, xx + zz, xx + yy, -S[..., 0, 1], -S[..., 0, 2], -S[..., 1, 2]]
@@ -57,7 +57,7 @@ def _dyad(a: Array, b: Array) -> Array:
 def point_mass(point: ArrayLike) -> Array:
     """Parameters ``(1, r, -[r]²)`` of a mass of 1 kg at r (..., 3), metres; (..., 10)."""
     r = np.asarray(point, dtype=np.float64)
-    return _stacked(np.ones(r.shape[:-1]), r, _dyad(r, r))
+    return _stack_parameters(np.ones(r.shape[:-1]), r, _dyad(r, r))
 
 
 def displacement_dipole(direction: ArrayLike, point: ArrayLike) -> Array:
@@ -72,7 +72,7 @@ def displacement_dipole(direction: ArrayLike, point: ArrayLike) -> Array:
     a, r = np.broadcast_arrays(
         np.asarray(direction, dtype=np.float64), np.asarray(point, dtype=np.float64)
     )
-    return _stacked(np.zeros(a.shape[:-1]), a, _dyad(a, r) + _dyad(r, a))
+    return _stack_parameters(np.zeros(a.shape[:-1]), a, _dyad(a, r) + _dyad(r, a))
 
 
 def rod(direction: ArrayLike) -> Array:
@@ -82,7 +82,7 @@ def rod(direction: ArrayLike) -> Array:
     inertia about every axis perpendicular to b is 1 kg m².
     """
     b = np.asarray(direction, dtype=np.float64)
-    return _stacked(np.zeros(b.shape[:-1]), np.zeros_like(b), _dyad(b, b))
+    return _stack_parameters(np.zeros(b.shape[:-1]), np.zeros_like(b), _dyad(b, b))
 
 
 class Primitive(NamedTuple):
@@ -147,7 +147,7 @@ class Multipole(NamedTuple):
 
     def parameters(self) -> Array:
         """The parameters (10,) or (4,) that were taken apart, SI units."""
-        z = _placed(self.mass, self.displacement, self.point)
+        z = _mass_and_displacement(self.mass, self.displacement, self.point)
         if self.point.size == 2:
             z[3] += self.rods[0]
             return z
@@ -191,10 +191,10 @@ def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -
         )
     mass = float(z[0])
     moved = z[1 : 1 + r.size] - mass * r
-    rest = z - _placed(mass, moved, r)
+    rest = z - _mass_and_displacement(mass, moved, r)
     if r.size == 2:
         return Multipole(mass, moved, rest[3:], r, np.empty((0, 2)))
-    b = _six(directions)
+    b = _check_directions(directions)
     second = pseudo_inertia(rest)[:3, :3][_UPPER]
     rods: Array = np.linalg.solve(_dyads(b).T, second).astype(np.float64)
     return Multipole(mass, moved, rods, r, b)
@@ -203,7 +203,7 @@ def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -
 _UPPER = np.triu_indices(3)
 
 
-def _placed(mass: float, moved: Array, r: Array) -> Array:
+def _mass_and_displacement(mass: float, moved: Array, r: Array) -> Array:
     """Parameters of a mass at r and a displacement there."""
     if r.size == 2:
         return np.array([mass, *(mass * r + moved), r @ (mass * r + 2.0 * moved)])
@@ -215,7 +215,7 @@ def _dyads(b: Array) -> Array:
     return _dyad(b, b)[:, *_UPPER]
 
 
-def _six(directions: ArrayLike) -> Array:
+def _check_directions(directions: ArrayLike) -> Array:
     """Unit vectors along six directions, if their dyads are independent."""
     b = np.asarray(directions, dtype=np.float64)
     if b.shape != (6, 3):

@@ -21,7 +21,7 @@ from balance.interpretation.terms import (
     Term,
     candidate_terms,
     describe_terms,
-    is_simple,
+    round_to_fraction,
     term_vectors,
 )
 from balance.spaces.design_space_result import DesignSpace
@@ -64,7 +64,7 @@ class Freedom(NamedTuple):
         return {"words": self.words, "primitives": [p.to_dict() for p in self.primitives]}
 
 
-def _combined(space: DesignSpace, terms: Sequence[Term], words: str) -> Freedom:
+def _combine(space: DesignSpace, terms: Sequence[Term], words: str) -> Freedom:
     """The freedom that terms with their values add up to."""
     primitives = tuple(p for term in terms for p in term.primitives)
     vector = term_vectors(space, primitives, False).sum(axis=1)
@@ -80,28 +80,32 @@ def transfer_freedoms(space: DesignSpace, transfer: Transfer) -> tuple[Freedom, 
     """
     if not transfer.dimension:
         return ()
-    found = [_reading(space, transfer, terms) for terms in joint_frame_terms(space, transfer)]
+    found = [
+        _basis_in_terms(space, transfer, terms) for terms in joint_frame_terms(space, transfer)
+    ]
     # Of equally short readings the last one, which names the axis.
-    best = min(reversed(found), key=_length)
+    best = min(reversed(found), key=_count_primitives)
     return tuple(
-        _combined(space, terms, " with a ".join(dict.fromkeys(t.name for t in terms)))
+        _combine(space, terms, " with a ".join(dict.fromkeys(t.name for t in terms)))
         for terms in best
     )
 
 
-def _length(reading: Sequence[Sequence[Term]]) -> int:
+def _count_primitives(reading: Sequence[Sequence[Term]]) -> int:
     """Number of primitives in a reading."""
     return sum(len(term.primitives) for terms in reading for term in terms)
 
 
-def _reading(space: DesignSpace, transfer: Transfer, own: Sequence[Term]) -> list[list[Term]]:
+def _basis_in_terms(
+    space: DesignSpace, transfer: Transfer, own: Sequence[Term]
+) -> list[list[Term]]:
     """A basis of a transfer in terms on each body, every one with terms of its own."""
     terms = [term.on(body) for body in transfer.bodies for term in own]
     D = _columns(space, terms)
     scale = np.linalg.norm(D, axis=0)
     columns = transfer.scaled
     coordinates = np.linalg.lstsq(D / scale, columns / np.linalg.norm(columns, axis=0))[0]
-    return [_with_values(terms, _relative(x / scale)) for x in _echelon(coordinates.T)]
+    return [_with_values(terms, _normalise(x / scale)) for x in _echelon(coordinates.T)]
 
 
 def _echelon(rows: Array) -> Array:
@@ -126,10 +130,10 @@ def _largest_in_column(
 def summarise(freedoms: Sequence[Freedom]) -> str:
     """The words of freedoms in one line, the same ones counted."""
     counts = Counter(freedom.words for freedom in freedoms)
-    return ", ".join(_counted(words, n) for words, n in counts.items())
+    return ", ".join(_count_phrase(words, n) for words, n in counts.items())
 
 
-def _counted(words: str, count: int) -> str:
+def _count_phrase(words: str, count: int) -> str:
     """``a point mass on the axis``, ``two ± pairs of rods across the axis``."""
     if count == 1:
         return f"a {words}"
@@ -153,9 +157,9 @@ def parallel_freedoms(space: DesignSpace) -> tuple[Freedom, ...]:
     costs = np.array([term.cost for term in terms])
     search = SparseSearch.of(space.scaled_basis, space.serial_nullity, D / scale, costs)
     return tuple(
-        _combined(space, some, describe_terms(some))
+        _combine(space, some, describe_terms(some))
         for x in search.independent()
-        for some in [_with_values(terms, _relative(x / scale))]
+        for some in [_with_values(terms, _normalise(x / scale))]
     )
 
 
@@ -171,8 +175,8 @@ def _with_values(terms: Sequence[Term], x: Array) -> list[Term]:
     return [terms[k].times(float(x[k])) for k in np.flatnonzero(x).tolist()]
 
 
-def _relative(values: Array) -> Array:
+def _normalise(values: Array) -> Array:
     """Values divided by the largest, the first of them positive; round-off is taken off."""
     values = values / np.abs(values).max()
     values *= np.sign(values[np.flatnonzero(values)[0]])
-    return np.array([is_simple(value, FRACTION_ROUND_OFF) for value in values])
+    return np.array([round_to_fraction(value, FRACTION_ROUND_OFF) for value in values])

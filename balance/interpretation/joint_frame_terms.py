@@ -59,7 +59,7 @@ def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> 
     moved = transfer.basis.reshape(len(space.bodies), len(space.labels), -1)
     count = 2 if space.planar else 3
     moved = moved[space.bodies.index(transfer.bodies[0])]
-    free = moved[1 : 1 + count] @ _null(moved[0])
+    free = moved[1 : 1 + count] @ _null_space_of_row(moved[0])
     some = [j.screw[3:] if j.kind == "prismatic" else j.screw[:3] for j in joints]
     some += list(free.T @ space.axes[:count])
     if space.planar:
@@ -74,7 +74,7 @@ def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> 
     return found or [space.axes[0] if space.planar else space.axes[2]]
 
 
-def _null(row: Array) -> Array:
+def _null_space_of_row(row: Array) -> Array:
     """Combinations (n, d) that make a row of numbers (n,) vanish."""
     if not row.any():
         return np.eye(row.size)

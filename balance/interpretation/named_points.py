@@ -69,7 +69,7 @@ class NamedPoint(NamedTuple):
 def named_points(space: DesignSpace, body: int) -> list[NamedPoint]:
     """The moving joints at a body, one for every centre; those of loops come last."""
     chain, joints = space.chain, space.linkage.joints
-    part = space.exchanged.part
+    part = space.chain_transfers.rigid_part
     here = [
         joints[k]
         for j, k in enumerate(chain.joints)
@@ -80,10 +80,10 @@ def named_points(space: DesignSpace, body: int) -> list[NamedPoint]:
         [joint.point for joint in here],
         lambda some, one: np.linalg.norm(some - one, axis=1) <= apart,
     )
-    return [_site(here[k]) for k in first]
+    return [_named_point(here[k]) for k in first]
 
 
-def _site(joint: Joint) -> NamedPoint:
+def _named_point(joint: Joint) -> NamedPoint:
     """A joint by name, centre and axis; one of several degrees goes by its own name."""
     axis = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
     return NamedPoint(joint.whole, joint.point, axis / np.linalg.norm(axis), joint.name)
@@ -103,7 +103,7 @@ def named_directions(
     """
     site = places[place]
     axis = NamedDirection(site.axis, f"the axis of {site.label}")
-    links = _links(place, places)
+    links = _link_directions(place, places)
     if space.planar:
         n = space.axes[2]
         plain = distinct_directions(
@@ -120,7 +120,7 @@ def named_directions(
     return distinct_directions([*plain, *normals])
 
 
-def _links(place: int, places: Sequence[NamedPoint]) -> list[NamedDirection]:
+def _link_directions(place: int, places: Sequence[NamedPoint]) -> list[NamedDirection]:
     """From joint to joint, and to the middle of more than two."""
     site, found = places[place], []
     for k, other in enumerate(places):

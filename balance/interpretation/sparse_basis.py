@@ -19,7 +19,7 @@ __all__ = ["SparseSearch"]
 Array = NDArray[np.float64]
 
 # Entries of all the linear programmes that look for other solutions than are needed.
-WORK = 300_000
+MAX_PROGRAMME_ENTRIES = 300_000
 
 
 class SparseSearch(NamedTuple):
@@ -57,7 +57,7 @@ class SparseSearch(NamedTuple):
         """As many solutions as there are dimensions that are new, those of few terms first."""
         pool = self._spanning()
         entries = 2 * self.conditions.size
-        for w in self._directions(WORK // entries) if len(pool) > 1 else []:
+        for w in self._directions(MAX_PROGRAMME_ENTRIES // entries) if len(pool) > 1 else []:
             other = self.sparse(w)
             pool += [other] if other is not None else []
         pool.sort(key=lambda x: (np.count_nonzero(x), self.cost @ np.abs(x)))

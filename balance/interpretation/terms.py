@@ -27,7 +27,7 @@ from balance.spaces.design_space_result import DesignSpace
 from balance.tolerances import FRACTION_IN_TEXT, GEOMETRY_EQUAL, TERMS_RANK
 from kinematics.model.arrays import Frame
 
-__all__ = ["Term", "describe_terms", "is_simple", "term_vectors", "candidate_terms"]
+__all__ = ["Term", "describe_terms", "round_to_fraction", "term_vectors", "candidate_terms"]
 
 Array = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bo
     """
     some = list(primitives)
     # Measured from the middle of the mechanism from the start: nothing large cancels.
-    found = [_scaled(p, space.chain.frame) if scaled else p for p in some]
+    found = [_scale_primitive(p, space.chain.frame) if scaled else p for p in some]
     z = np.array([primitive.parameters() for primitive in found]).reshape(-1, 10)
     z = to_chain(z, Frame(space.axes), space.planar, space.balance == "force")
     out = np.zeros((len(some), len(space.bodies), z.shape[1]))
@@ -80,7 +80,7 @@ def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bo
     return out.reshape(len(some), -1).T
 
 
-def _scaled(primitive: Primitive, frame: Frame) -> Primitive:
+def _scale_primitive(primitive: Primitive, frame: Frame) -> Primitive:
     """A primitive in lengths of the chain, from its origin."""
     power = {"mass": 0, "displacement": 1, "rod": 2}[primitive.kind]
     point = primitive.point
@@ -95,26 +95,26 @@ def candidate_terms(space: DesignSpace) -> list[Term]:
     found: list[Term] = []
     for b, name in enumerate(space.bodies):
         if space.chain.links[b] >= 0:
-            found += _of_body(space, name, named_points(space, b))
+            found += _terms_of_body(space, name, named_points(space, b))
     return found
 
 
-def _of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> list[Term]:
+def _terms_of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> list[Term]:
     """Masses and displacements at joints, and rods; enough for all parameters of the body."""
     named = [named_directions(space, k, places) for k in range(len(places))]
-    found = _all(space, body, places, named)
+    found = _terms_at(space, body, places, named)
     own = [p for term in found for p in term.primitives]
     if np.linalg.matrix_rank(term_vectors(space, own, True), TERMS_RANK) < len(space.labels):
         axes = [NamedDirection(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
         axes = axes[:2] if space.planar else axes
         origin = NamedPoint("the origin", np.zeros(3), space.axes[0], "x")
         known = {term.name for term in found}
-        more = _all(space, body, places[:1] or [origin], [axes])
+        more = _terms_at(space, body, places[:1] or [origin], [axes])
         found += [term for term in more if term.name not in known]
     return found
 
 
-def _all(
+def _terms_at(
     space: DesignSpace,
     body: str,
     places: Sequence[NamedPoint],
@@ -200,7 +200,7 @@ def describe_terms(terms: Sequence[Term]) -> str:
     return "; ".join(f"{name} {', '.join(values)}" for name, values in groups.items())
 
 
-def is_simple(value: float, tolerance: float) -> float:
+def round_to_fraction(value: float, tolerance: float) -> float:
     """The fraction with a denominator up to 12 that is this near a number, or the number."""
     fraction = float(Fraction(value).limit_denominator(12))
     return fraction if abs(fraction - value) <= tolerance else value

@@ -75,7 +75,7 @@ def screw_figure(
     axes_of = linkage.chain.frame.R[:2] if linkage.planar else np.eye(3)
     figure = Figure(figsize=(7.0, 6.0), layout="constrained")
     axes = figure.add_subplot(projection=None if linkage.planar else "3d")
-    _draw(axes, lines, _pivots(linkage, q), axes_of)
+    _draw(axes, lines, _joint_points(linkage, q), axes_of)
     axes.set_title(f"{linkage.name}: momentum of each body")
     for name, label in zip("xyz", ("x (m)", "y (m)", "z (m)")[: len(axes_of)], strict=False):
         getattr(axes, f"set_{name}label")(label)
@@ -83,7 +83,7 @@ def screw_figure(
     return figure
 
 
-def _pivots(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array:
+def _joint_points(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array:
     """Points of all joints at a pose, carried by their parents; shape (joints, 3)."""
     H = forward_kinematics(si_chain(linkage, True), joint_positions(linkage, q)).H
     return np.array(

@@ -157,10 +157,10 @@ def momentum_lines(
     """
     linkage = as_linkage(linkage)
     wrenches = momentum_wrenches(linkage, q, motion)
-    return tuple(_lines(linkage, column) for column in wrenches)
+    return tuple(_lines_of_wrenches(linkage, column) for column in wrenches)
 
 
-def _lines(linkage: Linkage, wrenches: Array) -> tuple[ScrewLine, ...]:
+def _lines_of_wrenches(linkage: Linkage, wrenches: Array) -> tuple[ScrewLine, ...]:
     """The lines of one column of wrenches (bodies, 6)."""
     sizes = np.linalg.norm(wrenches, axis=1)
     resting = sizes <= BODY_AT_REST * sizes.max(initial=0.0)

@@ -31,7 +31,7 @@ __all__ = ["MomentumTaylor", "momentum_taylor"]
 Array = NDArray[np.float64]
 
 # Rays for each monomial of the highest degree.
-RAYS = 2
+RAYS_PER_MONOMIAL = 2
 SEED = 11
 
 
@@ -121,11 +121,13 @@ def momentum_taylor(
     chain, scales = scaled_chain(chain, linkage, motion)
     table = monomial_table(chain.width, order)
     count = np.diff(table.starts)
-    rays = np.random.default_rng(SEED).standard_normal((RAYS * int(count[-1]), chain.width))
+    rays = np.random.default_rng(SEED).standard_normal(
+        (RAYS_PER_MONOMIAL * int(count[-1]), chain.width)
+    )
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     X = RegressorSeries(chain, expand(chain, rays, order)).rows(order)
     parts = [
-        _fitted(table.exponents[a:b], rays, values)
+        _fit_polynomial(table.exponents[a:b], rays, values)
         for a, b, values in zip(table.starts[:-1], table.starts[1:], X, strict=True)
     ]
     units = monomial_powers(table.exponents, 1.0 / scales)
@@ -133,7 +135,7 @@ def momentum_taylor(
     return MomentumTaylor(motion, table.exponents, freeze(found))
 
 
-def _fitted(exponents: IntArray, rays: Array, values: Array) -> Array:
+def _fit_polynomial(exponents: IntArray, rays: Array, values: Array) -> Array:
     """Coefficients of the homogeneous polynomial that takes given values along rays.
 
     Monomials are weighted by the roots of their multinomial coefficients, with which no

@@ -28,7 +28,7 @@ __all__ = ["BRACKET", "MOMENTUM", "RATE", "Tensors", "product_tensors"]
 Array = NDArray[np.float64]
 
 
-def _products() -> tuple[Array, Array]:
+def _rate_and_momentum() -> tuple[Array, Array]:
     """`RATE` and `MOMENTUM`, from the products of pseudo-inertias with twists."""
     moved = hat(np.eye(6))[:, None] @ pseudo_inertia(np.eye(10))
     turned = moved - moved.mT
@@ -38,7 +38,7 @@ def _products() -> tuple[Array, Array]:
 
 
 BRACKET = ad(np.eye(6))
-RATE, MOMENTUM = _products()
+RATE, MOMENTUM = _rate_and_momentum()
 
 
 class Tensors(NamedTuple):

@@ -53,16 +53,16 @@ NO_POSE = np.empty((0, 4, 4))
 
 def body_regressors(
     first: int, last: int, start: Array, links: IntArray, moves: NDArray[np.bool_], V: Array,
-    T: Array, room: tuple[Array, Array], X: Array,
+    T: Array, workspace: tuple[Array, Array], X: Array,
 ) -> None:  # fmt: skip
     """Add the rows of orders first … last to X (orders, rays, width, rows, parameters).
 
-    ``room`` keeps what the next orders need; see `regressor_workspace`.
+    ``workspace`` keeps what the next orders need; see `regressor_workspace`.
     """
     orders, rays, width, rows, parameters = X.shape
     x = X.reshape(orders, rays, width, rows, links.size, parameters // max(links.size, 1))
     add = planar_regressor if V.shape[3] == 3 else spatial_regressor
-    add(first, last, start, links, moves, V, T, *room, x)
+    add(first, last, start, links, moves, V, T, *workspace, x)
 
 
 def regressor_workspace(
@@ -101,7 +101,7 @@ def rows_per_column(planar: bool, force: bool) -> int:
     return (2 if force else 3) if planar else (3 if force else 6)
 
 
-def _shapes(chain: Chain) -> tuple[tuple[int, int, int], ...]:
+def _row_shapes(chain: Chain) -> tuple[tuple[int, int, int], ...]:
     """Return width, rows per column and parameters, without and with ``force``."""
     n, kinds = chain.links.size, [(chain.planar, force) for force in (False, True)]
     return tuple((chain.width, rows_per_column(*k), n * parameters_per_body(*k)) for k in kinds)
@@ -116,7 +116,7 @@ class RegressorSeries:
         """Start at the reference pose, or at a finite pose with its own series."""
         self._chain, self._series, self._next = chain, series, 0
         self._start = NO_POSE if pose is None else pose.H
-        self._shape = chain.once(_shapes)[force]
+        self._shape = chain.once(_row_shapes)[force]
         self._workspace: tuple[Array, Array] | None = None
 
     def rows(self, last: int) -> Array:

@@ -47,7 +47,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # Geometries that a thread takes at a time.
-CHUNK = 128
+CHUNK_SIZE = 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,10 +150,10 @@ def design_space_many(
     linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
-    screws = _checked(linkage, geometries)
-    work = _Work(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
+    screws = _check_screws(linkage, geometries)
+    work = _Sweep(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
     if not linkage.idle:
-        starts = range(0, len(screws), CHUNK)
+        starts = range(0, len(screws), CHUNK_SIZE)
         if threads == 1:
             list(map(work.sweep, starts))
         else:
@@ -162,7 +162,7 @@ def design_space_many(
     refused, unsure = {}, {}
     for number in np.flatnonzero(work.answers[:, 0] < 0).tolist():
         try:
-            doubts = work.look_twice(number)
+            doubts = work.solve_alone(number)
         except LinkageError as error:
             refused[number] = str(error)
         else:
@@ -171,7 +171,7 @@ def design_space_many(
     return work.result(refused, unsure)
 
 
-def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
+def _check_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
     """The joint screws as an array; LinkageError if one is not of the kind of its joint."""
     screws = freeze(geometries)
     count = len(linkage.joints)
@@ -192,7 +192,7 @@ def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
     return screws
 
 
-class _Work:
+class _Sweep:
     """Arrays of all geometries, filled in chunk by chunk."""
 
     def __init__(
@@ -219,7 +219,7 @@ class _Work:
 
     def sweep(self, start: int) -> None:
         """The geometries of a chunk that need no second look."""
-        part = slice(start, min(start + CHUNK, len(self.screws)))
+        part = slice(start, min(start + CHUNK_SIZE, len(self.screws)))
         chain, count = self.chain, part.stop - part.start
         screws = np.empty((count, *chain.screws.shape))
         mimics = np.empty((count, *chain.mimics.shape))
@@ -236,17 +236,17 @@ class _Work:
         ]
         shape = len(self.rays), len(self.rigid), self.per, self.size
         sweep = planar_sweep if chain.planar else spatial_sweep
-        rooms = chain.borrow(shape, lambda: sweep_workspace(chain, *shape))
+        workspaces = chain.borrow(shape, lambda: sweep_workspace(chain, *shape))
         sweep(
             (chain.walked, chain.once(number_rigid_parts), chain.links, self.rigid, self.rays),
             (screws, mimics, np.array(floors), self.lengths[part]),
             (self.fewest, self.per, self.size),
             (self.answers[part], self.kept[part], self.bases[part]),
-            rooms,
+            workspaces,
         )
-        chain.give_back(shape, rooms)
+        chain.give_back(shape, workspaces)
 
-    def look_twice(self, number: int) -> tuple[str, ...]:
+    def solve_alone(self, number: int) -> tuple[str, ...]:
         """Compute one geometry by `design_space`.
 
         Returns:

@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from balance.conditions.order_kernels import (
-    FIRST,
+    FIRST_EXPANSION_ORDER,
+    orders_workspace,
     planar_conditions_up_to_order,
     spatial_conditions_up_to_order,
-    stage_workspace,
 )
 from balance.tolerances import (
     DROPPED_CLEARLY,
@@ -36,7 +36,7 @@ __all__ = [
 
 
 @kernel(reference_counting=False)
-def _regular(screws, mimics, lines, F, diagonal):
+def _loops_are_regular(screws, mimics, lines, F, diagonal):
     """Decide whether the loop matrix S determines the dependent joints: pivots of its QR.
 
     Args:
@@ -55,7 +55,7 @@ def _regular(screws, mimics, lines, F, diagonal):
 
 
 @kernel(reference_counting=False)
-def _rest(permutation, known, place, left):
+def _sort_remaining(permutation, known, place, left):
     """Sort the entries of a permutation that follow the first ``known`` ones.
 
     Args:
@@ -77,7 +77,7 @@ def _sweep_kernel(dim):
     """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
     @kernel(reference_counting=False)
-    def sweep(topology, geometries, sizes, results, rooms):
+    def sweep(topology, geometries, sizes, results, workspaces):
         """Find rank, nullity, serial nullity and kmax of each geometry; rank -1 if unsettled.
 
         Args:
@@ -89,29 +89,29 @@ def _sweep_kernel(dim):
             sizes: rays to begin with, momentum components that count, parameters of each body.
             results: out: the four integers (g, 4); smallest pivots, relative to the largest
                 (g,); orthonormal bases as rows (g, parameters, parameters), or (0, …).
-            rooms: workspace, as from `sweep_workspace`.
+            workspaces: workspace, as from `sweep_workspace`.
         """
         chain, rigid_parts, links, rigid, rays = topology
         screws, mimics, tolerances, lengths = geometries
         fewest, per, size = sizes
         answers, kept, bases = results
         parent, _, ends, _, columns, moves, lines = chain
-        to_stage, to_walk, numbers, flat, diagonal, serial, out = rooms
-        unknowns, found, nd = links.size * size, to_walk[0], diagonal.size
+        for_orders, for_search, numbers, flat, diagonal, serial, out = workspaces
+        unknowns, found, nd = links.size * size, for_search[0], diagonal.size
         own, order, left = numbers[0], numbers[1], numbers[2]
         ranks, permutations = numbers[3], numbers[4]
-        F = to_stage[1][0]
+        F = for_orders[1][0]
         for g in range(screws.shape[0]):
             answers[g, 0] = -1
             s, m, tolerance = screws[g], mimics[g], tolerances[g]
             if (
                 lengths[g] <= 0.0 or lines[COUNT, ROWS] < nd
-                or not _regular(s, m, lines, F, diagonal)
+                or not _loops_are_regular(s, m, lines, F, diagonal)
             ):  # fmt: skip
                 continue
             # The serial space: transfers, of which rows of a triangular factor are made.
-            count = search_transfers(parent, s, rigid_parts, size, per, tolerance, to_walk)
-            gap = to_walk[2]
+            count = search_transfers(parent, s, rigid_parts, size, per, tolerance, for_search)
+            gap = for_search[2]
             if count < 0 or gap[0] < KEPT_CLEARLY or gap[1] > DROPPED_CLEARLY * tolerance:
                 continue
             for j in range(unknowns):
@@ -120,7 +120,7 @@ def _sweep_kernel(dim):
                 rigid, found[:count], own[:unknowns], tolerance, 1.0, flat, order[:unknowns],
                 serial,
             )  # fmt: skip
-            _rest(order[:unknowns], height, ranks, left)
+            _sort_remaining(order[:unknowns], height, ranks, left)
             p = unknowns - height
             here = (parent, s, ends, m, columns, moves, lines)
             known = out[:0], own[:p], left[:p], 0.0, 0.0, tolerance, 0
@@ -129,18 +129,18 @@ def _sweep_kernel(dim):
             rank, scale, cut, done, settled = 0, 0.0, 0.0, 0, False
             reach = open = slowest = 1.0
             permutation = permutations[:p]
-            result, orders = (ranks, permutation, out), (FIRST, True, 1)
+            result, orders = (ranks, permutation, out), (FIRST_EXPANSION_ORDER, True, 1)
             while count <= rays.shape[0]:
                 if dim == 3:
                     rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
                         planar_conditions_up_to_order(
-                            here, links, rays[:count], orders, known, result, to_stage
+                            here, links, rays[:count], orders, known, result, for_orders
                         )
                     )
                 else:
                     rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
                         spatial_conditions_up_to_order(
-                            here, links, rays[:count], orders, known, result, to_stage
+                            here, links, rays[:count], orders, known, result, for_orders
                         )
                     )
                 if enough:
@@ -190,9 +190,9 @@ def sweep_workspace(
     n, dim = chain.screws.shape
     unknowns, transfers = chain.links.size * size, 4 * (2 * n + size)
     return (
-        stage_workspace(chain, rays, FIRST, per, size, unknowns),
+        orders_workspace(chain, rays, FIRST_EXPANSION_ORDER, per, size, unknowns),
         search_workspace(n, dim, unknowns, size, per, transfers),
-        np.empty((5, max(unknowns, FIRST + 1)), np.int64),
+        np.empty((5, max(unknowns, FIRST_EXPANSION_ORDER + 1)), np.int64),
         factor_workspace(unknowns, rigid + 2 * transfers), np.empty(chain.dependent.size),
         np.empty((unknowns, unknowns)), np.empty((unknowns, unknowns)),
     )  # fmt: skip

@@ -31,7 +31,7 @@ from kinematics.model_gallery import LinkageLike, as_linkage
 __all__ = ["design_space"]
 
 # Highest order that may be asked for.
-HIGHEST = 50
+MAX_ORDER = 50
 
 
 def design_space(
@@ -76,22 +76,24 @@ def design_space(
     linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
-    if max_order is not None and not (isinstance(max_order, int) and 0 <= max_order <= HIGHEST):
-        raise ValueError(f"max_order must be a whole number from 0 to {HIGHEST}")
+    if max_order is not None and not (
+        isinstance(max_order, int) and 0 <= max_order <= MAX_ORDER
+    ):
+        raise ValueError(f"max_order must be a whole number from 0 to {MAX_ORDER}")
     motion = motion_of(linkage, motion)
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
-    floor = relative_tolerance(chain)
-    exchanged = serial_transfers(chain, force, floor)
+    tolerance = relative_tolerance(chain)
+    transfers = serial_transfers(chain, force, tolerance)
     try:
-        gathered = collect_conditions(chain, exchanged.rows, force, floor, max_order)
+        gathered = collect_conditions(chain, transfers.rows, force, tolerance, max_order)
     except MobilityError as error:
         raise MobilityError(f"{linkage.source}: {error}") from None
-    return _result(linkage, chain, motion, balance, max_order, exchanged, gathered)
+    return _build_space(linkage, chain, motion, balance, max_order, transfers, gathered)
 
 
-def _result(
+def _build_space(
     linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
-    highest: int | None, exchanged: Transfers, gathered: CollectedConditions,
+    highest: int | None, transfers: Transfers, gathered: CollectedConditions,
 ) -> DesignSpace:  # fmt: skip
     """Everything that the conditions tell, in SI units."""
     decision = gathered.conditions.decide()
@@ -104,7 +106,7 @@ def _result(
         serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
         frames=linkage.frames, length=chain.frame.length,
         notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),
-        highest_order=highest, decision=decision, chain=chain, exchanged=exchanged,
+        highest_order=highest, decision=decision, chain=chain, chain_transfers=transfers,
     )  # fmt: skip
 
 
@@ -124,7 +126,7 @@ def _notices(chain: Chain, settled: bool, decision: Decision) -> list[Notice]:
     if not settled:
         text = "poses further on need more conditions than were found: the rank may be too low"
         found.append(Notice("not_settled", text))
-    if decision.thin:
+    if decision.ill_conditioned:
         text = f"the smallest singular value kept, {decision.kept:.1e}, is near round-off"
         found.append(Notice("thin_margin", text))
     return found

@@ -31,7 +31,7 @@ __all__ = ["ConditionGradients"]
 Array = NDArray[np.float64]
 
 # Number of random sums of all mismatches: they vanish only if every mismatch does.
-SUMS = 4
+RANDOM_SUMS = 4
 
 
 class ConditionGradients:
@@ -48,7 +48,7 @@ class ConditionGradients:
         """
         self._chain, self._rays, self._series = chain, rays, series
         self._tensors = product_tensors(chain.planar, force)
-        self._ways, self._welds = _ways(chain)
+        self._ways, self._welds = _path_and_loop_matrices(chain)
         # A = Q B, so that the rates of dependent joints are -B⁻¹ Qᵀ (mismatch without them).
         U, values, Vt = singular_value_decomposition(loop_matrix(chain)[:, chain.dependent])
         self._range, self._solver = U, (U / values) @ Vt
@@ -106,7 +106,7 @@ class ConditionGradients:
         T, V = (np.zeros_like(x) for x in (self._series.T, self._series.V))
         found = []
         rows, count = self._range.shape
-        for _ in range(SUMS if rows > count else 0):
+        for _ in range(RANDOM_SUMS if rows > count else 0):
             x = rng.standard_normal((*T.shape[:2], rows, T.shape[3]))
             x -= self._range @ (self._range.T @ x)
             found.append(self._of_screws(T, V, x * weights[:, None, None]))
@@ -158,7 +158,7 @@ class ConditionGradients:
         return np.einsum("ln,rldw->rnwd", self._welds, loops)
 
 
-def _ways(chain: Chain) -> tuple[Array, Array]:
+def _path_and_loop_matrices(chain: Chain) -> tuple[Array, Array]:
     """The joints on the way to each link, as ones (n, n), and around each loop, as signs."""
     n = len(chain.parent)
     ways = np.zeros((n + 1, n))

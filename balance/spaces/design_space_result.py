@@ -59,14 +59,14 @@ class DesignSpace(SpaceData):
         decision: basis and conditions in the units of the chain, where columns of the basis
             are orthonormal, and the numbers behind the rank.
         chain: arrays of the joints that move, and those units.
-        exchanged: inertia transfers across joints, in those units.
+        chain_transfers: inertia transfers across joints, in those units.
     """
 
     linkage: Linkage
     highest_order: int | None
     decision: Decision = field(repr=False)
     chain: Chain = field(repr=False)
-    exchanged: Transfers = field(repr=False)
+    chain_transfers: Transfers = field(repr=False)
 
     def __repr__(self) -> str:
         """Up to six lines: the space, its parts, how sure they are."""
@@ -108,18 +108,18 @@ class DesignSpace(SpaceData):
         size that was kept is far above it.
         """
         found = []
-        floor = relative_tolerance(self.chain)
-        if self.dropped > DROPPED_CLEARLY * floor:
+        limit = DROPPED_CLEARLY * relative_tolerance(self.chain)
+        if self.dropped > limit:
             found.append(
                 f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be "
                 "too low"
             )
-        exchanged = self.exchanged
-        if exchanged.kept < KEPT_CLEARLY:
-            found.append(f"a direction of size {exchanged.kept:.1e} decides about transfers")
-        if exchanged.dropped > DROPPED_CLEARLY * floor:
+        transfers = self.chain_transfers
+        if transfers.kept < KEPT_CLEARLY:
+            found.append(f"a direction of size {transfers.kept:.1e} decides about transfers")
+        if transfers.dropped > limit:
             found.append(
-                f"a direction of size {exchanged.dropped:.1e} counts as round-off: the serial "
+                f"a direction of size {transfers.dropped:.1e} counts as round-off: the serial "
                 "part may be wrong"
             )
         if self.kept < SQUARE_ROUND_OFF:
@@ -150,7 +150,7 @@ class DesignSpace(SpaceData):
 
         It does if no singular value that was kept is near round-off.
         """
-        return not self.decision.thin
+        return not self.decision.ill_conditioned
 
     @property
     def options(self) -> dict[str, Any]:
@@ -170,7 +170,7 @@ class DesignSpace(SpaceData):
         dimensions may add up to more than that of ``serial``.
         """
         force = self.balance == "force"
-        return by_joint(self.linkage, self.chain, self.exchanged, force)
+        return by_joint(self.linkage, self.chain, self.chain_transfers, force)
 
     @cached_property
     def as_given(self) -> AsGiven:

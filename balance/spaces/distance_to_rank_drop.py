@@ -29,7 +29,7 @@ __all__ = ["distance_to_rank_drop", "rates_of_changes", "spanning_rays"]
 Array = NDArray[np.float64]
 
 # Rows times squared columns of the conditions: more take more than a few seconds.
-COSTLY = 3e9
+MAX_DECOMPOSITION_WORK = 3e9
 
 
 def distance_to_rank_drop(space: DesignSpace) -> float:
@@ -63,7 +63,7 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
     columns = chain.links.size * parameters_per_body(chain.planar, force)
     rows = chain.width * rows_per_column(chain.planar, force)
     rays = spanning_rays(chain.width, order, 2 - (-columns // rows))
-    if len(rays) * (order + 1) * rows * columns**2 > COSTLY:
+    if len(rays) * (order + 1) * rows * columns**2 > MAX_DECOMPOSITION_WORK:
         return np.inf
     series = expand(chain, rays, order)
     weights = radius_of_convergence(series.C[0] @ rays[0]) ** np.arange(order + 1.0)

@@ -162,13 +162,13 @@ class SpaceData:
             if (mine := getattr(self, name)) != (its := getattr(other, name))
         ]
         if self.basis.shape == other.basis.shape:
-            sine = _sine(self.basis, other.basis, self.labels)
+            sine = _largest_angle_sine(self.basis, other.basis, self.labels)
             if not sine <= SPACES_EQUAL_SINE:
                 found.append(f"basis: the spaces are apart by an angle with sine {sine:.1e}")
         return tuple(found)
 
 
-def _sine(one: Array, other: Array, labels: Sequence[str]) -> float:
+def _largest_angle_sine(one: Array, other: Array, labels: Sequence[str]) -> float:
     """Sine of the largest angle between spaces of one dimension, in any unit of length."""
     kinds = np.array([label.rstrip("xyz") for label in labels] * (len(one) // len(labels)))
     scale = np.ones((len(one), 1))

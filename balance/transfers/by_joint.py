@@ -67,15 +67,17 @@ def by_joint(
     all_joints = names_of(linkage.joints)
     all_bodies = names_of(linkage.bodies)
     result = []
-    for owner in dict.fromkeys([*found.joints.tolist(), *found.owner.tolist()]):
+    for owner in dict.fromkeys([*found.owner_of_joint.tolist(), *found.owner.tolist()]):
         rows = found.rows[found.owner == owner].reshape(-1, len(all_bodies), len(G))
         scaled = np.where(np.abs(rows) <= TRANSFER_ENTRY_ROUND_OFF, 0.0, rows)
         basis = np.einsum("pq,cbq->bpc", G, scaled)
-        joints = np.flatnonzero(found.joints == owner).astype(np.int64)
+        joints = np.flatnonzero(found.owner_of_joint == owner).astype(np.int64)
         result.append(
             Transfer(
                 tuple(all_joints[j] for j in chain.joints[joints]),
-                tuple(all_bodies[b] for b in _taking_part(chain, found, joints, owner)),
+                tuple(
+                    all_bodies[b] for b in _participating_bodies(chain, found, joints, owner)
+                ),
                 _touches_ground(chain, found, joints, owner),
                 freeze(basis.reshape(len(all_bodies) * len(G), len(rows))),
                 freeze(scaled.reshape(len(rows), len(all_bodies) * len(G)).T),
@@ -84,18 +86,26 @@ def by_joint(
     return tuple(result)
 
 
-def _taking_part(chain: Chain, found: Transfers, joints: IntArray, owner: int) -> list[int]:
+def _participating_bodies(
+    chain: Chain, found: Transfers, joints: IntArray, owner: int
+) -> list[int]:
     """Bodies on the rigid parts that the joints join: one of each; or all of one part."""
-    part = found.part[chain.links].tolist()
+    part = found.rigid_part[chain.links].tolist()
     if not joints.size:
         return [b for b, p in enumerate(part) if p == -1 - owner]
-    joined = {*found.part[joints].tolist(), *found.part[chain.parent[joints]].tolist()}
-    moving = joined - {found.joints.size}
+    joined = {
+        *found.rigid_part[joints].tolist(),
+        *found.rigid_part[chain.parent[joints]].tolist(),
+    }
+    moving = joined - {found.owner_of_joint.size}
     return sorted(part.index(p) for p in moving if p in part)
 
 
 def _touches_ground(chain: Chain, found: Transfers, joints: IntArray, owner: int) -> bool:
     """Whether one of the joints is at the ground, or the rigid part is the ground."""
-    ground = found.joints.size
-    around = [*found.part[joints].tolist(), *found.part[chain.parent[joints]].tolist()]
+    ground = found.owner_of_joint.size
+    around = [
+        *found.rigid_part[joints].tolist(),
+        *found.rigid_part[chain.parent[joints]].tolist(),
+    ]
     return ground in around or owner == -1 - ground

@@ -21,7 +21,7 @@ def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
     node, whole = list(range(n + 1)), [[j] for j in range(n + 1)]
     for end, successor in chain.ends.tolist():
         keep, drop = node[successor], node[end]
-        _unite(node, whole, *((drop, keep) if drop == n else (keep, drop)))
+        _merge(node, whole, *((drop, keep) if drop == n else (keep, drop)))
     body = [-1] * (n + 1)
     for b in range(chain.links.size - 1, -1, -1):
         body[node[chain.links[b]]] = b
@@ -30,7 +30,7 @@ def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
     group, members = list(range(n + 1)), [[j] for j in range(n + 1)]
     for a, b in sides:
         if a != n and b != n and body[a] < 0 and body[b] < 0:
-            _unite(group, members, group[a], group[b])
+            _merge(group, members, group[a], group[b])
     owner = [
         group[a] if a != n and body[a] < 0 else group[b] if b != n and body[b] < 0
         else n + 1 + j
@@ -39,7 +39,7 @@ def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
     return freeze(node, np.int64), freeze(body, np.int64), freeze(owner, np.int64)
 
 
-def _unite(name: list[int], members: list[list[int]], keep: int, drop: int) -> None:
+def _merge(name: list[int], members: list[list[int]], keep: int, drop: int) -> None:
     """Give those of one name another one."""
     if keep != drop:
         for j in members[drop]:

@@ -14,7 +14,7 @@ from balance.tolerances import TRANSFER_DIRECTION_EQUAL
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.null_space import null_space
 
-__all__ = ["Cluster", "FoundTransfers", "keep_transfer", "share_inertia"]
+__all__ = ["Cluster", "FoundTransfers", "add_transfers", "add_shared_transfers"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -50,7 +50,7 @@ class Cluster(NamedTuple):
 
 
 @kernel(reference_counting=False)
-def keep_transfer(found, count, owner, shares, combinations, through):
+def add_transfers(found, count, owner, shares, combinations, through):
     """Add what passes a cluster to the transfers of its owner, if not in their span.
 
     Share k goes to the body after joint k, and that of the first joint is taken from the body
@@ -108,7 +108,9 @@ def keep_transfer(found, count, owner, shares, combinations, through):
 
 
 @kernel(reference_counting=False)
-def share_inertia(found, known, owner, passes, passed, through, tolerance, numbers, workspace):
+def add_shared_transfers(
+    found, known, owner, passes, passed, through, tolerance, numbers, workspace
+):
     """Add combinations of what passes the joints of a cluster that leave inner links empty.
 
     For every link without a body inside, ``Σ c_in pass_in - Σ c_out pass_out = 0``.
@@ -163,4 +165,4 @@ def share_inertia(found, known, owner, passes, passed, through, tolerance, numbe
                 for c in range(passed[k]):
                     total += mixed[i, first[k] + c] * passes[k, c, p]
                 out[k, i, p] = total
-    return keep_transfer(found, known, owner, out, combinations, through)
+    return add_transfers(found, known, owner, out, combinations, through)

@@ -70,6 +70,11 @@ class CertifiedSpace(DesignSpace):
 
 
 def with_certainty(space: DesignSpace, certainty: Certainty) -> CertifiedSpace:
-    """A design space with its certainty, in place of the one that it may have."""
+    """Attach a certainty to a design space, in place of the one that it may have.
+
+    Args:
+        space: the design space.
+        certainty: level, reason, bounds, doubts and proof.
+    """
     known = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
     return CertifiedSpace(**known, certainty=certainty)

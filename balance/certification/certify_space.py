@@ -123,14 +123,16 @@ def certify(space: DesignSpace) -> CertifiedSpace:
 
 
 def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
-    """Whether a special geometry is lost because exact arithmetic replaces numbers.
+    """Decide whether exact arithmetic loses a special geometry because it replaces numbers.
 
-    Floating point still sees it if its gap is wide, and loses it with other numbers. A narrow
-    gap comes from the numbers in the file, unless other ones have more conditions.
+    If the gap is wide, floating point still finds the geometry, and loses it with other
+    numbers. A narrow gap comes from the numbers in the file, unless other numbers give more
+    conditions.
 
     Args:
         space: the space by floating point.
-        changed: the same with other numbers for those that are replaced, if it can be had.
+        changed: the same with other numbers for those that are replaced; None if it does
+            not exist.
     """
     if not space.doubts or _pose_changed(space):
         return changed is None or bool(list_changes(space, changed))
@@ -138,7 +140,7 @@ def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
 
 
 def _notice_codes(space: DesignSpace) -> set[str]:
-    """Codes of the notices of the linkage."""
+    """Collect the codes of the notices of the linkage."""
     return {notice.code for notice in space.linkage.notices}
 
 
@@ -198,7 +200,7 @@ def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> Certifie
 def _certainty_of(
     space: DesignSpace, found: Evidence, residual: float, poses: int
 ) -> Certainty:
-    """The certainty of a space from exact arithmetic and fresh poses."""
+    """Decide the certainty of a space from exact arithmetic and fresh poses."""
     exact, serial = found.exact, len(found.independent)
     count = found.replaced
     replaced = f", with {count} numbers of the file replaced (see --exact)" if count else ""
@@ -234,7 +236,7 @@ def _certainty_of(
 def _reason_unverified(
     space: DesignSpace, found: Evidence, residual: float, poses: int, order: int
 ) -> str:
-    """Why a space of the exact integers is not verified; empty if it is.
+    """State why a space with the exact integers is not verified; empty if it is.
 
     Args:
         space: the space.
@@ -266,7 +268,7 @@ def _momenta_left(residual: float) -> str:
 
 
 def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
-    """Whether many orders further on add no condition, by exact arithmetic."""
+    """Whether exact arithmetic finds no condition at many further orders."""
     last = PLATEAU_WITHOUT_BOUND + 3 * exact.kmax
     further = ranks_of(space.linkage.source, exact.chain, exact.notices, last)
     return further.rank == exact.rank
@@ -275,7 +277,14 @@ def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
 def _certify_rounded(
     space: DesignSpace, reason: str, found: Evidence | None, doubtful: bool = False
 ) -> CertifiedSpace:
-    """The certainty of a space where floating point alone decides, or is in doubt."""
+    """Certify a space where floating point alone decides, or is in doubt.
+
+    Args:
+        space: the design space.
+        reason: why exact arithmetic does not decide.
+        found: the findings of exact arithmetic, if there are any.
+        doubtful: whether the reason is a doubt as well.
+    """
     settled, (residual, poses) = space, _measure_residual(space)
     for _ in range(MAX_ROUNDS):
         if residual <= MOMENTUM_RESIDUAL or space.highest_order is not None:
@@ -303,7 +312,7 @@ def _certify_rounded(
 
 
 def _list_doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
-    """Reasons why the decisions of floating point may be wrong."""
+    """List reasons why decisions of floating point may be wrong."""
     found = list(space.doubts)
     if not space.settled and space.highest_order is None:
         found.append(_UNSETTLED)
@@ -313,9 +322,12 @@ def _list_doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
 
 
 def _measure_residual(space: DesignSpace) -> tuple[float, int]:
-    """Largest momentum left at fresh poses, relative to the conditions, and their number.
+    """Measure the largest momentum left at fresh poses, relative to the conditions.
 
     The poses lie both ways along generic rays, nearer than those that decided the rank.
+
+    Returns:
+        The largest momentum, and the number of poses.
     """
     chain, force, basis = space.chain, space.balance == "force", space.decision.basis
     rng = np.random.default_rng(106)

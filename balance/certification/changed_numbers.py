@@ -25,10 +25,10 @@ __all__ = ["with_changed_numbers"]
 
 
 def with_changed_numbers(space: DesignSpace) -> DesignSpace | None:
-    """The space of the linkage whose replaced numbers are others, by floating point.
+    """Compute the design space of the linkage with other replaced numbers, in floating point.
 
     Returns:
-        The space; None if there is none, as where loops close with these numbers only.
+        The space; None if the linkage does not assemble with these numbers.
     """
     linkage = space.linkage
     screws = change_replaced_numbers(linkage)

@@ -63,9 +63,9 @@ class Evidence(NamedTuple):
     idle: tuple[int, ...]
 
     def use_exact_transfers(self, known: int) -> bool:
-        """Whether the independent transfers are to be used as the serial part.
+        """Decide whether the independent transfers replace the serial part.
 
-        They are if they span it, which is certain where the exact bounds of rank and nullity
+        They do if they span it, which is certain where the exact bounds of rank and nullity
         meet, or if they are more than the ``known`` ones of floating point.
         """
         count = len(self.independent)
@@ -79,7 +79,12 @@ class Evidence(NamedTuple):
 
 
 def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
-    """Exact ranks by order, up to the order that reaches the rank, or to the one asked for."""
+    """Tabulate the exact ranks, up to the order that reaches the rank or to the highest requested.
+
+    Args:
+        space: the space, which has the highest order requested.
+        exact: ranks by exact arithmetic.
+    """
     last = exact.kmax if space.highest_order is None else len(exact.ranks) - 1
     return rank_table(exact.ranks[: last + 1], exact.parameters)
 
@@ -115,7 +120,12 @@ def correct_integers(space: DesignSpace, found: Evidence) -> DesignSpace:
 
 
 def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
-    """Compute a design space again with other joints idle: the numbers ``idle``."""
+    """Compute a design space again with other joints idle.
+
+    Args:
+        space: the design space.
+        idle: numbers of the joints that do not move.
+    """
     linkage, force = space.linkage, space.balance == "force"
     still = np.isin(np.arange(len(linkage.joints)), np.array(idle, dtype=np.int64))
     chain = moving_chain(linkage, space.motion, not space.planar, idle=still)
@@ -139,10 +149,15 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
 
 
 def _collect_as_many(space: DesignSpace, known: Array, exact: Exact) -> CollectedConditions:
-    """Gather as many conditions as the exact rank, beside known solutions.
+    """Collect as many conditions as the exact rank, beside known solutions.
 
-    Where floating point finds more, the smallest pivots are round-off and are dropped; where
+    Where floating point finds more, the smallest pivots are round-off and are dropped. Where
     it finds fewer, the largest pivots below its limit are kept too.
+
+    Args:
+        space: the design space.
+        known: rows of parameters that satisfy all conditions.
+        exact: ranks by exact arithmetic.
     """
     chain, force, rank = space.chain, space.balance == "force", exact.rank
     tolerance = relative_tolerance(chain)
@@ -168,7 +183,15 @@ def _with_conditions(
     orders: tuple[Order, ...],
     nullity: int | None = None,
 ) -> DesignSpace:
-    """Replace the conditions and transfers of a space; ``nullity`` limits its basis."""
+    """Replace the conditions and transfers of a space.
+
+    Args:
+        space: the design space.
+        gathered: the new conditions.
+        transfers: the new transfers.
+        orders: the new table of ranks.
+        nullity: largest number of columns of the basis.
+    """
     decision = gathered.conditions.decide()
     decision = replace(decision, basis=freeze(decision.basis[:, :nullity]))
     force, known = space.balance == "force", len(gathered.conditions.known)
@@ -181,7 +204,7 @@ def _with_conditions(
 
 
 def _convert_transfers(chain: Chain, found: Evidence, rounded: Transfers) -> Transfers:
-    """The exact transfers, joint by joint, as `balance.transfers` gives them."""
+    """Convert exact transfers to those of `balance.transfers`, owner by owner."""
     place = {joint: k for k, joint in enumerate(chain.joints.tolist())}
     groups: dict[int, list[ExactTransfer]] = {}
     for transfer in found.transfers:
@@ -200,7 +223,7 @@ def _convert_transfers(chain: Chain, found: Evidence, rounded: Transfers) -> Tra
 
 
 def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Array:
-    """Orthonormal rows that span transfers, in the units of the moving chain.
+    """Compute orthonormal rows that span transfers, in the units of the moving chain.
 
     Vectors that floating point cannot tell apart are first made independent in rational
     numbers, by Gauss-Jordan elimination with complete pivoting.
@@ -219,10 +242,13 @@ def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Arr
 
 
 def _orthonormalise(A: Array, known: bool = False) -> Array | None:
-    """Orthonormal rows that span those of A; None if rows are nearly dependent.
+    """Compute orthonormal rows that span those of A; None if rows are nearly dependent.
 
-    ``known`` says that the rows are independent. Rows that depend on others exactly, up to
-    round-off, are left out.
+    Rows that depend on others exactly, up to round-off, are left out.
+
+    Args:
+        A: the rows.
+        known: whether the rows are known to be independent.
     """
     if not len(A):
         return A
@@ -236,7 +262,7 @@ def _orthonormalise(A: Array, known: bool = False) -> Array | None:
 def _vector(
     chain: Chain, exact: Exact, units: Array, transfer: ExactTransfer
 ) -> list[Fraction]:
-    """A transfer as parameters of all bodies, in the units of the moving chain."""
+    """Write a transfer as parameters of all bodies, in the units of the moving chain."""
     origin = [Fraction(x) for x in chain.frame.origin.tolist()]
     z = _shift_to(origin, combination(transfer.z, exact.chain.parameters))
     moved = [dot([Fraction(x) for x in row], z) for row in units.T.tolist()]
@@ -250,9 +276,9 @@ def _vector(
 
 
 def _shift_to(point: Sequence[Fraction], z: Sequence[Fraction]) -> list[Fraction]:
-    """The ten parameters z about another point o: ``mc - m o``, and E by the parallel axes.
+    """Shift the ten parameters z to another point o, by the parallel axis theorem.
 
-    ``E' = E - 2 (mc·o) 1 + mc oᵀ + o mcᵀ + m (o·o 1 - o oᵀ)``.
+    ``mc' = mc - m o``, ``E' = E - 2 (mc·o) 1 + mc oᵀ + o mcᵀ + m (o·o 1 - o oᵀ)``.
     """
     m, c, o = z[0], z[1:4], point
     both, square = 2 * dot(c, o), dot(o, o)

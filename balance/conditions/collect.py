@@ -62,18 +62,18 @@ class CollectedConditions(NamedTuple):
 
 
 def relative_tolerance(chain: Chain) -> float:
-    """Relative size of what counts as round-off in the frame of a chain."""
+    """Compute the relative size of round-off in the frame of a chain."""
     return round_off(chain.frame.origin, chain.frame.length)
 
 
 def collect_conditions(
     chain: Chain, known: Array, force: bool, tolerance: float, max_order: int | None
 ) -> CollectedConditions:
-    """Conditions until they are all there are.
+    """Collect conditions, order by order and then pose by pose, until no other is independent.
 
     Args:
         chain: the linkage without idle joints.
-        known: rows of parameters that fulfil all conditions.
+        known: rows of parameters that satisfy all conditions.
         force: whether only linear momentum counts.
         tolerance: relative size of round-off.
         max_order: orders to compute exactly, instead of as many as needed.
@@ -101,9 +101,11 @@ def collect_conditions(
 def _conditions_along(
     rays: Array, chain: Chain, force: bool, conditions: Conditions, last: int, stop: bool
 ) -> tuple[Conditions, list[int], bool, float] | None:
-    """Conditions along rays: their ranks, settled or not, the radius of convergence.
+    """Collect the conditions of all orders along rays.
 
-    None if there are not enough rays.
+    Returns:
+        The conditions, the rank after each order, whether they are settled, and the radius of
+        convergence; None if there are not enough rays.
     """
     ranks = np.empty(0, np.int64)
     settled, radius = False, 1.0
@@ -128,13 +130,13 @@ def _conditions_along(
 def conditions_by_order(
     chain: Chain, known: Array, force: bool, tolerance: float, last: int
 ) -> list[Conditions]:
-    """Conditions up to order 0, 1, … ``last`` at the reference pose; see `collect_conditions`.
+    """Collect the conditions up to order 0, 1, … ``last`` at the reference pose.
 
     Each order is added to the conditions before it, so that all cost as much as the last.
 
     Args:
         chain: the linkage without idle joints.
-        known: rows of parameters that fulfil all conditions.
+        known: rows of parameters that satisfy all conditions.
         force: whether only linear momentum counts.
         tolerance: relative size of round-off.
         last: highest order of derivative.
@@ -158,7 +160,7 @@ def conditions_by_order(
 
 
 def _ray_count(chain: Chain, known: Array, force: bool) -> int:
-    """Number of rays to begin with: enough for orders 0 and 1, or for all unknowns."""
+    """Compute the number of rays to begin with: enough for orders 0 and 1, or for all unknowns."""
     rows = chain.width * rows_per_column(chain.planar, force)
     return min(comb(chain.width + 1, 2), 1 - (-known.shape[1] // rows))
 
@@ -166,7 +168,7 @@ def _ray_count(chain: Chain, known: Array, force: bool) -> int:
 def add_poses(
     chain: Chain, force: bool, conditions: Conditions, least: int = 0
 ) -> tuple[Conditions, int, bool]:
-    """Add the conditions at ever more poses, until as many again add none.
+    """Add the conditions at finite poses, twice as many each time, until a batch adds none.
 
     Args:
         chain: the linkage without idle joints.
@@ -175,7 +177,7 @@ def add_poses(
         least: a rank that is known to be reached.
 
     Returns:
-        The conditions, how many poses were used, and whether that settles them.
+        The conditions, the number of poses used, and whether the conditions are settled.
     """
     poses = continue_in_directions(
         chain, generic_directions(101, 101 + chain.width, chain.width)

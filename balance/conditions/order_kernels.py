@@ -53,7 +53,15 @@ FRESH_POSE_STEPS = 4
 
 @cache
 def generic_directions(begin: int, end: int, width: int) -> Array:
-    """Unit directions of a fixed sequence without special relations; (count, width)."""
+    """Generate unit directions of a fixed sequence without special relations; (count, width).
+
+    ``δ_i = c_i / |c_i|`` with ``c_iw = cos((i width + w + 1)²)``.
+
+    Args:
+        begin: number of the first direction.
+        end: number after that of the last one.
+        width: number of coordinates.
+    """
     if width == 1:
         return freeze(np.ones((end - begin, 1)))
     directions = []
@@ -65,35 +73,34 @@ def generic_directions(begin: int, end: int, width: int) -> Array:
 
 
 def _orders_kernel(dim):
-    """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
+    """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
     @kernel(reference_counting=False)
     def orders_kernel(chain, links, rays, orders, known, result, workspaces):
-        """The orders up to ``goal``, of which as many as done are known.
+        """Collect the conditions of orders up to the highest, after those that are known.
 
-        A step to a fresh pose is within the radius of convergence, where a condition of high
-        order that is still missing may be too small to see: then several are needed. With
-        one coordinate the series at the reference pose predicts the first step.
+        The step to a fresh pose stays within the radius of convergence. A missing condition of
+        high order may be too small to see there, so that several steps are needed. With one
+        coordinate the series at the reference pose predicts the first step.
 
         Args:
             chain: in: arrays of the chain, as `Chain.walked`.
             links: in: link of each body (bodies,).
             rays: in: directions (count, width).
-            orders: the highest order; whether to stop at the order that needs no other; how
-                many steps lead to the fresh pose.
+            orders: the highest order; whether to stop at the order that needs no other; number
+                of steps to the fresh pose.
             known: in: the factor of the conditions of lower orders, its permutation, and the
-                parameters that its columns stand for; its largest pivot, and the largest
-                remainder that was cut off; the relative size of round-off; how many orders
-                it holds.
-            result: out: the rank after each order (orders,), of which those of the orders
-                known are in; the permutation (p,); the factor (≥ rank, p).
-            workspaces: workspace, as from `orders_workspace`.
+                parameters of its columns; its largest pivot, and the largest remainder that was
+                cut off; the relative size of round-off; how many orders it holds.
+            result: out: the rank after each order (orders,), which holds the ranks of the known
+                orders on entry; the permutation (p,); the factor (≥ rank, p).
+            workspaces: as from `orders_workspace`.
 
         Returns:
-            The rank, the largest pivot and largest remainder; how many orders are done;
-            whether they are settled; the radius of convergence; the mismatch of the loops;
-            the rate of the slowest joint, relative to the fastest; whether there were enough
-            rays, and whether a finite pose was found.
+            The rank, the largest pivot and largest remainder; number of orders done; whether
+            they are settled; the radius of convergence; the mismatch of the loops; the rate of
+            the slowest joint, relative to the fastest; whether there were enough rays, and
+            whether a finite pose was found.
         """
         goal, stop, steps = orders
         R, permutation, unknowns, scale, dropped, tolerance, done = known
@@ -214,11 +221,11 @@ spatial_conditions_up_to_order, planar_conditions_up_to_order = (
 def orders_workspace(
     chain: Chain, rays: int, goal: int, per: int, size: int, unknowns: int
 ) -> tuple[object, ...]:
-    """Room for a orders_kernel.
+    """Allocate the workspace for the conditions of several orders.
 
     Args:
         chain: the linkage.
-        rays: how many at most.
+        rays: largest number of rays.
         goal: the highest order.
         per: momentum components of each column.
         size: parameters of each body.
@@ -271,14 +278,14 @@ def conditions_up_to_order(
     chain: Chain, rays: Array, force: bool, conditions: Conditions, ranks: IntArray,
     goal: int, stop: bool,
 ) -> OrderResult:  # fmt: skip
-    """Add the orders up to ``goal`` to conditions that hold those before.
+    """Add the conditions of orders up to ``goal`` to those of lower orders.
 
     Args:
         chain: the linkage without idle joints.
         rays: generic directions (count, width).
         force: whether only linear momentum counts.
         conditions: those of lower orders.
-        ranks: how many were independent after each of these orders.
+        ranks: number of independent conditions after each of these orders.
         goal: the highest order.
         stop: whether to stop at the order that needs no other.
     """

@@ -33,12 +33,12 @@ Array = NDArray[np.float64]
 class Conditions(NamedTuple):
     """Linear conditions on unknowns, compressed to a triangular factor.
 
-    Solutions that are known beforehand, by proof, are taken out: as many unknowns as there
-    are known solutions are left out, and the conditions are on the others alone.
+    Known solutions are projected out: one unknown is left out for each of them, and the
+    conditions are on the others alone.
 
     Attributes:
-        factor: as many rows as there are independent conditions, triangular once its
-            columns are taken in the order of ``permutation``.
+        factor: one row for each independent condition, triangular if its columns are taken in
+            the order of ``permutation``.
         permutation: see ``factor``.
         columns: the unknowns that the columns of ``factor`` stand for.
         known: known solutions, as the rows of a triangular factor (s, unknowns).
@@ -64,7 +64,12 @@ class Conditions(NamedTuple):
 
     @classmethod
     def given(cls, known: Array, tolerance: float = RANK_RELATIVE) -> Conditions:
-        """No conditions yet, on unknowns of which the rows of ``known`` are solutions."""
+        """Start without conditions, on unknowns with known solutions.
+
+        Args:
+            known: known solutions as rows (solutions, unknowns).
+            tolerance: relative size of round-off.
+        """
         count = known.shape[1]
         factor, permutation, _, _ = updated_factor(
             np.empty((0, count)), known, np.arange(count), tolerance, 1.0
@@ -82,7 +87,7 @@ class Conditions(NamedTuple):
 
     @property
     def complete(self) -> bool:
-        """Whether there is no room for another condition."""
+        """Whether no other condition can be independent."""
         return len(self.factor) == self.columns.size
 
     @property
@@ -93,11 +98,11 @@ class Conditions(NamedTuple):
 
     @property
     def rows(self) -> Array:
-        """The conditions on all unknowns (rank, unknowns); known solutions fulfil them."""
+        """The conditions on all unknowns (rank, unknowns); known solutions satisfy them."""
         return extend(self.known, self.omitted, self.factor, self.columns)
 
     def append(self, rows: Array) -> Conditions:
-        """These conditions and those in ``rows`` (any leading shape, unknowns last)."""
+        """Append conditions, given as rows (any leading shape, unknowns last)."""
         block = rows.reshape(-1, self.known.shape[1])
         factor, permutation, scale, remainder = updated_factor(
             self.factor, block, self.columns, self.tolerance, self.scale
@@ -108,11 +113,11 @@ class Conditions(NamedTuple):
         )  # fmt: skip
 
     def first(self, rank: int) -> Conditions:
-        """The conditions of the first ``rank`` pivots."""
+        """Keep the conditions of the first ``rank`` pivots."""
         return self._replace(factor=self.factor[:rank])
 
     def contains(self, rows: Array) -> bool:
-        """Whether rows that were not used follow from these conditions."""
+        """Decide whether rows that were not used follow from these conditions."""
         block = rows.reshape(-1, self.known.shape[1])
         return self.complete or bool(
             rows_follow(
@@ -121,14 +126,14 @@ class Conditions(NamedTuple):
         )
 
     def decide(self) -> Decision:
-        """The null space of the conditions gathered so far, and the numbers behind it."""
+        """Compute the null space of the conditions."""
         basis = known_and_null_space(self.known, self.factor, self.permutation, self.columns).T
         return Decision(self, freeze(basis))
 
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """A null space and, computed when first asked for, the numbers behind the rank.
+    """A null space, and the numbers behind its rank, which are computed at first use.
 
     Attributes:
         conditions: all of them.
@@ -188,7 +193,11 @@ def _singular_values(A: Array) -> Array:
 
 
 def singular_value_decomposition(A: Array) -> tuple[Array, Array, Array]:
-    """Thin singular value decomposition ``A = U diag(s) Vt``; U, s descending, and Vt."""
+    """Compute the thin singular value decomposition ``A = U diag(s) Vt``.
+
+    Returns:
+        U, s descending, and Vt.
+    """
     try:
         U, values, Vt = np.linalg.svd(A, full_matrices=False)
     except np.linalg.LinAlgError:

@@ -87,7 +87,14 @@ def exact_chain(
     force: bool = False,
     spatial: bool = False,
 ) -> ExactChain:
-    """A linkage under a motion in rational numbers; idle joints are kept.
+    """Write a linkage under a motion in rational numbers; idle joints are kept.
+
+    Args:
+        linkage: the assembled linkage: structure and independent joints.
+        geometry: its joint screws in rational numbers, from its file.
+        motion: restriction of the inputs; free by default.
+        force: whether only linear momentum counts.
+        spatial: whether all ten parameters per body count, even if the linkage is planar.
 
     Raises:
         ExactError: the lengths of axes that a relation joins have no rational ratio, or the
@@ -128,7 +135,7 @@ def _unit_vectors(count: int) -> tuple[Vector, ...]:
 
 
 def _ratio(linkage: Linkage, geometry: Geometry, joint: int, other: int, why: str) -> Fraction:
-    """Length of the axis of ``joint`` over that of ``other``."""
+    """Compute the length of the axis of ``joint`` over that of ``other``; ``why`` is for messages."""
     ratio = root(geometry.squares[joint] / geometry.squares[other])
     if ratio is None:
         first, second = linkage.joints[joint].name, linkage.joints[other].name
@@ -142,10 +149,10 @@ def _ratio(linkage: Linkage, geometry: Geometry, joint: int, other: int, why: st
 def _independent_columns(
     linkage: Linkage, geometry: Geometry, motion: Motion | None, independent: IntArray
 ) -> list[list[Fraction]]:
-    """Rates of the screws of the independent joints, for each column of the motion.
+    """Compute the rates of the independent screws for each column of the motion.
 
-    A rate of a joint is that of its screw times the length of the axis: so are the
-    coefficients of relations between them, up to a factor.
+    The rate of a joint is that of its screw times the length of its axis, and so are the
+    coefficients of relations between rates, up to a factor.
     """
     relations = [] if motion is None else motion.coefficients()
     texts = motion.relations if motion and motion.relations else ("motion",) * len(relations)
@@ -160,7 +167,7 @@ def _independent_columns(
 
 
 def _mimics(linkage: Linkage, geometry: Geometry) -> tuple[Vector, ...]:
-    """Relations between the rates of the screws of joints that follow others."""
+    """Collect the relations between the rates of the screws of mimic joints."""
     rows = []
     for mimic, ratio in zip(linkage.mimics, geometry.ratios, strict=True):
         row = [Fraction(0)] * len(linkage.joints)
@@ -176,7 +183,7 @@ def _mimics(linkage: Linkage, geometry: Geometry) -> tuple[Vector, ...]:
 def _planar_rows_and_parameters(
     linkage: Linkage, geometry: Geometry, joints: IntArray, normal: NDArray[np.float64]
 ) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
-    """Rows ``[ξ·n, p·a, p·b]`` and parameters ``[m, mc·a, mc·b, n·E n]`` of a plane.
+    """Compute rows ``[ξ·n, p·a, p·b]`` and parameters ``[m, mc·a, mc·b, n·E n]`` of a plane.
 
     The axes a, b, n are at right angles, and of any length.
     """
@@ -209,7 +216,7 @@ def _out_of_plane(screw: Vector, n: Vector) -> Fraction:
 def _plane_normal(
     turning: Sequence[Vector], slides: Sequence[Vector], normal: NDArray[np.float64]
 ) -> Vector:
-    """A normal of the plane in which screws move; ``normal`` is the rounded one."""
+    """Compute a normal of the plane in which screws move; ``normal`` is the rounded one."""
     if turning:
         n = turning[0][:3]
     else:
@@ -222,7 +229,7 @@ def _plane_normal(
 
 
 def loops_are_regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
-    """Whether loops close at all orders because their constraints are independent.
+    """Decide whether loops close at all orders because their constraints are independent.
 
     The displacement around a loop stays in the group that its screws generate. Where the
     loop matrix has as many independent rows as all those groups have dimensions, the
@@ -248,7 +255,7 @@ def loops_are_regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
 
 
 def _lie_algebra_dimension(screws: Sequence[Vector]) -> int:
-    """Dimension of the Lie algebra that screws generate."""
+    """Compute the dimension of the Lie algebra that screws generate."""
     basis = echelon(screws)[0]
     while len(basis) < 6:
         wider = echelon(

@@ -24,7 +24,7 @@ MAX_TEST_RAYS = 3
 
 
 def directions_of(width: int) -> Iterator[IntArray]:
-    """Pseudo-random directions in the columns of a chain, the same for every prime.
+    """Generate pseudo-random directions in the columns of a chain, the same for every prime.
 
     Args:
         width: number of columns (w); for a single one the ray is 1.
@@ -38,7 +38,7 @@ def directions_of(width: int) -> Iterator[IntArray]:
 
 
 class ExactConditions:
-    """Ranks of the conditions modulo a prime, order by order, along as many rays as it takes.
+    """Ranks of the conditions modulo a prime, order by order, along as many rays as needed.
 
     The conditions are ``(d^k h_w / dt^k) / k!`` at ``t = 0`` of the momentum ``h_w = X_w z``
     for each column w, along ``u = t δ`` for each ray δ. An order is complete once another
@@ -84,10 +84,16 @@ class ExactConditions:
 
 
 def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
-    """Joints that do not move at the orders 0 … order, ascending.
+    """Find the joints that do not move at the orders 0 … order, ascending.
 
-    Exact for these orders, but for a prime that divides a rate; no proof for higher ones. If
-    no prime will do there are none.
+    Exact for these orders, unless a prime divides a rate; no proof for higher orders.
+
+    Args:
+        chain: the linkage in rational numbers.
+        order: the highest order.
+
+    Returns:
+        Numbers of the joints; empty if no prime is usable.
     """
     moving = np.zeros(len(chain.parent), dtype=np.bool_)
     for twists in _twists_along_rays(chain):
@@ -98,7 +104,15 @@ def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
 
 
 def orders_closed(chain: ExactChain, order: int) -> int:
-    """The number of orders, of 0 … order, at which all loops close; 0 if no prime will do."""
+    """Count the orders, of 0 … order, at which all loops close.
+
+    Args:
+        chain: the linkage in rational numbers.
+        order: the highest order.
+
+    Returns:
+        Their number; 0 if no prime is usable.
+    """
     found = []
     for twists in _twists_along_rays(chain):
         while twists.closed == twists.orders <= order:
@@ -108,7 +122,7 @@ def orders_closed(chain: ExactChain, order: int) -> int:
 
 
 def _twists_along_rays(chain: ExactChain) -> Iterator[Twists]:
-    """Series along a few rays, modulo a prime that divides no denominator and no pivot."""
+    """Compute series along a few rays, modulo a prime that divides no denominator and no pivot."""
     found = next(filter(None, (chain_modulo(chain, p) for p in PRIMES)), None)
     if found is not None:
         for ray in islice(directions_of(chain.width), min(chain.width, MAX_TEST_RAYS)):

@@ -90,9 +90,14 @@ def _plain(value: object) -> object:
 def independent_transfers(
     chain: ExactChain, transfers: Sequence[ExactTransfer], p: int
 ) -> tuple[ExactTransfer, ...]:
-    """As many of the transfers as are independent modulo the prime p.
+    """Select transfers that are independent modulo the prime p, as many as there are.
 
-    They are independent then as rational vectors as well.
+    They are then independent as rational vectors as well.
+
+    Args:
+        chain: the linkage in rational numbers.
+        transfers: the transfers.
+        p: the prime.
     """
     size = len(chain.parameters)
     A: NDArray[np.int64] = np.zeros((len(transfers), len(chain.links) * size), np.int64)

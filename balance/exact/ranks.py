@@ -68,7 +68,7 @@ class Pivot(NamedTuple):
 
 
 class Witness(NamedTuple):
-    """What shows that a rank is not less: a minor that does not vanish modulo a prime.
+    """Proof of a lower bound of a rank: a minor that does not vanish modulo a prime.
 
     Attributes:
         prime: the prime.
@@ -159,7 +159,7 @@ def ranks_of_linkage(
     spatial: bool = False,
     expected: int = 0,
 ) -> Exact:
-    """Ranks of the balance conditions by order, as whole numbers without a tolerance.
+    """Compute the rank of the balance conditions of a linkage by order, without a tolerance.
 
     Args:
         linkage: read from a file whose loops are closed.
@@ -167,7 +167,7 @@ def ranks_of_linkage(
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
         spatial: count all ten parameters per body, even if the linkage is planar.
-        expected: a rank that is known or believed to be reached: without it, orders are
+        expected: a rank that is known or believed to be reached. Without it, orders are
             added until three in a row add nothing.
 
     Raises:
@@ -191,7 +191,7 @@ def ranks_of(
     expected: int = 0,
     upper_bound: int | None = None,
 ) -> Exact:
-    """Ranks of the conditions on a chain by order; see `ranks_of_linkage`.
+    """Compute the rank of the conditions on a chain by order; see `ranks_of_linkage`.
 
     Args:
         source: file of the linkage, for messages.
@@ -230,18 +230,18 @@ def ranks_of(
 
 
 def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
-    """How many orders must add nothing before the rank counts as final.
+    """Compute how many orders must add nothing before the rank counts as final.
 
     A body that is driven through dead centres moves with a power m of the input: conditions
-    on it come at the orders ``m - 1``, ``2 m - 1``, …, those on its drive long before. A
-    false plateau is no longer than that, in all linkages tried.
+    on it come at the orders ``m - 1``, ``2 m - 1``, …, those on its drive long before. In all
+    linkages tried, a false plateau is no longer than that.
 
     Args:
         kmax: the last order that added a condition.
         reached: whether the rank expected is reached.
         careful: whether a plateau must be longer than the orders before it, since floating
-            point does not see small conditions that come late; only then is a rank that was
-            expected and is not reached given up.
+            point misses small conditions of high order. Only then may the search end below
+            the rank expected.
     """
     if not careful:
         return MIN_PLATEAU if reached else inf
@@ -249,7 +249,7 @@ def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
 
 
 def _start_runs(source: str, chain: ExactChain) -> list[ExactConditions]:
-    """Conditions modulo the first two primes that will do."""
+    """Prepare the conditions modulo the first two usable primes."""
     found = filter(None, (chain_modulo(chain, prime) for prime in PRIMES))
     runs = [ExactConditions(remainders) for remainders in islice(found, 2)]
     if len(runs) < 2:
@@ -274,7 +274,7 @@ def _extend_runs(
 
 
 def _witness(chain: ExactChain, run: ExactConditions) -> Witness:
-    """The minor that a run found, its rows and columns by name instead of by position."""
+    """Describe the minor that a run found, its rows and columns by name instead of by position."""
     rows, size = len(chain.rows), len(chain.parameters)
     pivots = (
         Pivot(order, ray, row // rows, row % rows, column // size, column % size)

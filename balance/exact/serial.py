@@ -66,7 +66,7 @@ class _Reached(NamedTuple):
 
 
 def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTransfer]:
-    """Transfers between bodies one joint, or one chain of joints without bodies, apart.
+    """Find transfers between bodies that one joint, or one chain of joints without bodies, joins.
 
     Bodies that are welded, or at rest, exchange everything, through no joint. Where links
     without parameters branch, there are more transfers than are found here.
@@ -108,9 +108,13 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
 
 
 def has_branching_links(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
-    """Whether three or more joints meet at a link without parameters.
+    """Decide whether three or more joints meet at a link without parameters.
 
     There are more transfers then than `exact_transfers` finds.
+
+    Args:
+        chain: the linkage.
+        idle: joints that do not move.
     """
     parts = _parts(chain, idle)
     with_body = {parts[link] for link in (GROUND, *chain.links)}
@@ -126,7 +130,7 @@ def has_branching_links(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
 def _rigid_transfers(
     chain: ExactChain, parts: list[int], bodies: dict[int, int]
 ) -> Iterator[ExactTransfer]:
-    """All that bodies can exchange with the first one of their part, or with the ground."""
+    """Yield all that bodies can exchange with the first one of their part, or with the ground."""
     for b, link in enumerate(chain.links):
         if bodies[parts[link]] != b:
             for z in _unit_vectors(len(chain.parameters)):
@@ -138,7 +142,7 @@ def _unit_vectors(count: int) -> Iterator[Vector]:
 
 
 def _parts(chain: ExactChain, idle: Sequence[int]) -> list[int]:
-    """Rigid part of each link, and of the ground: idle joints are welds as well."""
+    """Number the rigid part of each link, and of the ground; idle joints count as welds."""
     welds = [*chain.ends, *((j, chain.parent[j]) for j in idle)]
     parts: list[int] = rigid_parts(len(chain.parent), welds).tolist()
     return parts
@@ -147,7 +151,7 @@ def _parts(chain: ExactChain, idle: Sequence[int]) -> list[int]:
 def _paths(
     chain: ExactChain, parts: list[int], bodies: dict[int, int], start: int, idle: set[int]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Joints one after the other from a part to the next one with a body, and that part."""
+    """Yield the paths of joints from a part to the next one with a body, and that part."""
     ways: list[tuple[tuple[int, ...], tuple[int, ...]]] = [((), (start,))]
     for joints, passed in ways:
         for j, parent in enumerate(chain.parent):
@@ -164,7 +168,7 @@ def _paths(
 
 
 def _passing_parameters(chain: ExactChain, s: Vector, twists: Rows, candidates: Rows) -> Rows:
-    """Those combinations of parameters that can pass a joint with ``twists`` below it.
+    """Find combinations of parameters that can pass a joint with ``twists`` below it.
 
     ``M(Lᵏ z) s = 0`` for k ≥ 0 and ``M(Lᵏ z) t = 0`` for k ≥ 1. L has a minimal polynomial
     of degree 3 for a prismatic joint, 5 for a revolute one, and at most 10 at all.
@@ -195,7 +199,7 @@ def _passing_parameters(chain: ExactChain, s: Vector, twists: Rows, candidates: 
 
 
 def _integer_rows(rows: Sequence[Sequence[Fraction]]) -> Whole:
-    """Rational rows times the number that makes all entries whole, of any size."""
+    """Multiply rational rows by the least number that makes all entries whole."""
     common = lcm(*(x.denominator for row in rows for x in row))
     return np.array(
         [[x.numerator * (common // x.denominator) for x in row] for row in rows], dtype=object
@@ -203,12 +207,12 @@ def _integer_rows(rows: Sequence[Sequence[Fraction]]) -> Whole:
 
 
 def _combinations_that_vanish(found: Whole, z: Whole, values: Whole) -> tuple[Whole, Whole]:
-    """Combinations of rows of ``found``, and of z, of which all values vanish.
+    """Combine rows of ``found``, and of z, so that all values vanish.
 
     Args:
         found: rows of whole numbers (count, parameters).
         z: other rows that belong to them (count, 10).
-        values: what is to vanish (count, values).
+        values: values that must vanish (count, values).
     """
     conditions = [[Fraction(x) for x in row] for row in values.T.tolist() if any(row)]
     mixed = _integer_rows(rational_null_space(conditions, len(found))).reshape(-1, len(found))
@@ -216,7 +220,7 @@ def _combinations_that_vanish(found: Whole, z: Whole, values: Whole) -> tuple[Wh
 
 
 def _attainable_beyond(s: Vector, twists: Rows) -> Rows:
-    """Twists attainable beyond a joint: ``Σ ad(s)ᵏ V + ⟨s⟩``, in echelon form."""
+    """Find the twists attainable beyond a joint, ``Σ ad(s)ᵏ V + ⟨s⟩``, in echelon form."""
     basis = echelon([list(s), *twists])[0]
     while len(basis) < 6:
         wider = echelon(basis + [list(rational_bracket(s, t)) for t in basis])[0]

@@ -73,7 +73,15 @@ class Remainders(NamedTuple):
 
 
 def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
-    """A chain modulo p, or None if p divides a denominator or a pivot of the loops."""
+    """Reduce a chain modulo a prime.
+
+    Args:
+        chain: the linkage in rational numbers.
+        p: the prime.
+
+    Returns:
+        The remainders; None if p divides a denominator or a pivot of the loops.
+    """
     dependent = np.array(chain.dependent, dtype=np.int64)
     ways, welds = paths(chain.parent)[:-1], loop_signs(chain.parent, chain.ends)
     try:
@@ -100,7 +108,11 @@ def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
 
 
 def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> IntArray:
-    """Rational numbers modulo p; ValueError if p divides a denominator."""
+    """Reduce rational numbers modulo p.
+
+    Raises:
+        ValueError: p divides a denominator.
+    """
     found = np.zeros((len(rows), columns), dtype=np.int64)
     for i, row in enumerate(rows):
         for j, x in enumerate(row):
@@ -112,16 +124,19 @@ def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> Int
 def _loop_matrix(
     chain: ExactChain, welds: NDArray[np.float64], screws: IntArray, p: int
 ) -> IntArray:
-    """Rows of the loops, six each, and the mimic relations below; (rows, n)."""
+    """Assemble the loop matrix, six rows for each loop, and the mimic relations below; (rows, n)."""
     loops = np.swapaxes(welds.astype(np.int64)[:, :, None] * screws, 1, 2) % p
     mimics = _remainders(chain.mimics, len(screws), p)
     return np.concatenate([loops.reshape(-1, len(screws)), mimics])
 
 
 def first_order_mobility(chain: ExactChain) -> int:
-    """Joints less the rank of the loop matrix, modulo a prime that divides no denominator.
+    """Compute the mobility at first order: joints less the rank of the loop matrix.
 
-    The mobility at first order; -1 if every prime divides a denominator.
+    The rank is that modulo a prime that divides no denominator.
+
+    Returns:
+        The mobility; -1 if every prime divides a denominator.
     """
     welds = loop_signs(chain.parent, chain.ends)
     for p in PRIMES:
@@ -178,7 +193,10 @@ class Twists:
         self.closed += closed and self.closed == k
 
     def _close(self, own: IntArray) -> tuple[IntArray, IntArray, bool]:
-        """Twists of the joints themselves with the rates of this order that close the loops.
+        """Close the loops at this order by the rates of the dependent joints.
+
+        Args:
+            own: twists of the joints themselves without these rates (n, w, 6).
 
         Returns:
             The twists (n, w, 6), the rates (n, w), and whether the loops close.
@@ -206,7 +224,7 @@ class Momenta:
         self._products = Convolution(bodies, rows, 10, size, p)
 
     def rows(self, order: int) -> IntArray:
-        """Rows of an order that is not below those asked for before.
+        """Compute the rows of an order that is not below the last one computed.
 
         Returns:
             Remainders (w × rows, bodies × parameters): for each column the rows of the
@@ -218,7 +236,7 @@ class Momenta:
         return X.swapaxes(0, 1).reshape(X.shape[1], -1)
 
     def _extend(self) -> None:
-        """Compute the next order of the twists, and of all that is carried along."""
+        """Compute the next order of the twists, and of the parameters that bodies carry along."""
         chain, p, k = self._chain, self._chain.prime, self.twists.orders
         bodies = chain.links.size
         if k == 0:

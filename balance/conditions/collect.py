@@ -160,7 +160,7 @@ def conditions_by_order(
 
 
 def _ray_count(chain: Chain, known: Array, force: bool) -> int:
-    """Compute the number of rays to begin with: enough for orders 0 and 1, or for all unknowns."""
+    """Compute how many rays to begin with: enough for orders 0 and 1, or for all unknowns."""
     rows = chain.width * rows_per_column(chain.planar, force)
     return min(comb(chain.width + 1, 2), 1 - (-known.shape[1] // rows))
 

@@ -122,7 +122,7 @@ def orders_closed(chain: ExactChain, order: int) -> int:
 
 
 def _twists_along_rays(chain: ExactChain) -> Iterator[Twists]:
-    """Compute series along a few rays, modulo a prime that divides no denominator and no pivot."""
+    """Compute series along a few rays, modulo a prime that divides no denominator or pivot."""
     found = next(filter(None, (chain_modulo(chain, p) for p in PRIMES)), None)
     if found is not None:
         for ray in islice(directions_of(chain.width), min(chain.width, MAX_TEST_RAYS)):

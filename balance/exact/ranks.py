@@ -274,7 +274,7 @@ def _extend_runs(
 
 
 def _witness(chain: ExactChain, run: ExactConditions) -> Witness:
-    """Describe the minor that a run found, its rows and columns by name instead of by position."""
+    """Describe the minor that a run found, its rows and columns by name, not by position."""
     rows, size = len(chain.rows), len(chain.parameters)
     pivots = (
         Pivot(order, ray, row // rows, row % rows, column // size, column % size)

@@ -66,7 +66,7 @@ class _Reached(NamedTuple):
 
 
 def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTransfer]:
-    """Find transfers between bodies that one joint, or one chain of joints without bodies, joins.
+    """Find transfers between bodies that a joint, or a chain of joints without bodies, connects.
 
     Bodies that are welded, or at rest, exchange everything, through no joint. Where links
     without parameters branch, there are more transfers than are found here.
@@ -130,7 +130,7 @@ def has_branching_links(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
 def _rigid_transfers(
     chain: ExactChain, parts: list[int], bodies: dict[int, int]
 ) -> Iterator[ExactTransfer]:
-    """Yield all that bodies can exchange with the first one of their part, or with the ground."""
+    """Yield all that bodies can exchange with the first one of their part, or the ground."""
     for b, link in enumerate(chain.links):
         if bodies[parts[link]] != b:
             for z in _unit_vectors(len(chain.parameters)):

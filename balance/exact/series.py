@@ -124,7 +124,7 @@ def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> Int
 def _loop_matrix(
     chain: ExactChain, welds: NDArray[np.float64], screws: IntArray, p: int
 ) -> IntArray:
-    """Assemble the loop matrix, six rows for each loop, and the mimic relations below; (rows, n)."""
+    """Assemble the loop matrix (rows, n): six rows for each loop, and then mimic relations."""
     loops = np.swapaxes(welds.astype(np.int64)[:, :, None] * screws, 1, 2) % p
     mimics = _remainders(chain.mimics, len(screws), p)
     return np.concatenate([loops.reshape(-1, len(screws)), mimics])
@@ -236,7 +236,7 @@ class Momenta:
         return X.swapaxes(0, 1).reshape(X.shape[1], -1)
 
     def _extend(self) -> None:
-        """Compute the next order of the twists, and of the parameters that bodies carry along."""
+        """Compute the next order of the twists, and of the parameters that bodies carry."""
         chain, p, k = self._chain, self._chain.prime, self.twists.orders
         bodies = chain.links.size
         if k == 0:

@@ -71,7 +71,7 @@ class BodyInertia:
 
     @property
     def urdf(self) -> str | None:
-        """The element ``<inertial>`` of a body that can exist; see ``element``.
+        """The element ``<inertial>`` of a physical body; see ``element``.
 
         Raises:
             BodyError: no mass distribution has these parameters.
@@ -94,7 +94,7 @@ def body_inertias(
     names: Sequence[str], basis: Array, y: ArrayLike, frames: Array, axes: Array,
     labels: Sequence[str], length: float, source: str,
 ) -> tuple[BodyInertia, ...]:  # fmt: skip
-    """Mass, centre of mass and inertia of every body of the distribution ``basis @ y``.
+    """Compute mass, centre of mass and inertia of every body of ``basis @ y``.
 
     Args:
         names: of the bodies.
@@ -108,7 +108,7 @@ def body_inertias(
 
     Raises:
         ValueError: y has another shape, is not real and finite, or is too large or too small
-            to be computed with.
+            for double precision.
     """
     y = _check_coordinates(y, basis.shape[1])
     parts, size = freeze(basis @ y).reshape(len(names), len(labels)), float(np.linalg.norm(y))
@@ -119,10 +119,10 @@ def body_inertias(
 
 
 def _check_coordinates(y: ArrayLike, count: int) -> Array:
-    """Coordinates (count,) as real numbers.
+    """Convert coordinates (count,) to real numbers.
 
     Raises:
-        ValueError: they are not; see `body_inertias`.
+        ValueError: y is no such array; see `body_inertias`.
     """
     given = np.asarray(y)
     wanted = f"give {count} finite numbers, one per dimension of the design space"
@@ -144,10 +144,19 @@ def _check_coordinates(y: ArrayLike, count: int) -> Array:
 
 
 def in_link_frames(basis: Array, frames: Array, axes: Array, labels: Sequence[str]) -> Array:
-    """The basis, each body's parameters about the origin and in the axes of its link.
+    """Express a basis in the link frames: about their origins and in their axes.
 
-    Args and shape are those of `body_inertias` and of ``basis``. A planar body gets the
-    axes that `kinematics.model.chain.plane_axes` finds for the normal in its link frame.
+    A planar body gets the axes that `kinematics.model.chain.plane_axes` finds for the normal
+    in its link frame.
+
+    Args:
+        basis: of a design space (parameters, nullity), SI units.
+        frames: poses of the link frames (bodies, 4, 4).
+        axes: rows are the axes of planar parameters (3, 3).
+        labels: names of the parameters of one body.
+
+    Returns:
+        The basis (parameters, nullity) in the link frames.
     """
     changes = np.array([_change_of_frame(frame, axes, labels) for frame in frames])
     parts = basis.reshape(*changes.shape[:2], basis.shape[1])
@@ -191,7 +200,7 @@ def _body_inertia(
 
 
 def _inertial_element(mass: float, com: Array, inertia: Array) -> str:
-    """Element ``<inertial>``: tensor about the centre of mass, in the axes of the link."""
+    """Write the element ``<inertial>``: tensor about the centre of mass, in the axes of the link."""
     xyz = " ".join(repr(float(value)) for value in com)
     i, j = np.triu_indices(3)
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -208,7 +217,7 @@ def _inertial_element(mass: float, com: Array, inertia: Array) -> str:
 
 
 def _change_of_frame(frame: Array, axes: Array, labels: Sequence[str]) -> Array:
-    """Matrix from the parameters of a body in the inertial frame to those in its link's."""
+    """Compute the matrix from the parameters of a body in the inertial frame to its link frame."""
     count, R, origin = len(labels), frame[:3, :3], frame[:3, 3]
     if "mcz" in labels:
         back = np.eye(4)

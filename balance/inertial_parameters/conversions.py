@@ -40,7 +40,7 @@ PLANAR_LABELS = ("m", "mcx", "mcy", "Ezz")
 
 
 class MassProperties(NamedTuple):
-    """What an engineer calls the mass properties of a body.
+    """Mass properties of a body.
 
     Attributes:
         mass: kg.
@@ -127,19 +127,27 @@ def violations(
 
 
 def parameter_labels(planar: bool, force: bool) -> tuple[str, ...]:
-    """Names of the parameters of one body that count, in order."""
+    """List the names of the parameters of one body that count, in order.
+
+    Args:
+        planar: whether only motion in the plane counts.
+        force: whether only m and mc count.
+    """
     labels = PLANAR_LABELS if planar else LABELS
     return labels[: (3 if planar else 4)] if force else labels
 
 
 def to_chain(z: Array, frame: Frame, planar: bool, force: bool) -> Array:
-    """Parameters (bodies, 10) in SI units in the coordinates of a chain, those that count.
+    """Convert parameters (bodies, 10) from SI units to the coordinates of a chain.
 
     Args:
-        z: parameters about the inertial origin.
+        z: parameters about the inertial origin, SI units.
         frame: coordinates of the chain; masses keep their unit.
         planar: whether only motion in the plane counts.
         force: whether only m and mc count.
+
+    Returns:
+        The parameters that count (bodies, count).
     """
     if planar:
         n = frame.R[2]
@@ -152,24 +160,37 @@ def to_chain(z: Array, frame: Frame, planar: bool, force: bool) -> Array:
 
 
 def from_chain(frame: Frame, planar: bool, force: bool) -> Array:
-    """Matrix that takes the parameters of a body from chain coordinates to SI units.
+    """Compute the matrix that takes parameters of a body from chain coordinates to SI units.
 
-    They are about the inertial origin; in inertial axes, or in the axes ``frame.R`` of the
-    plane.
+    Args:
+        frame: coordinates of the chain.
+        planar: whether only motion in the plane counts.
+        force: whether only m and mc count.
+
+    Returns:
+        Shape (count, count); parameters in SI units are about the inertial origin, in inertial
+        axes or in the axes ``frame.R`` of the plane.
     """
     count = len(parameter_labels(planar, force))
     return _affine(frame.length, frame.origin, frame.R, planar)[:count, :count]
 
 
 def basis_from_chain(basis: Array, frame: Frame, planar: bool, force: bool) -> Array:
-    """Columns of parameters of all bodies (parameters, count), from chain to SI units."""
+    """Convert columns of parameters of all bodies from chain coordinates to SI units.
+
+    Args:
+        basis: the columns (parameters, count).
+        frame: coordinates of the chain.
+        planar: whether only motion in the plane counts.
+        force: whether only m and mc count.
+    """
     G = from_chain(frame, planar, force)
     size, count = basis.shape
     return (G @ basis.reshape(size // len(G), len(G), count)).reshape(size, count)
 
 
 def _affine(L: float, o: Array, R: Array, planar: bool) -> Array:
-    """Matrix of the parameters under ``x = L x' + o``: ``mc = L mc' + m o``, E likewise.
+    """Compute the matrix of parameters under ``x = L x' + o``: ``mc = L mc' + m o``, E likewise.
 
     A spatial chain keeps the inertial axes; in a plane o is resolved in the axes R.
     """

@@ -43,25 +43,25 @@ RODS = freeze(
 
 
 def _stack_parameters(m: Array, mc: Array, S: Array) -> Array:
-    """Parameters (..., 10) from mass, first moment, and second moment ``S = ∫ x xᵀ dm``."""
+    """Stack parameters (..., 10): mass, first moment, and second moment ``S = ∫ x xᵀ dm``."""
     xx, yy, zz = S[..., 0, 0], S[..., 1, 1], S[..., 2, 2]
     moments = [yy + zz, xx + zz, xx + yy, -S[..., 0, 1], -S[..., 0, 2], -S[..., 1, 2]]
     return np.stack([m, mc[..., 0], mc[..., 1], mc[..., 2], *moments], axis=-1)
 
 
 def _dyad(a: Array, b: Array) -> Array:
-    """The tensor a bᵀ of vectors (..., 3); shape (..., 3, 3)."""
+    """Compute the tensor a bᵀ of vectors (..., 3); shape (..., 3, 3)."""
     return a[..., :, None] * b[..., None, :]
 
 
 def point_mass(point: ArrayLike) -> Array:
-    """Parameters ``(1, r, -[r]²)`` of a mass of 1 kg at r (..., 3), metres; (..., 10)."""
+    """Compute the parameters ``(1, r, -[r]²)`` of 1 kg at r (..., 3), metres; (..., 10)."""
     r = np.asarray(point, dtype=np.float64)
     return _stack_parameters(np.ones(r.shape[:-1]), r, _dyad(r, r))
 
 
 def displacement_dipole(direction: ArrayLike, point: ArrayLike) -> Array:
-    """Parameters of a displacement of 1 kg m in direction a at r; shape (..., 10).
+    """Compute the parameters of a displacement of 1 kg m in direction a at r; (..., 10).
 
     ``(0, a, -[a][r] - [r][a])``: the derivative of `point_mass` at r along a.
 
@@ -76,7 +76,7 @@ def displacement_dipole(direction: ArrayLike, point: ArrayLike) -> Array:
 
 
 def rod(direction: ArrayLike) -> Array:
-    """Parameters ``(0, 0, -[b]²)`` of a pure-inertia rod of 1 kg m²; shape (..., 10).
+    """Compute the parameters ``(0, 0, -[b]²)`` of a pure-inertia rod of 1 kg m²; (..., 10).
 
     The rod lies anywhere along the unit vector b (..., 3), has no mass, and its moment of
     inertia about every axis perpendicular to b is 1 kg m².
@@ -129,13 +129,13 @@ class Primitive(NamedTuple):
 
 
 class Multipole(NamedTuple):
-    """Parameters of a body taken apart: 1 mass, 3 displacements, 6 rods; planar 1 + 2 + 1.
+    """Parameters of a body as 1 mass, 3 displacements and 6 rods; in a plane 1 + 2 + 1.
 
     Attributes:
         mass: kg.
         displacement: along the axes (3,) or (2,), kg m.
         rods: values of the rods (6,) or (1,), kg m².
-        point: where the mass and the displacement are (3,) or (2,), metres.
+        point: place of the mass and the displacement (3,) or (2,), metres.
         directions: unit vectors along the rods (6, 3); those of a plane have none (0, 2).
     """
 
@@ -146,7 +146,7 @@ class Multipole(NamedTuple):
     directions: Array
 
     def parameters(self) -> Array:
-        """The parameters (10,) or (4,) that were taken apart, SI units."""
+        """The parameters (10,) or (4,) that were decomposed, SI units."""
         z = _mass_and_displacement(self.mass, self.displacement, self.point)
         if self.point.size == 2:
             z[3] += self.rods[0]
@@ -154,7 +154,7 @@ class Multipole(NamedTuple):
         return z + self.rods @ rod(self.directions)
 
     def primitives(self, body: str) -> tuple[Primitive, ...]:
-        """The spatial elements that are not zero, as primitives of a body.
+        """List the spatial elements that are not zero, as primitives of a body.
 
         Raises:
             ValueError: the parameters are planar, which lack the axes of the plane.
@@ -173,7 +173,7 @@ class Multipole(NamedTuple):
 
 
 def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -> Multipole:
-    """Take parameters apart into a mass and displacements at a point, and rods.
+    """Decompose parameters into a mass and displacements at a point, and rods.
 
     Args:
         z: parameters (10,), or planar ones ``[m, mcx, mcy, Ezz]`` (4,); any numbers.
@@ -204,19 +204,23 @@ _UPPER = np.triu_indices(3)
 
 
 def _mass_and_displacement(mass: float, moved: Array, r: Array) -> Array:
-    """Parameters of a mass at r and a displacement there."""
+    """Compute the parameters of a mass at r and a displacement there."""
     if r.size == 2:
         return np.array([mass, *(mass * r + moved), r @ (mass * r + 2.0 * moved)])
     return mass * point_mass(r) + displacement_dipole(moved, r)
 
 
 def _dyads(b: Array) -> Array:
-    """The upper entries of b bᵀ for each direction (n, 3); shape (n, 6)."""
+    """List the upper entries of b bᵀ for each direction (n, 3); shape (n, 6)."""
     return _dyad(b, b)[:, *_UPPER]
 
 
 def _check_directions(directions: ArrayLike) -> Array:
-    """Unit vectors along six directions, if their dyads are independent."""
+    """Normalise six directions.
+
+    Raises:
+        ValueError: their dyads are not independent, or the shape is another.
+    """
     b = np.asarray(directions, dtype=np.float64)
     if b.shape != (6, 3):
         raise ValueError(f"six directions are needed, of shape (6, 3), not {b.shape}")

@@ -84,7 +84,7 @@ def screw_figure(
 
 
 def _joint_points(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array:
-    """Points of all joints at a pose, carried by their parents; shape (joints, 3)."""
+    """Compute the points of all joints at a pose, carried by their parents; (joints, 3)."""
     H = forward_kinematics(si_chain(linkage, True), joint_positions(linkage, q)).H
     return np.array(
         [
@@ -97,7 +97,7 @@ def _joint_points(linkage: Linkage, q: ArrayLike | Mapping[str, float]) -> Array
 
 
 def _draw(axes: Axes, lines: Sequence[ScrewLine], pivots: Array, axes_of: Array) -> None:
-    """Pivots, lines with arrows, and the meeting point, in the axes of the picture."""
+    """Draw joints, lines with arrows, and the meeting point, in the axes of the picture."""
     met = meeting(lines)
     points, _ = lines_of_moving_bodies(lines)
     near = np.vstack([pivots, points]) if met is None else np.vstack([pivots, met.point])

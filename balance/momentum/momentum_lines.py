@@ -161,7 +161,7 @@ def momentum_lines(
 
 
 def _lines_of_wrenches(linkage: Linkage, wrenches: Array) -> tuple[ScrewLine, ...]:
-    """The lines of one column of wrenches (bodies, 6)."""
+    """Compute the lines of one column of wrenches (bodies, 6)."""
     sizes = np.linalg.norm(wrenches, axis=1)
     resting = sizes <= BODY_AT_REST * sizes.max(initial=0.0)
     lines = []

@@ -68,14 +68,15 @@ class MomentumTaylor:
         return np.array(products)[:, None, None, None] * self.coefficients
 
     def evaluate(self, u: ArrayLike) -> Array:
-        """The regressor at points u (..., w); shape (..., w, rows, parameters)."""
+        """Evaluate the regressor at points u (..., w); shape (..., w, rows, parameters)."""
         points = monomial_powers(self.exponents, np.asarray(u, dtype=np.float64))
         return np.tensordot(points, self.coefficients, axes=1)
 
     def momentum(self, z: ArrayLike) -> Array:
-        """Coefficients of the momentum of bodies z (parameters,) for unit rates of inputs.
+        """Compute coefficients of the momentum of bodies z (parameters,) for unit rates of inputs.
 
-        Shape (M, w, rows).
+        Returns:
+            Shape (M, w, rows).
         """
         found: Array = self.coefficients @ np.asarray(z, dtype=np.float64)
         return found
@@ -136,7 +137,7 @@ def momentum_taylor(
 
 
 def _fit_polynomial(exponents: IntArray, rays: Array, values: Array) -> Array:
-    """Coefficients of the homogeneous polynomial that takes given values along rays.
+    """Fit the homogeneous polynomial that has given values along rays.
 
     Monomials are weighted by the roots of their multinomial coefficients, with which no
     rotation of the variables changes their sum of squares.
@@ -147,7 +148,7 @@ def _fit_polynomial(exponents: IntArray, rays: Array, values: Array) -> Array:
         values: shape (rays, …).
 
     Returns:
-        Shape (N, …).
+        Coefficients, shape (N, …).
     """
     degree = int(exponents[0].sum())
     products = [np.prod([factorial(a) for a in row]) for row in exponents.tolist()]

@@ -21,7 +21,7 @@ IntArray = NDArray[np.int64]
 
 
 class Transfer(NamedTuple):
-    """What may be exchanged across one joint.
+    """Inertial parameters that bodies can exchange across one joint.
 
     Attributes:
         joints: names of the joints of one degree of freedom that it passes through, in the
@@ -48,14 +48,14 @@ class Transfer(NamedTuple):
 
     @property
     def dimension(self) -> int:
-        """How many independent transfers there are."""
+        """Number of independent transfers."""
         return self.basis.shape[1]
 
 
 def by_joint(
     linkage: Linkage, chain: Chain, found: Transfers, force: bool
 ) -> tuple[Transfer, ...]:
-    """The transfers of every joint that moves, in SI units, and then those of rigid parts.
+    """Sort transfers by joint, in SI units: those of every joint that moves, then of rigid parts.
 
     Args:
         linkage: the linkage.
@@ -89,7 +89,7 @@ def by_joint(
 def _participating_bodies(
     chain: Chain, found: Transfers, joints: IntArray, owner: int
 ) -> list[int]:
-    """Bodies on the rigid parts that the joints join: one of each; or all of one part."""
+    """List one body on each rigid part at the joints; without joints all bodies of one part."""
     part = found.rigid_part[chain.links].tolist()
     if not joints.size:
         return [b for b, p in enumerate(part) if p == -1 - owner]

@@ -99,7 +99,7 @@ def passing_parameters(s, V, size, rows, tolerance, A, order, out, gap):
         gap: in, out: smallest size that was kept, and largest that was dropped (2,).
 
     Returns:
-        How many they are.
+        Their number.
     """
     # Where every twist can be attained, the rate itself must vanish.
     every = V.shape[0] == s.size
@@ -188,7 +188,7 @@ def attainable_beyond(s, V, tolerance, W, gap):
         gap: in, out: as in `passing_parameters`.
 
     Returns:
-        How many they are.
+        Their number.
     """
     dim, count = s.size, V.shape[0]
     for i in range(count):

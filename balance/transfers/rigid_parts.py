@@ -11,11 +11,12 @@ __all__ = ["find_cluster", "number_rigid_parts"]
 
 
 def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
-    """Rigid parts, and who carries what passes a joint.
+    """Number the rigid parts of a chain, and the owners of transfers.
 
     Returns:
-        Node of each link, the ground last (n + 1,); the first body on each, or -1 (n + 1,);
-        a number for every joint, the same for joints between which there is no body (n,).
+        Rigid part of each link, the ground last (n + 1,); the first body on each, or -1
+        (n + 1,); a number for every joint, equal for joints between which there is no body
+        (n,).
     """
     parent, n = chain.parent.tolist(), chain.parent.size
     node, whole = list(range(n + 1)), [[j] for j in range(n + 1)]
@@ -40,7 +41,7 @@ def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
 
 
 def _merge(name: list[int], members: list[list[int]], keep: int, drop: int) -> None:
-    """Give those of one name another one."""
+    """Merge the members of one group into another."""
     if keep != drop:
         for j in members[drop]:
             name[j] = keep
@@ -66,7 +67,7 @@ def find_cluster(entry, start, parent, node, body, joint, before, target):
             or a part reached before (≥ n,).
 
     Returns:
-        How many they are.
+        Number of joints.
     """
     n = parent.size
     joint[0], before[0] = entry, -1

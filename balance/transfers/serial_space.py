@@ -42,7 +42,7 @@ IntArray = NDArray[np.int64]
 
 @kernel(reference_counting=False)
 def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, workspace):
-    """Walk through the linkage from the ground, and find its transfers.
+    """Search the linkage from the ground for its transfers.
 
     Args:
         parent: in: link before each joint (n,).
@@ -52,12 +52,12 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, workspa
         size: parameters of each body.
         rows: momentum components that count.
         tolerance: relative size of round-off.
-        workspace: workspace as from `search_workspace`. Its first three are out: the transfers,
+        workspace: as from `search_workspace`. Its first three are out: the transfers,
             orthonormal for each owner; the owner of each; and the smallest size that a
             decision kept, and the largest that one dropped.
 
     Returns:
-        How many transfers were found, or -1 if there is too little workspace.
+        Number of transfers found, or -1 if there is too little workspace.
     """
     node, body, owner = rigid_parts
     found, owners, gap, reached, spans, passes, twists, numbers, work, mixing = workspace
@@ -137,7 +137,16 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, workspa
 def search_workspace(
     n: int, dim: int, unknowns: int, size: int, rows: int, capacity: int
 ) -> tuple[Array | IntArray, ...]:
-    """Workspace for transfers, their owners and the search; see `search_transfers`."""
+    """Allocate transfers, their owners and the arrays of the search; see `search_transfers`.
+
+    Args:
+        n: number of joints.
+        dim: components of a twist: 6, in a plane 3.
+        unknowns: parameters of all bodies.
+        size: parameters of each body.
+        rows: momentum components that count.
+        capacity: largest number of states of the search.
+    """
     wide = 2 * capacity + 4 * size
     return (
         np.empty((2 * capacity, unknowns)),
@@ -154,12 +163,12 @@ def search_workspace(
 
 
 class Transfers(NamedTuple):
-    """What may be exchanged, in the frame and units of the chain.
+    """Inertia transfers in the frame and units of the chain.
 
     Attributes:
         rows: transfers (count, parameters): added to all bodies, they change no momentum.
-        owner: what carries each of them (count,): a number shared by the joints that it
-            passes through, or ``-1 - part`` between bodies of one rigid part.
+        owner: owner of each of them (count,): a number shared by the joints that it passes
+            through, or ``-1 - part`` between bodies of one rigid part.
         owner_of_joint: number of the owner of each joint of the chain (n,).
         rigid_part: rigid part of each link, and last that of the ground, n; (n + 1,).
         kept: smallest size, of a vector of size 1, that a decision kept.
@@ -177,7 +186,7 @@ class Transfers(NamedTuple):
 def serial_transfers(
     chain: Chain, force: bool = False, tolerance: float = RANK_RELATIVE
 ) -> Transfers:
-    """Every inertia transfer of a linkage whose loops are opened by splitting bodies.
+    """Find every inertia transfer of a linkage whose loops are opened by splitting bodies.
 
     Args:
         chain: the linkage without idle joints.
@@ -209,7 +218,7 @@ def serial_transfers(
 
 
 def _with_rigid_parts(found: Transfers, links: IntArray, size: int) -> Transfers:
-    """As found, and all that bodies of one rigid part can exchange, or the ground can take."""
+    """Add all that bodies of one rigid part can exchange, and that the ground can take."""
     part, ground = found.rigid_part[links], found.owner_of_joint.size
     parts = part.tolist()
     if ground not in parts and len(set(parts)) == len(parts):

@@ -21,10 +21,12 @@ IntArray = NDArray[np.int64]
 
 
 class FoundTransfers(NamedTuple):
-    """The transfers found so far (≥ count, parameters), as kernels pass them to each other.
+    """The transfers found so far, as kernels pass them to each other.
 
-    With the owner of each (≥ count,); the smallest size that a decision kept, and the largest
-    that one dropped (2,).
+    Attributes:
+        rows: the transfers (≥ count, parameters).
+        owners: the owner of each (≥ count,).
+        gap: smallest size that a decision kept, and largest that one dropped (2,).
     """
 
     rows: Array
@@ -51,22 +53,22 @@ class Cluster(NamedTuple):
 
 @kernel(reference_counting=False)
 def add_transfers(found, count, owner, shares, combinations, through):
-    """Add what passes a cluster to the transfers of its owner, if not in their span.
+    """Add transfers through a cluster to those of its owner, if they are not in their span.
 
-    Share k goes to the body after joint k, and that of the first joint is taken from the body
-    at the start. Transfers are orthonormal for each owner, which takes two rounds (B. N.
+    Share k goes to the body after joint k, and the share of the first joint is taken from the
+    body at the start. Transfers are orthonormal for each owner, which takes two rounds (B. N.
     Parlett, 1980).
 
     Args:
         found: in, out: a `FoundTransfers`.
-        count: how many transfers it holds.
+        count: number of transfers that it holds.
         owner: number of the cluster's owner.
-        combinations: how many transfers to add.
         shares: in: parameters that pass each joint (≥ joints, ≥ combinations, size).
+        combinations: number of transfers to add.
         through: in: a `Cluster`.
 
     Returns:
-        How many transfers there are now.
+        Number of transfers after that.
     """
     rows, owners, gap = found
     start, _, target, body, joints = through
@@ -111,23 +113,23 @@ def add_transfers(found, count, owner, shares, combinations, through):
 def add_shared_transfers(
     found, known, owner, passes, passed, through, tolerance, numbers, workspace
 ):
-    """Add combinations of what passes the joints of a cluster that leave inner links empty.
+    """Add the transfers through a cluster that leave its links without bodies empty.
 
     For every link without a body inside, ``Σ c_in pass_in - Σ c_out pass_out = 0``.
 
     Args:
         found: in, out: a `FoundTransfers`.
-        known: how many transfers it holds.
+        known: number of transfers that it holds.
         owner: number of the cluster's owner.
         passes: in: parameters that can pass each joint (≥ joints, size, size).
-        passed: in: how many pass each joint (≥ joints,).
+        passed: in: number of them for each joint (≥ joints,).
         through: in: a `Cluster`.
         tolerance: relative size of round-off.
         numbers: workspace (3, ≥ joints * size).
         workspace: flat.
 
     Returns:
-        How many transfers there are now, or -1 if there is too little workspace.
+        Number of transfers after that, or -1 if there is too little workspace.
     """
     start, before, target, body, count = through
     size = passes.shape[2]

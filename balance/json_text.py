@@ -1,4 +1,4 @@
-"""The one JSON encoder, for what commands print and pages embed."""
+"""The JSON encoder for the output of commands and for pages."""
 
 from __future__ import annotations
 

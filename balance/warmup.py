@@ -1,4 +1,4 @@
-"""A short run of every kernel of this package and of `kinematics`, so that all are compiled."""
+"""A short run of every kernel of this package and of `kinematics`, to compile them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SMALL_STEP = 0.01
 
 
 def warm_up_balance() -> Iterator[None]:
-    """Do with the smallest linkage of each kind what the commands do; the first ones first."""
+    """Run the work of the commands on the smallest linkage of each kind, the first ones first."""
     linkages = kinematics.warmup.smallest_linkages()
     yield
     for work in (_find_space, _move, _predict, _find_other_spaces):

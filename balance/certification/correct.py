@@ -79,7 +79,7 @@ class Evidence(NamedTuple):
 
 
 def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
-    """Tabulate the exact ranks up to the order that reaches the rank, or to the highest requested.
+    """Tabulate exact ranks up to the order that reaches the rank, or to the highest requested.
 
     Args:
         space: the space, which has the highest order requested.

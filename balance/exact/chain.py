@@ -135,7 +135,7 @@ def _unit_vectors(count: int) -> tuple[Vector, ...]:
 
 
 def _ratio(linkage: Linkage, geometry: Geometry, joint: int, other: int, why: str) -> Fraction:
-    """Compute the length of the axis of one joint over that of another; ``why`` is for messages."""
+    """Compute the length of the axis of one joint over that of another; ``why`` for messages."""
     ratio = root(geometry.squares[joint] / geometry.squares[other])
     if ratio is None:
         first, second = linkage.joints[joint].name, linkage.joints[other].name

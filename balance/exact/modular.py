@@ -99,7 +99,7 @@ class Convolution:
         self._right += self._inner
 
     def sum(self, count: int) -> IntArray:
-        """Multiply the first ``count`` orders of A by the last of B, in reverse order, and add up."""
+        """Multiply the first ``count`` orders of A by the last of B, in reverse order."""
         size, start = count * self._inner, self._B.shape[1] - self._right
         return _product_with_halves(
             self._A[:, :, :size], self._B[:, start : start + size], self._p

@@ -66,7 +66,7 @@ class _Reached(NamedTuple):
 
 
 def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTransfer]:
-    """Find transfers between bodies that a joint, or a chain of joints without bodies, connects.
+    """Find transfers between bodies that a joint, or a chain of joints without bodies, joins.
 
     Bodies that are welded, or at rest, exchange everything, through no joint. Where links
     without parameters branch, there are more transfers than are found here.

@@ -200,7 +200,7 @@ def _body_inertia(
 
 
 def _inertial_element(mass: float, com: Array, inertia: Array) -> str:
-    """Write the element ``<inertial>``: tensor about the centre of mass, in the axes of the link."""
+    """Write the element ``<inertial>``: tensor about the centre of mass, axes of the link."""
     xyz = " ".join(repr(float(value)) for value in com)
     i, j = np.triu_indices(3)
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -217,7 +217,7 @@ def _inertial_element(mass: float, com: Array, inertia: Array) -> str:
 
 
 def _change_of_frame(frame: Array, axes: Array, labels: Sequence[str]) -> Array:
-    """Compute the matrix from the parameters of a body in the inertial frame to its link frame."""
+    """Compute the matrix from parameters in the inertial frame to those in the link frame."""
     count, R, origin = len(labels), frame[:3, :3], frame[:3, 3]
     if "mcz" in labels:
         back = np.eye(4)

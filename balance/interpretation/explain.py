@@ -19,7 +19,7 @@ __all__ = ["ExplainedTransfer", "Explanation", "explain"]
 
 
 class ExplainedTransfer(NamedTuple):
-    """What may be moved across one joint, as primitives.
+    """Inertia transfer across one joint, as primitives.
 
     Attributes:
         title: the joint, by its name in the file, and the bodies in one phrase.
@@ -39,12 +39,12 @@ class ExplainedTransfer(NamedTuple):
 
     @property
     def dimension(self) -> int:
-        """How many independent transfers there are."""
+        """Number of independent transfers."""
         return len(self.freedoms)
 
     @property
     def words(self) -> str:
-        """All of it in one line."""
+        """All freedoms in one line of words."""
         return summarise(self.freedoms) or "nothing"
 
     def to_dict(self) -> dict[str, object]:
@@ -61,15 +61,15 @@ class Explanation(NamedTuple):
     """A design space in terms of point masses, displacements and pure-inertia rods.
 
     Attributes:
-        transfers: joint by joint, what may be moved across it.
-        freedoms: what only the closure of the loops frees.
+        transfers: inertia transfers, joint by joint.
+        freedoms: the parallel part, which exists only with the loops closed.
     """
 
     transfers: tuple[ExplainedTransfer, ...]
     freedoms: tuple[Freedom, ...]
 
     def __repr__(self) -> str:
-        """Up to six lines: transfers by joint, and what the loops free."""
+        """Up to six lines: transfers by joint, and the parallel part."""
         lines = [f"{item.title}: {item.words}" for item in self.transfers]
         lines += [f"freed by the loops: {freedom.words}" for freedom in self.freedoms]
         head = (
@@ -120,7 +120,7 @@ def explain(space: DesignSpace) -> Explanation:
 
 
 def _title(space: DesignSpace, transfer: Transfer) -> str:
-    """The joints and bodies of a transfer in one phrase."""
+    """Write the joints and bodies of a transfer in one phrase."""
     if not transfer.joints:
         how = "at rest" if transfer.ground else "rigidly joined"
         return f"{', '.join(transfer.bodies)} ({how})"
@@ -129,7 +129,7 @@ def _title(space: DesignSpace, transfer: Transfer) -> str:
 
 
 def _joints(space: DesignSpace, transfer: Transfer) -> list[str]:
-    """Names of the joints; that in the file where several degrees of one joint move."""
+    """List names of the joints; the name in the file where several degrees of one joint move."""
     joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
     counts = Counter(joint.whole for joint in joints)
     found = [joint.whole if counts[joint.whole] > 1 else joint.name for joint in joints]

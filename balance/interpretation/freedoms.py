@@ -65,18 +65,22 @@ class Freedom(NamedTuple):
 
 
 def _combine(space: DesignSpace, terms: Sequence[Term], words: str) -> Freedom:
-    """The freedom that terms with their values add up to."""
+    """Combine terms with their values into a freedom."""
     primitives = tuple(p for term in terms for p in term.primitives)
     vector = term_vectors(space, primitives, False).sum(axis=1)
     return Freedom(primitives, words, freeze(vector))
 
 
 def transfer_freedoms(space: DesignSpace, transfer: Transfer) -> tuple[Freedom, ...]:
-    """What may be moved across a joint, one freedom per column of the transfer.
+    """Express a transfer as primitives in the frame of its joint, one freedom per column.
 
     A freedom adds to the first of the bodies and takes from the others, or from the ground.
     For a revolute joint whose axis is parallel to those below it these are a point mass on
     the axis, a displacement and a rod along it, and two ± pairs of rods across it.
+
+    Args:
+        space: the design space.
+        transfer: one of its transfers.
     """
     if not transfer.dimension:
         return ()
@@ -92,14 +96,14 @@ def transfer_freedoms(space: DesignSpace, transfer: Transfer) -> tuple[Freedom, 
 
 
 def _count_primitives(reading: Sequence[Sequence[Term]]) -> int:
-    """Number of primitives in a reading."""
+    """Count the primitives of a basis."""
     return sum(len(term.primitives) for terms in reading for term in terms)
 
 
 def _basis_in_terms(
     space: DesignSpace, transfer: Transfer, own: Sequence[Term]
 ) -> list[list[Term]]:
-    """A basis of a transfer in terms on each body, every one with terms of its own."""
+    """Compute a basis of a transfer in terms on each body, each vector with terms of its own."""
     terms = [term.on(body) for body in transfer.bodies for term in own]
     D = _columns(space, terms)
     scale = np.linalg.norm(D, axis=0)
@@ -109,7 +113,7 @@ def _basis_in_terms(
 
 
 def _echelon(rows: Array) -> Array:
-    """Reduced row echelon form of independent rows; what round-off leaves is zero."""
+    """Compute the reduced row echelon form of independent rows; round-off becomes zero."""
     A = np.array(echelon(rows.tolist(), _largest_in_column)[0])
     A[np.abs(A) <= ECHELON_PIVOT * np.abs(A).max(axis=1, keepdims=True)] = 0.0
     return A
@@ -128,13 +132,13 @@ def _largest_in_column(
 
 
 def summarise(freedoms: Sequence[Freedom]) -> str:
-    """The words of freedoms in one line, the same ones counted."""
+    """Describe freedoms in one line, equal ones counted."""
     counts = Counter(freedom.words for freedom in freedoms)
     return ", ".join(_count_phrase(words, n) for words, n in counts.items())
 
 
 def _count_phrase(words: str, count: int) -> str:
-    """``a point mass on the axis``, ``two ± pairs of rods across the axis``."""
+    """Write ``a point mass on the axis``, ``two ± pairs of rods across the axis``."""
     if count == 1:
         return f"a {words}"
     number = NUMBERS[count] if count < len(NUMBERS) else str(count)
@@ -143,7 +147,7 @@ def _count_phrase(words: str, count: int) -> str:
 
 
 def parallel_freedoms(space: DesignSpace) -> tuple[Freedom, ...]:
-    """What only the closure of the loops frees, one freedom per column of ``parallel``.
+    """Compute a readable basis of the parallel part, one freedom per column of ``parallel``.
 
     Together with ``serial`` they span the design space. Those of fewer terms come first;
     the values in each are relative to the largest, and the first is positive.
@@ -164,19 +168,19 @@ def parallel_freedoms(space: DesignSpace) -> tuple[Freedom, ...]:
 
 
 def _columns(space: DesignSpace, terms: Sequence[Term]) -> Array:
-    """Parameters of terms in the units of the chain (parameters, terms)."""
+    """Compute the parameters of terms in the units of the chain (parameters, terms)."""
     first = np.cumsum([0, *(len(term.primitives) for term in terms[:-1])])
     D = term_vectors(space, [p for term in terms for p in term.primitives], True)
     return np.add.reduceat(D, first, axis=1)
 
 
 def _with_values(terms: Sequence[Term], x: Array) -> list[Term]:
-    """The terms whose values are not zero, with these values."""
+    """Multiply the terms by their values, those of value zero left out."""
     return [terms[k].times(float(x[k])) for k in np.flatnonzero(x).tolist()]
 
 
 def _normalise(values: Array) -> Array:
-    """Values divided by the largest, the first of them positive; round-off is taken off."""
+    """Divide values by the largest, make the first positive, and remove round-off."""
     values = values / np.abs(values).max()
     values *= np.sign(values[np.flatnonzero(values)[0]])
     return np.array([round_to_fraction(value, FRACTION_ROUND_OFF) for value in values])

@@ -26,10 +26,14 @@ Array = NDArray[np.float64]
 
 
 def joint_frame_terms(space: DesignSpace, transfer: Transfer) -> Iterator[list[Term]]:
-    """Ways to take the parameters of one body apart, each as many terms as parameters.
+    """Yield ways to decompose the parameters of one body, with as many terms as parameters.
 
-    The body is the first of the transfer. There is a way for each direction that its joints
-    turn or slide in, or that mass may be displaced in.
+    The body is the first of the transfer. There is a way for each direction in which its
+    joints turn or slide, or mass may be displaced.
+
+    Args:
+        space: the design space.
+        transfer: one of its transfers.
     """
     body = transfer.bodies[0]
     joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
@@ -52,7 +56,7 @@ def joint_frame_terms(space: DesignSpace, transfer: Transfer) -> Iterator[list[T
 
 
 def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> list[Array]:
-    """Unit vectors along the joints and along the displacements possible, without repetition.
+    """List unit vectors along the joints and the possible displacements, without repetition.
 
     In a plane only those in it; its own axes if there is none.
     """
@@ -75,14 +79,14 @@ def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> 
 
 
 def _null_space_of_row(row: Array) -> Array:
-    """Combinations (n, d) that make a row of numbers (n,) vanish."""
+    """Compute combinations (n, d) that make a row of numbers (n,) vanish."""
     if not row.any():
         return np.eye(row.size)
     return np.linalg.svd(row[None])[2][1:].T
 
 
 def _axes(space: DesignSpace, n: Array, point: Array) -> Array:
-    """Axes as rows, the first along n, the second towards another joint of the linkage."""
+    """Choose axes as rows: the first along n, the second towards another joint of the linkage."""
     if space.planar:
         return np.array([n, np.cross(space.axes[2], n)])
     for joint in space.linkage.joints:
@@ -95,7 +99,7 @@ def _axes(space: DesignSpace, n: Array, point: Array) -> Array:
 
 
 def _masses(body: str, point: Array, axes: Array, place: str) -> list[Term]:
-    """The point mass and its displacements."""
+    """List the point mass and its displacements."""
     found = [Term(f"point mass{place}", (Primitive("mass", body, 1.0, point),))]
     for k, a in enumerate(axes):
         name = f"displacement {'across' if k else 'along'} the axis"
@@ -104,7 +108,7 @@ def _masses(body: str, point: Array, axes: Array, place: str) -> list[Term]:
 
 
 def _rods_by_axis(body: str, n: Array, x: Array, y: Array) -> list[Term]:
-    """Six independent terms of rods that single the axis n out."""
+    """List six independent terms of rods with the axis n among them."""
     across, oblique = "± pair of rods across the axis", "± pair of rods oblique to the axis"
     return [
         Term("rod along the axis", (_rod(body, n),)),
@@ -117,10 +121,10 @@ def _rods_by_axis(body: str, n: Array, x: Array, y: Array) -> list[Term]:
 
 
 def _six_rods(body: str, n: Array, x: Array, y: Array) -> list[Term]:
-    """Rods in six directions, none of which is special."""
+    """List rods in six directions, with equal names."""
     return [Term("rod", (_rod(body, b),)) for b in (n, x, y, n + x, n + y, x + y)]
 
 
 def _rod(body: str, b: Array, value: float = 1.0) -> Primitive:
-    """A rod along b, of any length."""
+    """Make a rod along b, which may have any length."""
     return Primitive("rod", body, value, None, b / np.linalg.norm(b))

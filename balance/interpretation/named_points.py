@@ -51,7 +51,7 @@ class NamedDirection(NamedTuple):
 
 
 class NamedPoint(NamedTuple):
-    """A joint as a body sees it.
+    """A joint of a body, as a point with an axis.
 
     Attributes:
         name: of the joint in the file.
@@ -67,7 +67,12 @@ class NamedPoint(NamedTuple):
 
 
 def named_points(space: DesignSpace, body: int) -> list[NamedPoint]:
-    """The moving joints at a body, one for every centre; those of loops come last."""
+    """List the moving joints at a body, one for every centre; those of loops come last.
+
+    Args:
+        space: the design space.
+        body: number of the body.
+    """
     chain, joints = space.chain, space.linkage.joints
     part = space.chain_transfers.rigid_part
     here = [
@@ -84,7 +89,7 @@ def named_points(space: DesignSpace, body: int) -> list[NamedPoint]:
 
 
 def _named_point(joint: Joint) -> NamedPoint:
-    """A joint by name, centre and axis; one of several degrees goes by its own name."""
+    """Name a joint; one of several degrees goes by its own name."""
     axis = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
     return NamedPoint(joint.whole, joint.point, axis / np.linalg.norm(axis), joint.name)
 
@@ -92,13 +97,13 @@ def _named_point(joint: Joint) -> NamedPoint:
 def named_directions(
     space: DesignSpace, place: int, places: Sequence[NamedPoint]
 ) -> list[NamedDirection]:
-    """Directions at one of the joints of a body: along its links and axes, and across them.
+    """List directions at a joint of a body: along its links and axes, and across them.
 
     Across is the vector product of the axis, or of the normal of the plane, with another.
 
     Args:
         space: whose axes count if it is planar.
-        place: which of the joints.
+        place: number of the joint.
         places: the joints of the body.
     """
     site = places[place]
@@ -121,7 +126,7 @@ def named_directions(
 
 
 def _link_directions(place: int, places: Sequence[NamedPoint]) -> list[NamedDirection]:
-    """From joint to joint, and to the middle of more than two."""
+    """List directions from joint to joint, and to the middle of more than two."""
     site, found = places[place], []
     for k, other in enumerate(places):
         if k != place:
@@ -135,7 +140,7 @@ def _link_directions(place: int, places: Sequence[NamedPoint]) -> list[NamedDire
 
 
 def distinct_directions(directions: Sequence[NamedDirection]) -> list[NamedDirection]:
-    """Directions as unit vectors, without zeros and without repetitions, up to sign."""
+    """Normalise directions, and remove zeros and repetitions up to sign."""
     unit = [
         direction._replace(along=direction.along / size)
         for direction in directions
@@ -146,6 +151,6 @@ def distinct_directions(directions: Sequence[NamedDirection]) -> list[NamedDirec
 
 
 def _opposite_or_same(some: Array, one: Array) -> NDArray[np.bool_]:
-    """Which unit vectors (k, 3) are another one (3,), up to sign."""
+    """Mark the unit vectors (k, 3) that equal another one (3,), up to sign."""
     apart = np.minimum(abs(some - one).max(axis=1), abs(some + one).max(axis=1))
     return np.asarray(apart <= GEOMETRY_EQUAL)

@@ -23,11 +23,11 @@ MAX_PROGRAMME_ENTRIES = 300_000
 
 
 class SparseSearch(NamedTuple):
-    """Sparse x that balance: ``conditions @ x = 0``, with a part ``shadow @ x`` that is new.
+    """Search for sparse x with ``conditions @ x = 0`` and a new part ``shadow @ x``.
 
     Attributes:
-        columns: of the vocabulary, of unit size in the units of the chain.
-        conditions: how far each column is from the design space.
+        columns: parameters of the terms, of unit size in the units of the chain.
+        conditions: distance of each column from the design space, as a vector.
         shadow: the coordinates of each in the parallel space (p, columns).
         parallel: basis of the parallel space, orthonormal in the units of the chain.
         cost: of each column.
@@ -41,12 +41,12 @@ class SparseSearch(NamedTuple):
 
     @classmethod
     def of(cls, basis: Array, serial: int, columns: Array, cost: Array) -> SparseSearch:
-        """The search in a design space.
+        """Prepare the search in a design space.
 
         Args:
             basis: of the space (parameters, nullity).
-            serial: how many of its columns, the first ones, are not new.
-            columns: of the vocabulary (parameters, columns), in the same units.
+            serial: number of its columns, the first ones, that are not new.
+            columns: parameters of the terms (parameters, columns), in the same units.
             cost: of each column.
         """
         Q = np.linalg.qr(basis, "complete")[0]
@@ -54,7 +54,7 @@ class SparseSearch(NamedTuple):
         return cls(columns, outside.T @ columns, parallel.T @ columns, parallel, cost)
 
     def independent(self) -> list[Array]:
-        """As many solutions as there are dimensions that are new, those of few terms first."""
+        """Find one solution for each new dimension; those of few terms come first."""
         pool = self._spanning()
         entries = 2 * self.conditions.size
         for w in self._directions(MAX_PROGRAMME_ENTRIES // entries) if len(pool) > 1 else []:
@@ -68,7 +68,7 @@ class SparseSearch(NamedTuple):
         return chosen
 
     def _spanning(self) -> list[Array]:
-        """Columns that are solutions, then others that have a part which those do not."""
+        """Find columns that are solutions, and then other solutions until they span."""
         found: list[Array] = []
         count = len(self.shadow)
         alone = np.linalg.norm(self.conditions, axis=0) <= SOLUTION_OUTSIDE
@@ -95,7 +95,7 @@ class SparseSearch(NamedTuple):
         return _span(self.shadow @ np.array([*found, x]).T).shape[1] > len(found)
 
     def _directions(self, most: int) -> list[Array]:
-        """Directions in which columns are new, at most as many, the cheapest columns first."""
+        """List at most ``most`` directions in which columns are new, the cheapest columns first."""
         found = np.empty((0, len(self.shadow)))
         for k in np.argsort(self.cost, kind="stable"):
             w, size = self.shadow[:, k], np.linalg.norm(self.shadow[:, k])
@@ -105,7 +105,7 @@ class SparseSearch(NamedTuple):
         return list(found)
 
     def sparse(self, w: Array) -> Array | None:
-        """The cheapest x that balances and has ``w @ shadow @ x = 1``, if one is found.
+        """Find the cheapest x in the space with ``w @ shadow @ x = 1``; None if none is found.
 
         A linear programme finds its terms, the singular vector of their columns its values.
         """
@@ -124,17 +124,17 @@ class SparseSearch(NamedTuple):
         return x if abs(w @ self.shadow @ x) > SOLUTIONS_EQUAL and self.balances(x) else None
 
     def dense(self, w: Array) -> Array:
-        """Some x for the direction w of the parallel space, whatever terms that takes."""
+        """Find some x for the direction w of the parallel space, with any number of terms."""
         x: Array = np.linalg.lstsq(self.columns, self.parallel @ w)[0].astype(np.float64)
         return x
 
     def balances(self, x: Array) -> bool:
-        """Whether a combination lies in the design space, to round-off."""
+        """Decide whether a combination lies in the design space, to round-off."""
         outside = np.linalg.norm(self.conditions @ x)
         return bool(outside <= SOLUTION_OUTSIDE * np.linalg.norm(self.shadow @ x))
 
 
 def _span(vectors: Array) -> Array:
-    """Orthonormal basis of the span of columns (n, m), of any sizes but zero."""
+    """Compute an orthonormal basis of the span of columns (n, m), of any sizes but zero."""
     left, values, _ = np.linalg.svd(vectors / np.linalg.norm(vectors, axis=0))
     return left[:, : np.count_nonzero(values > SOLUTIONS_EQUAL)]

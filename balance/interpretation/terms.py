@@ -36,7 +36,7 @@ PLAIN, CROSSING, OBLIQUE = 1.0, 1.02, 1.05
 
 
 class Term(NamedTuple):
-    """Primitives on one body that go together, and what to call them.
+    """Primitives on one body that belong together, with a name.
 
     Attributes:
         name: such as ``"point mass at j2"``, ``"rod along j1-j2"``; ``"rod"`` in a plane.
@@ -51,17 +51,17 @@ class Term(NamedTuple):
     value: float = 1.0
 
     def times(self, value: float) -> Term:
-        """The term with all its primitives multiplied."""
+        """Multiply all primitives of the term by a value."""
         primitives = (p._replace(value=value * p.value) for p in self.primitives)
         return Term(self.name, tuple(primitives), self.cost, value * self.value)
 
     def on(self, body: str) -> Term:
-        """The term on another body."""
+        """Move the term to another body."""
         return self._replace(primitives=tuple(p._replace(body=body) for p in self.primitives))
 
 
 def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bool) -> Array:
-    """Parameters of primitives in the rows of ``basis``; (parameters, primitives).
+    """Compute the parameters of primitives in the rows of ``basis``; (parameters, primitives).
 
     Args:
         space: the design space whose parameters count.
@@ -81,7 +81,7 @@ def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bo
 
 
 def _scale_primitive(primitive: Primitive, frame: Frame) -> Primitive:
-    """A primitive in lengths of the chain, from its origin."""
+    """Scale a primitive to the unit of length and the origin of the chain."""
     power = {"mass": 0, "displacement": 1, "rod": 2}[primitive.kind]
     point = primitive.point
     return primitive._replace(
@@ -91,7 +91,7 @@ def _scale_primitive(primitive: Primitive, frame: Frame) -> Primitive:
 
 
 def candidate_terms(space: DesignSpace) -> list[Term]:
-    """Every term on the bodies that move, body by body; they span all parameters."""
+    """List every term on the bodies that move, body by body; they span all parameters."""
     found: list[Term] = []
     for b, name in enumerate(space.bodies):
         if space.chain.links[b] >= 0:
@@ -100,7 +100,7 @@ def candidate_terms(space: DesignSpace) -> list[Term]:
 
 
 def _terms_of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> list[Term]:
-    """Masses and displacements at joints, and rods; enough for all parameters of the body."""
+    """List masses and displacements at joints, and rods; enough for all parameters of a body."""
     named = [named_directions(space, k, places) for k in range(len(places))]
     found = _terms_at(space, body, places, named)
     own = [p for term in found for p in term.primitives]
@@ -120,7 +120,7 @@ def _terms_at(
     places: Sequence[NamedPoint],
     named: Sequence[Sequence[NamedDirection]],
 ) -> list[Term]:
-    """All terms at these places and in these directions, of which each place has its own."""
+    """List all terms at places, each in the directions of its own."""
     found = [
         Term(f"point mass at {site.name}", (Primitive("mass", body, 1.0, site.point),))
         for site in places
@@ -137,7 +137,7 @@ def _terms_at(
 def _displacements(
     body: str, point: Array, name: str, some: Sequence[NamedDirection]
 ) -> list[Term]:  # fmt: skip
-    """Displacements from a point in some directions."""
+    """List displacements from a point in some directions."""
     return [
         Term(
             f"{name} {d.adverb}", (Primitive("displacement", body, 1.0, point, d.along),),
@@ -148,7 +148,7 @@ def _displacements(
 
 
 def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) -> list[Term]:
-    """Rods in all directions, and ± pairs between those at a joint that are perpendicular.
+    """List rods in all directions, and ± pairs between perpendicular ones at a joint.
 
     In a plane all rods are the same.
     """
@@ -178,7 +178,7 @@ def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) ->
 
 
 def _pair(body: str, one: NamedDirection, other: NamedDirection) -> Term:
-    """Rods halfway between perpendicular directions a and b: + along a + b, - along a - b."""
+    """Make rods halfway between perpendicular directions a and b: + along a + b, - along a - b."""
     sides = ((1.0, one.along + other.along), (-1.0, one.along - other.along))
     rods = (Primitive("rod", body, sign, None, v / 2.0**0.5) for sign, v in sides)
     second = other.name.replace(one.name, "it")
@@ -186,7 +186,7 @@ def _pair(body: str, one: NamedDirection, other: NamedDirection) -> Term:
 
 
 def describe_terms(terms: Sequence[Term]) -> str:
-    """Terms with their values, those of one name together.
+    """Describe terms with their values, those of one name together.
 
     Values carry their units where kinds are mixed; otherwise only ratios matter.
     """
@@ -201,13 +201,18 @@ def describe_terms(terms: Sequence[Term]) -> str:
 
 
 def round_to_fraction(value: float, tolerance: float) -> float:
-    """The fraction with a denominator up to 12 that is this near a number, or the number."""
+    """Round a number to a fraction with a denominator up to 12, if one is near enough.
+
+    Args:
+        value: the number.
+        tolerance: largest difference from the fraction.
+    """
     fraction = float(Fraction(value).limit_denominator(12))
     return fraction if abs(fraction - value) <= tolerance else value
 
 
 def _number(value: float) -> str:
-    """A signed number, as a simple fraction if it reads as one."""
+    """Write a signed number, as a simple fraction if it is one."""
     fraction = Fraction(value).limit_denominator(12)
     if fraction and abs(float(fraction) - value) <= FRACTION_IN_TEXT:
         return f"{'-' if value < 0 else '+'}{abs(fraction)}"

@@ -73,10 +73,10 @@ class MomentumTaylor:
         return np.tensordot(points, self.coefficients, axes=1)
 
     def momentum(self, z: ArrayLike) -> Array:
-        """Compute coefficients of the momentum of bodies z (parameters,) for unit rates of inputs.
+        """Compute the momentum of bodies z (parameters,) for unit rates of inputs, by monomial.
 
         Returns:
-            Shape (M, w, rows).
+            Coefficients (M, w, rows).
         """
         found: Array = self.coefficients @ np.asarray(z, dtype=np.float64)
         return found

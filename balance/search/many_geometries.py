@@ -52,7 +52,7 @@ CHUNK_SIZE = 128
 
 @dataclass(frozen=True, eq=False)
 class ManySpaces:
-    """What `design_space` finds, geometry by geometry.
+    """Results of `design_space_many`, geometry by geometry.
 
     Attributes:
         rank: number of conditions (count,); -1 where the linkage cannot be assembled.
@@ -100,7 +100,7 @@ class ManySpaces:
         )
 
     def basis(self, number: int) -> Array:
-        """Basis (parameters, nullity) of a geometry, as `SpaceRecord.basis`, in SI units."""
+        """Compute the basis (parameters, nullity) of a geometry, SI units, as `SpaceRecord.basis`."""
         frame = Frame(self.R, self.origins[number], float(self.lengths[number]))
         G = from_chain(frame, self.planar, self.force)
         rows = self.bases[number, : max(0, int(self.nullity[number]))]
@@ -172,7 +172,12 @@ def design_space_many(
 
 
 def _check_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
-    """The joint screws as an array; LinkageError if one is not of the kind of its joint."""
+    """Convert joint screws to an array, and check that each is of the kind of its joint.
+
+    Raises:
+        LinkageError: a screw is of another kind.
+        ValueError: the array has another shape.
+    """
     screws = freeze(geometries)
     count = len(linkage.joints)
     if screws.ndim != 3 or screws.shape[1:] != (count, 6):
@@ -193,12 +198,12 @@ def _check_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
 
 
 class _Sweep:
-    """Arrays of all geometries, filled in chunk by chunk."""
+    """A sweep of many geometries, whose results are filled in chunk by chunk."""
 
     def __init__(
         self, linkage: Linkage, screws: Array, force: bool, spatial: bool, bases: bool
     ) -> None:
-        """Room for the answers."""
+        """Allocate the results."""
         self.linkage, self.screws, self.force, self.spatial = linkage, screws, force, spatial
         self.chain = chain = linkage.spatial_chain if spatial else linkage.chain
         self.per = rows_per_column(chain.planar, force)
@@ -218,7 +223,7 @@ class _Sweep:
         self.rays = generic_directions(0, 8 * self.fewest, chain.width)
 
     def sweep(self, start: int) -> None:
-        """The geometries of a chunk that need no second look."""
+        """Compute the geometries of a chunk that `solve_alone` need not compute."""
         part = slice(start, min(start + CHUNK_SIZE, len(self.screws)))
         chain, count = self.chain, part.stop - part.start
         screws = np.empty((count, *chain.screws.shape))
@@ -250,7 +255,7 @@ class _Sweep:
         """Compute one geometry by `design_space`.
 
         Returns:
-            Why its integers may be wrong, a line each.
+            Reasons why its integers may be wrong, a line each.
 
         Raises:
             LinkageError: it cannot be assembled.
@@ -282,7 +287,7 @@ class _Sweep:
         return (*unsettled, *space.doubts)
 
     def result(self, refused: dict[int, str], unsure: dict[int, str]) -> ManySpaces:
-        """The answers, read-only."""
+        """Collect the results, read-only."""
         rank, nullity, serial, kmax = (freeze(a, np.int64) for a in self.answers.T)
         return ManySpaces(
             rank, nullity, serial, kmax, freeze(self.kept), MappingProxyType(refused),
@@ -292,10 +297,13 @@ class _Sweep:
 
 
 def _move_back(space: DesignSpace, linkage: Linkage) -> Array:
-    """Basis of a space, as orthonormal rows in its frame, at the pose of a linkage.
+    """Move the basis of a space back to the pose of a linkage.
 
-    Assembly leaves a singular pose along the motion, so the space is that of a pose further
-    on. Its parameters are displaced back with their bodies.
+    Assembly leaves a singular pose along the motion, so the space is that of another pose.
+    Its parameters are displaced back with their bodies.
+
+    Returns:
+        Orthonormal rows in the frame of the space.
     """
     away = space.frames @ np.linalg.inv(linkage.frames)
     if np.abs(away - np.eye(4)).max(initial=0.0) == 0.0:

@@ -37,12 +37,12 @@ __all__ = [
 
 @kernel(reference_counting=False)
 def _loops_are_regular(screws, mimics, lines, F, diagonal):
-    """Decide whether the loop matrix S determines the dependent joints: pivots of its QR.
+    """Decide whether the loop matrix S determines the dependent joints, by pivots of its QR.
 
     Args:
         screws: in: joint screws (n, dim).
         mimics: in: mimic relations (rows, n).
-        lines: in: profile of S; see `kinematics.linalg.skyline_qr`.
+        lines: in: envelope of S; see `kinematics.linalg.skyline_qr`.
         F: workspace for its factor.
         diagonal: out: its pivots (nd,).
     """
@@ -60,7 +60,7 @@ def _sort_remaining(permutation, known, place, left):
 
     Args:
         permutation: in: (p,).
-        known: how many are left out.
+        known: number of entries that are left out.
         place: workspace (≥ p,).
         left: out: the others, ascending (≥ p - known,).
     """
@@ -74,22 +74,22 @@ def _sort_remaining(permutation, known, place, left):
 
 
 def _sweep_kernel(dim):
-    """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
+    """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
     @kernel(reference_counting=False)
     def sweep(topology, geometries, sizes, results, workspaces):
         """Find rank, nullity, serial nullity and kmax of each geometry; rank -1 if unsettled.
 
         Args:
-            topology: in: arrays of the chain, as `Chain.walked`; rigid parts, as from `parts`;
-                link of each body (bodies,); transfers between bodies of rigid parts (count,
-                parameters); directions (rays, width).
+            topology: in: arrays of the chain, as `Chain.walked`; rigid parts, as from
+                `number_rigid_parts`; link of each body (bodies,); transfers between bodies of
+                rigid parts (count, parameters); directions (rays, width).
             geometries: in: joint screws (g, n, dim), mimic relations (g, rows, n), relative
                 sizes of round-off (g,) and lengths of the frames (g,); see `place_geometry`.
             sizes: rays to begin with, momentum components that count, parameters of each body.
             results: out: the four integers (g, 4); smallest pivots, relative to the largest
                 (g,); orthonormal bases as rows (g, parameters, parameters), or (0, …).
-            workspaces: workspace, as from `sweep_workspace`.
+            workspaces: as from `sweep_workspace`.
         """
         chain, rigid_parts, links, rigid, rays = topology
         screws, mimics, tolerances, lengths = geometries
@@ -178,11 +178,11 @@ spatial_sweep, planar_sweep = _sweep_kernel(6), _sweep_kernel(3)
 def sweep_workspace(
     chain: Chain, rays: int, rigid: int, per: int, size: int
 ) -> tuple[object, ...]:
-    """Room for a sweep.
+    """Allocate the workspace for a sweep.
 
     Args:
         chain: one of the linkages.
-        rays: how many there are.
+        rays: their largest number.
         rigid: transfers between bodies of rigid parts.
         per: momentum components of each column.
         size: parameters of each body.

@@ -95,7 +95,7 @@ def _build_space(
     linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
     highest: int | None, transfers: Transfers, gathered: CollectedConditions,
 ) -> DesignSpace:  # fmt: skip
-    """Everything that the conditions tell, in SI units."""
+    """Build the design space from its conditions, in SI units."""
     decision = gathered.conditions.decide()
     basis = basis_from_chain(decision.basis, chain.frame, chain.planar, balance == "force")
     return DesignSpace(
@@ -111,7 +111,7 @@ def _build_space(
 
 
 def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
-    """Names of the joints that the chain does without."""
+    """List the names of the joints that the chain leaves out."""
     if chain.joints.size == len(linkage.joints):
         return ()
     moving = set(chain.joints.tolist())
@@ -119,7 +119,7 @@ def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
 
 
 def _notices(chain: Chain, settled: bool, decision: Decision) -> list[Notice]:
-    """Remarks on the motion and on the decision."""
+    """List remarks on the motion and on the decision."""
     found = []
     if max(chain.links.tolist()) < 0:
         found.append(Notice("nothing_moves", "no body with mass moves: nothing to balance"))

@@ -35,7 +35,7 @@ RANDOM_SUMS = 4
 
 
 class ConditionGradients:
-    """Derivatives with respect to all joint screws, of a motion along rays."""
+    """Derivatives of the conditions along rays with respect to all joint screws."""
 
     def __init__(self, chain: Chain, rays: Array, series: Series, force: bool) -> None:
         """Prepare the recursions.
@@ -64,14 +64,14 @@ class ConditionGradients:
         self._screws = screws
 
     def of_momentum(self, weights: Array, z: Array) -> Array:
-        """Derivatives of the momentum of given masses, summed up with weights.
+        """Differentiate a weighted sum of the momentum of given masses.
 
         Args:
             weights: of the momentum (orders, rays, w, rows).
             z: parameters of the bodies (bodies, parameters per body).
 
         Returns:
-            Shape (n, 6 or 3).
+            Derivatives with respect to the screws (n, 6 or 3).
         """
         links = self._chain.links
         T, V = self._series.T[:, :, links], self._series.V[:, :, links]
@@ -94,13 +94,13 @@ class ConditionGradients:
         return self._of_screws(T_bar, V_bar, rows)
 
     def of_closure(self, weights: Array) -> Array:
-        """Derivatives of random sums of what no joint rates can remove from the mismatch.
+        """Differentiate random sums of the mismatch that no joint rates can remove.
 
         Args:
             weights: of the orders.
 
         Returns:
-            Shape (sums, n, 6 or 3).
+            Derivatives with respect to the screws (sums, n, 6 or 3).
         """
         rng = np.random.default_rng(108)
         T, V = (np.zeros_like(x) for x in (self._series.T, self._series.V))
@@ -113,7 +113,7 @@ class ConditionGradients:
         return np.reshape(found, (-1, *self._chain.screws.shape))
 
     def _carried(self, V: Array, z: Array) -> Array:
-        """Parameters of bodies that are carried along, as series (r, k, bodies, q)."""
+        """Compute the parameters that bodies carry along, as series (r, k, bodies, q)."""
         out = np.zeros((*V.shape[:2], *z.shape))
         out[:, 0] = z
         L = np.einsum("rkbd,diq->rkbiq", V, self._tensors.rate)
@@ -123,7 +123,7 @@ class ConditionGradients:
         return out
 
     def _of_screws(self, T_bar: Array, V_bar: Array, mismatch_bar: Array) -> Array:
-        """From derivatives with respect to the twists and the mismatch to those of screws.
+        """Convert derivatives with respect to twists and mismatch to those of screws.
 
         Args:
             T_bar: with respect to T (r, k, n, w, d).
@@ -151,7 +151,7 @@ class ConditionGradients:
         return np.asarray(s_bar[:, 0].sum(axis=0))
 
     def _at_joints(self, reaction: Array) -> Array:
-        """What derivatives with respect to the mismatch are, with respect to the τ."""
+        """Convert derivatives with respect to the mismatch to those with respect to the τ."""
         dim = self._screws.shape[3]
         rays, _, width = reaction.shape
         loops = reaction[:, : len(self._welds) * dim].reshape(rays, -1, dim, width)
@@ -159,7 +159,7 @@ class ConditionGradients:
 
 
 def _path_and_loop_matrices(chain: Chain) -> tuple[Array, Array]:
-    """The joints on the way to each link, as ones (n, n), and around each loop, as signs."""
+    """Mark the joints on the path to each link by ones (n, n), and around each loop by signs."""
     n = len(chain.parent)
     ways = np.zeros((n + 1, n))
     for j, parent in enumerate(chain.parent):

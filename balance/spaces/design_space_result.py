@@ -37,10 +37,10 @@ REPORT_SCHEMA = "balance.report/1"
 
 
 class AsGiven(NamedTuple):
-    """Whether the masses in the file lie in the design space.
+    """Residual of the masses in the file, and whether they lie in the design space.
 
     Attributes:
-        balanced: residual below 1e-9.
+        balanced: residual up to 1e-9.
         residual: size of the conditions' residual over the sum of the bodies' parts in it.
     """
 
@@ -54,8 +54,7 @@ class DesignSpace(SpaceData):
 
     Attributes:
         linkage: the linkage.
-        highest_order: the highest order of derivative that was asked for; None for as many
-            as needed.
+        highest_order: the highest order of derivative requested; None for as many as needed.
         decision: basis and conditions in the units of the chain, where columns of the basis
             are orthonormal, and the numbers behind the rank.
         chain: arrays of the joints that move, and those units.
@@ -69,7 +68,7 @@ class DesignSpace(SpaceData):
     chain_transfers: Transfers = field(repr=False)
 
     def __repr__(self) -> str:
-        """Up to six lines: the space, its parts, how sure they are."""
+        """Up to six lines: the space, its parts, its certainty."""
         ranks = ", ".join(str(order.rank) for order in self.orders)
         return repr_lines(
             f"{type(self).__name__} of {self.linkage.name}",
@@ -136,7 +135,7 @@ class DesignSpace(SpaceData):
 
     @property
     def assurance(self) -> str:
-        """How sure the integers are, in one line."""
+        """Certainty of the integers, in one line."""
         return "estimated: by floating-point arithmetic alone; see balance.certify"
 
     @property
@@ -164,7 +163,7 @@ class DesignSpace(SpaceData):
 
     @cached_property
     def transfers(self) -> tuple[Transfer, ...]:
-        """What may be exchanged across each joint that moves; together, ``serial``.
+        """Inertia transfers across each joint that moves; together they span ``serial``.
 
         Transfers of different joints may depend on one another along a loop, so that their
         dimensions may add up to more than that of ``serial``.
@@ -188,7 +187,7 @@ class DesignSpace(SpaceData):
 
     @property
     def brief(self) -> str:
-        """The answer in short, in words."""
+        """Summary in one line of words."""
         count, algebra = self.rank + self.nullity, "planar" if self.planar else "spatial"
         verdict = "balanced" if self.as_given.balanced else "not balanced"
         return (
@@ -198,7 +197,7 @@ class DesignSpace(SpaceData):
 
     @property
     def warnings(self) -> tuple[Notice, ...]:
-        """The notices, and then the masses in the file that no body can have."""
+        """The notices, and then each inequality of physical bodies that masses in the file violate."""
         unreal = [
             Notice("non_physical", f"link '{body.name}': {problem}")
             for body in self.linkage.bodies
@@ -207,7 +206,7 @@ class DesignSpace(SpaceData):
         return (*self.notices, *unreal)
 
     def to_dict(self) -> dict[str, object]:
-        """The report as plain data, ready for JSON.
+        """Convert the report to plain data, ready for JSON.
 
         ``balance/schemas/report.schema.json`` describes it. A key whose value is ``None`` is
         the result of a function that was not called, such as `balance.explain`.

@@ -86,19 +86,33 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
 
 
 def spanning_rays(width: int, order: int, enough: int) -> Array:
-    """Generic rays of length 1 (rays, w), as many as span all derivatives, or ``enough``."""
+    """Generate rays of length 1 (rays, w) that span all derivatives, or ``enough`` of them.
+
+    Args:
+        width: number of coordinates.
+        order: the highest order of derivative.
+        enough: largest number of rays.
+    """
     count = min(comb(width + order, order + 1), enough)
     rays = np.random.default_rng(107).standard_normal((count, width))
     return np.asarray(rays / np.sqrt(np.sum(rays**2, axis=1, keepdims=True)))
 
 
 def rates_of_changes(linkage: Linkage, chain: Chain) -> Array:
-    """Rates of all screws for each change of the geometry (changes, n, 6 or 3)."""
+    """Compute the rates of all screws for each change of the geometry.
+
+    Args:
+        linkage: the linkage.
+        chain: its joints that move.
+
+    Returns:
+        Shape (changes, n, 6 or 3), in the frame and units of the chain.
+    """
     return np.reshape(list(_changes(linkage, chain)), (-1, *chain.screws.shape))
 
 
 def _changes(linkage: Linkage, chain: Chain) -> Iterator[Array]:
-    """Rates of all screws (n, 6 or 3), change by change."""
+    """Yield the rates of all screws (n, 6 or 3), change by change."""
     frame, planar = chain.frame, chain.planar
     points = np.array([linkage.joints[j].point for j in chain.joints])
     points = (points - frame.origin) @ frame.R.T / frame.length
@@ -116,7 +130,7 @@ def _changes(linkage: Linkage, chain: Chain) -> Iterator[Array]:
 
 
 def _groups(rows: Array) -> list[list[int]]:
-    """Indices of rows that are equal; those with NaN belong to none."""
+    """Group the indices of equal rows; those with NaN belong to no group."""
     groups: list[list[int]] = []
     for i, row in enumerate(rows):
         same = next(
@@ -130,7 +144,7 @@ def _groups(rows: Array) -> list[list[int]]:
 
 
 def _rates(spatial: Array, group: list[int], twist: Array, planar: bool) -> Array:
-    """Rates of the screws if those of a group move with a twist."""
+    """Compute the rates of the screws if those of a group move with a twist."""
     out = np.zeros_like(spatial)
     w, v = twist[:3], twist[3:]
     for j in group:

@@ -62,7 +62,7 @@ class SpaceRecord(SpaceData):
 
 
 def record_of(space: DesignSpace) -> SpaceRecord:
-    """A design space without its linkage, and where it comes from."""
+    """Make the record of a design space, without its linkage."""
     from kinematics.version import __version__
 
     known = {item.name: getattr(space, item.name) for item in fields(SpaceData)}
@@ -137,14 +137,14 @@ def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
 
 
 def _sha256_of(source: str) -> str | None:
-    """SHA-256 of a file, None if there is no such file."""
+    """Compute the SHA-256 of a file; None if there is no such file."""
     with suppress(OSError, ValueError):
         return sha256(Path(source).read_bytes()).hexdigest()
     return None
 
 
 def _array_shapes(record: SpaceRecord) -> dict[str, tuple[int, ...]]:
-    """The arrays of a record and their shapes."""
+    """List the arrays of a record and their shapes."""
     return {
         "basis": (len(record.bodies) * len(record.labels), record.nullity),
         "axes": (3, 3),
@@ -154,7 +154,7 @@ def _array_shapes(record: SpaceRecord) -> dict[str, tuple[int, ...]]:
 
 
 def _header(record: SpaceRecord) -> dict[str, object]:
-    """All of a record but its arrays; ``options`` repeats the computation."""
+    """Collect everything of a record but its arrays; ``options`` repeats the computation."""
     return {
         "format": FORMAT,
         "version": record.version,
@@ -182,7 +182,7 @@ def _header(record: SpaceRecord) -> dict[str, object]:
 
 
 def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Header and arrays as they stand in the file."""
+    """Read header and arrays of a file, without checks of their contents."""
     with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
         if sum(member.file_size for member in archive.zip.infolist()) > LARGEST_FILE:
             raise ValueError("too large")
@@ -191,7 +191,7 @@ def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Array
 
 
 def _build_record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
-    """The record, if everything has its type and fits together."""
+    """Build the record, if everything has its type and fits together."""
     options, motion = header["options"], None
     inputs = _check_texts(options["inputs"])
     if options["motion"] is not None:
@@ -237,19 +237,19 @@ def _build_record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceReco
 
 
 def _check_type(kind: type, value: Any) -> Any:
-    """The value, if it is of that type."""
+    """Return the value, if it is of that type."""
     if type(value) is not kind:
         raise TypeError(kind.__name__)
     return value
 
 
 def _check_texts(values: Any) -> tuple[str, ...]:
-    """A list of texts as a tuple."""
+    """Convert a list of texts to a tuple."""
     return tuple(_check_type(str, value) for value in _check_type(list, values))
 
 
 def _check_array(array: Array, shape: tuple[int, ...]) -> Array:
-    """A read-only copy, if the array holds finite numbers and has that shape (-1: any)."""
+    """Copy an array read-only, if it is finite and has that shape (-1 for any length)."""
     fits = len(shape) == array.ndim and all(
         n in (m, -1) for n, m in zip(shape, array.shape, strict=True)
     )

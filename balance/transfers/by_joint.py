@@ -55,7 +55,7 @@ class Transfer(NamedTuple):
 def by_joint(
     linkage: Linkage, chain: Chain, found: Transfers, force: bool
 ) -> tuple[Transfer, ...]:
-    """Sort transfers by joint, in SI units: those of every joint that moves, then of rigid parts.
+    """Sort transfers by joint, in SI units; those of rigid parts come last.
 
     Args:
         linkage: the linkage.

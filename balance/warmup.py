@@ -29,7 +29,10 @@ SMALL_STEP = 0.01
 
 
 def warm_up_balance() -> Iterator[None]:
-    """Run the work of the commands on the smallest linkage of each kind, the first ones first."""
+    """Run the work of the commands on the smallest linkage of each kind.
+
+    The kernels of the first answer come first. Yields after each stage.
+    """
     linkages = kinematics.warmup.smallest_linkages()
     yield
     for work in (_find_space, _move, _predict, _find_other_spaces):

@@ -44,9 +44,13 @@ from kinematics.urdf.rational_screws import exact_geometry
 
 __all__ = ["certify"]
 
-# Number of rays along which fresh poses are taken, steps each way, and longest step.
-FRESH_RAYS, FRESH_STEPS, FRESH_STEP_LENGTH = 2, 8, 0.237
-# Most rounds of added poses, while fresh poses leave momentum.
+# Number of rays along which fresh poses are taken.
+FRESH_RAYS = 2
+# Number of steps each way.
+FRESH_STEPS = 8
+# Longest step, in units of the coordinates; irregular, to avoid special poses.
+FRESH_STEP_LENGTH = 0.237
+# Most rounds of added poses, as long as fresh poses leave momentum.
 MAX_ROUNDS = 3
 # Lowest order up to which the loops of an overconstrained linkage must close exactly, and
 # joints be at rest to count as idle: twice the 14th power of the input with which a gear of

@@ -1,9 +1,9 @@
-"""All the conditions on a linkage: orders at the reference pose, and poses if need be.
+"""Collect all conditions on a linkage: orders at the reference pose, and then finite poses.
 
-Derivatives of one order are gathered along generic rays until another ray adds no condition;
-orders are gathered until the conditions are complete, or until a finite pose that was not
-used adds none. Where the orders that can be computed are not enough, or decide by little,
-poses all around are added.
+Derivatives of one order are taken along generic rays until another ray adds no condition.
+Orders are added until the conditions have full column rank, or until a finite pose that was
+not used adds none. Where the orders that can be computed are not enough, or the margin of the
+rank is small, poses all around are added.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Orders to which the motion is expanded, one after the other as they are needed.
+# Highest orders of the expansions of the motion, tried one after the other.
 EXPANSION_ORDERS = (FIRST_EXPANSION_ORDER, 8, 20)
-# Most poses that are looked at together.
+# Most poses in one batch.
 MAX_POSES_PER_BATCH = 256
 
 
@@ -189,11 +189,11 @@ def add_poses(
             break
         used += len(rows)
         before = conditions.rank
-        # Where a joint is near a dead centre rows are large, and must not drown the others.
+        # Near a dead centre rows are large; normalised blocks keep the others visible.
         sizes = [np.linalg.norm(block) or 1.0 for block in rows]
         block = np.concatenate([block / size for block, size in zip(rows, sizes, strict=True)])
         conditions = conditions.append(block)
-        # As many again make a complete answer a well-conditioned one.
+        # After full rank, one more batch improves the conditioning.
         stays = conditions.rank == before and conditions.rank >= least
         if settled or (stays and batch > FRESH_POSE_STEPS and not conditions.ill_conditioned):
             return conditions, used, True

@@ -1,4 +1,4 @@
-"""Orders at the reference pose and a finite pose that tells whether they are enough.
+"""Conditions of consecutive orders at the reference pose, checked at a finite pose.
 
 One compiled step of `balance.conditions.collect`: closure, momentum and rank without
 leaving the compiled code, for one linkage or for many of one topology.
@@ -45,9 +45,9 @@ __all__ = [
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# The order to which the motion is expanded first.
+# Highest order of the first expansion of the motion.
 FIRST_EXPANSION_ORDER = 3
-# Steps to the pose that decides whether high orders are complete.
+# Number of steps to the pose that decides whether high orders are complete.
 FRESH_POSE_STEPS = 4
 
 

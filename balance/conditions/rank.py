@@ -1,9 +1,9 @@
-"""Every decision about a rank is taken here.
+"""Rank decision: linear conditions as a triangular factor, cut off at round-off.
 
-Conditions arrive in blocks of rows. They are kept as a triangular factor, which is all of
-them up to an orthogonal transformation: ``R = QᵀX`` with pivoting, in the spirit of T. F.
-Chan (1987), cut off where the largest remaining column is round-off. Blocks are scaled as a
-whole; a single row never is, because that would turn round-off into a condition.
+Conditions come in blocks of rows. The triangular factor ``R = QᵀX`` with pivoting holds all of
+them up to an orthogonal transformation, in the spirit of T. F. Chan (1987); it ends where the
+largest remaining column is round-off. Blocks are scaled as a whole. A single row never is,
+because that would turn round-off into a condition.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Conditions of consecutive orders, absorbed ray by ray: a compiled kernel."""
+"""Compiled kernel that collects the conditions of consecutive orders, ray by ray."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A linkage and its motion in rational numbers: what exact ranks are computed from.
+"""A linkage and its motion in rational numbers, the input of exact ranks.
 
 Structure, and which joints are independent, come from the assembled linkage; numbers come
 from the decimals of its file. Axes keep the lengths that they have there, so the relations
@@ -48,7 +48,7 @@ class ExactChain(NamedTuple):
         dependent: joints whose rates follow from the loops.
         columns: rates of the screws of the other joints (n, w).
         links: link of each body.
-        rows: what is taken of the momentum ``[ξ; p]``: (3 or fewer rows in a plane, 6).
+        rows: components of the momentum ``[ξ; p]`` that count (3 or fewer in a plane, 6).
         parameters: parameters of a body that are counted, as combinations of the ten
             ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]``.
     """
@@ -103,7 +103,7 @@ def exact_chain(
     count = len(linkage.joints)
     moving = moving_chain(linkage, motion, spatial)
     independent = linkage.positions_of(linkage.inputs if motion is None else motion.inputs)
-    # First of all: a linkage that is planar only up to rounding has other parameters.
+    # Before all else: a linkage that is planar only up to rounding has other parameters.
     if moving.planar:
         rows, parameters = _planar_rows_and_parameters(
             linkage, geometry, moving.joints, moving.frame.R[2]
@@ -135,7 +135,7 @@ def _unit_vectors(count: int) -> tuple[Vector, ...]:
 
 
 def _ratio(linkage: Linkage, geometry: Geometry, joint: int, other: int, why: str) -> Fraction:
-    """Compute the length of the axis of one joint over that of another; ``why`` for messages."""
+    """Compute the length of one axis over that of another, of joints; ``why`` for messages."""
     ratio = root(geometry.squares[joint] / geometry.squares[other])
     if ratio is None:
         first, second = linkage.joints[joint].name, linkage.joints[other].name

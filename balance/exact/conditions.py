@@ -17,9 +17,10 @@ __all__ = ["ExactConditions", "joints_at_rest", "orders_closed", "directions_of"
 
 IntArray = NDArray[np.int64]
 
-# Entries of rays are positive integers below this, and so the same modulo every prime.
+# Entries of rays are positive integers below this, so that they are the same modulo every
+# prime.
 MAX_RAY_ENTRY = 2**20
-# Rays along which joints must be at rest, and loops close.
+# Most rays along which joints are tested for rest, and loops for closure.
 MAX_TEST_RAYS = 3
 
 
@@ -56,7 +57,7 @@ class ExactConditions:
         self._chain, self._size = chain, chain.links.size * chain.parameters.shape[1]
         self._echelon = Echelon(self._size, chain.prime)
         self._momenta: list[Momenta] = []
-        self._drawn = directions_of(chain.rates.shape[1])
+        self._directions = directions_of(chain.rates.shape[1])
         self.prime = chain.prime
         self.rays: list[IntArray] = []
         self.ranks: list[int] = []
@@ -74,7 +75,7 @@ class ExactConditions:
         spanning = comb(width + order - 1, order)
         for ray in count():
             if ray == len(self.rays):
-                self.rays.append(next(self._drawn))
+                self.rays.append(next(self._directions))
                 self._momenta.append(Momenta(self._chain, self.rays[ray]))
             added = self._echelon.absorb(self._momenta[ray].rows(order))
             self.pivots += [(order, ray, row, column) for row, column in added]

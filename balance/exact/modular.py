@@ -19,8 +19,9 @@ IntArray = NDArray[np.int64]
 PRIMES = (1073741789, 1073741783, 1073741741, 1073741723)
 """The largest primes below 2^30."""
 
-# Bits of half a remainder, and the number of products whose sum a double holds exactly.
+# Bits of half a remainder.
 HALF_BITS = 15
+# Number of products of 30 and 15 bits whose sum a double holds exactly.
 MAX_EXACT_SUMS = 2**8
 
 

@@ -1,4 +1,4 @@
-"""A proof that a design space has the dimension it has, as data that anyone can check.
+"""Proof of the dimension of a design space, as data that anyone can check.
 
 The rank of the conditions is at least that of a minor that does not vanish modulo a prime;
 the nullity is at least the number of inertia transfers that are independent modulo a prime,

@@ -1,4 +1,4 @@
-"""Ranks without a tolerance: the conditions of balance over prime fields.
+"""Exact ranks without a tolerance: the conditions of balance over prime fields.
 
 The joint screws come as rational numbers from the decimals of the file. The conditions of
 each order are rational functions of them, so that they can be computed modulo a prime: a
@@ -6,9 +6,9 @@ rank modulo a prime is a lower bound of the true one, whatever the prime, and fa
 it only where the prime divides a minor, at which another prime would differ. Axes are not
 normalised, so a relation between inputs is rescaled by the lengths of their axes.
 
-The loops must close at every order. Where their screws span all that the links on them can
-do relative to each other, they do (implicit function theorem); an overconstrained linkage is
-tested order by order, and one in rounded decimals is refused, not called rigid.
+The loops must close at every order. They do if their screws span all relative motions of the
+links on them (implicit function theorem). An overconstrained linkage is tested order by order,
+and one in rounded decimals is refused, not treated as rigid.
 """
 
 from __future__ import annotations
@@ -40,10 +40,11 @@ __all__ = [
 
 # Fewest orders that must add nothing before the rank counts as final.
 MIN_PLATEAU = 3
-# And at least, where inertia transfers do not bound the rank from above.
+# The same, at least, where the rank stays below the bound that inertia transfers give.
 PLATEAU_WITHOUT_BOUND = 12
-# Highest orders tried one after the other: for one degree of freedom, and for more.
+# Orders at which the search may stop, for one degree of freedom.
 STOPPING_ORDERS = (6, 14, 30, 62, 126)
+# The same for more degrees of freedom.
 STOPPING_ORDERS_OF_MANY = (5, 9, 17, 33)
 
 
@@ -97,7 +98,7 @@ class Exact(NamedTuple):
         settled: whether the last orders add nothing, and the rank expected was reached.
         regular: whether the loops close at all orders by the rank of their screws, and not
             only at those computed.
-        notices: what had to be replaced by rational numbers.
+        notices: numbers that were replaced by rational ones.
         chain: the linkage in rational numbers.
         witness: proof that the rank is not less.
     """
@@ -207,13 +208,13 @@ def ranks_of(
             joints.
     """
     runs, closes = _start_runs(source, chain), loops_are_regular(chain)
-    ladder = STOPPING_ORDERS if chain.width == 1 else STOPPING_ORDERS_OF_MANY
-    for order in range((ladder[-1] if max_order is None else max_order) + 1):
+    stops = STOPPING_ORDERS if chain.width == 1 else STOPPING_ORDERS_OF_MANY
+    for order in range((stops[-1] if max_order is None else max_order) + 1):
         best = _extend_runs(source, chain, runs)
         kmax = best.index(best[-1])
-        # That loops close by the rank of their screws needs no further orders.
-        complete = best[-1] == upper_bound and (closes or order >= ladder[0])
-        if max_order is None and not complete and order not in ladder:
+        # If the rank of the screws shows that loops close, no further order is needed.
+        complete = best[-1] == upper_bound and (closes or order >= stops[0])
+        if max_order is None and not complete and order not in stops:
             continue
         plateau = _required_plateau(kmax, best[-1] >= expected, upper_bound is not None)
         settled = complete or kmax + plateau <= order

@@ -1,8 +1,7 @@
 """Inertia transfers in rational numbers: a lower bound on the nullity that nothing rounds.
 
-The walk and the definition are those of `balance.transfers`; here they run on fractions. A
-transfer found is one by identity, and its momentum is zero in every pose that the joints can
-take, closed or not.
+Search and definition are those of `balance.transfers`, on fractions. A transfer found holds by
+identity: its momentum is zero in every pose that the joints can take, closed or not.
 """
 
 from __future__ import annotations
@@ -32,8 +31,8 @@ __all__ = ["ExactTransfer", "has_branching_links", "exact_transfers"]
 
 Rows = list[list[Fraction]]
 Whole = NDArray[np.object_]
-# Ways through links without parameters that are tried from one body: transfers along the
-# others are missed, and a bound that is too low is still one.
+# Most paths through links without parameters from one body. Transfers along other paths are
+# missed, and the lower bound on the nullity stays a lower bound.
 MAX_PATHS = 200
 _RATE = RATE.astype(np.int64).astype(object)
 _MOMENTUM = MOMENTUM.astype(np.int64).astype(object).reshape(6, 60)

@@ -165,7 +165,7 @@ class Twists:
         self._chain, self._ray = chain, ray
         n, width = chain.rates.shape
         self._brackets = Convolution(n, 6, 6, 1, chain.prime)
-        self._turned = Convolution(n, width, 1, 6, chain.prime)
+        self._joint_twists = Convolution(n, width, 1, 6, chain.prime)
         self.orders = self.closed = 0
         self.moving = np.zeros(n, dtype=np.bool_)
         self.T, self.V = np.empty((n, width, 6), np.int64), np.empty((n, 6), np.int64)
@@ -178,8 +178,8 @@ class Twists:
             own = rates[:, :, None] * s[:, None] % p
         else:
             s = self._brackets.sum(k)[..., 0] * inverse(k, p) % p
-            self._turned.append_right(s[:, None])
-            own, rates, closed = self._close(self._turned.sum(k))
+            self._joint_twists.append_right(s[:, None])
+            own, rates, closed = self._close(self._joint_twists.sum(k))
         n, width = rates.shape
         T = (chain.ways @ own.reshape(n, -1)).astype(np.int64) % p
         self.T = T.reshape(n, width, 6)
@@ -187,7 +187,7 @@ class Twists:
         carried = np.concatenate([self.V, np.zeros_like(self.V[:1])])[chain.parent]
         self._brackets.append_left((carried @ _BRACKET % p).reshape(n, 6, 6))
         self._brackets.append_right(s[:, :, None])
-        self._turned.append_left(rates[:, :, None])
+        self._joint_twists.append_left(rates[:, :, None])
         self.moving |= own.any(axis=(1, 2))
         self.orders += 1
         self.closed += closed and self.closed == k
@@ -220,7 +220,7 @@ class Momenta:
         self._chain, self.twists = chain, Twists(chain, ray)
         p, bodies, (_, size) = chain.prime, chain.links.size, chain.parameters.shape
         rows = chain.rates.shape[1] * chain.momentum.shape[1] // 10
-        self._carried = Convolution(bodies, 10, 10, size, p)
+        self._carried_parameters = Convolution(bodies, 10, 10, size, p)
         self._products = Convolution(bodies, rows, 10, size, p)
 
     def rows(self, order: int) -> IntArray:
@@ -242,11 +242,11 @@ class Momenta:
         if k == 0:
             Z = np.broadcast_to(chain.parameters, (bodies, *chain.parameters.shape))
         else:
-            Z = self._carried.sum(k) * inverse(k, p) % p
+            Z = self._carried_parameters.sum(k) * inverse(k, p) % p
         self.twists.extend()
         T, V = self.twists.T[chain.links], self.twists.V[chain.links]
         M = product(T.reshape(-1, 6), chain.momentum, p)
         self._products.append_left(M.reshape(bodies, -1, 10))
         self._products.append_right(Z)
-        self._carried.append_left((V @ _RATE % p).reshape(bodies, 10, 10))
-        self._carried.append_right(Z)
+        self._carried_parameters.append_left((V @ _RATE % p).reshape(bodies, 10, 10))
+        self._carried_parameters.append_right(Z)

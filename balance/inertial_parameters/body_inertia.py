@@ -1,4 +1,4 @@
-"""One mass distribution, body by body, in the terms that a designer edits."""
+"""Mass, centre of mass and inertia of each body of a mass distribution."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["BodyInertia", "body_inertias", "in_link_frames"]
 
 Array = NDArray[np.float64]
 
-# Coordinates are not squared without overflow above this size, or underflow below its inverse.
+# Largest coordinate whose square does not overflow; that of its inverse does not underflow.
 LARGEST_COORDINATE = 1e120
 
 

@@ -32,10 +32,10 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# What primitives are called, and what their values are in.
+# Nouns for primitives, and units of their values.
 NOUNS = {"mass": "point mass", "displacement": "displacement", "rod": "rod"}
 UNITS = {"mass": "kg", "displacement": "kg m", "rod": "kg m²"}
-# Six directions of which every symmetric tensor is a sum: along the axes and between them.
+# Six directions whose dyads span all symmetric tensors: along the axes and between them.
 RODS = freeze(
     [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0.5**0.5, 0.5**0.5], [0.5**0.5, 0, 0.5**0.5],
      [0.5**0.5, 0.5**0.5, 0]]

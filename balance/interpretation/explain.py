@@ -1,4 +1,4 @@
-"""What a design space means, joint by joint, and what the loops add, in words."""
+"""Explanation of a design space in words: transfers by joint, and the parallel part."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def _title(space: DesignSpace, transfer: Transfer) -> str:
 
 
 def _joints(space: DesignSpace, transfer: Transfer) -> list[str]:
-    """List names of the joints; the name in the file where several degrees of one joint move."""
+    """List names of joints; the name in the file where several degrees of one joint move."""
     joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
     counts = Counter(joint.whole for joint in joints)
     found = [joint.whole if counts[joint.whole] > 1 else joint.name for joint in joints]

@@ -1,8 +1,8 @@
-"""Readable bases: what joints transfer and closed loops free, as primitives with a meaning.
+"""Readable bases of inertia transfers and of the parallel part, as primitives.
 
 Any basis of a design space is right, but one of singular vectors moves every parameter of
-every body. A transfer is written in the frame of its joint instead; what loops free, with as
-few terms as are found.
+every body. Here a transfer is written in the frame of its joint, and the parallel part in few
+terms.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def transfer_freedoms(space: DesignSpace, transfer: Transfer) -> tuple[Freedom, 
     found = [
         _basis_in_terms(space, transfer, terms) for terms in joint_frame_terms(space, transfer)
     ]
-    # Of equally short readings the last one, which names the axis.
+    # Of equally short bases the last one, which names the axis.
     best = min(reversed(found), key=_count_primitives)
     return tuple(
         _combine(space, terms, " with a ".join(dict.fromkeys(t.name for t in terms)))
@@ -103,7 +103,7 @@ def _count_primitives(reading: Sequence[Sequence[Term]]) -> int:
 def _basis_in_terms(
     space: DesignSpace, transfer: Transfer, own: Sequence[Term]
 ) -> list[list[Term]]:
-    """Compute a basis of a transfer in terms on each body, each vector with terms of its own."""
+    """Compute a basis of a transfer in terms on each body, each vector with its own terms."""
     terms = [term.on(body) for body in transfer.bodies for term in own]
     D = _columns(space, terms)
     scale = np.linalg.norm(D, axis=0)

@@ -1,7 +1,7 @@
-"""What a body's inertia consists of, in the frame of a joint: the words for a transfer.
+"""Inertia of a body in the frame of a joint, as terms for a transfer.
 
 A point mass on the axis, displacements along and across it, and rods: along the axis, in ±
-pairs across it, and oblique to it; or rods in six directions, if that says it shorter.
+pairs across it, and oblique to it; or rods in six directions, if that takes fewer terms.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def joint_frame_terms(space: DesignSpace, transfer: Transfer) -> Iterator[list[T
     """
     body = transfer.bodies[0]
     joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
-    # Where bodies are rigidly joined, or rest, the frame of the body does as well as another.
+    # Where bodies are rigidly joined, or rest, the frame of the body is used.
     point = joints[0].point if joints else space.frames[space.bodies.index(body)][:3, 3]
     place = " on the axis" if len(joints) == 1 and not space.planar else " at the centre"
     for n in _directions(space, transfer, joints):
@@ -86,7 +86,7 @@ def _null_space_of_row(row: Array) -> Array:
 
 
 def _axes(space: DesignSpace, n: Array, point: Array) -> Array:
-    """Choose axes as rows: the first along n, the second towards another joint of the linkage."""
+    """Choose axes as rows: the first along n, the second towards another joint."""
     if space.planar:
         return np.array([n, np.cross(space.axes[2], n)])
     for joint in space.linkage.joints:

@@ -1,4 +1,4 @@
-"""The places and directions of a linkage that have names: its joints, links and axes."""
+"""Named points and directions of a linkage: its joints, links and axes."""
 
 from __future__ import annotations
 

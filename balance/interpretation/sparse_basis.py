@@ -1,8 +1,8 @@
-"""Few columns of a vocabulary that add up to something new in a space.
+"""Sparse basis of the parallel space, by minimising ``Σ |x|`` over terms.
 
 Among all combinations ``z = D x`` that lie in the space, the one with the least ``Σ |x|`` has
-few terms (S. S. Chen, D. L. Donoho and M. A. Saunders, 1998): a linear programme finds which,
-and a singular vector of their columns their values, to round-off.
+few terms (S. S. Chen, D. L. Donoho and M. A. Saunders, 1998). A linear programme finds its
+terms, and a singular vector of their columns finds their values, to round-off.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["SparseSearch"]
 
 Array = NDArray[np.float64]
 
-# Entries of all the linear programmes that look for other solutions than are needed.
+# Most entries of all linear programmes that search for more solutions than needed.
 MAX_PROGRAMME_ENTRIES = 300_000
 
 
@@ -95,7 +95,7 @@ class SparseSearch(NamedTuple):
         return _span(self.shadow @ np.array([*found, x]).T).shape[1] > len(found)
 
     def _directions(self, most: int) -> list[Array]:
-        """List at most ``most`` directions in which columns are new, the cheapest columns first."""
+        """List at most ``most`` directions in which columns are new, cheapest columns first."""
         found = np.empty((0, len(self.shadow)))
         for k in np.argsort(self.cost, kind="stable"):
             w, size = self.shadow[:, k], np.linalg.norm(self.shadow[:, k])

@@ -1,7 +1,7 @@
-"""What can be put on the bodies of a linkage at places and in directions that have names.
+"""Terms: named inertial elements at named points and in named directions of a linkage.
 
 Point masses at the centres of joints, displacements from there, and rods along links, along
-the axes of joints, and across both: what a designer would draw.
+the axes of joints, and across both, as a designer would draw them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = ["Term", "describe_terms", "round_to_fraction", "term_vectors", "candi
 
 Array = NDArray[np.float64]
 
-# What a term costs in the search for few: the plainer, the cheaper.
+# Cost of a term in the search for few terms: along a direction, across it, between two.
 PLAIN, CROSSING, OBLIQUE = 1.0, 1.02, 1.05
 
 
@@ -70,7 +70,7 @@ def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bo
             instead of SI units.
     """
     some = list(primitives)
-    # Measured from the middle of the mechanism from the start: nothing large cancels.
+    # Positions are relative to the middle of the mechanism, so that nothing large cancels.
     found = [_scale_primitive(p, space.chain.frame) if scaled else p for p in some]
     z = np.array([primitive.parameters() for primitive in found]).reshape(-1, 10)
     z = to_chain(z, Frame(space.axes), space.planar, space.balance == "force")
@@ -100,7 +100,7 @@ def candidate_terms(space: DesignSpace) -> list[Term]:
 
 
 def _terms_of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> list[Term]:
-    """List masses and displacements at joints, and rods; enough for all parameters of a body."""
+    """List masses and displacements at joints, and rods, that span all parameters of a body."""
     named = [named_directions(space, k, places) for k in range(len(places))]
     found = _terms_at(space, body, places, named)
     own = [p for term in found for p in term.primitives]
@@ -178,7 +178,7 @@ def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) ->
 
 
 def _pair(body: str, one: NamedDirection, other: NamedDirection) -> Term:
-    """Make rods halfway between perpendicular directions a and b: + along a + b, - along a - b."""
+    """Make rods halfway between perpendicular a and b: + along a + b, - along a - b."""
     sides = ((1.0, one.along + other.along), (-1.0, one.along - other.along))
     rods = (Primitive("rod", body, sign, None, v / 2.0**0.5) for sign, v in sides)
     second = other.name.replace(one.name, "it")

@@ -30,7 +30,7 @@ __all__ = ["MomentumTaylor", "momentum_taylor"]
 
 Array = NDArray[np.float64]
 
-# Rays for each monomial of the highest degree.
+# Number of rays for each monomial of the highest degree.
 RAYS_PER_MONOMIAL = 2
 SEED = 11
 

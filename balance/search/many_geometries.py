@@ -1,9 +1,9 @@
 """Design spaces of many geometries of one topology, for sweeps and searches.
 
 One compiled loop per core places the joints, finds the transfers, expands the motion and
-decides the rank, as `balance.design_space` does for one linkage. What the loop does not
-settle is left to that function: geometries that need higher orders or finite poses, that are
-singular or next to it, or that close only within round-off.
+decides the rank, as `balance.design_space` does for one linkage. Geometries that the loop
+does not settle are passed to that function: those that need higher orders or finite poses,
+are singular or nearly so, or close only within round-off.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ __all__ = ["ManySpaces", "design_space_many"]
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# Geometries that a thread takes at a time.
+# Number of geometries in a task of one thread.
 CHUNK_SIZE = 128
 
 
@@ -100,7 +100,7 @@ class ManySpaces:
         )
 
     def basis(self, number: int) -> Array:
-        """Compute the basis (parameters, nullity) of a geometry, SI units, as `SpaceRecord.basis`."""
+        """Compute the basis (parameters, nullity) of a geometry as `SpaceRecord.basis`."""
         frame = Frame(self.R, self.origins[number], float(self.lengths[number]))
         G = from_chain(frame, self.planar, self.force)
         rows = self.bases[number, : max(0, int(self.nullity[number]))]
@@ -151,24 +151,24 @@ def design_space_many(
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     screws = _check_screws(linkage, geometries)
-    work = _Sweep(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
+    sweep = _Sweep(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
     if not linkage.idle:
         starts = range(0, len(screws), CHUNK_SIZE)
         if threads == 1:
-            list(map(work.sweep, starts))
+            list(map(sweep.solve_chunk, starts))
         else:
             with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-                list(pool.map(work.sweep, starts))
+                list(pool.map(sweep.solve_chunk, starts))
     refused, unsure = {}, {}
-    for number in np.flatnonzero(work.answers[:, 0] < 0).tolist():
+    for number in np.flatnonzero(sweep.answers[:, 0] < 0).tolist():
         try:
-            doubts = work.solve_alone(number)
+            doubts = sweep.solve_alone(number)
         except LinkageError as error:
             refused[number] = str(error)
         else:
             if doubts:
                 unsure[number] = "; ".join(doubts)
-    return work.result(refused, unsure)
+    return sweep.result(refused, unsure)
 
 
 def _check_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
@@ -206,23 +206,25 @@ class _Sweep:
         """Allocate the results."""
         self.linkage, self.screws, self.force, self.spatial = linkage, screws, force, spatial
         self.chain = chain = linkage.spatial_chain if spatial else linkage.chain
-        self.per = rows_per_column(chain.planar, force)
-        self.size = parameters_per_body(chain.planar, force)
-        count, unknowns = len(screws), self.size * chain.links.size
+        self.rows_per_column = rows_per_column(chain.planar, force)
+        self.parameters_per_body = parameters_per_body(chain.planar, force)
+        count, unknowns = len(screws), self.parameters_per_body * chain.links.size
         self.answers = np.full((count, 4), -1)
         self.kept = np.zeros(count)
         self.bases = np.zeros((count if bases else 0, unknowns, unknowns))
         self.origins, self.lengths = np.zeros((count, 3)), np.ones(count)
-        self.near = np.array([joint.point for joint in linkage.joints])
+        self.near_points = np.array([joint.point for joint in linkage.joints])
         massive = [body.inertia for body in linkage.bodies if body.inertia[0] > 0.0]
         self.centres = np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
         known = serial_transfers(chain, force)
-        self.rigid = known.rows[known.owner < 0]
-        # As many rays as a linkage without transfers needs, and then more.
-        self.fewest = min(comb(chain.width + 1, 2), 1 - (-unknowns // (chain.width * self.per)))
-        self.rays = generic_directions(0, 8 * self.fewest, chain.width)
+        self.rigid_transfers = known.rows[known.owner < 0]
+        # Rays that a linkage without transfers needs, and eight times as many.
+        self.fewest_rays = min(
+            comb(chain.width + 1, 2), 1 - (-unknowns // (chain.width * self.rows_per_column))
+        )
+        self.rays = generic_directions(0, 8 * self.fewest_rays, chain.width)
 
-    def sweep(self, start: int) -> None:
+    def solve_chunk(self, start: int) -> None:
         """Compute the geometries of a chunk that `solve_alone` need not compute."""
         part = slice(start, min(start + CHUNK_SIZE, len(self.screws)))
         chain, count = self.chain, part.stop - part.start
@@ -231,7 +233,7 @@ class _Sweep:
         relations = chain.mimics / chain.units
         pivots = np.argmax(relations != 0.0, axis=1)
         place_geometry(
-            self.screws[part], self.near, self.centres, chain.frame.R, pivots, relations,
+            self.screws[part], self.near_points, self.centres, chain.frame.R, pivots, relations,
             screws, mimics, self.origins[part], self.lengths[part],
         )  # fmt: skip
         screws.flags.writeable = mimics.flags.writeable = False
@@ -239,13 +241,24 @@ class _Sweep:
             round_off(origin, length) if length > 0.0 else RANK_RELATIVE
             for origin, length in zip(self.origins[part], self.lengths[part], strict=True)
         ]
-        shape = len(self.rays), len(self.rigid), self.per, self.size
+        shape = (
+            len(self.rays),
+            len(self.rigid_transfers),
+            self.rows_per_column,
+            self.parameters_per_body,
+        )
         sweep = planar_sweep if chain.planar else spatial_sweep
         workspaces = chain.borrow(shape, lambda: sweep_workspace(chain, *shape))
         sweep(
-            (chain.walked, chain.once(number_rigid_parts), chain.links, self.rigid, self.rays),
+            (
+                chain.walked,
+                chain.once(number_rigid_parts),
+                chain.links,
+                self.rigid_transfers,
+                self.rays,
+            ),
             (screws, mimics, np.array(floors), self.lengths[part]),
-            (self.fewest, self.per, self.size),
+            (self.fewest_rays, self.rows_per_column, self.parameters_per_body),
             (self.answers[part], self.kept[part], self.bases[part]),
             workspaces,
         )
@@ -260,8 +273,8 @@ class _Sweep:
         Raises:
             LinkageError: it cannot be assembled.
         """
-        points, linkage = np.empty_like(self.near), self.linkage
-        points_on_axes(self.screws[number], self.near, points)
+        points, linkage = np.empty_like(self.near_points), self.linkage
+        points_on_axes(self.screws[number], self.near_points, points)
         joints = tuple(
             replace(joint, screw=freeze(screw), point=freeze(point))
             for joint, screw, point in zip(

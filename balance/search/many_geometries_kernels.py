@@ -1,6 +1,6 @@
-"""The compiled loop of `balance.search.many_geometries`: one geometry after the other.
+"""Compiled loop of `balance.search.many_geometries`, one geometry after the other.
 
-Every array is room that belongs to one thread; see `sweep_workspace`.
+All workspaces belong to one thread; see `sweep_workspace`.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def _sweep_kernel(dim):
                 or not _loops_are_regular(s, m, lines, F, diagonal)
             ):  # fmt: skip
                 continue
-            # The serial space: transfers, of which rows of a triangular factor are made.
+            # The serial space: transfers, reduced to a triangular factor.
             count = search_transfers(parent, s, rigid_parts, size, per, tolerance, for_search)
             gap = for_search[2]
             if count < 0 or gap[0] < KEPT_CLEARLY or gap[1] > DROPPED_CLEARLY * tolerance:
@@ -146,7 +146,7 @@ def _sweep_kernel(dim):
                 if enough:
                     break
                 count *= 2
-            # Written so that a NaN is looked at twice.
+            # Written so that a NaN leaves the geometry unsettled.
             if count > rays.shape[0] or not (
                 settled and open <= SWEEP_CLOSURE_RESIDUAL and slowest >= SWEEP_REGULAR
             ):

@@ -1,8 +1,8 @@
 """The design space: every mass distribution that leaves a linkage balanced.
 
 The total momentum vanishes in every motion if and only if, for every coordinate w, all
-derivatives of ``h_w = X_w z`` vanish at the reference pose. What the opened linkage allows is
-known before (`balance.transfers`); the rest is a matter of rank. (J. J. de Jong, PhD thesis,
+derivatives of ``h_w = X_w z`` vanish at the reference pose. The serial part is known
+beforehand (`balance.transfers`); a rank decision gives the rest. (J. J. de Jong, PhD thesis,
 University of Twente, chapter 5.)
 """
 
@@ -30,7 +30,7 @@ from kinematics.model_gallery import LinkageLike, as_linkage
 
 __all__ = ["design_space"]
 
-# Highest order that may be asked for.
+# Highest order that may be requested.
 MAX_ORDER = 50
 
 

@@ -1,7 +1,7 @@
 """The result of `design_space`: a space of mass distributions, as data.
 
-What takes more than these arrays is computed by functions when it is wanted: `balance.certify`,
-`balance.explain`, `balance.exact_ranks`, `balance.distance_to_rank_drop`, `balance.save_space`.
+Functions compute results beyond these arrays on demand: `balance.certify`, `balance.explain`,
+`balance.exact_ranks`, `balance.distance_to_rank_drop`, `balance.save_space`.
 """
 
 from __future__ import annotations
@@ -197,7 +197,7 @@ class DesignSpace(SpaceData):
 
     @property
     def warnings(self) -> tuple[Notice, ...]:
-        """The notices, and then each inequality of physical bodies that masses in the file violate."""
+        """The notices, and then the inequalities of physical bodies that masses violate."""
         unreal = [
             Notice("non_physical", f"link '{body.name}': {problem}")
             for body in self.linkage.bodies

@@ -1,4 +1,4 @@
-"""How far a geometry is from one of lower rank, to first order.
+"""Distance of a geometry from one of lower rank, to first order.
 
 The smallest singular value that counts, σ, vanishes where the geometry is special in one
 more way. Its derivative along a change of geometry is ``uᵀ (∂X/∂g) v`` with its singular
@@ -28,7 +28,7 @@ __all__ = ["distance_to_rank_drop", "rates_of_changes", "spanning_rays"]
 
 Array = NDArray[np.float64]
 
-# Rows times squared columns of the conditions: more take more than a few seconds.
+# Largest rows times squared columns of the conditions, which take a few seconds.
 MAX_DECOMPOSITION_WORK = 3e9
 
 

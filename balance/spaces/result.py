@@ -1,4 +1,4 @@
-"""What is known of a design space, whether it was computed or comes from a file."""
+"""Data of a design space, whether it was computed or comes from a file."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Design spaces on disk: what is known of one, without the linkage it came from.
+"""Design spaces on disk, as data without their linkage.
 
-A file is one ``.npz``: the arrays, and a JSON text ``header`` that says where they come
-from. Nothing in it is ever unpickled.
+A file is one ``.npz``: the arrays, and a JSON text ``header`` with their origin. Nothing in it
+is ever unpickled.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ __all__ = ["SpaceRecord", "load_space", "record_of", "save_space"]
 Array = NDArray[np.float64]
 
 FORMAT = "balance.space/2"
-# Files that unpack to more bytes are refused.
+# Largest size of an unpacked file in bytes; larger ones are refused.
 LARGEST_FILE = 2**30
 
 

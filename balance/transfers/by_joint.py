@@ -1,4 +1,4 @@
-"""The serial design space joint by joint: which bodies may exchange what."""
+"""The serial design space joint by joint: inertia transfers between bodies."""
 
 from __future__ import annotations
 

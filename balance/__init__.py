@@ -13,11 +13,11 @@ The space of balanced mass distributions:
 - ``save_space``: write a space to a file
 - ``load_space``: read a space that was saved
 - ``DesignSpace``: mass distributions with vanishing momentum in every motion of a linkage
-- ``CertifiedSpace``: a space with what is known about its integers
-- ``ManySpaces``: what ``design_space_many`` finds, geometry by geometry
+- ``CertifiedSpace``: a space whose integers were confirmed or corrected
+- ``ManySpaces``: results of ``design_space_many``, geometry by geometry
 - ``SpaceRecord``: a space as data, without the linkage it came from
 - ``BodyInertia``: inertial parameters of a body, and what follows from them
-- ``Certainty``: what is known about the integers beyond floating-point arithmetic
+- ``Certainty``: certainty of the integers, by exact arithmetic and fresh poses
 - ``Exact``: ranks by exact arithmetic
 - ``Proof``: lower bounds on rank and nullity that add up to the number of parameters
 
@@ -27,7 +27,7 @@ Its meaning:
 - ``Explanation``: a space in terms of point masses, displacements and pure-inertia rods
 - ``Freedom``: one way to change the masses that leaves the linkage balanced
 - ``Primitive``: one element of a mass distribution
-- ``Transfer``: what may be exchanged across one joint
+- ``Transfer``: inertial parameters that bodies can exchange across one joint
 
 Masses that bodies can have:
 

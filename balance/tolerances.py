@@ -106,7 +106,7 @@ SQUARE_ROUND_OFF = 5e-8
 # Sine of the largest angle between two spaces: up to this they are one space.
 SPACES_EQUAL_SINE = 1e-6
 # Distance of a geometry from one of lower rank, in characteristic lengths and radians: beyond
-# this, first order says nothing.
+# this, a first-order estimate is meaningless.
 FIRST_ORDER_CHANGE = 0.3
 # Part of a change of geometry by which loops may open: beyond this, the change is not one of
 # the linkage.

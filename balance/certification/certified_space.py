@@ -56,7 +56,7 @@ class CertifiedSpace(DesignSpace):
         """Raise an AssertionError if an integer under ``proved`` is not the exact one.
 
         Rank, nullity, serial and parallel part are those of the proof, and the table ends at
-        the order that reaches the rank, unless orders up to another were asked for.
+        the order that reaches the rank, unless orders up to another were requested.
         """
         certainty = self.certainty
         if certainty.level != "proved":

@@ -300,12 +300,12 @@ def _certify_rounded(
         bounds = found.exact.rank, len(found.independent)
     same = bounds == (settled.rank, settled.serial_nullity)
     doubts = _list_doubts(settled, residual)
-    # The file has another pose, so rounding cannot be separated from what the file says.
+    # The file has another pose, so rounding cannot be separated from the contents of the file.
     left = found is not None and "left_singular_pose" in _notice_codes(space) and not same
     if left or doubtful:
         doubts += (reason,)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
-    # Without exact arithmetic a condition near round-off cannot be told from none, and axes
+    # Without exact arithmetic a condition near round-off looks like none, and axes
     # that are parallel to within rounding may not be meant to be.
     tiny = settled.dropped <= SINGULAR_VALUE_ROUND_OFF and residual <= MOMENTUM_RESIDUAL_CLEAR
     parallel = settled.nullity > settled.serial_nullity

@@ -120,12 +120,12 @@ def _orders_kernel(dim):
         F = flat[: (p + m + 1) * padded].reshape((p + m + 1, padded))
         factor = Factor(F, order, unknowns, tolerance)
         take_factor(R, order, F)
-        settled, enough, placed, fresh = False, True, True, rows[0, :0]
-        reach = slowest = mismatch = 1.0
+        settled, enough_rays, pose_found, fresh = False, True, True, rows[0, :0]
+        radius = slowest = mismatch = 1.0
         begin = 0
         # With several coordinates the last order costs most, and is needed least.
         for upto in range(goal - 1 if stop and width > 1 else goal, goal + 1):
-            if settled or not (enough and placed):
+            if settled or not (enough_rays and pose_found):
                 break
             top = upto if stop else max(upto, FIRST_EXPANSION_ORDER)
             here, turned = V[:count], T[:count]
@@ -148,26 +148,26 @@ def _orders_kernel(dim):
             for k in range(top + 1):
                 mismatch = max(mismatch, residual[k])
             rates = for_steps[2]
-            reach = radius_along(C[0, : top + 1], rays[0], rates)
+            radius = radius_along(C[0, : top + 1], rays[0], rates)
             # slowest = min_j |rate_j| / max_j |rate_j|
             least, largest = np.inf, 0.0
             for j in range(parent.size):
                 rate = abs(rates[0, j])
                 least, largest = min(least, rate), max(largest, rate)
             slowest = least / largest
-            while enough and placed and not settled and done <= upto:
-                series = RaySeries(rows[done : upto + 1], m, width * per, width, done, reach)
-                rank, scale, dropped, more, settled, enough = collect_orders(
+            while enough_rays and pose_found and not settled and done <= upto:
+                series = RaySeries(rows[done : upto + 1], m, width * per, width, done, radius)
+                rank, scale, dropped, more, settled, enough_rays = collect_orders(
                     factor, rank, scale, dropped, series, fresh, stop, found[done:]
                 )
                 done += more
                 stalled = done > 1 and found[done - 1] == found[done - 2]
-                if not enough or settled or fresh.shape[0] > 0:
+                if not enough_rays or settled or fresh.shape[0] > 0:
                     continue
                 if not stalled and upto < goal:
                     continue
                 # Steps along the ray to a finite pose, and the rows X_0 there.
-                placed, s = False, screws
+                pose_found, s = False, screws
                 for j in range(parent.size):
                     start[j] = 0.0
                 for step in range(steps):
@@ -184,13 +184,13 @@ def _orders_kernel(dim):
                         chain, start, ahead, ray[0], np.inf, q, pose, carried, for_steps
                     )
                     if length == 0.0:
-                        if placed:
+                        if pose_found:
                             place_links(parent, screws, start, pose, carried, for_steps[3][0])
                         break
-                    placed, s = True, carried
+                    pose_found, s = True, carried
                     for j in range(parent.size):
                         start[j] = q[j]
-                if not placed:
+                if not pose_found:
                     continue
                 fresh = rows1[0]
                 for i in range(fresh.shape[0]):
@@ -204,9 +204,10 @@ def _orders_kernel(dim):
                     spatial_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
                 settled = contains_rows(factor, rank, fresh, 1.0, scale)
         put_factor(F, order, rank, out)
-        settled = settled and enough and placed
+        settled = settled and enough_rays and pose_found
         return (
-            rank, scale, dropped, done, settled, reach, mismatch, slowest, enough, placed
+            rank, scale, dropped, done, settled, radius, mismatch, slowest, enough_rays,
+            pose_found,
         )  # fmt: skip
 
     return orders_kernel
@@ -304,11 +305,11 @@ def conditions_up_to_order(
         conditions.dropped, conditions.tolerance, done,
     )  # fmt: skip
     orders = goal, stop, 1 if goal == FIRST_EXPANSION_ORDER else FRESH_POSE_STEPS
-    rank, scale, dropped, done, settled, reach, _, _, enough, placed = orders_kernel(
+    rank, scale, dropped, done, settled, radius, _, _, enough_rays, pose_found = orders_kernel(
         chain.walked, chain.links, rays, orders, known, (found, order, out), workspaces
     )
     chain.give_back(shape, workspaces)
     more = conditions._replace(
         factor=out[:rank], permutation=order, scale=scale, dropped=dropped
     )
-    return OrderResult(more, found[:done], settled, reach, enough, placed)
+    return OrderResult(more, found[:done], settled, radius, enough_rays, pose_found)

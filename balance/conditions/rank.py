@@ -150,7 +150,7 @@ class Decision:
 
     @property
     def singular_values(self) -> Array:
-        """Those of all conditions, relative to the largest, descending (rank,).
+        """Singular values of all conditions, relative to the largest, descending (rank,).
 
         Those of conditions that only exact arithmetic finds are 0.
         """

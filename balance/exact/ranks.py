@@ -90,8 +90,8 @@ class Exact(NamedTuple):
     """Ranks by exact arithmetic.
 
     Attributes:
-        ranks: rank of the conditions up to order 0, 1, 2 …; without a highest order asked
-            for, three orders that add nothing are the last.
+        ranks: rank of the conditions up to order 0, 1, 2 …; without a highest order
+            requested, three orders that add nothing are the last.
         parameters: number of inertial parameters.
         primes: the primes used.
         agreed: whether all of them give the same ranks; the larger ones are returned.

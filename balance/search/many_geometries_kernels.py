@@ -36,18 +36,18 @@ __all__ = [
 
 
 @kernel(reference_counting=False)
-def _loops_are_regular(screws, mimics, lines, F, diagonal):
+def _loops_are_regular(screws, mimics, envelope, F, diagonal):
     """Decide whether the loop matrix S determines the dependent joints, by pivots of its QR.
 
     Args:
         screws: in: joint screws (n, dim).
         mimics: in: mimic relations (rows, n).
-        lines: in: envelope of S; see `kinematics.linalg.skyline_qr`.
+        envelope: in: envelope of S; see `kinematics.linalg.skyline_qr`.
         F: workspace for its factor.
         diagonal: out: its pivots (nd,).
     """
-    fill_envelope(screws, mimics, lines, F)
-    factor_envelope(F, lines, diagonal)
+    fill_envelope(screws, mimics, envelope, F)
+    factor_envelope(F, envelope, diagonal)
     least, largest = np.inf, 0.0
     for d in range(diagonal.size):
         least, largest = min(least, abs(diagonal[d])), max(largest, abs(diagonal[d]))
@@ -95,18 +95,18 @@ def _sweep_kernel(dim):
         screws, mimics, tolerances, lengths = geometries
         fewest, per, size = sizes
         answers, kept, bases = results
-        parent, _, ends, _, columns, moves, lines = chain
+        parent, _, ends, _, columns, moves, envelope = chain
         for_orders, for_search, numbers, flat, diagonal, serial, out = workspaces
         unknowns, found, nd = links.size * size, for_search[0], diagonal.size
-        own, order, left = numbers[0], numbers[1], numbers[2]
+        all_columns, order, left = numbers[0], numbers[1], numbers[2]
         ranks, permutations = numbers[3], numbers[4]
         F = for_orders[1][0]
         for g in range(screws.shape[0]):
             answers[g, 0] = -1
             s, m, tolerance = screws[g], mimics[g], tolerances[g]
             if (
-                lengths[g] <= 0.0 or lines[COUNT, ROWS] < nd
-                or not _loops_are_regular(s, m, lines, F, diagonal)
+                lengths[g] <= 0.0 or envelope[COUNT, ROWS] < nd
+                or not _loops_are_regular(s, m, envelope, F, diagonal)
             ):  # fmt: skip
                 continue
             # The serial space: transfers, reduced to a triangular factor.
@@ -115,49 +115,47 @@ def _sweep_kernel(dim):
             if count < 0 or gap[0] < KEPT_CLEARLY or gap[1] > DROPPED_CLEARLY * tolerance:
                 continue
             for j in range(unknowns):
-                own[j] = j
+                all_columns[j] = j
             height, _, _ = refactor(
-                rigid, found[:count], own[:unknowns], tolerance, 1.0, flat, order[:unknowns],
-                serial,
+                rigid, found[:count], all_columns[:unknowns], tolerance, 1.0, flat,
+                order[:unknowns], serial,
             )  # fmt: skip
             _sort_remaining(order[:unknowns], height, ranks, left)
             p = unknowns - height
-            here = (parent, s, ends, m, columns, moves, lines)
-            known = out[:0], own[:p], left[:p], 0.0, 0.0, tolerance, 0
+            here = (parent, s, ends, m, columns, moves, envelope)
+            known = out[:0], all_columns[:p], left[:p], 0.0, 0.0, tolerance, 0
             # The conditions, along twice as many rays each time until they are enough.
             count = fewest
-            rank, scale, cut, done, settled = 0, 0.0, 0.0, 0, False
-            reach = open = slowest = 1.0
+            rank, scale, dropped, done, settled = 0, 0.0, 0.0, 0, False
+            radius = mismatch = slowest = 1.0
             permutation = permutations[:p]
             result, orders = (ranks, permutation, out), (FIRST_EXPANSION_ORDER, True, 1)
             while count <= rays.shape[0]:
                 if dim == 3:
-                    rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
-                        planar_conditions_up_to_order(
-                            here, links, rays[:count], orders, known, result, for_orders
-                        )
+                    answer = planar_conditions_up_to_order(
+                        here, links, rays[:count], orders, known, result, for_orders
                     )
                 else:
-                    rank, scale, cut, done, settled, reach, open, slowest, enough, _ = (
-                        spatial_conditions_up_to_order(
-                            here, links, rays[:count], orders, known, result, for_orders
-                        )
+                    answer = spatial_conditions_up_to_order(
+                        here, links, rays[:count], orders, known, result, for_orders
                     )
+                rank, scale, dropped, done, settled, radius = answer[:6]
+                mismatch, slowest, enough, _ = answer[6:]
                 if enough:
                     break
                 count *= 2
             # Written so that a NaN leaves the geometry unsettled.
             if count > rays.shape[0] or not (
-                settled and open <= SWEEP_CLOSURE_RESIDUAL and slowest >= SWEEP_REGULAR
+                settled and mismatch <= SWEEP_CLOSURE_RESIDUAL and slowest >= SWEEP_REGULAR
             ):
                 continue
             R = out[:rank]
             least = smallest_pivot(R, permutation)
-            firm = (
+            clear = (
                 least >= max(SWEEP_PIVOT_CLEAR, MARGIN * tolerance) * scale
-                and cut <= DROPPED_CLEARLY * tolerance * scale
+                and dropped <= DROPPED_CLEARLY * tolerance * scale
             )
-            if reach < SHORT_CONVERGENCE_RADIUS or not firm:
+            if radius < SHORT_CONVERGENCE_RADIUS or not clear:
                 continue
             kmax = done - 1
             while kmax > 0 and ranks[kmax] == ranks[kmax - 1]:

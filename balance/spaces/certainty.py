@@ -13,7 +13,7 @@ LEVELS = ("estimated", "verified", "proved")
 
 
 class Certainty(NamedTuple):
-    """What is known about the integers of a design space beyond floating-point arithmetic.
+    """Certainty of the integers of a design space, by exact arithmetic and fresh poses.
 
     Attributes:
         level: ``"proved"``: exact lower bounds of rank and nullity add up to the number of

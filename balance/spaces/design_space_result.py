@@ -81,7 +81,7 @@ class DesignSpace(SpaceData):
 
     @property
     def singular_values(self) -> Array:
-        """Those of all conditions, relative to the largest (rank,)."""
+        """Singular values of all conditions, relative to the largest (rank,)."""
         return self.decision.singular_values
 
     @property

@@ -190,7 +190,7 @@ def basis_from_chain(basis: Array, frame: Frame, planar: bool, force: bool) -> A
 
 
 def _affine(L: float, o: Array, R: Array, planar: bool) -> Array:
-    """Compute the matrix of parameters under ``x = L x' + o``: ``mc = L mc' + m o``, …
+    """Compute the matrix of parameters under ``x = L x' + o``, so that ``mc = L mc' + m o``.
 
     A spatial chain keeps the inertial axes; in a plane o is resolved in the axes R.
     """

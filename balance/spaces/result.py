@@ -33,10 +33,10 @@ class Order(NamedTuple):
 
 
 def rank_table(ranks: Sequence[int], parameters: int) -> tuple[Order, ...]:
-    """Tabulate rank and nullity up to order 0, 1, 2 …
+    """Tabulate rank and nullity by order of derivative.
 
     Args:
-        ranks: rank up to each order.
+        ranks: rank up to order 0, 1, 2 …
         parameters: number of inertial parameters.
     """
     return tuple(Order(k, rank, parameters - rank) for k, rank in enumerate(ranks))

@@ -12,7 +12,7 @@ __all__ = ["CertifiedSpace", "with_certainty"]
 
 @dataclass(frozen=True, eq=False)
 class CertifiedSpace(DesignSpace):
-    """A design space, and what is known of its integers beyond floating-point arithmetic.
+    """A design space with the certainty of its integers.
 
     Attributes:
         certainty: level, reason, bounds, doubts and proof; it holds for all integers.
@@ -48,7 +48,7 @@ class CertifiedSpace(DesignSpace):
         return super().encloses if bound is None else self.rank <= bound
 
     def to_dict(self) -> dict[str, object]:
-        """The report as plain data, with its certainty; see `DesignSpace.to_dict`."""
+        """Convert the report to plain data, with its certainty; see `DesignSpace.to_dict`."""
         self.check_proved()
         return super().to_dict() | {"evidence": self.certainty.to_dict()}
 

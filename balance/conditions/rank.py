@@ -59,7 +59,7 @@ class Conditions(NamedTuple):
 
     @classmethod
     def none(cls, unknowns: int) -> Conditions:
-        """No conditions yet."""
+        """Start without conditions."""
         return cls.given(np.empty((0, unknowns)))
 
     @classmethod

@@ -53,7 +53,7 @@ class ExactConditions:
     """
 
     def __init__(self, chain: Remainders) -> None:
-        """No orders yet."""
+        """Start without orders."""
         self._chain, self._size = chain, chain.links.size * chain.parameters.shape[1]
         self._echelon = Echelon(self._size, chain.prime)
         self._momenta: list[Momenta] = []

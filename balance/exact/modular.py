@@ -139,7 +139,7 @@ class Echelon:
     """Independent rows modulo p: each is 1 at its pivot, where all the others vanish."""
 
     def __init__(self, columns: int, p: int) -> None:
-        """No rows yet."""
+        """Start without rows."""
         self._p = p
         self._rows = np.empty((0, columns), np.int64)
         self._pivots = np.empty(0, np.int64)

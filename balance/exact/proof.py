@@ -58,7 +58,7 @@ class Proof(NamedTuple):
         return f"Proof(rank={self.rank}, nullity={self.nullity}, prime={self.witness.prime})"
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON; rational numbers as texts, such as ``"-3/4"``.
+        """Convert to plain data, ready for JSON; rational numbers as texts, such as ``"-3/4"``.
 
         ``sha256`` is that of everything else, as compact JSON with sorted keys.
         """

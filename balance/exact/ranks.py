@@ -137,7 +137,7 @@ class Exact(NamedTuple):
         return self.ranks.index(self.rank)
 
     def to_dict(self) -> dict[str, object]:
-        """The entry ``exact`` of the report."""
+        """Convert to the entry ``exact`` of the report."""
         return {
             "orders": [
                 {"order": k, "rank": rank, "nullity": self.parameters - rank}

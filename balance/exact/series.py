@@ -45,8 +45,8 @@ class Remainders(NamedTuple):
     Attributes:
         prime: the prime.
         parent: link before each joint, -1 for the ground (n,).
-        ways: the joints on the way from the ground to each link, as ones (n, n).
-        welds: the joints around each loop, as signs: A minus B (loops, n).
+        path_matrix: the joints on the way from the ground to each link, as ones (n, n).
+        loop_signs: the joints around each loop, as signs: A minus B (loops, n).
         screws: joint screws at the reference pose (n, 6).
         dependent: joints whose rates follow from the loops (d,).
         solver: what makes rates of the dependent joints from the mismatch of the loops, and
@@ -60,8 +60,8 @@ class Remainders(NamedTuple):
 
     prime: int
     parent: IntArray
-    ways: NDArray[np.float64]
-    welds: NDArray[np.float64]
+    path_matrix: NDArray[np.float64]
+    loop_signs: NDArray[np.float64]
     screws: IntArray
     dependent: IntArray
     solver: IntArray
@@ -100,7 +100,8 @@ def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
     found = product(solver, -product(loops, rates, p) % p, p)
     rates[dependent] = found[:count]
     return Remainders(
-        prime=p, parent=np.array(chain.parent, dtype=np.int64), ways=ways, welds=welds,
+        prime=p, parent=np.array(chain.parent, dtype=np.int64), path_matrix=ways,
+        loop_signs=welds,
         screws=screws, dependent=dependent, solver=solver, rates=rates,
         closed=not found[count:].any(), links=np.array(chain.links, dtype=np.int64),
         momentum=(rows @ _MOMENTUM % p).reshape(6, -1), parameters=parameters,
@@ -161,7 +162,7 @@ class Twists:
     """
 
     def __init__(self, chain: Remainders, ray: IntArray) -> None:
-        """No order yet; ``ray`` are integers below 2^20 (w,)."""
+        """Start without orders; ``ray`` are integers below 2^20 (w,)."""
         self._chain, self._ray = chain, ray
         n, width = chain.rates.shape
         self._brackets = Convolution(n, 6, 6, 1, chain.prime)
@@ -181,7 +182,7 @@ class Twists:
             self._joint_twists.append_right(s[:, None])
             own, rates, closed = self._close(self._joint_twists.sum(k))
         n, width = rates.shape
-        T = (chain.ways @ own.reshape(n, -1)).astype(np.int64) % p
+        T = (chain.path_matrix @ own.reshape(n, -1)).astype(np.int64) % p
         self.T = T.reshape(n, width, 6)
         self.V = self._ray @ self.T % p
         carried = np.concatenate([self.V, np.zeros_like(self.V[:1])])[chain.parent]
@@ -204,7 +205,7 @@ class Twists:
         chain, p = self._chain, self._chain.prime
         n, width = chain.rates.shape
         rates, count = np.zeros((n, width), np.int64), chain.dependent.size
-        open_by = -(chain.welds @ own.reshape(n, -1)).astype(np.int64) % p
+        open_by = -(chain.loop_signs @ own.reshape(n, -1)).astype(np.int64) % p
         open_by = np.swapaxes(open_by.reshape(-1, width, 6), 1, 2).reshape(-1, width)
         found = product(chain.solver[:, : len(open_by)], open_by, p)
         rates[chain.dependent] = found[:count]
@@ -216,7 +217,7 @@ class Momenta:
     """The regressor of the momentum as a series along a ray, order by order."""
 
     def __init__(self, chain: Remainders, ray: IntArray) -> None:
-        """No order yet; ``ray`` are integers below 2^20 (w,)."""
+        """Start without orders; ``ray`` are integers below 2^20 (w,)."""
         self._chain, self.twists = chain, Twists(chain, ray)
         p, bodies, (_, size) = chain.prime, chain.links.size, chain.parameters.shape
         rows = chain.rates.shape[1] * chain.momentum.shape[1] // 10

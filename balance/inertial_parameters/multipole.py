@@ -110,7 +110,7 @@ class Primitive(NamedTuple):
         return f"Primitive: {value} {NOUNS[self.kind]} on {self.body}{where}{along}"
 
     def parameters(self) -> Array:
-        """The ten parameters (10,) about the inertial origin, SI units."""
+        """Compute the ten parameters (10,) about the inertial origin, SI units."""
         if self.direction is None:
             return self.value * point_mass(np.asarray(self.point))
         if self.point is None:
@@ -118,7 +118,7 @@ class Primitive(NamedTuple):
         return self.value * displacement_dipole(self.direction, self.point)
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON."""
+        """Convert to plain data, ready for JSON."""
         return {
             "kind": self.kind,
             "body": self.body,
@@ -146,7 +146,7 @@ class Multipole(NamedTuple):
     directions: Array
 
     def parameters(self) -> Array:
-        """The parameters (10,) or (4,) that were decomposed, SI units."""
+        """Compute the parameters (10,) or (4,) that were decomposed, SI units."""
         z = _mass_and_displacement(self.mass, self.displacement, self.point)
         if self.point.size == 2:
             z[3] += self.rods[0]

@@ -48,7 +48,7 @@ class ExplainedTransfer(NamedTuple):
         return summarise(self.freedoms) or "nothing"
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON."""
+        """Convert to plain data, ready for JSON."""
         return {
             "joints": list(self.joints),
             "bodies": list(self.bodies),
@@ -79,7 +79,7 @@ class Explanation(NamedTuple):
         return repr_lines(head, *lines)
 
     def to_dict(self) -> dict[str, object]:
-        """The entries ``transfers`` and ``freedoms`` of the report."""
+        """Convert to the entries ``transfers`` and ``freedoms`` of the report."""
         return {
             "transfers": [item.to_dict() for item in self.transfers],
             "freedoms": [freedom.to_dict() for freedom in self.freedoms],

@@ -60,7 +60,7 @@ class Freedom(NamedTuple):
         return repr_lines(f"Freedom: {self.words}")
 
     def to_dict(self) -> dict[str, object]:
-        """Words and primitives as plain data, ready for JSON."""
+        """Convert words and primitives to plain data, ready for JSON."""
         return {"words": self.words, "primitives": [p.to_dict() for p in self.primitives]}
 
 

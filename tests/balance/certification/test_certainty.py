@@ -19,10 +19,10 @@ import kinematics
 from balance import certify, design_space
 from balance.certification.exact_ranks import exact_ranks
 from balance.cli.main import main
-from balance.conditions.rank import FLOOR
 from balance.report.data import schema
 from balance.verification.trajectory import random_motions
 from benchmarks.inputs.geometry import four_bar_chain, variants
+from kinematics.linalg.pivoted_qr import RANK_RELATIVE
 from kinematics.spatial.screws import hat
 
 # The table has it with the forces alone.
@@ -89,17 +89,17 @@ def test_a_margin_falls_with_what_makes_it_down_to_the_floor(digits, tmp_path):
     sure, margin = certify(found), 0.032615 * 10.0**-digits
     certainty = sure.certainty
     assert (certainty.rank, certainty.nullity) == (8, 4)
-    if margin > FLOOR:
+    if margin > RANK_RELATIVE:
         assert found.rank == 8
         assert found.kept == pytest.approx(margin, rel=0.01)
         thin = [notice.code for notice in found.notices] == ["thin_margin"]
-        assert thin == (found.kept < 1e3 * FLOOR)
+        assert thin == (found.kept < 1e3 * RANK_RELATIVE)
     else:
-        assert digits > 10 and FLOOR == 2.0**-40 and found.rank == 7
+        assert digits > 10 and RANK_RELATIVE == 2.0**-40 and found.rank == 7
     assert [order.rank for order in sure.orders] == [3, 6, 7, 8]
     assert (sure.nullity, sure.kmax, certainty.level) == (4, 3, "proved")
     corrected = [notice for notice in sure.notices if notice.code == "corrected"]
-    assert bool(corrected) == (margin <= FLOOR)
+    assert bool(corrected) == (margin <= RANK_RELATIVE)
     check(proof_of(sure))
 
 

@@ -25,10 +25,11 @@ from laws import (
 
 import kinematics
 from balance import design_space
-from balance.conditions.rank import FLOOR
-from balance.inertial_parameters.conversions import displaced, from_chain, pseudo_inertia
+from balance.inertial_parameters.conversions import from_chain, pseudo_inertia
 from kinematics import Motion
 from kinematics.errors import MotionError
+from kinematics.linalg.pivoted_qr import RANK_RELATIVE
+from kinematics.spatial.inertia import displace_parameters
 
 
 def ranks(found):
@@ -67,7 +68,7 @@ def unbalanced(X, basis):
 
 def carried(H, bodies):
     """Matrix that takes the parameters of all bodies along with an affine map H."""
-    one = displaced(np.eye(10), H).T
+    one = displace_parameters(np.eye(10), H).T
     return np.kron(np.eye(bodies), one)
 
 
@@ -81,7 +82,7 @@ def test_the_table_comes_out(figure):
     found = known(figure)
     check(found, figure)
     assert found.kept == found.singular_values[-1] > 1e-9
-    assert found.dropped < FLOOR and found.singular_values[0] == 1.0
+    assert found.dropped < RANK_RELATIVE and found.singular_values[0] == 1.0
     assert (np.diff(found.singular_values) <= 0.0).all()
     assert [order.order for order in found.orders] == list(range(len(found.orders)))
     assert all(order.rank + order.nullity == figure.parameters for order in found.orders)

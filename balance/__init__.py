@@ -13,11 +13,11 @@ The space of balanced mass distributions:
 - ``save_space``: write a space to a file
 - ``load_space``: read a space that was saved
 - ``DesignSpace``: mass distributions with vanishing momentum in every motion of a linkage
-- ``CertifiedSpace``: a space with what is known about its integers
-- ``ManySpaces``: what ``design_space_many`` finds, geometry by geometry
+- ``CertifiedSpace``: a space whose integers were confirmed or corrected
+- ``ManySpaces``: results of ``design_space_many``, geometry by geometry
 - ``SpaceRecord``: a space as data, without the linkage it came from
 - ``BodyInertia``: inertial parameters of a body, and what follows from them
-- ``Certainty``: what is known about the integers beyond floating-point arithmetic
+- ``Certainty``: certainty of the integers, by exact arithmetic and fresh poses
 - ``Exact``: ranks by exact arithmetic
 - ``Proof``: lower bounds on rank and nullity that add up to the number of parameters
 
@@ -27,7 +27,7 @@ Its meaning:
 - ``Explanation``: a space in terms of point masses, displacements and pure-inertia rods
 - ``Freedom``: one way to change the masses that leaves the linkage balanced
 - ``Primitive``: one element of a mass distribution
-- ``Transfer``: what may be exchanged across one joint
+- ``Transfer``: inertial parameters that bodies can exchange across one joint
 
 Masses that bodies can have:
 
@@ -97,6 +97,7 @@ if TYPE_CHECKING:
     from balance.inertial_parameters.multipole import Primitive
     from balance.interpretation.explain import Explanation, explain
     from balance.interpretation.freedoms import Freedom
+    from balance.momentum.momentum_figure import screw_figure
     from balance.momentum.momentum_lines import (
         Meeting,
         ScrewLine,
@@ -104,7 +105,6 @@ if TYPE_CHECKING:
         meeting,
         momentum_lines,
         momentum_wrenches,
-        screw_figure,
     )
     from balance.momentum.momentum_taylor_series import MomentumTaylor, momentum_taylor
     from balance.momentum.regressor import momentum_regressor
@@ -212,7 +212,7 @@ _HOMES = {
     "parameters": "inertial_parameters.conversions",
     "pseudo_inertia": "inertial_parameters.conversions",
     "save_space": "spaces.save",
-    "screw_figure": "momentum.momentum_lines",
+    "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",
     "verify": "verification.pinocchio_model",
     "violations": "inertial_parameters.conversions",

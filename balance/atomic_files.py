@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Atomic file writes: a file is replaced as a whole or not at all."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ __all__ = ["check_outputs", "is_stream", "open_atomic", "write_all_atomic"]
 
 @contextmanager
 def open_atomic(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """A file to write to, which takes its place at ``path`` once all is written.
+    """Open a file for an atomic write: it replaces ``path`` after everything is written.
 
-    What is not a regular file, such as a pipe or a device, is written to as it is. A file
-    that is replaced hands on its mode.
+    A path that is no regular file, such as a pipe or a device, is written to directly. A file
+    that replaces another one keeps its mode.
 
     Raises:
-        FileError: it cannot be written; what stood there before is left as it was.
+        FileError: the file cannot be written; an existing one is unchanged.
     """
     target = os.path.realpath(path)
     if is_stream(target):
@@ -51,13 +51,13 @@ def open_atomic(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 
 def write_all_atomic(contents: Iterable[tuple[str, bytes]]) -> None:
-    """Write several files, of which all appear or none; see `open_atomic`.
+    """Write several files, all of them or none; see `open_atomic`.
 
     Args:
-        contents: path of each file, and what it is to hold.
+        contents: path and contents of each file.
 
     Raises:
-        FileError: one cannot be written.
+        FileError: one of them cannot be written.
     """
     with ExitStack() as all_or_none:
         for path, content in contents:
@@ -67,14 +67,14 @@ def write_all_atomic(contents: Iterable[tuple[str, bytes]]) -> None:
 def check_outputs(
     outputs: Mapping[str, str], inputs: Iterable[str | os.PathLike[str]], force: bool
 ) -> None:
-    """Refuse files to write that are one file, or would replace a file that is read.
+    """Refuse outputs that are one file, or that would replace an input.
 
     Files are compared, not paths: symbolic and hard links to one file are that file.
 
     Args:
         outputs: paths by the option that gives them.
-        inputs: paths of the files that are read; those that are not there do not count.
-        force: whether files that are read may be replaced.
+        inputs: paths of the files that are read; those that do not exist are ignored.
+        force: whether inputs may be replaced.
 
     Raises:
         UsageError: two outputs are one file; or one is an input, without ``force``.
@@ -108,7 +108,7 @@ def _unwritable(path: str | os.PathLike[str], error: OSError) -> FileError:
 
 
 def is_stream(target: str) -> bool:
-    """Whether a path is a pipe or a device, or what this process prints to."""
+    """Whether a path is a pipe or a device, or a standard stream of this process."""
     try:
         found = os.stat(target)
     except OSError:

@@ -1,4 +1,4 @@
-"""The one JSON encoder, for what commands print and pages embed."""
+"""The JSON encoder for the output of commands and for pages."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ def json_text(data: object, indent: int | None = None) -> str:
         TypeError: something in the data has no counterpart in JSON.
 
     Example:
+        >>> import numpy as np
+        >>> from balance.json_text import json_text
         >>> json_text({"rank": np.int64(7), "gap": float("inf")})
         '{"rank": 7, "gap": null}'
     """

@@ -1,4 +1,4 @@
-"""A short run of every kernel of this package and of `kinematics`, so that all are compiled."""
+"""A short run of every kernel of this package and of `kinematics`, to compile them."""
 
 from __future__ import annotations
 
@@ -25,11 +25,14 @@ from kinematics.taylor.taylor_motion import taylor_motion
 
 __all__ = ["warm_up_balance"]
 
-FAR = 0.01
+SMALL_STEP = 0.01
 
 
 def warm_up_balance() -> Iterator[None]:
-    """Do with the smallest linkage of each kind what the commands do; the first ones first."""
+    """Run the work of the commands on the smallest linkage of each kind.
+
+    The kernels of the first answer come first. Yields after each stage.
+    """
     linkages = kinematics.warmup.smallest_linkages()
     yield
     for work in (_find_space, _move, _predict, _find_other_spaces):
@@ -52,7 +55,7 @@ def _move(linkage: Linkage) -> None:
 
 
 def _predict(linkage: Linkage) -> None:
-    inputs = np.full(linkage.mobility, FAR)
+    inputs = np.full(linkage.mobility, SMALL_STEP)
     predict(taylor_motion(linkage, 2), inputs)
     momentum_regressor(linkage, inputs)
     momentum_taylor(linkage, 2)

@@ -12,7 +12,7 @@ __all__ = ["CertifiedSpace", "with_certainty"]
 
 @dataclass(frozen=True, eq=False)
 class CertifiedSpace(DesignSpace):
-    """A design space, and what is known of its integers beyond floating-point arithmetic.
+    """A design space with the certainty of its integers.
 
     Attributes:
         certainty: level, reason, bounds, doubts and proof; it holds for all integers.
@@ -48,7 +48,7 @@ class CertifiedSpace(DesignSpace):
         return super().encloses if bound is None else self.rank <= bound
 
     def to_dict(self) -> dict[str, object]:
-        """The report as plain data, with its certainty; see `DesignSpace.to_dict`."""
+        """Convert the report to plain data, with its certainty; see `DesignSpace.to_dict`."""
         self.check_proved()
         return super().to_dict() | {"evidence": self.certainty.to_dict()}
 
@@ -56,7 +56,7 @@ class CertifiedSpace(DesignSpace):
         """Raise an AssertionError if an integer under ``proved`` is not the exact one.
 
         Rank, nullity, serial and parallel part are those of the proof, and the table ends at
-        the order that reaches the rank, unless orders up to another were asked for.
+        the order that reaches the rank, unless orders up to another were requested.
         """
         certainty = self.certainty
         if certainty.level != "proved":
@@ -70,6 +70,11 @@ class CertifiedSpace(DesignSpace):
 
 
 def with_certainty(space: DesignSpace, certainty: Certainty) -> CertifiedSpace:
-    """A design space with its certainty, in place of the one that it may have."""
+    """Attach a certainty to a design space, in place of the one that it may have.
+
+    Args:
+        space: the design space.
+        certainty: level, reason, bounds, doubts and proof.
+    """
     known = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
     return CertifiedSpace(**known, certainty=certainty)

@@ -30,6 +30,13 @@ from balance.exact.serial import exact_transfers, has_branching_links
 from balance.momentum.regressor import rows_at
 from balance.spaces.certainty import LEVELS, Certainty
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import (
+    MOMENTUM_RESIDUAL,
+    MOMENTUM_RESIDUAL_CLEAR,
+    MOMENTUM_RESIDUAL_ILL_CONDITIONED,
+    PARALLEL_AXES_ROUNDED,
+    SINGULAR_VALUE_ROUND_OFF,
+)
 from kinematics.closure.continuation import continue_along
 from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
 from kinematics.model.linkage import Notice
@@ -37,24 +44,19 @@ from kinematics.urdf.rational_screws import exact_geometry
 
 __all__ = ["certify"]
 
-# Momentum of a distribution of size 1 that counts as none, relative to the conditions.
-BALANCED = 1e-11
-# Largest such momentum that counts as round-off of small loops on long arms, if exact
-# arithmetic finds no condition at many further orders.
-SMALL = 1e-6
-# Singular values, and momentum at fresh poses, below this are round-off beyond doubt.
-ROUND_OFF, VANISHING = 1e-14, 1e-12
-# Number of rays along which fresh poses are taken, steps each way, and longest step.
-RAYS, STEPS, STEP = 2, 8, 0.237
-# Most rounds of added poses, while fresh poses leave momentum.
-ROUNDS = 3
+# Number of rays along which fresh poses are taken.
+FRESH_RAYS = 2
+# Number of steps each way.
+FRESH_STEPS = 8
+# Longest step, in units of the coordinates; irregular, to avoid special poses.
+FRESH_STEP_LENGTH = 0.237
+# Most rounds of added poses, as long as fresh poses leave momentum.
+MAX_ROUNDS = 3
 # Lowest order up to which the loops of an overconstrained linkage must close exactly, and
 # joints be at rest to count as idle: twice the 14th power of the input with which a gear of
 # three yokes and a dead centre moves a joint.
 CLOSURE_ORDERS = 30
-# Largest angle between parallel axes that double precision may have rounded, radians.
-PARALLEL = 1e-15
-_BELIEVED = (
+_BELIEVE_FLOATING_POINT = (
     "believe the latter: the digits of the file describe another linkage, which does not move "
     "so, and the answer is for the linkage that closes"
 )
@@ -65,10 +67,11 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     """Confirm or correct the integers of a design space, and state how sure they are.
 
     Exact arithmetic, from the decimals of the file, bounds the rank from below at every
-    order, and inertia transfers in rational numbers bound the nullity from below. Where
-    floating point found other integers, the space is computed again with the exact ones,
-    and the notice ``corrected`` names both. Where fresh poses leave momentum, poses are added.
-    Where exact arithmetic cannot be done, fresh poses alone decide the certainty.
+    order. Inertia transfers in rational numbers bound the nullity from below. If both bounds
+    add up to the number of parameters, they prove rank and nullity. Where floating point found
+    other integers, the space is computed again with the exact ones, and the notice
+    ``corrected`` names both. Poses are added while fresh poses leave momentum. Where exact
+    arithmetic is impossible, fresh poses alone decide the certainty.
 
     Args:
         space: a design space from `design_space`.
@@ -76,9 +79,13 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     Returns:
         The space; its ``certainty`` holds for all of its integers.
 
+    Source:
+        The module docstrings of `balance.exact.ranks` and `balance.exact.serial`; the
+        transfers are those of J. J. de Jong, PhD thesis, University of Twente, section 5.5.
+
     Example:
-        >>> import balance, kinematics
-        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
         >>> balance.certify(space).certainty.level
         'proved'
     """
@@ -97,7 +104,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
             mixed = changed is not None and bool(list_differences(changed, found))
             reason = (
                 f"exact arithmetic, with {count} numbers of the file replaced, finds "
-                f"{'; '.join(lines)}; {_BELIEVED}"
+                f"{'; '.join(lines)}; {_BELIEVE_FLOATING_POINT}"
             )
             return _certify_rounded(space, reason, found, mixed)
     moving = set(range(len(space.linkage.joints))) - set(found.idle)
@@ -106,8 +113,8 @@ def certify(space: DesignSpace) -> CertifiedSpace:
         rested = with_idle_joints(space, found.idle)
     corrected = correct_integers(rested, found)
     residual, poses = _measure_residual(corrected)
-    for _ in range(ROUNDS):
-        if not _unsettled(corrected, found, residual):
+    for _ in range(MAX_ROUNDS):
+        if not _needs_poses(corrected, found, residual):
             break
         corrected = with_more_poses(corrected)
         found = _gather_evidence(corrected)
@@ -120,28 +127,30 @@ def certify(space: DesignSpace) -> CertifiedSpace:
 
 
 def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
-    """Whether a special geometry is lost because exact arithmetic replaces numbers.
+    """Decide whether exact arithmetic loses a special geometry because it replaces numbers.
 
-    Floating point still sees it if its gap is wide, and loses it with other numbers. A narrow
-    gap comes from the numbers in the file, unless other ones have more conditions.
+    If the gap is wide, floating point still finds the geometry, and loses it with other
+    numbers. A narrow gap comes from the numbers in the file, unless other numbers give more
+    conditions.
 
     Args:
         space: the space by floating point.
-        changed: the same with other numbers for those that are replaced, if it can be had.
+        changed: the same with other numbers for those that are replaced; None if it does
+            not exist.
     """
-    if not space.doubts or _moved(space):
+    if not space.doubts or _pose_changed(space):
         return changed is None or bool(list_changes(space, changed))
     return changed is not None and changed.rank > space.rank
 
 
-def _codes(space: DesignSpace) -> set[str]:
-    """Codes of the notices of the linkage."""
+def _notice_codes(space: DesignSpace) -> set[str]:
+    """Collect the codes of the notices of the linkage."""
     return {notice.code for notice in space.linkage.notices}
 
 
-def _moved(space: DesignSpace) -> bool:
+def _pose_changed(space: DesignSpace) -> bool:
     """Whether the reference pose is not that of the file."""
-    return bool(_codes(space) & {"assembled", "left_singular_pose"})
+    return bool(_notice_codes(space) & {"assembled", "left_singular_pose"})
 
 
 def _gather_evidence(space: DesignSpace) -> Evidence:
@@ -166,16 +175,16 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     return Evidence(exact, transfers, found, not has_branching_links(chain, idle), tuple(idle))
 
 
-def _unsettled(space: DesignSpace, found: Evidence, residual: float) -> bool:
+def _needs_poses(space: DesignSpace, found: Evidence, residual: float) -> bool:
     """Whether fresh poses leave momentum, so that more poses may add conditions."""
     complete = found.exact.rank + len(found.independent) == found.exact.parameters
-    return residual > BALANCED and not complete and space.highest_order is None
+    return residual > MOMENTUM_RESIDUAL and not complete and space.highest_order is None
 
 
 def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> CertifiedSpace:
     """Add the doubt, or the notice, about rounding that exact arithmetic refused."""
     doubt, mobility = "", space.linkage.mobility
-    if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL:
+    if isinstance(error, InexactPlaneError) and error.deviation > PARALLEL_AXES_ROUNDED:
         doubt = f"its axes are parallel to within {error.deviation:.0e} rad only"
     if isinstance(error, InexactClosureError) and 0 < error.mobility != mobility:
         doubt = f"the mobility is {mobility} up to rounding, and {error.mobility} as written"
@@ -195,7 +204,7 @@ def _add_rounding_notice(space: CertifiedSpace, error: LinkageError) -> Certifie
 def _certainty_of(
     space: DesignSpace, found: Evidence, residual: float, poses: int
 ) -> Certainty:
-    """The certainty of a space from exact arithmetic and fresh poses."""
+    """Decide the certainty of a space from exact arithmetic and fresh poses."""
     exact, serial = found.exact, len(found.independent)
     count = found.replaced
     replaced = f", with {count} numbers of the file replaced (see --exact)" if count else ""
@@ -217,7 +226,7 @@ def _certainty_of(
         ranks = tuple(order.rank for order in exact_orders(space, exact))
         return Certainty("proved", reason + replaced, *bounds, (), proof, ranks)
     order = max(CLOSURE_ORDERS, len(exact.ranks) - 1)
-    if doubt := _unverified(space, found, residual, poses, order):
+    if doubt := _reason_unverified(space, found, residual, poses, order):
         return Certainty("estimated", doubt, *bounds, (doubt,))
     reason = "balanced at finite poses, and of the same rank by exact arithmetic"
     if complete:
@@ -228,10 +237,10 @@ def _certainty_of(
     return Certainty("verified", reason + replaced, *bounds)
 
 
-def _unverified(
+def _reason_unverified(
     space: DesignSpace, found: Evidence, residual: float, poses: int, order: int
 ) -> str:
-    """Why a space of the exact integers is not verified; empty if it is.
+    """State why a space with the exact integers is not verified; empty if it is.
 
     Args:
         space: the space.
@@ -251,7 +260,9 @@ def _unverified(
         return f"exact arithmetic finds conditions up to order {exact.kmax}: more may follow"
     if not poses:
         return "no finite pose was found to check it at"
-    if residual > BALANCED and not (residual <= SMALL and _adds_no_condition(space, exact)):
+    if residual > MOMENTUM_RESIDUAL and not (
+        residual <= MOMENTUM_RESIDUAL_ILL_CONDITIONED and _adds_no_condition(space, exact)
+    ):
         return _momenta_left(residual)
     return ""
 
@@ -261,7 +272,7 @@ def _momenta_left(residual: float) -> str:
 
 
 def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
-    """Whether many orders further on add no condition, by exact arithmetic."""
+    """Whether exact arithmetic finds no condition at many further orders."""
     last = PLATEAU_WITHOUT_BOUND + 3 * exact.kmax
     further = ranks_of(space.linkage.source, exact.chain, exact.notices, last)
     return further.rank == exact.rank
@@ -270,10 +281,17 @@ def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
 def _certify_rounded(
     space: DesignSpace, reason: str, found: Evidence | None, doubtful: bool = False
 ) -> CertifiedSpace:
-    """The certainty of a space where floating point alone decides, or is in doubt."""
+    """Certify a space where floating point alone decides, or is in doubt.
+
+    Args:
+        space: the design space.
+        reason: why exact arithmetic does not decide.
+        found: the findings of exact arithmetic, if there are any.
+        doubtful: whether the reason is a doubt as well.
+    """
     settled, (residual, poses) = space, _measure_residual(space)
-    for _ in range(ROUNDS):
-        if residual <= BALANCED or space.highest_order is not None:
+    for _ in range(MAX_ROUNDS):
+        if residual <= MOMENTUM_RESIDUAL or space.highest_order is not None:
             break
         settled = with_more_poses(settled)
         residual, poses = _measure_residual(settled)
@@ -281,15 +299,15 @@ def _certify_rounded(
     if found is not None:
         bounds = found.exact.rank, len(found.independent)
     same = bounds == (settled.rank, settled.serial_nullity)
-    doubts = _doubts(settled, residual)
-    # The file has another pose, so rounding cannot be separated from what the file says.
-    left = found is not None and "left_singular_pose" in _codes(space) and not same
+    doubts = _list_doubts(settled, residual)
+    # The file has another pose, so rounding cannot be separated from the contents of the file.
+    left = found is not None and "left_singular_pose" in _notice_codes(space) and not same
     if left or doubtful:
         doubts += (reason,)
     sure = not doubts and settled.settled and settled.highest_order is None and poses > 0
-    # Without exact arithmetic a condition near round-off cannot be told from none, and axes
+    # Without exact arithmetic a condition near round-off looks like none, and axes
     # that are parallel to within rounding may not be meant to be.
-    tiny = settled.dropped <= ROUND_OFF and residual <= VANISHING
+    tiny = settled.dropped <= SINGULAR_VALUE_ROUND_OFF and residual <= MOMENTUM_RESIDUAL_CLEAR
     parallel = settled.nullity > settled.serial_nullity
     level = LEVELS[bool(sure and ((tiny and parallel) or same))]
     seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
@@ -297,29 +315,34 @@ def _certify_rounded(
     return add_correction_notice(space, with_certainty(settled, certainty))
 
 
-def _doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
-    """Reasons why the decisions of floating point may be wrong."""
+def _list_doubts(space: DesignSpace, residual: float) -> tuple[str, ...]:
+    """List reasons why decisions of floating point may be wrong."""
     found = list(space.doubts)
     if not space.settled and space.highest_order is None:
         found.append(_UNSETTLED)
-    elif residual > BALANCED and space.highest_order is None:
+    elif residual > MOMENTUM_RESIDUAL and space.highest_order is None:
         found.append(_momenta_left(residual))
     return tuple(found)
 
 
 def _measure_residual(space: DesignSpace) -> tuple[float, int]:
-    """Largest momentum left at fresh poses, relative to the conditions, and their number.
+    """Measure the largest momentum left at fresh poses, relative to the conditions.
 
     The poses lie both ways along generic rays, nearer than those that decided the rank.
+
+    Returns:
+        The largest momentum, and the number of poses.
     """
     chain, force, basis = space.chain, space.balance == "force", space.decision.basis
     rng = np.random.default_rng(106)
     worst, poses = 0.0, 0
-    for _ in range(1 if chain.width == 1 else RAYS):
+    for _ in range(1 if chain.width == 1 else FRESH_RAYS):
         ray = rng.standard_normal(chain.width)
         for sign in (1.0, -1.0):
-            way = continue_along(chain, sign * ray / np.sqrt(ray @ ray), longest_step=STEP)
-            for pose in islice(way, STEPS):
+            way = continue_along(
+                chain, sign * ray / np.sqrt(ray @ ray), longest_step=FRESH_STEP_LENGTH
+            )
+            for pose in islice(way, FRESH_STEPS):
                 X = rows_at(chain, pose, force)
                 left = np.sqrt(np.sum((X @ basis) ** 2, axis=0)).max(initial=0.0)
                 worst = max(worst, float(left / (np.linalg.norm(X) or 1.0)))

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from balance.search.many_geometries_kernels import points_on
+from balance.search.placing_kernels import points_on_axes
 from balance.spaces.compute import design_space
 from balance.spaces.design_space_result import DesignSpace
 from kinematics.assembly.assemble import assemble
@@ -25,10 +25,10 @@ __all__ = ["with_changed_numbers"]
 
 
 def with_changed_numbers(space: DesignSpace) -> DesignSpace | None:
-    """The space of the linkage whose replaced numbers are others, by floating point.
+    """Compute the design space of the linkage with other replaced numbers, in floating point.
 
     Returns:
-        The space; None if there is none, as where loops close with these numbers only.
+        The space; None if the linkage does not assemble with these numbers.
     """
     linkage = space.linkage
     screws = change_replaced_numbers(linkage)
@@ -38,7 +38,7 @@ def with_changed_numbers(space: DesignSpace) -> DesignSpace | None:
     units /= np.sqrt(np.sum(n**2, axis=1, keepdims=True))
     near = np.array([joint.point for joint in linkage.joints])
     points = np.empty_like(near)
-    points_on(units, near, points)
+    points_on_axes(units, near, points)
     joints = tuple(
         replace(joint, screw=freeze(screw), point=freeze(point))
         for joint, screw, point in zip(linkage.joints, units, points, strict=True)

@@ -14,14 +14,19 @@ __all__ = ["add_correction_notice", "list_changes", "list_differences"]
 
 
 def list_differences(space: DesignSpace, found: Evidence) -> list[str]:
-    """Differences of the integers of a space from the exact ones, a line each."""
+    """List the differences of the integers of a space from the exact ones, a line each.
+
+    Args:
+        space: the space by floating-point arithmetic.
+        found: the findings of exact arithmetic.
+    """
     exact, lines = found.exact, []
     ranks = [order.rank for order in space.orders]
     known = exact.ranks + exact.ranks[-1:] * (len(ranks) - len(exact.ranks))
     apart = [k for k, pair in enumerate(zip(ranks, known, strict=False)) if len({*pair}) > 1]
     if apart:
         here, there = ([row[k] for k in apart] for row in (ranks, known))
-        lines.append(f"{_counted('order', apart)}: rank {_list(there)}, not {_list(here)}")
+        lines.append(f"{_numbered('order', apart)}: rank {_list(there)}, not {_list(here)}")
     if space.rank != exact.rank:
         lines.append(f"rank {exact.rank}, not {space.rank}")
     serial = len(found.independent)
@@ -30,7 +35,7 @@ def list_differences(space: DesignSpace, found: Evidence) -> list[str]:
     return lines
 
 
-def _counted(noun: str, numbers: Sequence[int]) -> str:
+def _numbered(noun: str, numbers: Sequence[int]) -> str:
     return f"{noun}{'s' if len(numbers) > 1 else ''} {_list(numbers)}"
 
 
@@ -39,7 +44,12 @@ def _list(numbers: Sequence[int]) -> str:
 
 
 def list_changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
-    """Differences of the integers of two answers on one linkage, a line each."""
+    """List the differences between the integers of two spaces of one linkage, a line each.
+
+    Args:
+        space: the space before.
+        certified: the space after.
+    """
     pairs = [
         ("rank", space.rank, certified.rank),
         ("serial part", space.serial_nullity, certified.serial_nullity),
@@ -54,7 +64,15 @@ def list_changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
 
 
 def add_correction_notice(space: DesignSpace, certified: CertifiedSpace) -> CertifiedSpace:
-    """Add a notice of the integers that floating point found instead."""
+    """Add the notice ``corrected``, with the integers that floating point found instead.
+
+    Args:
+        space: the space by floating-point arithmetic.
+        certified: the certified space.
+
+    Returns:
+        The certified space; unchanged if the integers are the same.
+    """
     if not (lines := list_changes(space, certified)):
         return certified
     text = f"floating point alone finds other integers; exact arithmetic: {'; '.join(lines)}"

@@ -27,6 +27,7 @@ from balance.exact.serial import ExactTransfer
 from balance.inertial_parameters.conversions import basis_from_chain, to_chain
 from balance.spaces.design_space_result import DesignSpace
 from balance.spaces.result import Order, rank_table
+from balance.tolerances import KNOWN_RANK_RELATIVE, UNIT_ROWS_DEPENDENT
 from balance.transfers.serial_space import Transfers, serial_transfers
 from kinematics.assembly.assemble import moving_chain
 from kinematics.linalg.rational import combination, dot, echelon, largest_entry
@@ -41,11 +42,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-
-# Relative size below which a direction is round-off, where the rank is known.
-NOTHING = 2.0**-64
-# Unit rows with a singular value below this are made independent in rational numbers.
-DEPENDENT = 1e-6
 
 
 class Evidence(NamedTuple):
@@ -67,9 +63,9 @@ class Evidence(NamedTuple):
     idle: tuple[int, ...]
 
     def use_exact_transfers(self, known: int) -> bool:
-        """Whether the independent transfers are to be used as the serial part.
+        """Decide whether the independent transfers replace the serial part.
 
-        They are if they span it, which is certain where the exact bounds of rank and nullity
+        They do if they span it, which is certain where the exact bounds of rank and nullity
         meet, or if they are more than the ``known`` ones of floating point.
         """
         count = len(self.independent)
@@ -83,7 +79,12 @@ class Evidence(NamedTuple):
 
 
 def exact_orders(space: DesignSpace, exact: Exact) -> tuple[Order, ...]:
-    """Exact ranks by order, up to the order that reaches the rank, or to the one asked for."""
+    """Tabulate exact ranks up to the order that reaches the rank, or to the highest requested.
+
+    Args:
+        space: the space, which has the highest order requested.
+        exact: ranks by exact arithmetic.
+    """
     last = exact.kmax if space.highest_order is None else len(exact.ranks) - 1
     return rank_table(exact.ranks[: last + 1], exact.parameters)
 
@@ -107,29 +108,34 @@ def correct_integers(space: DesignSpace, found: Evidence) -> DesignSpace:
     orders = exact_orders(space, exact)
     if (space.rank, space.serial_nullity) == (exact.rank, serial):
         return space if space.orders == orders else replace(space, orders=orders)
-    exchanged = space.exchanged
-    known = exchanged.rows
+    transfers = space.chain_transfers
+    known = transfers.rows
     if use_transfers:
-        exchanged = _convert_transfers(space.chain, found, space.exchanged)
+        transfers = _convert_transfers(space.chain, found, space.chain_transfers)
         known = _span(space.chain, found.exact, found.independent)
-    gathered = _gather_as_many(space, known, exact)
+    gathered = _collect_as_many(space, known, exact)
     # Where floating point sees fewer conditions, the last directions are the least sure.
     nullity = exact.parameters - max(exact.rank, gathered.conditions.rank)
-    return _with_conditions(space, gathered, exchanged, orders, nullity)
+    return _with_conditions(space, gathered, transfers, orders, nullity)
 
 
 def with_idle_joints(space: DesignSpace, idle: Sequence[int]) -> DesignSpace:
-    """Compute a design space again with other joints idle: the numbers ``idle``."""
+    """Compute a design space again with other joints idle.
+
+    Args:
+        space: the design space.
+        idle: numbers of the joints that do not move.
+    """
     linkage, force = space.linkage, space.balance == "force"
     still = np.isin(np.arange(len(linkage.joints)), np.array(idle, dtype=np.int64))
     chain = moving_chain(linkage, space.motion, not space.planar, idle=still)
-    floor = relative_tolerance(chain)
-    exchanged = serial_transfers(chain, force, floor)
-    gathered = collect_conditions(chain, exchanged.rows, force, floor, space.highest_order)
-    orders = rank_table(gathered.ranks, exchanged.rows.shape[1])
+    tolerance = relative_tolerance(chain)
+    transfers = serial_transfers(chain, force, tolerance)
+    gathered = collect_conditions(chain, transfers.rows, force, tolerance, space.highest_order)
+    orders = rank_table(gathered.ranks, transfers.rows.shape[1])
     names = tuple(linkage.joints[j].name for j in idle)
     moved = replace(space, chain=chain, idle=names)
-    return _with_conditions(moved, gathered, exchanged, orders)
+    return _with_conditions(moved, gathered, transfers, orders)
 
 
 def with_more_poses(space: DesignSpace) -> DesignSpace:
@@ -139,22 +145,27 @@ def with_more_poses(space: DesignSpace) -> DesignSpace:
     if more.rank == conditions.rank:
         return space
     gathered = CollectedConditions(more, (), space.poses + poses, settled)
-    return _with_conditions(space, gathered, space.exchanged, space.orders)
+    return _with_conditions(space, gathered, space.chain_transfers, space.orders)
 
 
-def _gather_as_many(space: DesignSpace, known: Array, exact: Exact) -> CollectedConditions:
-    """Gather as many conditions as the exact rank, beside known solutions.
+def _collect_as_many(space: DesignSpace, known: Array, exact: Exact) -> CollectedConditions:
+    """Collect as many conditions as the exact rank, beside known solutions.
 
-    Where floating point finds more, the smallest pivots are round-off and are dropped; where
+    Where floating point finds more, the smallest pivots are round-off and are dropped. Where
     it finds fewer, the largest pivots below its limit are kept too.
+
+    Args:
+        space: the design space.
+        known: rows of parameters that satisfy all conditions.
+        exact: ranks by exact arithmetic.
     """
     chain, force, rank = space.chain, space.balance == "force", exact.rank
-    floor = relative_tolerance(chain)
-    gathered = collect_conditions(chain, known, force, floor, space.highest_order)
-    for limit in (floor, NOTHING):
+    tolerance = relative_tolerance(chain)
+    gathered = collect_conditions(chain, known, force, tolerance, space.highest_order)
+    for limit in (tolerance, KNOWN_RANK_RELATIVE):
         if gathered.conditions.rank >= rank:
             break
-        conditions = gathered.conditions._replace(floor=limit)
+        conditions = gathered.conditions._replace(tolerance=limit)
         if space.highest_order is not None:
             gathered = collect_conditions(chain, known, force, limit, space.highest_order)
         else:
@@ -168,11 +179,19 @@ def _gather_as_many(space: DesignSpace, known: Array, exact: Exact) -> Collected
 def _with_conditions(
     space: DesignSpace,
     gathered: CollectedConditions,
-    exchanged: Transfers,
+    transfers: Transfers,
     orders: tuple[Order, ...],
     nullity: int | None = None,
 ) -> DesignSpace:
-    """Replace the conditions and transfers of a space; ``nullity`` limits its basis."""
+    """Replace the conditions and transfers of a space.
+
+    Args:
+        space: the design space.
+        gathered: the new conditions.
+        transfers: the new transfers.
+        orders: the new table of ranks.
+        nullity: largest number of columns of the basis.
+    """
     decision = gathered.conditions.decide()
     decision = replace(decision, basis=freeze(decision.basis[:, :nullity]))
     force, known = space.balance == "force", len(gathered.conditions.known)
@@ -180,19 +199,19 @@ def _with_conditions(
     complete = basis.shape[1] == known
     return replace(
         space, orders=orders, poses=gathered.poses, settled=gathered.settled or complete,
-        basis=freeze(basis), serial_nullity=known, decision=decision, exchanged=exchanged,
+        basis=freeze(basis), serial_nullity=known, decision=decision, chain_transfers=transfers,
     )  # fmt: skip
 
 
 def _convert_transfers(chain: Chain, found: Evidence, rounded: Transfers) -> Transfers:
-    """The exact transfers, joint by joint, as `balance.transfers` gives them."""
+    """Convert exact transfers to those of `balance.transfers`, owner by owner."""
     place = {joint: k for k, joint in enumerate(chain.joints.tolist())}
     groups: dict[int, list[ExactTransfer]] = {}
     for transfer in found.transfers:
-        part = int(rounded.part[chain.links[transfer.target]])
+        part = int(rounded.rigid_part[chain.links[transfer.target]])
         owner = -1 - part
         if transfer.joints:
-            owner = int(rounded.joints[place[transfer.joints[0]]])
+            owner = int(rounded.owner_of_joint[place[transfer.joints[0]]])
         groups.setdefault(owner, []).append(transfer)
     rows = [_span(chain, found.exact, group) for group in groups.values()]
     owners = [np.full(len(block), owner) for owner, block in zip(groups, rows, strict=True)]
@@ -204,7 +223,7 @@ def _convert_transfers(chain: Chain, found: Evidence, rounded: Transfers) -> Tra
 
 
 def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Array:
-    """Orthonormal rows that span transfers, in the units of the moving chain.
+    """Compute orthonormal rows that span transfers, in the units of the moving chain.
 
     Vectors that floating point cannot tell apart are first made independent in rational
     numbers, by Gauss-Jordan elimination with complete pivoting.
@@ -223,24 +242,27 @@ def _span(chain: Chain, exact: Exact, transfers: Sequence[ExactTransfer]) -> Arr
 
 
 def _orthonormalise(A: Array, known: bool = False) -> Array | None:
-    """Orthonormal rows that span those of A; None if rows are nearly dependent.
+    """Compute orthonormal rows that span those of A; None if rows are nearly dependent.
 
-    ``known`` says that the rows are independent. Rows that depend on others exactly, up to
-    round-off, are left out.
+    Rows that depend on others exactly, up to round-off, are left out.
+
+    Args:
+        A: the rows.
+        known: whether the rows are known to be independent.
     """
     if not len(A):
         return A
     A = A / np.sqrt(np.sum(A**2, axis=1, keepdims=True))
     _, values, Vt = singular_value_decomposition(A)
-    count = len(A) if known else int(np.sum(values > DEPENDENT))
-    doubtful = np.any((values <= DEPENDENT) & (values > 0.0)) and not known
+    count = len(A) if known else int(np.sum(values > UNIT_ROWS_DEPENDENT))
+    doubtful = np.any((values <= UNIT_ROWS_DEPENDENT) & (values > 0.0)) and not known
     return None if doubtful else Vt[:count]
 
 
 def _vector(
     chain: Chain, exact: Exact, units: Array, transfer: ExactTransfer
 ) -> list[Fraction]:
-    """A transfer as parameters of all bodies, in the units of the moving chain."""
+    """Write a transfer as parameters of all bodies, in the units of the moving chain."""
     origin = [Fraction(x) for x in chain.frame.origin.tolist()]
     z = _shift_to(origin, combination(transfer.z, exact.chain.parameters))
     moved = [dot([Fraction(x) for x in row], z) for row in units.T.tolist()]
@@ -254,9 +276,9 @@ def _vector(
 
 
 def _shift_to(point: Sequence[Fraction], z: Sequence[Fraction]) -> list[Fraction]:
-    """The ten parameters z about another point o: ``mc - m o``, and E by the parallel axes.
+    """Shift the ten parameters z to another point o, by the parallel axis theorem.
 
-    ``E' = E - 2 (mc·o) 1 + mc oᵀ + o mcᵀ + m (o·o 1 - o oᵀ)``.
+    ``mc' = mc - m o``, ``E' = E - 2 (mc·o) 1 + mc oᵀ + o mcᵀ + m (o·o 1 - o oᵀ)``.
     """
     m, c, o = z[0], z[1:4], point
     both, square = 2 * dot(c, o), dot(o, o)

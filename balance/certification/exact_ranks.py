@@ -22,7 +22,10 @@ def exact_ranks(
     spatial: bool = False,
     expected: int = 0,
 ) -> Exact:
-    """Ranks of the balance conditions by order, as whole numbers without a tolerance.
+    """Compute the rank of the balance conditions by order, exactly, without a tolerance.
+
+    The conditions are computed modulo two primes, from the decimals of the file. A rank
+    modulo a prime is a lower bound of the true rank.
 
     Args:
         model: a design space, whose options are then used; or a linkage that was read from a
@@ -31,7 +34,7 @@ def exact_ranks(
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
         spatial: count all ten parameters per body, even if the linkage is planar.
-        expected: a rank that is known or believed to be reached: without it, orders are
+        expected: a rank that is known or believed to be reached. Without it, orders are
             added until three in a row add nothing.
 
     Returns:
@@ -44,10 +47,14 @@ def exact_ranks(
         MobilityError: the linkage cannot follow the motion.
         ValueError: options are given with a design space, which has its own.
 
+    Source:
+        The conditions are those of J. J. de Jong, PhD thesis, University of Twente, chapter 5.
+
     Example:
         >>> import balance
-        >>> balance.exact_ranks("robot.urdf").ranks
-        (3, 6, 8)
+        >>> exact = balance.exact_ranks("robot.urdf")
+        >>> exact.ranks, exact.kmax
+        ((3, 6, 7, 8, 8, 8, 8), 3)
     """
     if not isinstance(model, DesignSpace):
         return ranks_of_linkage(

@@ -1,1 +1,1 @@
-"""Conditions on mass distributions: gathered order by order, and how many are independent."""
+"""Conditions on mass distributions, order by order, and their rank."""

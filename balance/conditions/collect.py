@@ -1,9 +1,9 @@
-"""All the conditions on a linkage: orders at the reference pose, and poses if need be.
+"""Collect all conditions on a linkage: orders at the reference pose, and then finite poses.
 
-Derivatives of one order are gathered along generic rays until another ray adds no condition;
-orders are gathered until the conditions are complete, or until a finite pose that was not
-used adds none. Where the orders that can be computed are not enough, or decide by little,
-poses all around are added.
+Derivatives of one order are taken along generic rays until another ray adds no condition.
+Orders are added until the conditions have full column rank, or until a finite pose that was
+not used adds none. Where the orders that can be computed are not enough, or the margin of the
+rank is small, poses all around are added.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.conditions.order_kernels import (
-    FAR,
-    FIRST,
-    NEAR,
+    FIRST_EXPANSION_ORDER,
+    FRESH_POSE_STEPS,
     conditions_up_to_order,
     generic_directions,
 )
 from balance.conditions.rank import Conditions
 from balance.momentum.regressor import rows_at, rows_per_column
+from balance.tolerances import SHORT_CONVERGENCE_RADIUS
 from kinematics.closure.continuation import continue_in_directions
 from kinematics.errors import MobilityError
 from kinematics.linalg.pivoted_qr import round_off
@@ -39,10 +39,10 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Orders to which the motion is expanded, one after the other as they are needed.
-EXPANSIONS = (FIRST, 8, 20)
-# Most poses that are looked at together.
-POSES = 256
+# Highest orders of the expansions of the motion, tried one after the other.
+EXPANSION_ORDERS = (FIRST_EXPANSION_ORDER, 8, 20)
+# Most poses in one batch.
+MAX_POSES_PER_BATCH = 256
 
 
 class CollectedConditions(NamedTuple):
@@ -62,93 +62,95 @@ class CollectedConditions(NamedTuple):
 
 
 def relative_tolerance(chain: Chain) -> float:
-    """Relative size of what counts as round-off in the frame of a chain."""
+    """Compute the relative size of round-off in the frame of a chain."""
     return round_off(chain.frame.origin, chain.frame.length)
 
 
 def collect_conditions(
-    chain: Chain, known: Array, force: bool, floor: float, max_order: int | None
+    chain: Chain, known: Array, force: bool, tolerance: float, max_order: int | None
 ) -> CollectedConditions:
-    """Conditions until they are all there are.
+    """Collect conditions, order by order and then pose by pose, until no other is independent.
 
     Args:
         chain: the linkage without idle joints.
-        known: rows of parameters that fulfil all conditions.
+        known: rows of parameters that satisfy all conditions.
         force: whether only linear momentum counts.
-        floor: relative size of round-off.
+        tolerance: relative size of round-off.
         max_order: orders to compute exactly, instead of as many as needed.
 
     Raises:
         MobilityError: no finite pose is found to check the conditions at.
     """
-    none = Conditions.beside(known, floor)
-    last = EXPANSIONS[-1] if max_order is None else max_order
+    none = Conditions.given(known, tolerance)
+    last = EXPANSION_ORDERS[-1] if max_order is None else max_order
     rays = _ray_count(chain, known, force)
     while True:
         directions = generic_directions(0, rays, chain.width)
-        found = _along(directions, chain, force, none, last, max_order is None)
+        found = _conditions_along(directions, chain, force, none, last, max_order is None)
         if found is not None:
             break
         rays *= 2
-    conditions, ranks, settled, reach = found
+    conditions, ranks, settled, radius = found
     poses = 0
     if max_order is None and not conditions.complete:
-        if not settled or reach < NEAR or conditions.thin:
+        if not settled or radius < SHORT_CONVERGENCE_RADIUS or conditions.ill_conditioned:
             conditions, poses, settled = add_poses(chain, force, conditions)
     return CollectedConditions(conditions, tuple(ranks), poses, settled)
 
 
-def _along(
+def _conditions_along(
     rays: Array, chain: Chain, force: bool, conditions: Conditions, last: int, stop: bool
 ) -> tuple[Conditions, list[int], bool, float] | None:
-    """Conditions along rays: their ranks, settled or not, the radius of convergence.
+    """Collect the conditions of all orders along rays.
 
-    None if there are not enough rays.
+    Returns:
+        The conditions, the rank after each order, whether they are settled, and the radius of
+        convergence; None if there are not enough rays.
     """
     ranks = np.empty(0, np.int64)
-    settled, reach = False, 1.0
-    for goal in EXPANSIONS if stop else (last,):
+    settled, radius = False, 1.0
+    for goal in EXPANSION_ORDERS if stop else (last,):
         found = conditions_up_to_order(chain, rays, force, conditions, ranks, goal, stop)
-        if not found.enough:
+        if not found.enough_rays:
             return None
-        if not found.placed:
+        if not found.pose_found:
             raise MobilityError(
                 "no closed pose was found near the reference pose to check the conditions at; "
                 "write the file at a pose further from a singularity"
             )
-        conditions, ranks, settled, reach = found[:4]
+        conditions, ranks, settled, radius = found[:4]
         if settled and stop:
             break
     listed: list[int] = ranks.tolist()
     while settled and stop and len(listed) > 1 and listed[-1] == listed[-2]:
         listed.pop()
-    return conditions, listed, settled, reach
+    return conditions, listed, settled, radius
 
 
 def conditions_by_order(
-    chain: Chain, known: Array, force: bool, floor: float, last: int
+    chain: Chain, known: Array, force: bool, tolerance: float, last: int
 ) -> list[Conditions]:
-    """Conditions up to order 0, 1, … ``last`` at the reference pose; see `collect_conditions`.
+    """Collect the conditions up to order 0, 1, … ``last`` at the reference pose.
 
     Each order is added to the conditions before it, so that all cost as much as the last.
 
     Args:
         chain: the linkage without idle joints.
-        known: rows of parameters that fulfil all conditions.
+        known: rows of parameters that satisfy all conditions.
         force: whether only linear momentum counts.
-        floor: relative size of round-off.
+        tolerance: relative size of round-off.
         last: highest order of derivative.
     """
     rays = _ray_count(chain, known, force)
     while True:
         directions = generic_directions(0, rays, chain.width)
-        conditions, ranks = Conditions.beside(known, floor), np.empty(0, np.int64)
+        conditions, ranks = Conditions.given(known, tolerance), np.empty(0, np.int64)
         found = []
         for order in range(last + 1):
             step = conditions_up_to_order(
                 chain, directions, force, conditions, ranks, order, False
             )
-            if not step.enough:
+            if not step.enough_rays:
                 break
             conditions, ranks = step[:2]
             found.append(conditions)
@@ -158,7 +160,7 @@ def conditions_by_order(
 
 
 def _ray_count(chain: Chain, known: Array, force: bool) -> int:
-    """Number of rays to begin with: enough for orders 0 and 1, or for all unknowns."""
+    """Compute how many rays to begin with: enough for orders 0 and 1, or for all unknowns."""
     rows = chain.width * rows_per_column(chain.planar, force)
     return min(comb(chain.width + 1, 2), 1 - (-known.shape[1] // rows))
 
@@ -166,7 +168,7 @@ def _ray_count(chain: Chain, known: Array, force: bool) -> int:
 def add_poses(
     chain: Chain, force: bool, conditions: Conditions, least: int = 0
 ) -> tuple[Conditions, int, bool]:
-    """Add the conditions at ever more poses, until as many again add none.
+    """Add the conditions at finite poses, twice as many each time, until a batch adds none.
 
     Args:
         chain: the linkage without idle joints.
@@ -175,27 +177,27 @@ def add_poses(
         least: a rank that is known to be reached.
 
     Returns:
-        The conditions, how many poses were used, and whether that settles them.
+        The conditions, the number of poses used, and whether the conditions are settled.
     """
     poses = continue_in_directions(
         chain, generic_directions(101, 101 + chain.width, chain.width)
     )
-    used, batch, settled, before = 0, FAR, False, -1
-    while batch <= POSES:
+    used, batch, settled, before = 0, FRESH_POSE_STEPS, False, -1
+    while batch <= MAX_POSES_PER_BATCH:
         rows = [rows_at(here, pose, force) for here, pose in islice(poses, batch)]
         if not rows:
             break
         used += len(rows)
         before = conditions.rank
-        # Where a joint is near a dead centre rows are large, and must not drown the others.
+        # Near a dead centre rows are large; normalised blocks keep the others visible.
         sizes = [np.linalg.norm(block) or 1.0 for block in rows]
         block = np.concatenate([block / size for block, size in zip(rows, sizes, strict=True)])
-        conditions = conditions.and_also(block)
-        # As many again make a complete answer a well-conditioned one.
+        conditions = conditions.append(block)
+        # After full rank, one more batch improves the conditioning.
         stays = conditions.rank == before and conditions.rank >= least
-        if settled or (stays and batch > FAR and not conditions.thin):
+        if settled or (stays and batch > FRESH_POSE_STEPS and not conditions.ill_conditioned):
             return conditions, used, True
         settled = conditions.complete
         batch *= 2
     stays = conditions.rank == before and conditions.rank >= least
-    return conditions, used, settled or (stays and not conditions.thin)
+    return conditions, used, settled or (stays and not conditions.ill_conditioned)

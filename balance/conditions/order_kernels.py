@@ -1,4 +1,4 @@
-"""Orders at the reference pose and a finite pose that tells whether they are enough.
+"""Conditions of consecutive orders at the reference pose, checked at a finite pose.
 
 One compiled step of `balance.conditions.collect`: closure, momentum and rank without
 leaving the compiled code, for one linkage or for many of one topology.
@@ -32,31 +32,36 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.spatial.displacements import place_links
 
 __all__ = [
-    "FAR",
-    "FIRST",
-    "NEAR",
+    "FRESH_POSE_STEPS",
+    "FIRST_EXPANSION_ORDER",
     "OrderResult",
     "conditions_up_to_order",
     "generic_directions",
     "planar_conditions_up_to_order",
     "spatial_conditions_up_to_order",
-    "stage_workspace",
+    "orders_workspace",
 ]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# The order to which the motion is expanded first.
-FIRST = 3
-# Series that converge no further than this, in radians, say little.
-NEAR = 1e-2
-# Steps to the pose that decides whether high orders are complete.
-FAR = 4
+# Highest order of the first expansion of the motion.
+FIRST_EXPANSION_ORDER = 3
+# Number of steps to the pose that decides whether high orders are complete.
+FRESH_POSE_STEPS = 4
 
 
 @cache
 def generic_directions(begin: int, end: int, width: int) -> Array:
-    """Unit directions of a fixed sequence without special relations; (count, width)."""
+    """Generate unit directions of a fixed sequence without special relations; (count, width).
+
+    ``δ_i = c_i / |c_i|`` with ``c_iw = cos((i width + w + 1)²)``.
+
+    Args:
+        begin: number of the first direction.
+        end: number after that of the last one.
+        width: number of coordinates.
+    """
     if width == 1:
         return freeze(np.ones((end - begin, 1)))
     directions = []
@@ -67,44 +72,45 @@ def generic_directions(begin: int, end: int, width: int) -> Array:
     return freeze(np.reshape(directions, (end - begin, width)))
 
 
-def _stage_kernel(dim):
-    """The kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
+def _orders_kernel(dim):
+    """Make the kernel for twists of ``dim`` components: 6 in space, 3 in a plane."""
 
     @kernel(reference_counting=False)
-    def stage(chain, links, rays, orders, known, result, rooms):
-        """The orders up to ``goal``, of which as many as done are known.
+    def orders_kernel(chain, links, rays, orders, known, result, workspaces):
+        """Collect the conditions of orders up to the highest, after those that are known.
 
-        A step to a fresh pose is within the radius of convergence, where a condition of high
-        order that is still missing may be too small to see: then several are needed. With
-        one coordinate the series at the reference pose predicts the first step.
+        The step to a fresh pose stays within the radius of convergence. A missing condition of
+        high order may be too small to see there, so that several steps are needed. With one
+        coordinate the series at the reference pose predicts the first step.
 
         Args:
             chain: in: arrays of the chain, as `Chain.walked`.
             links: in: link of each body (bodies,).
             rays: in: directions (count, width).
-            orders: the highest order; whether to stop at the order that needs no other; how
-                many steps lead to the fresh pose.
+            orders: the highest order; whether to stop at the order that needs no other; number
+                of steps to the fresh pose.
             known: in: the factor of the conditions of lower orders, its permutation, and the
-                parameters that its columns stand for; its largest pivot, and the largest
-                remainder that was cut off; the relative size of round-off; how many orders
-                it holds.
-            result: out: the rank after each order (orders,), of which those of the orders
-                known are in; the permutation (p,); the factor (≥ rank, p).
-            rooms: workspace, as from `stage_workspace`.
+                parameters of its columns; its largest pivot, and the largest remainder that was
+                cut off; the relative size of round-off; how many orders it holds.
+            result: out: the rank after each order (orders,), which holds the ranks of the known
+                orders on entry; the permutation (p,); the factor (≥ rank, p).
+            workspaces: as from `orders_workspace`.
 
         Returns:
-            The rank, the largest pivot and largest remainder; how many orders are done;
-            whether they are settled; the radius of convergence; the mismatch of the loops;
-            the rate of the slowest joint, relative to the fastest; whether there were enough
-            rays, and whether a finite pose was found.
+            The rank, the largest pivot and largest remainder; number of orders done; whether
+            they are settled; the radius of convergence; the mismatch of the loops; the rate of
+            the slowest joint, relative to the fastest; whether there were enough rays, and
+            whether a finite pose was found.
         """
         goal, stop, steps = orders
         R, permutation, unknowns, scale, dropped, tolerance, done = known
         found, order, out = result
-        flat, room, (H, N, X, rows), near, (H1, N1, X1, rows1), step_room, poses = rooms
+        flat, for_series, (H, N, X, rows), near, (H1, N1, X1, rows1), for_steps, poses = (
+            workspaces
+        )
         parent, screws, _, _, columns, moves, _ = chain
         start, q, pose, carried, none, ray = poses
-        _, _, _, V, C, T, residual = room
+        _, _, _, V, C, T, residual = for_series
         count, width, per = rays.shape[0], columns.shape[1], X.shape[3]
         m, rank = count * width * per, R.shape[0]
         for k in range(permutation.size):
@@ -114,14 +120,14 @@ def _stage_kernel(dim):
         F = flat[: (p + m + 1) * padded].reshape((p + m + 1, padded))
         factor = Factor(F, order, unknowns, tolerance)
         take_factor(R, order, F)
-        settled, enough, placed, fresh = False, True, True, rows[0, :0]
-        reach = slowest = mismatch = 1.0
+        settled, enough_rays, pose_found, fresh = False, True, True, rows[0, :0]
+        radius = slowest = mismatch = 1.0
         begin = 0
         # With several coordinates the last order costs most, and is needed least.
         for upto in range(goal - 1 if stop and width > 1 else goal, goal + 1):
-            if settled or not (enough and placed):
+            if settled or not (enough_rays and pose_found):
                 break
-            top = upto if stop else max(upto, FIRST)
+            top = upto if stop else max(upto, FIRST_EXPANSION_ORDER)
             here, turned = V[:count], T[:count]
             # Series of the motion, and rows X_k of the regressor, for orders begin … upto.
             for k in range(begin, upto + 1):
@@ -129,10 +135,10 @@ def _stage_kernel(dim):
                     for j in range(rows.shape[2]):
                         rows[k, i, j] = 0.0
             if dim == 3:
-                planar_series(begin, top, chain, screws, rays, room)
+                planar_series(begin, top, chain, screws, rays, for_series)
                 planar_regressor(begin, upto, none, links, moves, here, turned, H, N, X[begin:])
             else:
-                spatial_series(begin, top, chain, screws, rays, room)
+                spatial_series(begin, top, chain, screws, rays, for_series)
                 spatial_regressor(
                     begin, upto, none, links, moves, here, turned, H, N, X[begin:]
                 )
@@ -141,50 +147,50 @@ def _stage_kernel(dim):
             mismatch = 0.0
             for k in range(top + 1):
                 mismatch = max(mismatch, residual[k])
-            rates = step_room[2]
-            reach = radius_along(C[0, : top + 1], rays[0], rates)
+            rates = for_steps[2]
+            radius = radius_along(C[0, : top + 1], rays[0], rates)
             # slowest = min_j |rate_j| / max_j |rate_j|
             least, largest = np.inf, 0.0
             for j in range(parent.size):
                 rate = abs(rates[0, j])
                 least, largest = min(least, rate), max(largest, rate)
             slowest = least / largest
-            while enough and placed and not settled and done <= upto:
-                series = RaySeries(rows[done : upto + 1], m, width * per, width, done, reach)
-                rank, scale, dropped, more, settled, enough = collect_orders(
+            while enough_rays and pose_found and not settled and done <= upto:
+                series = RaySeries(rows[done : upto + 1], m, width * per, width, done, radius)
+                rank, scale, dropped, more, settled, enough_rays = collect_orders(
                     factor, rank, scale, dropped, series, fresh, stop, found[done:]
                 )
                 done += more
                 stalled = done > 1 and found[done - 1] == found[done - 2]
-                if not enough or settled or fresh.shape[0] > 0:
+                if not enough_rays or settled or fresh.shape[0] > 0:
                     continue
                 if not stalled and upto < goal:
                     continue
                 # Steps along the ray to a finite pose, and the rows X_0 there.
-                placed, s = False, screws
+                pose_found, s = False, screws
                 for j in range(parent.size):
                     start[j] = 0.0
                 for step in range(steps):
                     if step == 0 and width == 1:
                         ahead = C[count - 1, : top + 1]
                     else:
-                        last = min(FIRST, top)
+                        last = min(FIRST_EXPANSION_ORDER, top)
                         if dim == 3:
                             planar_series(0, last, chain, s, ray, near)
                         else:
                             spatial_series(0, last, chain, s, ray, near)
                         ahead = near[4][0, : last + 1]
                     length = follow_series(
-                        chain, start, ahead, ray[0], np.inf, q, pose, carried, step_room
+                        chain, start, ahead, ray[0], np.inf, q, pose, carried, for_steps
                     )
                     if length == 0.0:
-                        if placed:
-                            place_links(parent, screws, start, pose, carried, step_room[3][0])
+                        if pose_found:
+                            place_links(parent, screws, start, pose, carried, for_steps[3][0])
                         break
-                    placed, s = True, carried
+                    pose_found, s = True, carried
                     for j in range(parent.size):
                         start[j] = q[j]
-                if not placed:
+                if not pose_found:
                     continue
                 fresh = rows1[0]
                 for i in range(fresh.shape[0]):
@@ -198,28 +204,29 @@ def _stage_kernel(dim):
                     spatial_regressor(0, 0, pose, links, moves, near[3], near[5], H1, N1, X1)
                 settled = contains_rows(factor, rank, fresh, 1.0, scale)
         put_factor(F, order, rank, out)
-        settled = settled and enough and placed
+        settled = settled and enough_rays and pose_found
         return (
-            rank, scale, dropped, done, settled, reach, mismatch, slowest, enough, placed
+            rank, scale, dropped, done, settled, radius, mismatch, slowest, enough_rays,
+            pose_found,
         )  # fmt: skip
 
-    return stage
+    return orders_kernel
 
 
 spatial_conditions_up_to_order, planar_conditions_up_to_order = (
-    _stage_kernel(6),
-    _stage_kernel(3),
+    _orders_kernel(6),
+    _orders_kernel(3),
 )
 
 
-def stage_workspace(
+def orders_workspace(
     chain: Chain, rays: int, goal: int, per: int, size: int, unknowns: int
 ) -> tuple[object, ...]:
-    """Room for a stage.
+    """Allocate the workspace for the conditions of several orders.
 
     Args:
         chain: the linkage.
-        rays: how many at most.
+        rays: largest number of rays.
         goal: the highest order.
         per: momentum components of each column.
         size: parameters of each body.
@@ -227,8 +234,8 @@ def stage_workspace(
     """
     n, m = chain.parent.size, 3 if chain.planar else 4
     series, near = (
-        series_workspace(chain, rays, max(goal, FIRST)),
-        series_workspace(chain, 1, FIRST),
+        series_workspace(chain, rays, max(goal, FIRST_EXPANSION_ORDER)),
+        series_workspace(chain, 1, FIRST_EXPANSION_ORDER),
     )
     moments = moments_workspace(series[3][:, : goal + 1], chain.links, chain.moves, per, size)
     fresh = moments_workspace(near[3][:, :1], chain.links, chain.moves, per, size)
@@ -243,7 +250,7 @@ def stage_workspace(
         moments,
         near,
         fresh,
-        newton_workspace(chain, max(goal, FIRST) + 1),
+        newton_workspace(chain, max(goal, FIRST_EXPANSION_ORDER) + 1),
         ahead,
     )
 
@@ -255,31 +262,31 @@ class OrderResult(NamedTuple):
         conditions: all of them.
         ranks: number of independent ones after each order.
         settled: whether no other order is needed.
-        reach: radius of convergence of the series.
-        enough: whether there were enough rays; if not, more are needed.
-        placed: whether a finite pose was found where one was needed.
+        convergence_radius: radius of convergence of the series.
+        enough_rays: whether there were enough rays; if not, more are needed.
+        pose_found: whether a finite pose was found where one was needed.
     """
 
     conditions: Conditions
     ranks: IntArray
     settled: bool
-    reach: float
-    enough: bool
-    placed: bool
+    convergence_radius: float
+    enough_rays: bool
+    pose_found: bool
 
 
 def conditions_up_to_order(
     chain: Chain, rays: Array, force: bool, conditions: Conditions, ranks: IntArray,
     goal: int, stop: bool,
 ) -> OrderResult:  # fmt: skip
-    """Add the orders up to ``goal`` to conditions that hold those before.
+    """Add the conditions of orders up to ``goal`` to those of lower orders.
 
     Args:
         chain: the linkage without idle joints.
         rays: generic directions (count, width).
         force: whether only linear momentum counts.
         conditions: those of lower orders.
-        ranks: how many were independent after each of these orders.
+        ranks: number of independent conditions after each of these orders.
         goal: the highest order.
         stop: whether to stop at the order that needs no other.
     """
@@ -289,18 +296,20 @@ def conditions_up_to_order(
     found[:done] = ranks
     out = np.empty((unknowns, unknowns))
     shape = len(rays), goal, per, size, unknowns
-    rooms = chain.borrow(shape, lambda: stage_workspace(chain, *shape))
-    stage = planar_conditions_up_to_order if chain.planar else spatial_conditions_up_to_order
+    workspaces = chain.borrow(shape, lambda: orders_workspace(chain, *shape))
+    orders_kernel = (
+        planar_conditions_up_to_order if chain.planar else spatial_conditions_up_to_order
+    )
     known = (
         conditions.factor, conditions.permutation, conditions.columns, conditions.scale,
-        conditions.dropped, conditions.floor, done,
+        conditions.dropped, conditions.tolerance, done,
     )  # fmt: skip
-    orders = goal, stop, 1 if goal == FIRST else FAR
-    rank, scale, dropped, done, settled, reach, _, _, enough, placed = stage(
-        chain.walked, chain.links, rays, orders, known, (found, order, out), rooms
+    orders = goal, stop, 1 if goal == FIRST_EXPANSION_ORDER else FRESH_POSE_STEPS
+    rank, scale, dropped, done, settled, radius, _, _, enough_rays, pose_found = orders_kernel(
+        chain.walked, chain.links, rays, orders, known, (found, order, out), workspaces
     )
-    chain.give_back(shape, rooms)
+    chain.give_back(shape, workspaces)
     more = conditions._replace(
         factor=out[:rank], permutation=order, scale=scale, dropped=dropped
     )
-    return OrderResult(more, found[:done], settled, reach, enough, placed)
+    return OrderResult(more, found[:done], settled, radius, enough_rays, pose_found)

@@ -1,9 +1,9 @@
-"""Every decision about a rank is taken here.
+"""Rank decision: linear conditions as a triangular factor, cut off at round-off.
 
-Conditions arrive in blocks of rows. They are kept as a triangular factor, which is all of
-them up to an orthogonal transformation: ``R = QᵀX`` with pivoting, in the spirit of T. F.
-Chan (1987), cut off where the largest remaining column is round-off. Blocks are scaled as a
-whole; a single row never is, because that would turn round-off into a condition.
+Conditions come in blocks of rows. The triangular factor ``R = QᵀX`` with pivoting holds all of
+them up to an orthogonal transformation, in the spirit of T. F. Chan (1987); it ends where the
+largest remaining column is round-off. Blocks are scaled as a whole. A single row never is,
+because that would turn round-off into a condition.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ Array = NDArray[np.float64]
 class Conditions(NamedTuple):
     """Linear conditions on unknowns, compressed to a triangular factor.
 
-    Solutions that are known beforehand, by proof, are taken out: as many unknowns as there
-    are known solutions are left out, and the conditions are on the others alone.
+    Known solutions are projected out: one unknown is left out for each of them, and the
+    conditions are on the others alone.
 
     Attributes:
-        factor: as many rows as there are independent conditions, triangular once its
-            columns are taken in the order of ``permutation``.
+        factor: one row for each independent condition, triangular if its columns are taken in
+            the order of ``permutation``.
         permutation: see ``factor``.
         columns: the unknowns that the columns of ``factor`` stand for.
         known: known solutions, as the rows of a triangular factor (s, unknowns).
-        without: the s unknowns that are left out.
-        floor: pivots up to this part of the largest are round-off.
+        omitted: the s unknowns that are left out.
+        tolerance: pivots up to this part of the largest are round-off.
         scale: largest pivot seen.
         dropped: largest remainder that was cut off as round-off.
     """
@@ -51,28 +51,33 @@ class Conditions(NamedTuple):
     permutation: NDArray[np.int64]
     columns: NDArray[np.int64]
     known: Array
-    without: NDArray[np.int64]
-    floor: float = RANK_RELATIVE
+    omitted: NDArray[np.int64]
+    tolerance: float = RANK_RELATIVE
     scale: float = 0.0
     dropped: float = 0.0
 
     @classmethod
     def none(cls, unknowns: int) -> Conditions:
-        """No conditions yet."""
-        return cls.beside(np.empty((0, unknowns)))
+        """Start without conditions."""
+        return cls.given(np.empty((0, unknowns)))
 
     @classmethod
-    def beside(cls, known: Array, floor: float = RANK_RELATIVE) -> Conditions:
-        """No conditions yet, on unknowns of which the rows of ``known`` are solutions."""
+    def given(cls, known: Array, tolerance: float = RANK_RELATIVE) -> Conditions:
+        """Start without conditions, on unknowns with known solutions.
+
+        Args:
+            known: known solutions as rows (solutions, unknowns).
+            tolerance: relative size of round-off.
+        """
         count = known.shape[1]
         factor, permutation, _, _ = updated_factor(
-            np.empty((0, count)), known, np.arange(count), floor, 1.0
+            np.empty((0, count)), known, np.arange(count), tolerance, 1.0
         )
         s = len(factor)
         columns = permutation[s:].copy()
         columns.sort()
         empty = np.empty((0, columns.size))
-        return cls(empty, np.arange(columns.size), columns, factor, permutation[:s], floor)
+        return cls(empty, np.arange(columns.size), columns, factor, permutation[:s], tolerance)
 
     @property
     def rank(self) -> int:
@@ -81,25 +86,25 @@ class Conditions(NamedTuple):
 
     @property
     def complete(self) -> bool:
-        """Whether there is no room for another condition."""
+        """Whether no other condition can be independent."""
         return len(self.factor) == self.columns.size
 
     @property
-    def thin(self) -> bool:
+    def ill_conditioned(self) -> bool:
         """Whether the smallest pivot is near round-off."""
         smallest = smallest_pivot(self.factor, self.permutation)
-        return bool(smallest < RANK_MARGIN * self.floor * self.scale)
+        return bool(smallest < RANK_MARGIN * self.tolerance * self.scale)
 
     @property
     def rows(self) -> Array:
-        """The conditions on all unknowns (rank, unknowns); known solutions fulfil them."""
-        return extend(self.known, self.without, self.factor, self.columns)
+        """The conditions on all unknowns (rank, unknowns); known solutions satisfy them."""
+        return extend(self.known, self.omitted, self.factor, self.columns)
 
-    def and_also(self, rows: Array) -> Conditions:
-        """These conditions and those in ``rows`` (any leading shape, unknowns last)."""
+    def append(self, rows: Array) -> Conditions:
+        """Append conditions, given as rows (any leading shape, unknowns last)."""
         block = rows.reshape(-1, self.known.shape[1])
         factor, permutation, scale, remainder = updated_factor(
-            self.factor, block, self.columns, self.floor, self.scale
+            self.factor, block, self.columns, self.tolerance, self.scale
         )
         return self._replace(
             factor=factor, permutation=permutation, scale=scale,
@@ -107,27 +112,27 @@ class Conditions(NamedTuple):
         )  # fmt: skip
 
     def first(self, rank: int) -> Conditions:
-        """The conditions of the first ``rank`` pivots."""
+        """Keep the conditions of the first ``rank`` pivots."""
         return self._replace(factor=self.factor[:rank])
 
-    def imply(self, rows: Array) -> bool:
-        """Whether rows that were not used follow from these conditions."""
+    def contains(self, rows: Array) -> bool:
+        """Decide whether rows that were not used follow from these conditions."""
         block = rows.reshape(-1, self.known.shape[1])
         return self.complete or bool(
             rows_follow(
-                self.factor, self.permutation, block, self.columns, self.floor, self.scale
+                self.factor, self.permutation, block, self.columns, self.tolerance, self.scale
             )
         )
 
     def decide(self) -> Decision:
-        """The null space of the conditions gathered so far, and the numbers behind it."""
+        """Compute the null space of the conditions."""
         basis = known_and_null_space(self.known, self.factor, self.permutation, self.columns).T
         return Decision(self, freeze(basis))
 
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """A null space and, computed when first asked for, the numbers behind the rank.
+    """A null space, and the numbers behind its rank, which are computed at first use.
 
     Attributes:
         conditions: all of them.
@@ -144,7 +149,7 @@ class Decision:
 
     @property
     def singular_values(self) -> Array:
-        """Those of all conditions, relative to the largest, descending (rank,).
+        """Singular values of all conditions, relative to the largest, descending (rank,).
 
         Those of conditions that only exact arithmetic finds are 0.
         """
@@ -162,11 +167,11 @@ class Decision:
         return self.conditions.dropped / float(self._values[0]) if self.conditions.rank else 0.0
 
     @property
-    def thin(self) -> bool:
+    def ill_conditioned(self) -> bool:
         """Whether the smallest singular value that counts is near round-off."""
         conditions = self.conditions
         least = smallest_pivot(conditions.factor, conditions.permutation)
-        near = RANK_MARGIN * conditions.floor
+        near = RANK_MARGIN * conditions.tolerance
         # Pivots exceed the singular values they stand for by less than 20 in practice, though
         # W. Kahan's matrices (1966) show no such bound: a factor of RANK_MARGIN is ample.
         return bool(least < RANK_MARGIN * near * conditions.scale and self.kept < near)
@@ -187,7 +192,11 @@ def _singular_values(A: Array) -> Array:
 
 
 def singular_value_decomposition(A: Array) -> tuple[Array, Array, Array]:
-    """Thin singular value decomposition ``A = U diag(s) Vt``; U, s descending, and Vt."""
+    """Compute the thin singular value decomposition ``A = U diag(s) Vt``.
+
+    Returns:
+        U, s descending, and Vt.
+    """
     try:
         U, values, Vt = np.linalg.svd(A, full_matrices=False)
     except np.linalg.LinAlgError:

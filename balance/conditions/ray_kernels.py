@@ -1,4 +1,4 @@
-"""Conditions of consecutive orders, absorbed ray by ray: a compiled kernel."""
+"""Compiled kernel that collects the conditions of consecutive orders, ray by ray."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class RaySeries(NamedTuple):
 
 @kernel(reference_counting=False)
 def collect_orders(factor, rank, scale, dropped, series, fresh, stop, ranks):
-    """Absorb the rows of consecutive orders, along as many rays as it takes.
+    """Collect the conditions of consecutive orders, along as many rays as needed.
 
-    ``C(w + k - 1, k)`` generic rays span all derivatives of order k in w coordinates; fewer
-    will do once the rows of one more follow from those gathered. Rows of order k are
+    ``C(w + k - 1, k)`` generic rays span all derivatives of order k in w coordinates. Fewer
+    are enough once the rows of one more ray follow from the others. Rows of order k are
     weighted by ``radius**k``. Fresh rows, of a finite pose, decide whether another order is
-    needed; without any, only conditions that are complete settle that.
+    needed. Without fresh rows, only a full column rank settles that.
 
     Args:
         factor: in, out: a `Factor`, with workspace for the rows of all rays.
@@ -54,8 +54,8 @@ def collect_orders(factor, rank, scale, dropped, series, fresh, stop, ranks):
         ranks: out: the rank after each order (orders,).
 
     Returns:
-        The rank, largest pivot and largest remainder; how many orders were gathered; whether
-        it is settled that they are all there are, and whether there were enough rays.
+        The rank, largest pivot and largest remainder; number of orders collected; whether
+        no other order is needed, and whether there were enough rays.
     """
     rows, total, per_ray, width, first, radius = series
     orders, p = rows.shape[0], factor.columns.size

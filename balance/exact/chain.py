@@ -1,4 +1,4 @@
-"""A linkage and its motion in rational numbers: what exact ranks are computed from.
+"""A linkage and its motion in rational numbers, the input of exact ranks.
 
 Structure, and which joints are independent, come from the assembled linkage; numbers come
 from the decimals of its file. Axes keep the lengths that they have there, so the relations
@@ -48,7 +48,7 @@ class ExactChain(NamedTuple):
         dependent: joints whose rates follow from the loops.
         columns: rates of the screws of the other joints (n, w).
         links: link of each body.
-        rows: what is taken of the momentum ``[ξ; p]``: (3 or fewer rows in a plane, 6).
+        rows: components of the momentum ``[ξ; p]`` that count (3 or fewer in a plane, 6).
         parameters: parameters of a body that are counted, as combinations of the ten
             ``[m, mcx, mcy, mcz, Exx, Eyy, Ezz, Exy, Exz, Eyz]``.
     """
@@ -87,7 +87,14 @@ def exact_chain(
     force: bool = False,
     spatial: bool = False,
 ) -> ExactChain:
-    """A linkage under a motion in rational numbers; idle joints are kept.
+    """Write a linkage under a motion in rational numbers; idle joints are kept.
+
+    Args:
+        linkage: the assembled linkage: structure and independent joints.
+        geometry: its joint screws in rational numbers, from its file.
+        motion: restriction of the inputs; free by default.
+        force: whether only linear momentum counts.
+        spatial: whether all ten parameters per body count, even if the linkage is planar.
 
     Raises:
         ExactError: the lengths of axes that a relation joins have no rational ratio, or the
@@ -96,12 +103,14 @@ def exact_chain(
     count = len(linkage.joints)
     moving = moving_chain(linkage, motion, spatial)
     independent = linkage.positions_of(linkage.inputs if motion is None else motion.inputs)
-    # First of all: a linkage that is planar only up to rounding has other parameters.
+    # Before all else: a linkage that is planar only up to rounding has other parameters.
     if moving.planar:
-        rows, parameters = _in_plane(linkage, geometry, moving.joints, moving.frame.R[2])
+        rows, parameters = _planar_rows_and_parameters(
+            linkage, geometry, moving.joints, moving.frame.R[2]
+        )
     else:
-        rows, parameters = _units(6), _units(10)
-    basis = _columns(linkage, geometry, motion, independent)
+        rows, parameters = _unit_vectors(6), _unit_vectors(10)
+    basis = _independent_columns(linkage, geometry, motion, independent)
     columns = [(Fraction(0),) * len(basis) for _ in range(count)]
     for row, joint in enumerate(independent):
         columns[joint] = tuple(vector[row] for vector in basis)
@@ -121,12 +130,12 @@ def exact_chain(
     )
 
 
-def _units(count: int) -> tuple[Vector, ...]:
+def _unit_vectors(count: int) -> tuple[Vector, ...]:
     return tuple(tuple(Fraction(int(i == j)) for j in range(count)) for i in range(count))
 
 
 def _ratio(linkage: Linkage, geometry: Geometry, joint: int, other: int, why: str) -> Fraction:
-    """Length of the axis of ``joint`` over that of ``other``."""
+    """Compute the length of one axis over that of another, of joints; ``why`` for messages."""
     ratio = root(geometry.squares[joint] / geometry.squares[other])
     if ratio is None:
         first, second = linkage.joints[joint].name, linkage.joints[other].name
@@ -137,13 +146,13 @@ def _ratio(linkage: Linkage, geometry: Geometry, joint: int, other: int, why: st
     return ratio
 
 
-def _columns(
+def _independent_columns(
     linkage: Linkage, geometry: Geometry, motion: Motion | None, independent: IntArray
 ) -> list[list[Fraction]]:
-    """Rates of the screws of the independent joints, for each column of the motion.
+    """Compute the rates of the independent screws for each column of the motion.
 
-    A rate of a joint is that of its screw times the length of the axis: so are the
-    coefficients of relations between them, up to a factor.
+    The rate of a joint is that of its screw times the length of its axis, and so are the
+    coefficients of relations between rates, up to a factor.
     """
     relations = [] if motion is None else motion.coefficients()
     texts = motion.relations if motion and motion.relations else ("motion",) * len(relations)
@@ -158,7 +167,7 @@ def _columns(
 
 
 def _mimics(linkage: Linkage, geometry: Geometry) -> tuple[Vector, ...]:
-    """Relations between the rates of the screws of joints that follow others."""
+    """Collect the relations between the rates of the screws of mimic joints."""
     rows = []
     for mimic, ratio in zip(linkage.mimics, geometry.ratios, strict=True):
         row = [Fraction(0)] * len(linkage.joints)
@@ -171,22 +180,22 @@ def _mimics(linkage: Linkage, geometry: Geometry) -> tuple[Vector, ...]:
     return tuple(rows)
 
 
-def _in_plane(
+def _planar_rows_and_parameters(
     linkage: Linkage, geometry: Geometry, joints: IntArray, normal: NDArray[np.float64]
 ) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
-    """Rows ``[ξ·n, p·a, p·b]`` and parameters ``[m, mc·a, mc·b, n·E n]`` of a plane.
+    """Compute rows ``[ξ·n, p·a, p·b]`` and parameters ``[m, mc·a, mc·b, n·E n]`` of a plane.
 
     The axes a, b, n are at right angles, and of any length.
     """
     zero = (Fraction(0),) * 3
     moving = [geometry.screws[j] for j in joints]
     turning = [screw for screw in moving if any(screw[:3])]
-    n = _normal(turning, [s[3:] for s in moving if not any(s[:3])], normal)
+    n = _plane_normal(turning, [s[3:] for s in moving if not any(s[:3])], normal)
     deviation = max(_out_of_plane(screw, n) for screw in moving)
     if deviation:
         raise InexactPlaneError(linkage.source, float(deviation) ** 0.5)
     nearest = max(range(3), key=lambda i: abs(n[i]))
-    helper = _units(3)[(nearest + 1) % 3]
+    helper = _unit_vectors(3)[(nearest + 1) % 3]
     a = tuple(x - dot(helper, n) / dot(n, n) * y for x, y in zip(helper, n, strict=True))
     b = cross(n, a)
     squares = tuple(n[i] * n[j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
@@ -204,10 +213,10 @@ def _out_of_plane(screw: Vector, n: Vector) -> Fraction:
     return dot(off, off) / (dot(w, w) * square) + dot(w, v) ** 2 / dot(w, w) ** 2
 
 
-def _normal(
+def _plane_normal(
     turning: Sequence[Vector], slides: Sequence[Vector], normal: NDArray[np.float64]
 ) -> Vector:
-    """A normal of the plane in which screws move; ``normal`` is the rounded one."""
+    """Compute a normal of the plane in which screws move; ``normal`` is the rounded one."""
     if turning:
         n = turning[0][:3]
     else:
@@ -220,7 +229,7 @@ def _normal(
 
 
 def loops_are_regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
-    """Whether loops close at all orders because their constraints are independent.
+    """Decide whether loops close at all orders because their constraints are independent.
 
     The displacement around a loop stays in the group that its screws generate. Where the
     loop matrix has as many independent rows as all those groups have dimensions, the
@@ -241,12 +250,12 @@ def loops_are_regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
     )
     for ends in chain.ends:
         around = sorted(loop_joints(chain.parent, *ends) - still)
-        constraints += _dimension([chain.screws[j] for j in around])
+        constraints += _lie_algebra_dimension([chain.screws[j] for j in around])
     return len(set(chain.dependent) - still) == constraints
 
 
-def _dimension(screws: Sequence[Vector]) -> int:
-    """Dimension of the Lie algebra that screws generate."""
+def _lie_algebra_dimension(screws: Sequence[Vector]) -> int:
+    """Compute the dimension of the Lie algebra that screws generate."""
     basis = echelon(screws)[0]
     while len(basis) < 6:
         wider = echelon(

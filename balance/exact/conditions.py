@@ -17,14 +17,15 @@ __all__ = ["ExactConditions", "joints_at_rest", "orders_closed", "directions_of"
 
 IntArray = NDArray[np.int64]
 
-# Entries of rays are positive integers below this, and so the same modulo every prime.
-RAYS = 2**20
-# Rays along which joints must be at rest, and loops close.
-FEW = 3
+# Entries of rays are positive integers below this, so that they are the same modulo every
+# prime.
+MAX_RAY_ENTRY = 2**20
+# Most rays along which joints are tested for rest, and loops for closure.
+MAX_TEST_RAYS = 3
 
 
 def directions_of(width: int) -> Iterator[IntArray]:
-    """Pseudo-random directions in the columns of a chain, the same for every prime.
+    """Generate pseudo-random directions in the columns of a chain, the same for every prime.
 
     Args:
         width: number of columns (w); for a single one the ray is 1.
@@ -34,11 +35,11 @@ def directions_of(width: int) -> Iterator[IntArray]:
     """
     rng = np.random.default_rng(5)
     while True:
-        yield rng.integers(1, RAYS, width) if width > 1 else np.ones(1, dtype=np.int64)
+        yield rng.integers(1, MAX_RAY_ENTRY, width) if width > 1 else np.ones(1, dtype=np.int64)
 
 
 class ExactConditions:
-    """Ranks of the conditions modulo a prime, order by order, along as many rays as it takes.
+    """Ranks of the conditions modulo a prime, order by order, along as many rays as needed.
 
     The conditions are ``(d^k h_w / dt^k) / k!`` at ``t = 0`` of the momentum ``h_w = X_w z``
     for each column w, along ``u = t δ`` for each ray δ. An order is complete once another
@@ -52,11 +53,11 @@ class ExactConditions:
     """
 
     def __init__(self, chain: Remainders) -> None:
-        """No orders yet."""
+        """Start without orders."""
         self._chain, self._size = chain, chain.links.size * chain.parameters.shape[1]
         self._echelon = Echelon(self._size, chain.prime)
         self._momenta: list[Momenta] = []
-        self._drawn = directions_of(chain.rates.shape[1])
+        self._directions = directions_of(chain.rates.shape[1])
         self.prime = chain.prime
         self.rays: list[IntArray] = []
         self.ranks: list[int] = []
@@ -74,7 +75,7 @@ class ExactConditions:
         spanning = comb(width + order - 1, order)
         for ray in count():
             if ray == len(self.rays):
-                self.rays.append(next(self._drawn))
+                self.rays.append(next(self._directions))
                 self._momenta.append(Momenta(self._chain, self.rays[ray]))
             added = self._echelon.absorb(self._momenta[ray].rows(order))
             self.pivots += [(order, ray, row, column) for row, column in added]
@@ -84,13 +85,19 @@ class ExactConditions:
 
 
 def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
-    """Joints that do not move at the orders 0 … order, ascending.
+    """Find the joints that do not move at the orders 0 … order, ascending.
 
-    Exact for these orders, but for a prime that divides a rate; no proof for higher ones. If
-    no prime will do there are none.
+    Exact for these orders, unless a prime divides a rate; no proof for higher orders.
+
+    Args:
+        chain: the linkage in rational numbers.
+        order: the highest order.
+
+    Returns:
+        Numbers of the joints; empty if no prime is usable.
     """
     moving = np.zeros(len(chain.parent), dtype=np.bool_)
-    for twists in _twists(chain):
+    for twists in _twists_along_rays(chain):
         while twists.orders <= order and not moving.all():
             twists.extend()
             moving |= twists.moving
@@ -98,18 +105,26 @@ def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
 
 
 def orders_closed(chain: ExactChain, order: int) -> int:
-    """The number of orders, of 0 … order, at which all loops close; 0 if no prime will do."""
+    """Count the orders, of 0 … order, at which all loops close.
+
+    Args:
+        chain: the linkage in rational numbers.
+        order: the highest order.
+
+    Returns:
+        Their number; 0 if no prime is usable.
+    """
     found = []
-    for twists in _twists(chain):
+    for twists in _twists_along_rays(chain):
         while twists.closed == twists.orders <= order:
             twists.extend()
         found.append(twists.closed)
     return min(found, default=0)
 
 
-def _twists(chain: ExactChain) -> Iterator[Twists]:
-    """Series along a few rays, modulo a prime that divides no denominator and no pivot."""
+def _twists_along_rays(chain: ExactChain) -> Iterator[Twists]:
+    """Compute series along a few rays, modulo a prime that divides no denominator or pivot."""
     found = next(filter(None, (chain_modulo(chain, p) for p in PRIMES)), None)
     if found is not None:
-        for ray in islice(directions_of(chain.width), min(chain.width, FEW)):
+        for ray in islice(directions_of(chain.width), min(chain.width, MAX_TEST_RAYS)):
             yield Twists(found, ray)

@@ -19,45 +19,63 @@ IntArray = NDArray[np.int64]
 PRIMES = (1073741789, 1073741783, 1073741741, 1073741723)
 """The largest primes below 2^30."""
 
-# Bits of half a remainder, and the number of products whose sum a double holds exactly.
-HALF = 15
-SUMS = 2**8
+# Bits of half a remainder.
+HALF_BITS = 15
+# Number of products of 30 and 15 bits whose sum a double holds exactly.
+MAX_EXACT_SUMS = 2**8
 
 
 def inverse(a: int, p: int) -> int:
-    """The number that gives 1 with ``a``, modulo p."""
+    """Compute the inverse of a modulo p, ``a⁻¹ a ≡ 1``.
+
+    Args:
+        a: a whole number that p does not divide.
+        p: the prime.
+    """
     return pow(int(a), -1, p)
 
 
 def _halves(B: IntArray) -> Array:
-    """The upper halves of remainders and, beside them, the lower ones; (…, 2 columns)."""
+    """Cut remainders into upper halves and, to their right, lower halves; (…, 2 columns)."""
     columns = B.shape[-1]
     out = np.empty((*B.shape[:-1], 2 * columns))
-    out[..., :columns] = B >> HALF
-    out[..., columns:] = B & (2**HALF - 1)
+    out[..., :columns] = B >> HALF_BITS
+    out[..., columns:] = B & (2**HALF_BITS - 1)
     return out
 
 
-def _sums(A: Array, halves: Array, p: int) -> IntArray:
-    """The matrix product of remainders and halves of remainders, modulo p."""
+def _product_with_halves(A: Array, halves: Array, p: int) -> IntArray:
+    """Compute the matrix product of remainders and halves of remainders, modulo p."""
     inner, columns = A.shape[-1], halves.shape[-1] // 2
-    if inner > SUMS:
-        head = _sums(A[..., :SUMS], halves[..., :SUMS, :], p)
-        return (head + _sums(A[..., SUMS:], halves[..., SUMS:, :], p)) % p
+    if inner > MAX_EXACT_SUMS:
+        head = _product_with_halves(A[..., :MAX_EXACT_SUMS], halves[..., :MAX_EXACT_SUMS, :], p)
+        return (
+            head
+            + _product_with_halves(A[..., MAX_EXACT_SUMS:], halves[..., MAX_EXACT_SUMS:, :], p)
+        ) % p
     both = (A @ halves).astype(np.int64)
-    return ((both[..., :columns] % p << HALF) + both[..., columns:]) % p
+    return ((both[..., :columns] % p << HALF_BITS) + both[..., columns:]) % p
 
 
 def product(A: IntArray, B: IntArray, p: int) -> IntArray:
-    """Matrix product (…, m, n) of remainders (…, m, inner) and (…, inner, n), modulo p."""
-    return _sums(A.astype(np.float64), _halves(B), p)
+    """Compute the matrix product A B modulo p.
+
+    Args:
+        A: remainders (…, m, inner).
+        B: remainders (…, inner, n).
+        p: the prime.
+
+    Returns:
+        Remainders (…, m, n).
+    """
+    return _product_with_halves(A.astype(np.float64), _halves(B), p)
 
 
 class Convolution:
     """Sums ``Σ_a A_a B_{k-a}`` of two series of matrices modulo p, order by order.
 
-    The A of all orders stand side by side, the B below each other and the last one first:
-    a sum is one product of matrices.
+    The A of all orders stand side by side, the B below each other in reverse order, so that a
+    sum is one product of matrices.
     """
 
     def __init__(self, batch: int, rows: int, inner: int, columns: int, p: int) -> None:
@@ -82,16 +100,23 @@ class Convolution:
         self._right += self._inner
 
     def sum(self, count: int) -> IntArray:
-        """The first ``count`` orders of A times the last as many of B, the last one first."""
+        """Multiply the first ``count`` orders of A by the last of B, in reverse order."""
         size, start = count * self._inner, self._B.shape[1] - self._right
-        return _sums(self._A[:, :, :size], self._B[:, start : start + size], self._p)
+        return _product_with_halves(
+            self._A[:, :, :size], self._B[:, start : start + size], self._p
+        )
 
 
 def eliminate(A: IntArray, columns: int, p: int) -> IntArray:
-    """Gauss-Jordan elimination in place, row by row, with pivots in the first columns.
+    """Reduce remainders by Gauss-Jordan elimination in place, row by row.
 
-    The pivot of a row is the first entry that does not vanish once the rows before it are
-    taken out; rows are not exchanged.
+    The pivot of a row is its first entry that does not vanish after the rows before it are
+    eliminated. Rows are not exchanged.
+
+    Args:
+        A: in, out: remainders (rows, ≥ columns).
+        columns: number of columns, the first ones, in which pivots lie.
+        p: the prime.
 
     Returns:
         The column of the pivot of each row, -1 if the row vanishes there; (rows,).
@@ -111,10 +136,10 @@ def eliminate(A: IntArray, columns: int, p: int) -> IntArray:
 
 
 class Echelon:
-    """Independent rows modulo p, each 1 at its pivot, where all the others vanish."""
+    """Independent rows modulo p: each is 1 at its pivot, where all the others vanish."""
 
     def __init__(self, columns: int, p: int) -> None:
-        """No rows yet."""
+        """Start without rows."""
         self._p = p
         self._rows = np.empty((0, columns), np.int64)
         self._pivots = np.empty(0, np.int64)

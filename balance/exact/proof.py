@@ -1,4 +1,4 @@
-"""A proof that a design space has the dimension it has, as data that anyone can check.
+"""Proof of the dimension of a design space, as data that anyone can check.
 
 The rank of the conditions is at least that of a minor that does not vanish modulo a prime;
 the nullity is at least the number of inertia transfers that are independent modulo a prime,
@@ -58,7 +58,7 @@ class Proof(NamedTuple):
         return f"Proof(rank={self.rank}, nullity={self.nullity}, prime={self.witness.prime})"
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON; rational numbers as texts, such as ``"-3/4"``.
+        """Convert to plain data, ready for JSON; rational numbers as texts, such as ``"-3/4"``.
 
         ``sha256`` is that of everything else, as compact JSON with sorted keys.
         """
@@ -90,9 +90,14 @@ def _plain(value: object) -> object:
 def independent_transfers(
     chain: ExactChain, transfers: Sequence[ExactTransfer], p: int
 ) -> tuple[ExactTransfer, ...]:
-    """As many of the transfers as are independent modulo the prime p.
+    """Select transfers that are independent modulo the prime p, as many as there are.
 
-    They are independent then as rational vectors as well.
+    They are then independent as rational vectors as well.
+
+    Args:
+        chain: the linkage in rational numbers.
+        transfers: the transfers.
+        p: the prime.
     """
     size = len(chain.parameters)
     A: NDArray[np.int64] = np.zeros((len(transfers), len(chain.links) * size), np.int64)

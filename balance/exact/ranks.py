@@ -1,4 +1,4 @@
-"""Ranks without a tolerance: the conditions of balance over prime fields.
+"""Exact ranks without a tolerance: the conditions of balance over prime fields.
 
 The joint screws come as rational numbers from the decimals of the file. The conditions of
 each order are rational functions of them, so that they can be computed modulo a prime: a
@@ -6,9 +6,9 @@ rank modulo a prime is a lower bound of the true one, whatever the prime, and fa
 it only where the prime divides a minor, at which another prime would differ. Axes are not
 normalised, so a relation between inputs is rescaled by the lengths of their axes.
 
-The loops must close at every order. Where their screws span all that the links on them can
-do relative to each other, they do (implicit function theorem); an overconstrained linkage is
-tested order by order, and one in rounded decimals is refused, not called rigid.
+The loops must close at every order. They do if their screws span all relative motions of the
+links on them (implicit function theorem). An overconstrained linkage is tested order by order,
+and one in rounded decimals is refused, not treated as rigid.
 """
 
 from __future__ import annotations
@@ -39,12 +39,13 @@ __all__ = [
 ]
 
 # Fewest orders that must add nothing before the rank counts as final.
-PLATEAU = 3
-# And at least, where inertia transfers do not bound the rank from above.
+MIN_PLATEAU = 3
+# The same, at least, where the rank stays below the bound that inertia transfers give.
 PLATEAU_WITHOUT_BOUND = 12
-# Highest orders tried one after the other: for one degree of freedom, and for more.
-LADDER = (6, 14, 30, 62, 126)
-LADDER_OF_MANY = (5, 9, 17, 33)
+# Orders at which the search may stop, for one degree of freedom.
+STOPPING_ORDERS = (6, 14, 30, 62, 126)
+# The same for more degrees of freedom.
+STOPPING_ORDERS_OF_MANY = (5, 9, 17, 33)
 
 
 class Pivot(NamedTuple):
@@ -68,7 +69,7 @@ class Pivot(NamedTuple):
 
 
 class Witness(NamedTuple):
-    """What shows that a rank is not less: a minor that does not vanish modulo a prime.
+    """Proof of a lower bound of a rank: a minor that does not vanish modulo a prime.
 
     Attributes:
         prime: the prime.
@@ -89,15 +90,15 @@ class Exact(NamedTuple):
     """Ranks by exact arithmetic.
 
     Attributes:
-        ranks: rank of the conditions up to order 0, 1, 2 …; without a highest order asked
-            for, three orders that add nothing are the last.
+        ranks: rank of the conditions up to order 0, 1, 2 …; without a highest order
+            requested, three orders that add nothing are the last.
         parameters: number of inertial parameters.
         primes: the primes used.
         agreed: whether all of them give the same ranks; the larger ones are returned.
         settled: whether the last orders add nothing, and the rank expected was reached.
         regular: whether the loops close at all orders by the rank of their screws, and not
             only at those computed.
-        notices: what had to be replaced by rational numbers.
+        notices: numbers that were replaced by rational ones.
         chain: the linkage in rational numbers.
         witness: proof that the rank is not less.
     """
@@ -136,7 +137,7 @@ class Exact(NamedTuple):
         return self.ranks.index(self.rank)
 
     def to_dict(self) -> dict[str, object]:
-        """The entry ``exact`` of the report."""
+        """Convert to the entry ``exact`` of the report."""
         return {
             "orders": [
                 {"order": k, "rank": rank, "nullity": self.parameters - rank}
@@ -159,7 +160,7 @@ def ranks_of_linkage(
     spatial: bool = False,
     expected: int = 0,
 ) -> Exact:
-    """Ranks of the balance conditions by order, as whole numbers without a tolerance.
+    """Compute the rank of the balance conditions of a linkage by order, without a tolerance.
 
     Args:
         linkage: read from a file whose loops are closed.
@@ -167,7 +168,7 @@ def ranks_of_linkage(
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
         spatial: count all ten parameters per body, even if the linkage is planar.
-        expected: a rank that is known or believed to be reached: without it, orders are
+        expected: a rank that is known or believed to be reached. Without it, orders are
             added until three in a row add nothing.
 
     Raises:
@@ -191,7 +192,7 @@ def ranks_of(
     expected: int = 0,
     upper_bound: int | None = None,
 ) -> Exact:
-    """Ranks of the conditions on a chain by order; see `ranks_of_linkage`.
+    """Compute the rank of the conditions on a chain by order; see `ranks_of_linkage`.
 
     Args:
         source: file of the linkage, for messages.
@@ -206,19 +207,19 @@ def ranks_of(
         ExactError: the loops do not close exactly, or the inputs do not determine the other
             joints.
     """
-    runs, closes = _start(source, chain), loops_are_regular(chain)
-    ladder = LADDER if chain.width == 1 else LADDER_OF_MANY
-    for order in range((ladder[-1] if max_order is None else max_order) + 1):
-        best = _extend(source, chain, runs)
+    runs, closes = _start_runs(source, chain), loops_are_regular(chain)
+    stops = STOPPING_ORDERS if chain.width == 1 else STOPPING_ORDERS_OF_MANY
+    for order in range((stops[-1] if max_order is None else max_order) + 1):
+        best = _extend_runs(source, chain, runs)
         kmax = best.index(best[-1])
-        # That loops close by the rank of their screws needs no further orders.
-        complete = best[-1] == upper_bound and (closes or order >= ladder[0])
-        if max_order is None and not complete and order not in ladder:
+        # If the rank of the screws shows that loops close, no further order is needed.
+        complete = best[-1] == upper_bound and (closes or order >= stops[0])
+        if max_order is None and not complete and order not in stops:
             continue
-        plateau = _plateau(kmax, best[-1] >= expected, upper_bound is not None)
+        plateau = _required_plateau(kmax, best[-1] >= expected, upper_bound is not None)
         settled = complete or kmax + plateau <= order
         if settled and max_order is None:
-            best = best[: kmax + 1 + (0 if complete else PLATEAU)]
+            best = best[: kmax + 1 + (0 if complete else MIN_PLATEAU)]
             break
     better = max(runs, key=lambda run: run.ranks[-1])
     return Exact(
@@ -229,27 +230,27 @@ def ranks_of(
     )  # fmt: skip
 
 
-def _plateau(kmax: int, reached: bool, careful: bool) -> int | float:
-    """How many orders must add nothing before the rank counts as final.
+def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
+    """Compute how many orders must add nothing before the rank counts as final.
 
     A body that is driven through dead centres moves with a power m of the input: conditions
-    on it come at the orders ``m - 1``, ``2 m - 1``, …, those on its drive long before. A
-    false plateau is no longer than that, in all linkages tried.
+    on it come at the orders ``m - 1``, ``2 m - 1``, …, those on its drive long before. In all
+    linkages tried, a false plateau is no longer than that.
 
     Args:
         kmax: the last order that added a condition.
         reached: whether the rank expected is reached.
         careful: whether a plateau must be longer than the orders before it, since floating
-            point does not see small conditions that come late; only then is a rank that was
-            expected and is not reached given up.
+            point misses small conditions of high order. Only then may the search end below
+            the rank expected.
     """
     if not careful:
-        return PLATEAU if reached else inf
+        return MIN_PLATEAU if reached else inf
     return max(PLATEAU_WITHOUT_BOUND, kmax + 1 if reached else 2 * kmax)
 
 
-def _start(source: str, chain: ExactChain) -> list[ExactConditions]:
-    """Conditions modulo the first two primes that will do."""
+def _start_runs(source: str, chain: ExactChain) -> list[ExactConditions]:
+    """Prepare the conditions modulo the first two usable primes."""
     found = filter(None, (chain_modulo(chain, prime) for prime in PRIMES))
     runs = [ExactConditions(remainders) for remainders in islice(found, 2)]
     if len(runs) < 2:
@@ -260,7 +261,9 @@ def _start(source: str, chain: ExactChain) -> list[ExactConditions]:
     return runs
 
 
-def _extend(source: str, chain: ExactChain, runs: Sequence[ExactConditions]) -> tuple[int, ...]:
+def _extend_runs(
+    source: str, chain: ExactChain, runs: Sequence[ExactConditions]
+) -> tuple[int, ...]:
     """Compute the next order modulo each prime; the ranks by order, the larger ones."""
     for run in runs:
         run.extend()
@@ -272,7 +275,7 @@ def _extend(source: str, chain: ExactChain, runs: Sequence[ExactConditions]) -> 
 
 
 def _witness(chain: ExactChain, run: ExactConditions) -> Witness:
-    """The minor that a run found, its rows and columns by name instead of by position."""
+    """Describe the minor that a run found, its rows and columns by name, not by position."""
     rows, size = len(chain.rows), len(chain.parameters)
     pivots = (
         Pivot(order, ray, row // rows, row % rows, column // size, column % size)

@@ -1,8 +1,7 @@
 """Inertia transfers in rational numbers: a lower bound on the nullity that nothing rounds.
 
-The walk and the definition are those of `balance.transfers`; here they run on fractions. A
-transfer found is one by identity, and its momentum is zero in every pose that the joints can
-take, closed or not.
+Search and definition are those of `balance.transfers`, on fractions. A transfer found holds by
+identity: its momentum is zero in every pose that the joints can take, closed or not.
 """
 
 from __future__ import annotations
@@ -32,9 +31,9 @@ __all__ = ["ExactTransfer", "has_branching_links", "exact_transfers"]
 
 Rows = list[list[Fraction]]
 Whole = NDArray[np.object_]
-# Ways through links without parameters that are tried from one body: transfers along the
-# others are missed, and a bound that is too low is still one.
-MOST = 200
+# Most paths through links without parameters from one body. Transfers along other paths are
+# missed, and the lower bound on the nullity stays a lower bound.
+MAX_PATHS = 200
 _RATE = RATE.astype(np.int64).astype(object)
 _MOMENTUM = MOMENTUM.astype(np.int64).astype(object).reshape(6, 60)
 
@@ -66,7 +65,7 @@ class _Reached(NamedTuple):
 
 
 def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTransfer]:
-    """Transfers between bodies one joint, or one chain of joints without bodies, apart.
+    """Find transfers between bodies that a joint, or a chain of joints without bodies, joins.
 
     Bodies that are welded, or at rest, exchange everything, through no joint. Where links
     without parameters branch, there are more transfers than are found here.
@@ -81,20 +80,20 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
         bodies.setdefault(parts[link], b)
     ground = parts[GROUND]
     bodies[ground] = -1
-    found = list(_rigid(chain, parts, bodies))
+    found = list(_rigid_transfers(chain, parts, bodies))
     reached, crossed = [_Reached(ground, (), [])], set()
     for state in reached:
-        for joints, part in _ways(chain, parts, bodies, state.part, set(idle)):
+        for joints, part in _paths(chain, parts, bodies, state.part, set(idle)):
             if state.below and joints[0] == state.below[-1]:
                 continue
             if len(state.twists) == 6 and frozenset(joints) in crossed:
                 continue
             crossed.add(frozenset(joints))
             twists = state.twists
-            passing = [list(v) for v in _units(len(chain.parameters))]
+            passing = [list(v) for v in _unit_vectors(len(chain.parameters))]
             for j in joints:
-                passing = _passing(chain, chain.screws[j], twists, passing)
-                twists = _beyond(chain.screws[j], twists)
+                passing = _passing_parameters(chain, chain.screws[j], twists, passing)
+                twists = _attainable_beyond(chain.screws[j], twists)
             source, target = bodies[state.part], bodies[part]
             if target >= 0:
                 found += [
@@ -102,15 +101,19 @@ def exact_transfers(chain: ExactChain, idle: Sequence[int] = ()) -> list[ExactTr
                     for z in passing
                 ]
                 known = (r.twists for r in reached if r.part == part)
-                if not any(_contains(twists, other) for other in known):
+                if not any(_span_contains(twists, other) for other in known):
                     reached.append(_Reached(part, state.below + joints, twists))
     return found
 
 
 def has_branching_links(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
-    """Whether three or more joints meet at a link without parameters.
+    """Decide whether three or more joints meet at a link without parameters.
 
     There are more transfers then than `exact_transfers` finds.
+
+    Args:
+        chain: the linkage.
+        idle: joints that do not move.
     """
     parts = _parts(chain, idle)
     with_body = {parts[link] for link in (GROUND, *chain.links)}
@@ -123,31 +126,31 @@ def has_branching_links(chain: ExactChain, idle: Sequence[int] = ()) -> bool:
     return any(count > 2 for part, count in met.items() if part not in with_body)
 
 
-def _rigid(
+def _rigid_transfers(
     chain: ExactChain, parts: list[int], bodies: dict[int, int]
 ) -> Iterator[ExactTransfer]:
-    """All that bodies can exchange with the first one of their part, or with the ground."""
+    """Yield all that bodies can exchange with the first one of their part, or the ground."""
     for b, link in enumerate(chain.links):
         if bodies[parts[link]] != b:
-            for z in _units(len(chain.parameters)):
+            for z in _unit_vectors(len(chain.parameters)):
                 yield ExactTransfer((), (), bodies[parts[link]], b, z)
 
 
-def _units(count: int) -> Iterator[Vector]:
+def _unit_vectors(count: int) -> Iterator[Vector]:
     return (tuple(Fraction(int(i == j)) for j in range(count)) for i in range(count))
 
 
 def _parts(chain: ExactChain, idle: Sequence[int]) -> list[int]:
-    """Rigid part of each link, and of the ground: idle joints are welds as well."""
+    """Number the rigid part of each link, and of the ground; idle joints count as welds."""
     welds = [*chain.ends, *((j, chain.parent[j]) for j in idle)]
     parts: list[int] = rigid_parts(len(chain.parent), welds).tolist()
     return parts
 
 
-def _ways(
+def _paths(
     chain: ExactChain, parts: list[int], bodies: dict[int, int], start: int, idle: set[int]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Joints one after the other from a part to the next one with a body, and that part."""
+    """Yield the paths of joints from a part to the next one with a body, and that part."""
     ways: list[tuple[tuple[int, ...], tuple[int, ...]]] = [((), (start,))]
     for joints, passed in ways:
         for j, parent in enumerate(chain.parent):
@@ -159,12 +162,12 @@ def _ways(
                 continue
             if part in bodies:
                 yield (*joints, j), part
-            elif len(ways) < MOST:
+            elif len(ways) < MAX_PATHS:
                 ways.append(((*joints, j), (*passed, part)))
 
 
-def _passing(chain: ExactChain, s: Vector, twists: Rows, candidates: Rows) -> Rows:
-    """Those combinations of parameters that can pass a joint with ``twists`` below it.
+def _passing_parameters(chain: ExactChain, s: Vector, twists: Rows, candidates: Rows) -> Rows:
+    """Find combinations of parameters that can pass a joint with ``twists`` below it.
 
     ``M(Lᵏ z) s = 0`` for k ≥ 0 and ``M(Lᵏ z) t = 0`` for k ≥ 1. L has a minimal polynomial
     of degree 3 for a prismatic joint, 5 for a revolute one, and at most 10 at all.
@@ -174,45 +177,49 @@ def _passing(chain: ExactChain, s: Vector, twists: Rows, candidates: Rows) -> Ro
     degree = 3 if not any(s[:3]) else 5 if not dot(s[:3], s[3:]) else 10
     # Where every twist can be attained, the first rate itself must vanish.
     every = len(twists) == 6
-    rate = np.tensordot(_whole([s])[0], _RATE, 1).T
-    momenta = _whole(chain.rows) @ (_whole([s, *twists]) @ _MOMENTUM).reshape(-1, 6, 10)
+    rate = np.tensordot(_integer_rows([s])[0], _RATE, 1).T
+    momenta = _integer_rows(chain.rows) @ (_integer_rows([s, *twists]) @ _MOMENTUM).reshape(
+        -1, 6, 10
+    )
     momenta = momenta.reshape(-1, 10).T
-    found = _whole(candidates)
-    z = found @ _whole(chain.parameters)
+    found = _integer_rows(candidates)
+    z = found @ _integer_rows(chain.parameters)
     for k in range(2 if every else degree):
         if k:
             z = z @ rate
         wanted = z @ (momenta if k else momenta[:, : len(chain.rows)])
-        found, z = _vanishing(found, z, z[:, : found.shape[1]] if every and k else wanted)
+        found, z = _combinations_that_vanish(
+            found, z, z[:, : found.shape[1]] if every and k else wanted
+        )
         if not len(found):
             break
     # Each has an entry after which all others vanish, and which the others do not have.
     return [[Fraction(x, row[np.flatnonzero(row)[-1]]) for x in row] for row in found]
 
 
-def _whole(rows: Sequence[Sequence[Fraction]]) -> Whole:
-    """Rational rows times the number that makes all entries whole, of any size."""
+def _integer_rows(rows: Sequence[Sequence[Fraction]]) -> Whole:
+    """Multiply rational rows by the least number that makes all entries whole."""
     common = lcm(*(x.denominator for row in rows for x in row))
     return np.array(
         [[x.numerator * (common // x.denominator) for x in row] for row in rows], dtype=object
     )
 
 
-def _vanishing(found: Whole, z: Whole, values: Whole) -> tuple[Whole, Whole]:
-    """Combinations of rows of ``found``, and of z, of which all values vanish.
+def _combinations_that_vanish(found: Whole, z: Whole, values: Whole) -> tuple[Whole, Whole]:
+    """Combine rows of ``found``, and of z, so that all values vanish.
 
     Args:
         found: rows of whole numbers (count, parameters).
         z: other rows that belong to them (count, 10).
-        values: what is to vanish (count, values).
+        values: values that must vanish (count, values).
     """
     conditions = [[Fraction(x) for x in row] for row in values.T.tolist() if any(row)]
-    mixed = _whole(rational_null_space(conditions, len(found))).reshape(-1, len(found))
+    mixed = _integer_rows(rational_null_space(conditions, len(found))).reshape(-1, len(found))
     return mixed @ found, mixed @ z
 
 
-def _beyond(s: Vector, twists: Rows) -> Rows:
-    """Twists attainable beyond a joint: ``Σ ad(s)ᵏ V + ⟨s⟩``, in echelon form."""
+def _attainable_beyond(s: Vector, twists: Rows) -> Rows:
+    """Find the twists attainable beyond a joint, ``Σ ad(s)ᵏ V + ⟨s⟩``, in echelon form."""
     basis = echelon([list(s), *twists])[0]
     while len(basis) < 6:
         wider = echelon(basis + [list(rational_bracket(s, t)) for t in basis])[0]
@@ -222,6 +229,6 @@ def _beyond(s: Vector, twists: Rows) -> Rows:
     return basis
 
 
-def _contains(wide: Rows, narrow: Rows) -> bool:
+def _span_contains(wide: Rows, narrow: Rows) -> bool:
     """Whether a span contains another."""
     return len(echelon(wide + narrow)[0]) == len(wide)

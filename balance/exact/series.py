@@ -45,8 +45,8 @@ class Remainders(NamedTuple):
     Attributes:
         prime: the prime.
         parent: link before each joint, -1 for the ground (n,).
-        ways: the joints on the way from the ground to each link, as ones (n, n).
-        welds: the joints around each loop, as signs: A minus B (loops, n).
+        path_matrix: the joints on the way from the ground to each link, as ones (n, n).
+        loop_signs: the joints around each loop, as signs: A minus B (loops, n).
         screws: joint screws at the reference pose (n, 6).
         dependent: joints whose rates follow from the loops (d,).
         solver: what makes rates of the dependent joints from the mismatch of the loops, and
@@ -60,8 +60,8 @@ class Remainders(NamedTuple):
 
     prime: int
     parent: IntArray
-    ways: NDArray[np.float64]
-    welds: NDArray[np.float64]
+    path_matrix: NDArray[np.float64]
+    loop_signs: NDArray[np.float64]
     screws: IntArray
     dependent: IntArray
     solver: IntArray
@@ -73,7 +73,15 @@ class Remainders(NamedTuple):
 
 
 def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
-    """A chain modulo p, or None if p divides a denominator or a pivot of the loops."""
+    """Reduce a chain modulo a prime.
+
+    Args:
+        chain: the linkage in rational numbers.
+        p: the prime.
+
+    Returns:
+        The remainders; None if p divides a denominator or a pivot of the loops.
+    """
     dependent = np.array(chain.dependent, dtype=np.int64)
     ways, welds = paths(chain.parent)[:-1], loop_signs(chain.parent, chain.ends)
     try:
@@ -92,7 +100,8 @@ def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
     found = product(solver, -product(loops, rates, p) % p, p)
     rates[dependent] = found[:count]
     return Remainders(
-        prime=p, parent=np.array(chain.parent, dtype=np.int64), ways=ways, welds=welds,
+        prime=p, parent=np.array(chain.parent, dtype=np.int64), path_matrix=ways,
+        loop_signs=welds,
         screws=screws, dependent=dependent, solver=solver, rates=rates,
         closed=not found[count:].any(), links=np.array(chain.links, dtype=np.int64),
         momentum=(rows @ _MOMENTUM % p).reshape(6, -1), parameters=parameters,
@@ -100,7 +109,11 @@ def chain_modulo(chain: ExactChain, p: int) -> Remainders | None:
 
 
 def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> IntArray:
-    """Rational numbers modulo p; ValueError if p divides a denominator."""
+    """Reduce rational numbers modulo p.
+
+    Raises:
+        ValueError: p divides a denominator.
+    """
     found = np.zeros((len(rows), columns), dtype=np.int64)
     for i, row in enumerate(rows):
         for j, x in enumerate(row):
@@ -112,16 +125,19 @@ def _remainders(rows: Sequence[Sequence[Fraction]], columns: int, p: int) -> Int
 def _loop_matrix(
     chain: ExactChain, welds: NDArray[np.float64], screws: IntArray, p: int
 ) -> IntArray:
-    """Rows of the loops, six each, and the mimic relations below; (rows, n)."""
+    """Assemble the loop matrix (rows, n): six rows for each loop, and then mimic relations."""
     loops = np.swapaxes(welds.astype(np.int64)[:, :, None] * screws, 1, 2) % p
     mimics = _remainders(chain.mimics, len(screws), p)
     return np.concatenate([loops.reshape(-1, len(screws)), mimics])
 
 
 def first_order_mobility(chain: ExactChain) -> int:
-    """Joints less the rank of the loop matrix, modulo a prime that divides no denominator.
+    """Compute the mobility at first order: joints less the rank of the loop matrix.
 
-    The mobility at first order; -1 if every prime divides a denominator.
+    The rank is that modulo a prime that divides no denominator.
+
+    Returns:
+        The mobility; -1 if every prime divides a denominator.
     """
     welds = loop_signs(chain.parent, chain.ends)
     for p in PRIMES:
@@ -146,11 +162,11 @@ class Twists:
     """
 
     def __init__(self, chain: Remainders, ray: IntArray) -> None:
-        """No order yet; ``ray`` are integers below 2^20 (w,)."""
+        """Start without orders; ``ray`` are integers below 2^20 (w,)."""
         self._chain, self._ray = chain, ray
         n, width = chain.rates.shape
         self._brackets = Convolution(n, 6, 6, 1, chain.prime)
-        self._turned = Convolution(n, width, 1, 6, chain.prime)
+        self._joint_twists = Convolution(n, width, 1, 6, chain.prime)
         self.orders = self.closed = 0
         self.moving = np.zeros(n, dtype=np.bool_)
         self.T, self.V = np.empty((n, width, 6), np.int64), np.empty((n, 6), np.int64)
@@ -163,22 +179,25 @@ class Twists:
             own = rates[:, :, None] * s[:, None] % p
         else:
             s = self._brackets.sum(k)[..., 0] * inverse(k, p) % p
-            self._turned.append_right(s[:, None])
-            own, rates, closed = self._close(self._turned.sum(k))
+            self._joint_twists.append_right(s[:, None])
+            own, rates, closed = self._close(self._joint_twists.sum(k))
         n, width = rates.shape
-        T = (chain.ways @ own.reshape(n, -1)).astype(np.int64) % p
+        T = (chain.path_matrix @ own.reshape(n, -1)).astype(np.int64) % p
         self.T = T.reshape(n, width, 6)
         self.V = self._ray @ self.T % p
         carried = np.concatenate([self.V, np.zeros_like(self.V[:1])])[chain.parent]
         self._brackets.append_left((carried @ _BRACKET % p).reshape(n, 6, 6))
         self._brackets.append_right(s[:, :, None])
-        self._turned.append_left(rates[:, :, None])
+        self._joint_twists.append_left(rates[:, :, None])
         self.moving |= own.any(axis=(1, 2))
         self.orders += 1
         self.closed += closed and self.closed == k
 
     def _close(self, own: IntArray) -> tuple[IntArray, IntArray, bool]:
-        """Twists of the joints themselves with the rates of this order that close the loops.
+        """Close the loops at this order by the rates of the dependent joints.
+
+        Args:
+            own: twists of the joints themselves without these rates (n, w, 6).
 
         Returns:
             The twists (n, w, 6), the rates (n, w), and whether the loops close.
@@ -186,7 +205,7 @@ class Twists:
         chain, p = self._chain, self._chain.prime
         n, width = chain.rates.shape
         rates, count = np.zeros((n, width), np.int64), chain.dependent.size
-        open_by = -(chain.welds @ own.reshape(n, -1)).astype(np.int64) % p
+        open_by = -(chain.loop_signs @ own.reshape(n, -1)).astype(np.int64) % p
         open_by = np.swapaxes(open_by.reshape(-1, width, 6), 1, 2).reshape(-1, width)
         found = product(chain.solver[:, : len(open_by)], open_by, p)
         rates[chain.dependent] = found[:count]
@@ -198,15 +217,15 @@ class Momenta:
     """The regressor of the momentum as a series along a ray, order by order."""
 
     def __init__(self, chain: Remainders, ray: IntArray) -> None:
-        """No order yet; ``ray`` are integers below 2^20 (w,)."""
+        """Start without orders; ``ray`` are integers below 2^20 (w,)."""
         self._chain, self.twists = chain, Twists(chain, ray)
         p, bodies, (_, size) = chain.prime, chain.links.size, chain.parameters.shape
         rows = chain.rates.shape[1] * chain.momentum.shape[1] // 10
-        self._carried = Convolution(bodies, 10, 10, size, p)
+        self._carried_parameters = Convolution(bodies, 10, 10, size, p)
         self._products = Convolution(bodies, rows, 10, size, p)
 
     def rows(self, order: int) -> IntArray:
-        """Rows of an order that is not below those asked for before.
+        """Compute the rows of an order that is not below the last one computed.
 
         Returns:
             Remainders (w × rows, bodies × parameters): for each column the rows of the
@@ -218,17 +237,17 @@ class Momenta:
         return X.swapaxes(0, 1).reshape(X.shape[1], -1)
 
     def _extend(self) -> None:
-        """Compute the next order of the twists, and of all that is carried along."""
+        """Compute the next order of the twists, and of the parameters that bodies carry."""
         chain, p, k = self._chain, self._chain.prime, self.twists.orders
         bodies = chain.links.size
         if k == 0:
             Z = np.broadcast_to(chain.parameters, (bodies, *chain.parameters.shape))
         else:
-            Z = self._carried.sum(k) * inverse(k, p) % p
+            Z = self._carried_parameters.sum(k) * inverse(k, p) % p
         self.twists.extend()
         T, V = self.twists.T[chain.links], self.twists.V[chain.links]
         M = product(T.reshape(-1, 6), chain.momentum, p)
         self._products.append_left(M.reshape(bodies, -1, 10))
         self._products.append_right(Z)
-        self._carried.append_left((V @ _RATE % p).reshape(bodies, 10, 10))
-        self._carried.append_right(Z)
+        self._carried_parameters.append_left((V @ _RATE % p).reshape(bodies, 10, 10))
+        self._carried_parameters.append_right(Z)

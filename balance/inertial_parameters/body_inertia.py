@@ -1,4 +1,4 @@
-"""One mass distribution, body by body, in the terms that a designer edits."""
+"""Mass, centre of mass and inertia of each body of a mass distribution."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from balance.inertial_parameters.conversions import (
     parameters,
     violations,
 )
+from balance.tolerances import MASS_ROUND_OFF, MOMENT_ROUND_OFF
 from kinematics.errors import BodyError
 from kinematics.model.arrays import freeze
 from kinematics.model.plane import plane_axes
@@ -24,12 +25,8 @@ __all__ = ["BodyInertia", "body_inertias", "in_link_frames"]
 
 Array = NDArray[np.float64]
 
-# A mass or first moment below this part of the whole distribution is round-off.
-NO_MASS = 1e-12
-# The same for what subtraction leaves of moments.
-NO_MOMENT = 1e-9
-# Coordinates are not squared without overflow above this size, or underflow below its inverse.
-LARGEST = 1e120
+# Largest coordinate whose square does not overflow; that of its inverse does not underflow.
+LARGEST_COORDINATE = 1e120
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +71,7 @@ class BodyInertia:
 
     @property
     def urdf(self) -> str | None:
-        """The element ``<inertial>`` of a body that can exist; see ``element``.
+        """The element ``<inertial>`` of a physical body; see ``element``.
 
         Raises:
             BodyError: no mass distribution has these parameters.
@@ -97,7 +94,7 @@ def body_inertias(
     names: Sequence[str], basis: Array, y: ArrayLike, frames: Array, axes: Array,
     labels: Sequence[str], length: float, source: str,
 ) -> tuple[BodyInertia, ...]:  # fmt: skip
-    """Mass, centre of mass and inertia of every body of the distribution ``basis @ y``.
+    """Compute mass, centre of mass and inertia of every body of ``basis @ y``.
 
     Args:
         names: of the bodies.
@@ -111,21 +108,21 @@ def body_inertias(
 
     Raises:
         ValueError: y has another shape, is not real and finite, or is too large or too small
-            to be computed with.
+            for double precision.
     """
-    y = _coordinates(y, basis.shape[1])
+    y = _check_coordinates(y, basis.shape[1])
     parts, size = freeze(basis @ y).reshape(len(names), len(labels)), float(np.linalg.norm(y))
     return tuple(
-        replace(_body(name, part, frame, axes, labels, size, length), source=source)
+        replace(_body_inertia(name, part, frame, axes, labels, size, length), source=source)
         for name, part, frame in zip(names, parts, frames, strict=True)
     )
 
 
-def _coordinates(y: ArrayLike, count: int) -> Array:
-    """Coordinates (count,) as real numbers.
+def _check_coordinates(y: ArrayLike, count: int) -> Array:
+    """Convert coordinates (count,) to real numbers.
 
     Raises:
-        ValueError: they are not; see `body_inertias`.
+        ValueError: y is no such array; see `body_inertias`.
     """
     given = np.asarray(y)
     wanted = f"give {count} finite numbers, one per dimension of the design space"
@@ -138,8 +135,8 @@ def _coordinates(y: ArrayLike, count: int) -> Array:
     if numbers.shape != (count,) or not np.isfinite(numbers).all():
         raise ValueError(f"coordinates y of shape {numbers.shape}: {wanted}")
     largest = float(np.abs(numbers).max(initial=0.0))
-    if largest and not 1.0 / LARGEST < largest < LARGEST:
-        limits = f"{1.0 / LARGEST:.0e} to {LARGEST:.0e}"
+    if largest and not 1.0 / LARGEST_COORDINATE < largest < LARGEST_COORDINATE:
+        limits = f"{1.0 / LARGEST_COORDINATE:.0e} to {LARGEST_COORDINATE:.0e}"
         raise ValueError(
             f"coordinates y of size {largest:.1e}: give numbers whose largest is from {limits}"
         )
@@ -147,17 +144,26 @@ def _coordinates(y: ArrayLike, count: int) -> Array:
 
 
 def in_link_frames(basis: Array, frames: Array, axes: Array, labels: Sequence[str]) -> Array:
-    """The basis, each body's parameters about the origin and in the axes of its link.
+    """Express a basis in the link frames: about their origins and in their axes.
 
-    Args and shape are those of `body_inertias` and of ``basis``. A planar body gets the
-    axes that `kinematics.model.plane.plane_axes` finds for the normal in its link frame.
+    A planar body gets the axes that `kinematics.model.plane.plane_axes` finds for the normal
+    in its link frame.
+
+    Args:
+        basis: of a design space (parameters, nullity), SI units.
+        frames: poses of the link frames (bodies, 4, 4).
+        axes: rows are the axes of planar parameters (3, 3).
+        labels: names of the parameters of one body.
+
+    Returns:
+        The basis (parameters, nullity) in the link frames.
     """
-    changes = np.array([_change(frame, axes, labels) for frame in frames])
+    changes = np.array([_change_of_frame(frame, axes, labels) for frame in frames])
     parts = basis.reshape(*changes.shape[:2], basis.shape[1])
     return freeze((changes @ parts).reshape(basis.shape))
 
 
-def _body(
+def _body_inertia(
     name: str, z: Array, frame: Array, axes: Array, labels: Sequence[str], size: float,
     length: float,
 ) -> BodyInertia:  # fmt: skip
@@ -165,12 +171,12 @@ def _body(
     moments = z[1:3] if planar else z[1:4]
     R, origin = frame[:3, :3], frame[:3, 3]
     mass, c, com, link_com = 0.0, np.zeros(moments.size), None, None
-    if abs(z[0]) > NO_MASS * size:
+    if abs(z[0]) > MASS_ROUND_OFF * size:
         mass = float(z[0])
         c = moments / mass
         com = freeze(c @ axes[:2] + (n @ origin) * n if planar else c)
         link_com = freeze(R.T @ (com - origin))
-    elif np.abs(moments).max() > NO_MASS * size * length:
+    elif np.abs(moments).max() > MASS_ROUND_OFF * size * length:
         return BodyInertia(name, z, mass)
     at = np.zeros(3) if link_com is None else link_com
     if "Ezz" not in labels:
@@ -182,18 +188,19 @@ def _body(
     else:
         inertia = freeze(inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
         whole = local = freeze(R.T @ inertia @ R)
-    element = _element(mass, at, whole)
-    about = NO_MOMENT * float(np.abs(z[3:] if planar else z[4:]).max())
+    element = _inertial_element(mass, at, whole)
+    about = MOMENT_ROUND_OFF * float(np.abs(z[3:] if planar else z[4:]).max())
     unreal = violations(
-        parameters(mass, np.zeros(3), whole), floor=max(about, NO_MASS * size * length**2)
+        parameters(mass, np.zeros(3), whole),
+        floor=max(about, MASS_ROUND_OFF * size * length**2),
     )
     return BodyInertia(
         name, z, mass, com, inertia, moment, link_com, local, element, tuple(unreal)
     )
 
 
-def _element(mass: float, com: Array, inertia: Array) -> str:
-    """Element ``<inertial>``: tensor about the centre of mass, in the axes of the link."""
+def _inertial_element(mass: float, com: Array, inertia: Array) -> str:
+    """Write the element ``<inertial>``: tensor about the centre of mass, axes of the link."""
     xyz = " ".join(repr(float(value)) for value in com)
     i, j = np.triu_indices(3)
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -209,8 +216,8 @@ def _element(mass: float, com: Array, inertia: Array) -> str:
     )
 
 
-def _change(frame: Array, axes: Array, labels: Sequence[str]) -> Array:
-    """Matrix from the parameters of a body in the inertial frame to those in its link's."""
+def _change_of_frame(frame: Array, axes: Array, labels: Sequence[str]) -> Array:
+    """Compute the matrix from parameters in the inertial frame to those in the link frame."""
     count, R, origin = len(labels), frame[:3, :3], frame[:3, 3]
     if "mcz" in labels:
         back = np.eye(4)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.tolerances import PHYSICAL_INEQUALITY
 from kinematics.model.arrays import Frame
 from kinematics.spatial.inertia import (
     inertia_tensor,
@@ -39,7 +40,7 @@ PLANAR_LABELS = ("m", "mcx", "mcy", "Ezz")
 
 
 class MassProperties(NamedTuple):
-    """What an engineer calls the mass properties of a body.
+    """Mass properties of a body.
 
     Attributes:
         mass: kg.
@@ -60,9 +61,23 @@ class MassProperties(NamedTuple):
 
 
 def mass_properties(z: ArrayLike) -> MassProperties:
-    """Mass, centre of mass and central inertia of parameters z (10,); the mass is not 0.
+    """Compute mass, centre of mass and central inertia of inertial parameters.
 
-    ``I = E - m (c·c 1 - c cᵀ)``, the inverse of `parameters`.
+    ``I = E - m (c·c 1 - c cᵀ)`` with ``c = mc / m``, the inverse of `parameters`.
+
+    Args:
+        z: parameters ``[m, mc, E]`` (10,) about the origin, SI units; the mass is not 0.
+
+    Returns:
+        Mass, centre of mass and inertia tensor about it, in the axes of z.
+
+    Source:
+        The parallel axis theorem.
+
+    Example:
+        >>> import balance
+        >>> balance.mass_properties([2, 0, 0, 2, 3, 3, 1, 0, 0, 0])
+        MassProperties: 2 kg at (0, 0, 1) m, (1, 1, 1) kg m²
     """
     z = np.asarray(z, dtype=np.float64)
     c = z[1:4] / z[0]
@@ -70,21 +85,30 @@ def mass_properties(z: ArrayLike) -> MassProperties:
     return MassProperties(float(z[0]), c, inertia)
 
 
-def violations(z: ArrayLike, tolerance: float = 1e-9, floor: float = 0.0) -> list[str]:
-    """The inequalities that a physical body satisfies and these parameters do not.
+def violations(
+    z: ArrayLike, tolerance: float = PHYSICAL_INEQUALITY, floor: float = 0.0
+) -> list[str]:
+    """List the inequalities of physical bodies that inertial parameters violate.
 
     A body can exist if and only if its pseudo-inertia is positive semidefinite, which is
     the same as ``m ≥ 0``, principal moments about the centre of mass that are not negative,
-    and the three triangle inequalities between them (P. M. Wensing, S. Kim, J.-J. Slotine,
-    IEEE Robotics and Automation Letters 3(1), 2018).
+    and the three triangle inequalities between them.
 
     Args:
-        z: parameters (10,).
+        z: parameters (10,) about the origin, SI units.
         tolerance: part of the largest moment by which rounding may violate them.
         floor: moment by which it may violate them in any case, kg m².
 
     Returns:
         One readable inequality each; empty for a physical body.
+
+    Source:
+        P. M. Wensing, S. Kim, J.-J. Slotine, IEEE Robotics and Automation Letters 3(1), 2018.
+
+    Example:
+        >>> import balance
+        >>> balance.violations([1, 0, 0, 0, 1, 1, 3, 0, 0, 0])
+        ['principal moments 1 + 1 < 3']
     """
     z = np.asarray(z, dtype=np.float64)
     if z[0] < 0.0:
@@ -103,19 +127,27 @@ def violations(z: ArrayLike, tolerance: float = 1e-9, floor: float = 0.0) -> lis
 
 
 def parameter_labels(planar: bool, force: bool) -> tuple[str, ...]:
-    """Names of the parameters of one body that count, in order."""
+    """List the names of the parameters of one body that count, in order.
+
+    Args:
+        planar: whether only motion in the plane counts.
+        force: whether only m and mc count.
+    """
     labels = PLANAR_LABELS if planar else LABELS
     return labels[: (3 if planar else 4)] if force else labels
 
 
 def to_chain(z: Array, frame: Frame, planar: bool, force: bool) -> Array:
-    """Parameters (bodies, 10) in SI units in the coordinates of a chain, those that count.
+    """Convert parameters (bodies, 10) from SI units to the coordinates of a chain.
 
     Args:
-        z: parameters about the inertial origin.
+        z: parameters about the inertial origin, SI units.
         frame: coordinates of the chain; masses keep their unit.
         planar: whether only motion in the plane counts.
         force: whether only m and mc count.
+
+    Returns:
+        The parameters that count (bodies, count).
     """
     if planar:
         n = frame.R[2]
@@ -128,24 +160,37 @@ def to_chain(z: Array, frame: Frame, planar: bool, force: bool) -> Array:
 
 
 def from_chain(frame: Frame, planar: bool, force: bool) -> Array:
-    """Matrix that takes the parameters of a body from chain coordinates to SI units.
+    """Compute the matrix that takes parameters of a body from chain coordinates to SI units.
 
-    They are about the inertial origin; in inertial axes, or in the axes ``frame.R`` of the
-    plane.
+    Args:
+        frame: coordinates of the chain.
+        planar: whether only motion in the plane counts.
+        force: whether only m and mc count.
+
+    Returns:
+        Shape (count, count); parameters in SI units are about the inertial origin, in inertial
+        axes or in the axes ``frame.R`` of the plane.
     """
     count = len(parameter_labels(planar, force))
     return _affine(frame.length, frame.origin, frame.R, planar)[:count, :count]
 
 
 def basis_from_chain(basis: Array, frame: Frame, planar: bool, force: bool) -> Array:
-    """Columns of parameters of all bodies (parameters, count), from chain to SI units."""
+    """Convert columns of parameters of all bodies from chain coordinates to SI units.
+
+    Args:
+        basis: the columns (parameters, count).
+        frame: coordinates of the chain.
+        planar: whether only motion in the plane counts.
+        force: whether only m and mc count.
+    """
     G = from_chain(frame, planar, force)
     size, count = basis.shape
     return (G @ basis.reshape(size // len(G), len(G), count)).reshape(size, count)
 
 
 def _affine(L: float, o: Array, R: Array, planar: bool) -> Array:
-    """Matrix of the parameters under ``x = L x' + o``: ``mc = L mc' + m o``, E likewise.
+    """Compute the matrix of parameters under ``x = L x' + o``, so that ``mc = L mc' + m o``.
 
     A spatial chain keeps the inertial axes; in a plane o is resolved in the axes R.
     """

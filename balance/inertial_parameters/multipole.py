@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.tolerances import ROD_DYADS_SINGULAR
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import pseudo_inertia
 from kinematics.wording import vector_text
@@ -31,38 +32,36 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# What primitives are called, and what their values are in.
+# Nouns for primitives, and units of their values.
 NOUNS = {"mass": "point mass", "displacement": "displacement", "rod": "rod"}
 UNITS = {"mass": "kg", "displacement": "kg m", "rod": "kg m²"}
-# Six directions of which every symmetric tensor is a sum: along the axes and between them.
+# Six directions whose dyads span all symmetric tensors: along the axes and between them.
 RODS = freeze(
     [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0.5**0.5, 0.5**0.5], [0.5**0.5, 0, 0.5**0.5],
      [0.5**0.5, 0.5**0.5, 0]]
 )  # fmt: skip
-# Rods are dependent if the smallest singular value of their dyads is below this.
-DEPENDENT = 1e-10
 
 
-def _stacked(m: Array, mc: Array, S: Array) -> Array:
-    """Parameters (..., 10) from mass, first moment, and second moment ``S = ∫ x xᵀ dm``."""
+def _stack_parameters(m: Array, mc: Array, S: Array) -> Array:
+    """Stack parameters (..., 10): mass, first moment, and second moment ``S = ∫ x xᵀ dm``."""
     xx, yy, zz = S[..., 0, 0], S[..., 1, 1], S[..., 2, 2]
     moments = [yy + zz, xx + zz, xx + yy, -S[..., 0, 1], -S[..., 0, 2], -S[..., 1, 2]]
     return np.stack([m, mc[..., 0], mc[..., 1], mc[..., 2], *moments], axis=-1)
 
 
 def _dyad(a: Array, b: Array) -> Array:
-    """The tensor a bᵀ of vectors (..., 3); shape (..., 3, 3)."""
+    """Compute the tensor a bᵀ of vectors (..., 3); shape (..., 3, 3)."""
     return a[..., :, None] * b[..., None, :]
 
 
 def point_mass(point: ArrayLike) -> Array:
-    """Parameters ``(1, r, -[r]²)`` of a mass of 1 kg at r (..., 3), metres; (..., 10)."""
+    """Compute the parameters ``(1, r, -[r]²)`` of 1 kg at r (..., 3), metres; (..., 10)."""
     r = np.asarray(point, dtype=np.float64)
-    return _stacked(np.ones(r.shape[:-1]), r, _dyad(r, r))
+    return _stack_parameters(np.ones(r.shape[:-1]), r, _dyad(r, r))
 
 
 def displacement_dipole(direction: ArrayLike, point: ArrayLike) -> Array:
-    """Parameters of a displacement of 1 kg m in direction a at r; shape (..., 10).
+    """Compute the parameters of a displacement of 1 kg m in direction a at r; (..., 10).
 
     ``(0, a, -[a][r] - [r][a])``: the derivative of `point_mass` at r along a.
 
@@ -73,17 +72,17 @@ def displacement_dipole(direction: ArrayLike, point: ArrayLike) -> Array:
     a, r = np.broadcast_arrays(
         np.asarray(direction, dtype=np.float64), np.asarray(point, dtype=np.float64)
     )
-    return _stacked(np.zeros(a.shape[:-1]), a, _dyad(a, r) + _dyad(r, a))
+    return _stack_parameters(np.zeros(a.shape[:-1]), a, _dyad(a, r) + _dyad(r, a))
 
 
 def rod(direction: ArrayLike) -> Array:
-    """Parameters ``(0, 0, -[b]²)`` of a pure-inertia rod of 1 kg m²; shape (..., 10).
+    """Compute the parameters ``(0, 0, -[b]²)`` of a pure-inertia rod of 1 kg m²; (..., 10).
 
     The rod lies anywhere along the unit vector b (..., 3), has no mass, and its moment of
     inertia about every axis perpendicular to b is 1 kg m².
     """
     b = np.asarray(direction, dtype=np.float64)
-    return _stacked(np.zeros(b.shape[:-1]), np.zeros_like(b), _dyad(b, b))
+    return _stack_parameters(np.zeros(b.shape[:-1]), np.zeros_like(b), _dyad(b, b))
 
 
 class Primitive(NamedTuple):
@@ -111,7 +110,7 @@ class Primitive(NamedTuple):
         return f"Primitive: {value} {NOUNS[self.kind]} on {self.body}{where}{along}"
 
     def parameters(self) -> Array:
-        """The ten parameters (10,) about the inertial origin, SI units."""
+        """Compute the ten parameters (10,) about the inertial origin, SI units."""
         if self.direction is None:
             return self.value * point_mass(np.asarray(self.point))
         if self.point is None:
@@ -119,7 +118,7 @@ class Primitive(NamedTuple):
         return self.value * displacement_dipole(self.direction, self.point)
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON."""
+        """Convert to plain data, ready for JSON."""
         return {
             "kind": self.kind,
             "body": self.body,
@@ -130,13 +129,13 @@ class Primitive(NamedTuple):
 
 
 class Multipole(NamedTuple):
-    """Parameters of a body taken apart: 1 mass, 3 displacements, 6 rods; planar 1 + 2 + 1.
+    """Parameters of a body as 1 mass, 3 displacements and 6 rods; in a plane 1 + 2 + 1.
 
     Attributes:
         mass: kg.
         displacement: along the axes (3,) or (2,), kg m.
         rods: values of the rods (6,) or (1,), kg m².
-        point: where the mass and the displacement are (3,) or (2,), metres.
+        point: place of the mass and the displacement (3,) or (2,), metres.
         directions: unit vectors along the rods (6, 3); those of a plane have none (0, 2).
     """
 
@@ -147,15 +146,15 @@ class Multipole(NamedTuple):
     directions: Array
 
     def parameters(self) -> Array:
-        """The parameters (10,) or (4,) that were taken apart, SI units."""
-        z = _placed(self.mass, self.displacement, self.point)
+        """Compute the parameters (10,) or (4,) that were decomposed, SI units."""
+        z = _mass_and_displacement(self.mass, self.displacement, self.point)
         if self.point.size == 2:
             z[3] += self.rods[0]
             return z
         return z + self.rods @ rod(self.directions)
 
     def primitives(self, body: str) -> tuple[Primitive, ...]:
-        """The spatial elements that are not zero, as primitives of a body.
+        """List the spatial elements that are not zero, as primitives of a body.
 
         Raises:
             ValueError: the parameters are planar, which lack the axes of the plane.
@@ -174,7 +173,7 @@ class Multipole(NamedTuple):
 
 
 def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -> Multipole:
-    """Take parameters apart into a mass and displacements at a point, and rods.
+    """Decompose parameters into a mass and displacements at a point, and rods.
 
     Args:
         z: parameters (10,), or planar ones ``[m, mcx, mcy, Ezz]`` (4,); any numbers.
@@ -192,10 +191,10 @@ def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -
         )
     mass = float(z[0])
     moved = z[1 : 1 + r.size] - mass * r
-    rest = z - _placed(mass, moved, r)
+    rest = z - _mass_and_displacement(mass, moved, r)
     if r.size == 2:
         return Multipole(mass, moved, rest[3:], r, np.empty((0, 2)))
-    b = _six(directions)
+    b = _check_directions(directions)
     second = pseudo_inertia(rest)[:3, :3][_UPPER]
     rods: Array = np.linalg.solve(_dyads(b).T, second).astype(np.float64)
     return Multipole(mass, moved, rods, r, b)
@@ -204,27 +203,31 @@ def multipole_of(z: ArrayLike, point: ArrayLike, directions: ArrayLike = RODS) -
 _UPPER = np.triu_indices(3)
 
 
-def _placed(mass: float, moved: Array, r: Array) -> Array:
-    """Parameters of a mass at r and a displacement there."""
+def _mass_and_displacement(mass: float, moved: Array, r: Array) -> Array:
+    """Compute the parameters of a mass at r and a displacement there."""
     if r.size == 2:
         return np.array([mass, *(mass * r + moved), r @ (mass * r + 2.0 * moved)])
     return mass * point_mass(r) + displacement_dipole(moved, r)
 
 
 def _dyads(b: Array) -> Array:
-    """The upper entries of b bᵀ for each direction (n, 3); shape (n, 6)."""
+    """List the upper entries of b bᵀ for each direction (n, 3); shape (n, 6)."""
     return _dyad(b, b)[:, *_UPPER]
 
 
-def _six(directions: ArrayLike) -> Array:
-    """Unit vectors along six directions, if their dyads are independent."""
+def _check_directions(directions: ArrayLike) -> Array:
+    """Normalise six directions.
+
+    Raises:
+        ValueError: their dyads are not independent, or the shape is another.
+    """
     b = np.asarray(directions, dtype=np.float64)
     if b.shape != (6, 3):
         raise ValueError(f"six directions are needed, of shape (6, 3), not {b.shape}")
     sizes = np.linalg.norm(b, axis=1)
     if sizes.all() and np.isfinite(sizes).all():
         b = b / sizes[:, None]
-        if np.linalg.svd(_dyads(b), compute_uv=False)[-1] > DEPENDENT:
+        if np.linalg.svd(_dyads(b), compute_uv=False)[-1] > ROD_DYADS_SINGULAR:
             return b
     raise ValueError(
         "six rods in these directions do not make up every inertia: take directions that do "

@@ -1,1 +1,1 @@
-"""What a design space means: point masses, displacements and rods that leave it balanced."""
+"""Meaning of a design space: point masses, displacements and rods that leave it balanced."""

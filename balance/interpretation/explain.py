@@ -1,4 +1,4 @@
-"""What a design space means, joint by joint, and what the loops add, in words."""
+"""Explanation of a design space in words: transfers by joint, and the parallel part."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["ExplainedTransfer", "Explanation", "explain"]
 
 
 class ExplainedTransfer(NamedTuple):
-    """What may be moved across one joint, as primitives.
+    """Inertia transfer across one joint, as primitives.
 
     Attributes:
         title: the joint, by its name in the file, and the bodies in one phrase.
@@ -39,16 +39,16 @@ class ExplainedTransfer(NamedTuple):
 
     @property
     def dimension(self) -> int:
-        """How many independent transfers there are."""
+        """Number of independent transfers."""
         return len(self.freedoms)
 
     @property
     def words(self) -> str:
-        """All of it in one line."""
+        """All freedoms in one line of words."""
         return summarise(self.freedoms) or "nothing"
 
     def to_dict(self) -> dict[str, object]:
-        """Plain data, ready for JSON."""
+        """Convert to plain data, ready for JSON."""
         return {
             "joints": list(self.joints),
             "bodies": list(self.bodies),
@@ -61,15 +61,15 @@ class Explanation(NamedTuple):
     """A design space in terms of point masses, displacements and pure-inertia rods.
 
     Attributes:
-        transfers: joint by joint, what may be moved across it.
-        freedoms: what only the closure of the loops frees.
+        transfers: inertia transfers, joint by joint.
+        freedoms: the parallel part, which exists only with the loops closed.
     """
 
     transfers: tuple[ExplainedTransfer, ...]
     freedoms: tuple[Freedom, ...]
 
     def __repr__(self) -> str:
-        """Up to six lines: transfers by joint, and what the loops free."""
+        """Up to six lines: transfers by joint, and the parallel part."""
         lines = [f"{item.title}: {item.words}" for item in self.transfers]
         lines += [f"freed by the loops: {freedom.words}" for freedom in self.freedoms]
         head = (
@@ -79,7 +79,7 @@ class Explanation(NamedTuple):
         return repr_lines(head, *lines)
 
     def to_dict(self) -> dict[str, object]:
-        """The entries ``transfers`` and ``freedoms`` of the report."""
+        """Convert to the entries ``transfers`` and ``freedoms`` of the report."""
         return {
             "transfers": [item.to_dict() for item in self.transfers],
             "freedoms": [freedom.to_dict() for freedom in self.freedoms],
@@ -87,7 +87,7 @@ class Explanation(NamedTuple):
 
 
 def explain(space: DesignSpace) -> Explanation:
-    """Explain a design space: what each joint lets through, and what the loops add.
+    """Explain a design space: the inertia transfers of each joint, and what the loops add.
 
     Args:
         space: a design space.
@@ -96,11 +96,19 @@ def explain(space: DesignSpace) -> Explanation:
         The transfers of each joint and the parallel part, as point masses, displacements of
         mass and pure-inertia rods at joints and along links.
 
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, sections 5.2 (primitives) and 5.5
+        (transfers); S. S. Chen, D. L. Donoho and M. A. Saunders, 1998, for few terms.
+
     Example:
-        >>> import balance, kinematics
-        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
         >>> for transfer in balance.explain(space).transfers:
-        ...     print(transfer.title, "|", transfer.words)
+        ...     print(f"{transfer.title}: {transfer.words}")
+        u1 (ground, crank): a point mass at the centre
+        q2 (crank, coupler): a point mass at the centre
+        q4 (ground, rocker): a point mass at the centre
+        q3 (coupler, rocker): a point mass at the centre
     """
     explained = (
         ExplainedTransfer(
@@ -112,7 +120,7 @@ def explain(space: DesignSpace) -> Explanation:
 
 
 def _title(space: DesignSpace, transfer: Transfer) -> str:
-    """The joints and bodies of a transfer in one phrase."""
+    """Write the joints and bodies of a transfer in one phrase."""
     if not transfer.joints:
         how = "at rest" if transfer.ground else "rigidly joined"
         return f"{', '.join(transfer.bodies)} ({how})"
@@ -121,7 +129,7 @@ def _title(space: DesignSpace, transfer: Transfer) -> str:
 
 
 def _joints(space: DesignSpace, transfer: Transfer) -> list[str]:
-    """Names of the joints; that in the file where several degrees of one joint move."""
+    """List names of joints; the name in the file where several degrees of one joint move."""
     joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
     counts = Counter(joint.whole for joint in joints)
     found = [joint.whole if counts[joint.whole] > 1 else joint.name for joint in joints]

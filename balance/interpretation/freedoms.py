@@ -1,8 +1,8 @@
-"""Readable bases: what joints transfer and closed loops free, as primitives with a meaning.
+"""Readable bases of inertia transfers and of the parallel part, as primitives.
 
 Any basis of a design space is right, but one of singular vectors moves every parameter of
-every body. A transfer is written in the frame of its joint instead; what loops free, with as
-few terms as are found.
+every body. Here a transfer is written in the frame of its joint, and the parallel part in few
+terms.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ from balance.interpretation.terms import (
     Term,
     candidate_terms,
     describe_terms,
-    is_simple,
+    round_to_fraction,
     term_vectors,
 )
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import ECHELON_PIVOT, FRACTION_ROUND_OFF
 from balance.transfers.by_joint import Transfer
 from kinematics.linalg.rational import echelon
 from kinematics.model.arrays import freeze
@@ -34,10 +35,6 @@ __all__ = ["Freedom", "parallel_freedoms", "summarise", "transfer_freedoms"]
 
 Array = NDArray[np.float64]
 
-# Pivots below this part of unit columns are round-off.
-PIVOT = 1e-11
-# Part of the largest value by which others miss simple fractions through round-off.
-ROUNDING = 1e-12
 NUMBERS = ("no", "a", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 PLURALS = {
     "point mass": "point masses", "displacement": "displacements", "rod": "rods",
@@ -63,77 +60,85 @@ class Freedom(NamedTuple):
         return repr_lines(f"Freedom: {self.words}")
 
     def to_dict(self) -> dict[str, object]:
-        """Words and primitives as plain data, ready for JSON."""
+        """Convert words and primitives to plain data, ready for JSON."""
         return {"words": self.words, "primitives": [p.to_dict() for p in self.primitives]}
 
 
-def _combined(space: DesignSpace, terms: Sequence[Term], words: str) -> Freedom:
-    """The freedom that terms with their values add up to."""
+def _combine(space: DesignSpace, terms: Sequence[Term], words: str) -> Freedom:
+    """Combine terms with their values into a freedom."""
     primitives = tuple(p for term in terms for p in term.primitives)
     vector = term_vectors(space, primitives, False).sum(axis=1)
     return Freedom(primitives, words, freeze(vector))
 
 
 def transfer_freedoms(space: DesignSpace, transfer: Transfer) -> tuple[Freedom, ...]:
-    """What may be moved across a joint, one freedom per column of the transfer.
+    """Express a transfer as primitives in the frame of its joint, one freedom per column.
 
     A freedom adds to the first of the bodies and takes from the others, or from the ground.
     For a revolute joint whose axis is parallel to those below it these are a point mass on
     the axis, a displacement and a rod along it, and two ± pairs of rods across it.
+
+    Args:
+        space: the design space.
+        transfer: one of its transfers.
     """
     if not transfer.dimension:
         return ()
-    found = [_reading(space, transfer, terms) for terms in joint_frame_terms(space, transfer)]
-    # Of equally short readings the last one, which names the axis.
-    best = min(reversed(found), key=_length)
+    found = [
+        _basis_in_terms(space, transfer, terms) for terms in joint_frame_terms(space, transfer)
+    ]
+    # Of equally short bases the last one, which names the axis.
+    best = min(reversed(found), key=_count_primitives)
     return tuple(
-        _combined(space, terms, " with a ".join(dict.fromkeys(t.name for t in terms)))
+        _combine(space, terms, " with a ".join(dict.fromkeys(t.name for t in terms)))
         for terms in best
     )
 
 
-def _length(reading: Sequence[Sequence[Term]]) -> int:
-    """Number of primitives in a reading."""
+def _count_primitives(reading: Sequence[Sequence[Term]]) -> int:
+    """Count the primitives of a basis."""
     return sum(len(term.primitives) for terms in reading for term in terms)
 
 
-def _reading(space: DesignSpace, transfer: Transfer, own: Sequence[Term]) -> list[list[Term]]:
-    """A basis of a transfer in terms on each body, every one with terms of its own."""
+def _basis_in_terms(
+    space: DesignSpace, transfer: Transfer, own: Sequence[Term]
+) -> list[list[Term]]:
+    """Compute a basis of a transfer in terms on each body, each vector with its own terms."""
     terms = [term.on(body) for body in transfer.bodies for term in own]
     D = _columns(space, terms)
     scale = np.linalg.norm(D, axis=0)
     columns = transfer.scaled
     coordinates = np.linalg.lstsq(D / scale, columns / np.linalg.norm(columns, axis=0))[0]
-    return [_with_values(terms, _relative(x / scale)) for x in _echelon(coordinates.T)]
+    return [_with_values(terms, _normalise(x / scale)) for x in _echelon(coordinates.T)]
 
 
 def _echelon(rows: Array) -> Array:
-    """Reduced row echelon form of independent rows; what round-off leaves is zero."""
+    """Compute the reduced row echelon form of independent rows; round-off becomes zero."""
     A = np.array(echelon(rows.tolist(), _largest_in_column)[0])
-    A[np.abs(A) <= PIVOT * np.abs(A).max(axis=1, keepdims=True)] = 0.0
+    A[np.abs(A) <= ECHELON_PIVOT * np.abs(A).max(axis=1, keepdims=True)] = 0.0
     return A
 
 
 def _largest_in_column(
     left: Sequence[Sequence[float]], pivots: Sequence[int]
 ) -> tuple[int, int] | None:
-    """The pivot of the row echelon form, where entries up to ``PIVOT`` are round-off."""
+    """Find the next pivot, or None; entries up to ``ECHELON_PIVOT`` are round-off."""
     first = pivots[-1] + 1 if pivots else 0
     for column in range(first, len(left[0]) if left else 0):
         sizes = [abs(row[column]) for row in left]
-        if max(sizes) > PIVOT:
+        if max(sizes) > ECHELON_PIVOT:
             return sizes.index(max(sizes)), column
     return None
 
 
 def summarise(freedoms: Sequence[Freedom]) -> str:
-    """The words of freedoms in one line, the same ones counted."""
+    """Describe freedoms in one line, equal ones counted."""
     counts = Counter(freedom.words for freedom in freedoms)
-    return ", ".join(_counted(words, n) for words, n in counts.items())
+    return ", ".join(_count_phrase(words, n) for words, n in counts.items())
 
 
-def _counted(words: str, count: int) -> str:
-    """``a point mass on the axis``, ``two ± pairs of rods across the axis``."""
+def _count_phrase(words: str, count: int) -> str:
+    """Write ``a point mass on the axis``, ``two ± pairs of rods across the axis``."""
     if count == 1:
         return f"a {words}"
     number = NUMBERS[count] if count < len(NUMBERS) else str(count)
@@ -142,7 +147,7 @@ def _counted(words: str, count: int) -> str:
 
 
 def parallel_freedoms(space: DesignSpace) -> tuple[Freedom, ...]:
-    """What only the closure of the loops frees, one freedom per column of ``parallel``.
+    """Compute a readable basis of the parallel part, one freedom per column of ``parallel``.
 
     Together with ``serial`` they span the design space. Those of fewer terms come first;
     the values in each are relative to the largest, and the first is positive.
@@ -156,26 +161,26 @@ def parallel_freedoms(space: DesignSpace) -> tuple[Freedom, ...]:
     costs = np.array([term.cost for term in terms])
     search = SparseSearch.of(space.scaled_basis, space.serial_nullity, D / scale, costs)
     return tuple(
-        _combined(space, some, describe_terms(some))
+        _combine(space, some, describe_terms(some))
         for x in search.independent()
-        for some in [_with_values(terms, _relative(x / scale))]
+        for some in [_with_values(terms, _normalise(x / scale))]
     )
 
 
 def _columns(space: DesignSpace, terms: Sequence[Term]) -> Array:
-    """Parameters of terms in the units of the chain (parameters, terms)."""
+    """Compute the parameters of terms in the units of the chain (parameters, terms)."""
     first = np.cumsum([0, *(len(term.primitives) for term in terms[:-1])])
     D = term_vectors(space, [p for term in terms for p in term.primitives], True)
     return np.add.reduceat(D, first, axis=1)
 
 
 def _with_values(terms: Sequence[Term], x: Array) -> list[Term]:
-    """The terms whose values are not zero, with these values."""
+    """Multiply the terms by their values, those of value zero left out."""
     return [terms[k].times(float(x[k])) for k in np.flatnonzero(x).tolist()]
 
 
-def _relative(values: Array) -> Array:
-    """Values divided by the largest, the first of them positive; round-off is taken off."""
+def _normalise(values: Array) -> Array:
+    """Divide values by the largest, make the first positive, and remove round-off."""
     values = values / np.abs(values).max()
     values *= np.sign(values[np.flatnonzero(values)[0]])
-    return np.array([is_simple(value, ROUNDING) for value in values])
+    return np.array([round_to_fraction(value, FRACTION_ROUND_OFF) for value in values])

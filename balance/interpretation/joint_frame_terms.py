@@ -1,7 +1,7 @@
-"""What a body's inertia consists of, in the frame of a joint: the words for a transfer.
+"""Inertia of a body in the frame of a joint, as terms for a transfer.
 
 A point mass on the axis, displacements along and across it, and rods: along the axis, in ±
-pairs across it, and oblique to it; or rods in six directions, if that says it shorter.
+pairs across it, and oblique to it; or rods in six directions, if that takes fewer terms.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from balance.inertial_parameters.multipole import NOUNS, Primitive
 from balance.interpretation.terms import Term
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import AXIS_OFFSET_CLEAR, GEOMETRY_EQUAL
 from balance.transfers.by_joint import Transfer
 from kinematics.linalg.vectors import distinct_vectors, project_out
 from kinematics.model.linkage import Joint
@@ -23,19 +24,20 @@ __all__ = ["joint_frame_terms"]
 
 Array = NDArray[np.float64]
 
-# Sines of angles that count as zero.
-SAME = 1e-9
-
 
 def joint_frame_terms(space: DesignSpace, transfer: Transfer) -> Iterator[list[Term]]:
-    """Ways to take the parameters of one body apart, each as many terms as parameters.
+    """Yield ways to decompose the parameters of one body, with as many terms as parameters.
 
-    The body is the first of the transfer. There is a way for each direction that its joints
-    turn or slide in, or that mass may be displaced in.
+    The body is the first of the transfer. There is a way for each direction in which its
+    joints turn or slide, or mass may be displaced.
+
+    Args:
+        space: the design space.
+        transfer: one of its transfers.
     """
     body = transfer.bodies[0]
     joints = [space.linkage.joints[j] for j in space.linkage.positions_of(transfer.joints)]
-    # Where bodies are rigidly joined, or rest, the frame of the body does as well as another.
+    # Where bodies are rigidly joined, or rest, the frame of the body is used.
     point = joints[0].point if joints else space.frames[space.bodies.index(body)][:3, 3]
     place = " on the axis" if len(joints) == 1 and not space.planar else " at the centre"
     for n in _directions(space, transfer, joints):
@@ -54,40 +56,42 @@ def joint_frame_terms(space: DesignSpace, transfer: Transfer) -> Iterator[list[T
 
 
 def _directions(space: DesignSpace, transfer: Transfer, joints: list[Joint]) -> list[Array]:
-    """Unit vectors along the joints and along the displacements possible, without repetition.
+    """List unit vectors along the joints and the possible displacements, without repetition.
 
     In a plane only those in it; its own axes if there is none.
     """
     moved = transfer.basis.reshape(len(space.bodies), len(space.labels), -1)
     count = 2 if space.planar else 3
     moved = moved[space.bodies.index(transfer.bodies[0])]
-    free = moved[1 : 1 + count] @ _null(moved[0])
+    free = moved[1 : 1 + count] @ _null_space_of_row(moved[0])
     some = [j.screw[3:] if j.kind == "prismatic" else j.screw[:3] for j in joints]
     some += list(free.T @ space.axes[:count])
     if space.planar:
         some = [project_out(a, space.axes[2]) for a in some]
-    unit = [a / size for a in some if (size := np.linalg.norm(a)) > SAME * space.length]
+    unit = [
+        a / size for a in some if (size := np.linalg.norm(a)) > GEOMETRY_EQUAL * space.length
+    ]
     first = distinct_vectors(
-        unit, lambda few, a: np.linalg.norm(np.cross(few, a), axis=1) <= SAME
+        unit, lambda few, a: np.linalg.norm(np.cross(few, a), axis=1) <= GEOMETRY_EQUAL
     )
     found = [unit[k] for k in first]
     return found or [space.axes[0] if space.planar else space.axes[2]]
 
 
-def _null(row: Array) -> Array:
-    """Combinations (n, d) that make a row of numbers (n,) vanish."""
+def _null_space_of_row(row: Array) -> Array:
+    """Compute combinations (n, d) that make a row of numbers (n,) vanish."""
     if not row.any():
         return np.eye(row.size)
     return np.linalg.svd(row[None])[2][1:].T
 
 
 def _axes(space: DesignSpace, n: Array, point: Array) -> Array:
-    """Axes as rows, the first along n, the second towards another joint of the linkage."""
+    """Choose axes as rows: the first along n, the second towards another joint."""
     if space.planar:
         return np.array([n, np.cross(space.axes[2], n)])
     for joint in space.linkage.joints:
         across = np.cross(n, joint.point - point)
-        if np.linalg.norm(across) > 1e-3 * space.length:
+        if np.linalg.norm(across) > AXIS_OFFSET_CLEAR * space.length:
             across /= np.linalg.norm(across)
             return np.array([n, np.cross(across, n), across])
     x, y, _ = plane_axes(n)
@@ -95,7 +99,7 @@ def _axes(space: DesignSpace, n: Array, point: Array) -> Array:
 
 
 def _masses(body: str, point: Array, axes: Array, place: str) -> list[Term]:
-    """The point mass and its displacements."""
+    """List the point mass and its displacements."""
     found = [Term(f"point mass{place}", (Primitive("mass", body, 1.0, point),))]
     for k, a in enumerate(axes):
         name = f"displacement {'across' if k else 'along'} the axis"
@@ -104,7 +108,7 @@ def _masses(body: str, point: Array, axes: Array, place: str) -> list[Term]:
 
 
 def _rods_by_axis(body: str, n: Array, x: Array, y: Array) -> list[Term]:
-    """Six independent terms of rods that single the axis n out."""
+    """List six independent terms of rods with the axis n among them."""
     across, oblique = "± pair of rods across the axis", "± pair of rods oblique to the axis"
     return [
         Term("rod along the axis", (_rod(body, n),)),
@@ -117,10 +121,10 @@ def _rods_by_axis(body: str, n: Array, x: Array, y: Array) -> list[Term]:
 
 
 def _six_rods(body: str, n: Array, x: Array, y: Array) -> list[Term]:
-    """Rods in six directions, none of which is special."""
+    """List rods in six directions, with equal names."""
     return [Term("rod", (_rod(body, b),)) for b in (n, x, y, n + x, n + y, x + y)]
 
 
 def _rod(body: str, b: Array, value: float = 1.0) -> Primitive:
-    """A rod along b, of any length."""
+    """Make a rod along b, which may have any length."""
     return Primitive("rod", body, value, None, b / np.linalg.norm(b))

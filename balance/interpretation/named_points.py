@@ -1,4 +1,4 @@
-"""The places and directions of a linkage that have names: its joints, links and axes."""
+"""Named points and directions of a linkage: its joints, links and axes."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import GEOMETRY_EQUAL
 from kinematics.linalg import vectors
 from kinematics.model.linkage import Joint
 
@@ -22,8 +23,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Distances relative to the size of the linkage, and sines of angles, that count as zero.
-SAME = 1e-9
 # How the names of directions begin that are normal to others.
 NORMAL = "the normal to "
 
@@ -52,7 +51,7 @@ class NamedDirection(NamedTuple):
 
 
 class NamedPoint(NamedTuple):
-    """A joint as a body sees it.
+    """A joint of a body, as a point with an axis.
 
     Attributes:
         name: of the joint in the file.
@@ -68,24 +67,29 @@ class NamedPoint(NamedTuple):
 
 
 def named_points(space: DesignSpace, body: int) -> list[NamedPoint]:
-    """The moving joints at a body, one for every centre; those of loops come last."""
+    """List the moving joints at a body, one for every centre; those of loops come last.
+
+    Args:
+        space: the design space.
+        body: number of the body.
+    """
     chain, joints = space.chain, space.linkage.joints
-    part = space.exchanged.part
+    part = space.chain_transfers.rigid_part
     here = [
         joints[k]
         for j, k in enumerate(chain.joints)
         if part[chain.links[body]] in (part[j], part[chain.parent[j]])
     ]
-    apart = SAME * space.length
+    apart = GEOMETRY_EQUAL * space.length
     first = vectors.distinct_vectors(
         [joint.point for joint in here],
         lambda some, one: np.linalg.norm(some - one, axis=1) <= apart,
     )
-    return [_site(here[k]) for k in first]
+    return [_named_point(here[k]) for k in first]
 
 
-def _site(joint: Joint) -> NamedPoint:
-    """A joint by name, centre and axis; one of several degrees goes by its own name."""
+def _named_point(joint: Joint) -> NamedPoint:
+    """Name a joint; one of several degrees goes by its own name."""
     axis = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
     return NamedPoint(joint.whole, joint.point, axis / np.linalg.norm(axis), joint.name)
 
@@ -93,34 +97,36 @@ def _site(joint: Joint) -> NamedPoint:
 def named_directions(
     space: DesignSpace, place: int, places: Sequence[NamedPoint]
 ) -> list[NamedDirection]:
-    """Directions at one of the joints of a body: along its links and axes, and across them.
+    """List directions at a joint of a body: along its links and axes, and across them.
 
     Across is the vector product of the axis, or of the normal of the plane, with another.
 
     Args:
         space: whose axes count if it is planar.
-        place: which of the joints.
+        place: number of the joint.
         places: the joints of the body.
     """
     site = places[place]
     axis = NamedDirection(site.axis, f"the axis of {site.label}")
-    links = _links(place, places)
+    links = _link_directions(place, places)
     if space.planar:
         n = space.axes[2]
-        plain = distinct_directions([*links, *([axis] if abs(site.axis @ n) < SAME else [])])
+        plain = distinct_directions(
+            [*links, *([axis] if abs(site.axis @ n) < GEOMETRY_EQUAL else [])]
+        )
         crossed, end = plain, ""
     else:
         n = site.axis
         crossed = [*links, *(NamedDirection(s.axis, f"the axis of {s.label}") for s in places)]
         plain = distinct_directions([*links, axis])
-        parallel = all(np.linalg.norm(np.cross(s.axis, n)) < SAME for s in places)
+        parallel = all(np.linalg.norm(np.cross(s.axis, n)) < GEOMETRY_EQUAL for s in places)
         end = "" if parallel else f" and {axis.name}"
     normals = [NamedDirection(np.cross(n, d.along), f"{NORMAL}{d.name}{end}") for d in crossed]
     return distinct_directions([*plain, *normals])
 
 
-def _links(place: int, places: Sequence[NamedPoint]) -> list[NamedDirection]:
-    """From joint to joint, and to the middle of more than two."""
+def _link_directions(place: int, places: Sequence[NamedPoint]) -> list[NamedDirection]:
+    """List directions from joint to joint, and to the middle of more than two."""
     site, found = places[place], []
     for k, other in enumerate(places):
         if k != place:
@@ -134,17 +140,17 @@ def _links(place: int, places: Sequence[NamedPoint]) -> list[NamedDirection]:
 
 
 def distinct_directions(directions: Sequence[NamedDirection]) -> list[NamedDirection]:
-    """Directions as unit vectors, without zeros and without repetitions, up to sign."""
+    """Normalise directions, and remove zeros and repetitions up to sign."""
     unit = [
         direction._replace(along=direction.along / size)
         for direction in directions
-        if (size := float(np.linalg.norm(direction.along))) > SAME
+        if (size := float(np.linalg.norm(direction.along))) > GEOMETRY_EQUAL
     ]
     first = vectors.distinct_vectors([direction.along for direction in unit], _opposite_or_same)
     return [unit[k] for k in first]
 
 
 def _opposite_or_same(some: Array, one: Array) -> NDArray[np.bool_]:
-    """Which unit vectors (k, 3) are another one (3,), up to sign."""
+    """Mark the unit vectors (k, 3) that equal another one (3,), up to sign."""
     apart = np.minimum(abs(some - one).max(axis=1), abs(some + one).max(axis=1))
-    return np.asarray(apart <= SAME)
+    return np.asarray(apart <= GEOMETRY_EQUAL)

@@ -1,8 +1,8 @@
-"""Few columns of a vocabulary that add up to something new in a space.
+"""Sparse basis of the parallel space, by minimising ``Σ |x|`` over terms.
 
 Among all combinations ``z = D x`` that lie in the space, the one with the least ``Σ |x|`` has
-few terms (S. S. Chen, D. L. Donoho and M. A. Saunders, 1998): a linear programme finds which,
-and a singular vector of their columns their values, to round-off.
+few terms (S. S. Chen, D. L. Donoho and M. A. Saunders, 1998). A linear programme finds its
+terms, and a singular vector of their columns finds their values, to round-off.
 """
 
 from __future__ import annotations
@@ -12,26 +12,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.tolerances import SOLUTION_OUTSIDE, SOLUTIONS_EQUAL, TERM_ABSENT
+
 __all__ = ["SparseSearch"]
 
 Array = NDArray[np.float64]
 
-# Terms below this part of the largest are not in the solution of a linear programme.
-ABSENT = 1e-6
-# Part of a solution that may lie outside the space.
-OUTSIDE = 1e-11
-# Sines of angles between solutions, and parts of columns, that count as zero.
-SAME = 1e-6
-# Entries of all the linear programmes that look for other solutions than are needed.
-WORK = 300_000
+# Most entries of all linear programmes that search for more solutions than needed.
+MAX_PROGRAMME_ENTRIES = 300_000
 
 
 class SparseSearch(NamedTuple):
-    """Sparse x that balance: ``conditions @ x = 0``, with a part ``shadow @ x`` that is new.
+    """Search for sparse x with ``conditions @ x = 0`` and a new part ``shadow @ x``.
 
     Attributes:
-        columns: of the vocabulary, of unit size in the units of the chain.
-        conditions: how far each column is from the design space.
+        columns: parameters of the terms, of unit size in the units of the chain.
+        conditions: distance of each column from the design space, as a vector.
         shadow: the coordinates of each in the parallel space (p, columns).
         parallel: basis of the parallel space, orthonormal in the units of the chain.
         cost: of each column.
@@ -45,12 +41,12 @@ class SparseSearch(NamedTuple):
 
     @classmethod
     def of(cls, basis: Array, serial: int, columns: Array, cost: Array) -> SparseSearch:
-        """The search in a design space.
+        """Prepare the search in a design space.
 
         Args:
             basis: of the space (parameters, nullity).
-            serial: how many of its columns, the first ones, are not new.
-            columns: of the vocabulary (parameters, columns), in the same units.
+            serial: number of its columns, the first ones, that are not new.
+            columns: parameters of the terms (parameters, columns), in the same units.
             cost: of each column.
         """
         Q = np.linalg.qr(basis, "complete")[0]
@@ -58,10 +54,10 @@ class SparseSearch(NamedTuple):
         return cls(columns, outside.T @ columns, parallel.T @ columns, parallel, cost)
 
     def independent(self) -> list[Array]:
-        """As many solutions as there are dimensions that are new, those of few terms first."""
+        """Find one solution for each new dimension; those of few terms come first."""
         pool = self._spanning()
         entries = 2 * self.conditions.size
-        for w in self._directions(WORK // entries) if len(pool) > 1 else []:
+        for w in self._directions(MAX_PROGRAMME_ENTRIES // entries) if len(pool) > 1 else []:
             other = self.sparse(w)
             pool += [other] if other is not None else []
         pool.sort(key=lambda x: (np.count_nonzero(x), self.cost @ np.abs(x)))
@@ -72,11 +68,11 @@ class SparseSearch(NamedTuple):
         return chosen
 
     def _spanning(self) -> list[Array]:
-        """Columns that are solutions, then others that have a part which those do not."""
+        """Find columns that are solutions, and then other solutions until they span."""
         found: list[Array] = []
         count = len(self.shadow)
-        alone = np.linalg.norm(self.conditions, axis=0) <= OUTSIDE
-        alone &= np.linalg.norm(self.shadow, axis=0) > SAME
+        alone = np.linalg.norm(self.conditions, axis=0) <= SOLUTION_OUTSIDE
+        alone &= np.linalg.norm(self.shadow, axis=0) > SOLUTIONS_EQUAL
         for k in sorted(np.flatnonzero(alone).tolist(), key=lambda k: self.cost[k]):
             x = np.zeros(alone.size)
             x[k] = 1.0
@@ -99,17 +95,17 @@ class SparseSearch(NamedTuple):
         return _span(self.shadow @ np.array([*found, x]).T).shape[1] > len(found)
 
     def _directions(self, most: int) -> list[Array]:
-        """Directions in which columns are new, at most as many, the cheapest columns first."""
+        """List at most ``most`` directions in which columns are new, cheapest columns first."""
         found = np.empty((0, len(self.shadow)))
         for k in np.argsort(self.cost, kind="stable"):
             w, size = self.shadow[:, k], np.linalg.norm(self.shadow[:, k])
-            if len(found) < most and size > SAME:
-                if np.abs(found @ w).max(initial=0.0) < (1.0 - SAME) * size:
+            if len(found) < most and size > SOLUTIONS_EQUAL:
+                if np.abs(found @ w).max(initial=0.0) < (1.0 - SOLUTIONS_EQUAL) * size:
                     found = np.vstack([found, w / size])
         return list(found)
 
     def sparse(self, w: Array) -> Array | None:
-        """The cheapest x that balances and has ``w @ shadow @ x = 1``, if one is found.
+        """Find the cheapest x in the space with ``w @ shadow @ x = 1``; None if none is found.
 
         A linear programme finds its terms, the singular vector of their columns its values.
         """
@@ -122,23 +118,23 @@ class SparseSearch(NamedTuple):
         if solved.x is None:
             return None
         x = np.subtract(*solved.x.reshape(2, -1))
-        support = np.flatnonzero(np.abs(x) > ABSENT * np.abs(x).max())
+        support = np.flatnonzero(np.abs(x) > TERM_ABSENT * np.abs(x).max())
         x = np.zeros_like(x)
         x[support] = np.linalg.svd(self.conditions[:, support])[2][-1]
-        return x if abs(w @ self.shadow @ x) > SAME and self.balances(x) else None
+        return x if abs(w @ self.shadow @ x) > SOLUTIONS_EQUAL and self.balances(x) else None
 
     def dense(self, w: Array) -> Array:
-        """Some x for the direction w of the parallel space, whatever terms that takes."""
+        """Find some x for the direction w of the parallel space, with any number of terms."""
         x: Array = np.linalg.lstsq(self.columns, self.parallel @ w)[0].astype(np.float64)
         return x
 
     def balances(self, x: Array) -> bool:
-        """Whether a combination lies in the design space, to round-off."""
+        """Decide whether a combination lies in the design space, to round-off."""
         outside = np.linalg.norm(self.conditions @ x)
-        return bool(outside <= OUTSIDE * np.linalg.norm(self.shadow @ x))
+        return bool(outside <= SOLUTION_OUTSIDE * np.linalg.norm(self.shadow @ x))
 
 
 def _span(vectors: Array) -> Array:
-    """Orthonormal basis of the span of columns (n, m), of any sizes but zero."""
+    """Compute an orthonormal basis of the span of columns (n, m), of any sizes but zero."""
     left, values, _ = np.linalg.svd(vectors / np.linalg.norm(vectors, axis=0))
-    return left[:, : np.count_nonzero(values > SAME)]
+    return left[:, : np.count_nonzero(values > SOLUTIONS_EQUAL)]

@@ -1,7 +1,7 @@
-"""What can be put on the bodies of a linkage at places and in directions that have names.
+"""Terms: named inertial elements at named points and in named directions of a linkage.
 
 Point masses at the centres of joints, displacements from there, and rods along links, along
-the axes of joints, and across both: what a designer would draw.
+the axes of joints, and across both, as a designer would draw them.
 """
 
 from __future__ import annotations
@@ -24,22 +24,19 @@ from balance.interpretation.named_points import (
     named_points,
 )
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import FRACTION_IN_TEXT, GEOMETRY_EQUAL, TERMS_RANK
 from kinematics.model.arrays import Frame
 
-__all__ = ["Term", "describe_terms", "is_simple", "term_vectors", "candidate_terms"]
+__all__ = ["Term", "describe_terms", "round_to_fraction", "term_vectors", "candidate_terms"]
 
 Array = NDArray[np.float64]
 
-# Sines of angles, and ranks, that count as zero.
-SAME = 1e-9
-# Part of the largest by which a value that is written as a simple fraction may miss it.
-SIMPLE = 1e-9
-# What a term costs in the search for few: the plainer, the cheaper.
+# Cost of a term in the search for few terms: along a direction, across it, between two.
 PLAIN, CROSSING, OBLIQUE = 1.0, 1.02, 1.05
 
 
 class Term(NamedTuple):
-    """Primitives on one body that go together, and what to call them.
+    """Primitives on one body that belong together, with a name.
 
     Attributes:
         name: such as ``"point mass at j2"``, ``"rod along j1-j2"``; ``"rod"`` in a plane.
@@ -54,17 +51,17 @@ class Term(NamedTuple):
     value: float = 1.0
 
     def times(self, value: float) -> Term:
-        """The term with all its primitives multiplied."""
+        """Multiply all primitives of the term by a value."""
         primitives = (p._replace(value=value * p.value) for p in self.primitives)
         return Term(self.name, tuple(primitives), self.cost, value * self.value)
 
     def on(self, body: str) -> Term:
-        """The term on another body."""
+        """Move the term to another body."""
         return self._replace(primitives=tuple(p._replace(body=body) for p in self.primitives))
 
 
 def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bool) -> Array:
-    """Parameters of primitives in the rows of ``basis``; (parameters, primitives).
+    """Compute the parameters of primitives in the rows of ``basis``; (parameters, primitives).
 
     Args:
         space: the design space whose parameters count.
@@ -73,8 +70,8 @@ def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bo
             instead of SI units.
     """
     some = list(primitives)
-    # Measured from the middle of the mechanism from the start: nothing large cancels.
-    found = [_scaled(p, space.chain.frame) if scaled else p for p in some]
+    # Positions are relative to the middle of the mechanism, so that nothing large cancels.
+    found = [_scale_primitive(p, space.chain.frame) if scaled else p for p in some]
     z = np.array([primitive.parameters() for primitive in found]).reshape(-1, 10)
     z = to_chain(z, Frame(space.axes), space.planar, space.balance == "force")
     out = np.zeros((len(some), len(space.bodies), z.shape[1]))
@@ -83,8 +80,8 @@ def term_vectors(space: DesignSpace, primitives: Iterable[Primitive], scaled: bo
     return out.reshape(len(some), -1).T
 
 
-def _scaled(primitive: Primitive, frame: Frame) -> Primitive:
-    """A primitive in lengths of the chain, from its origin."""
+def _scale_primitive(primitive: Primitive, frame: Frame) -> Primitive:
+    """Scale a primitive to the unit of length and the origin of the chain."""
     power = {"mass": 0, "displacement": 1, "rod": 2}[primitive.kind]
     point = primitive.point
     return primitive._replace(
@@ -94,36 +91,36 @@ def _scaled(primitive: Primitive, frame: Frame) -> Primitive:
 
 
 def candidate_terms(space: DesignSpace) -> list[Term]:
-    """Every term on the bodies that move, body by body; they span all parameters."""
+    """List every term on the bodies that move, body by body; they span all parameters."""
     found: list[Term] = []
     for b, name in enumerate(space.bodies):
         if space.chain.links[b] >= 0:
-            found += _of_body(space, name, named_points(space, b))
+            found += _terms_of_body(space, name, named_points(space, b))
     return found
 
 
-def _of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> list[Term]:
-    """Masses and displacements at joints, and rods; enough for all parameters of the body."""
+def _terms_of_body(space: DesignSpace, body: str, places: Sequence[NamedPoint]) -> list[Term]:
+    """List masses and displacements at joints, and rods, that span all parameters of a body."""
     named = [named_directions(space, k, places) for k in range(len(places))]
-    found = _all(space, body, places, named)
+    found = _terms_at(space, body, places, named)
     own = [p for term in found for p in term.primitives]
-    if np.linalg.matrix_rank(term_vectors(space, own, True), SAME) < len(space.labels):
+    if np.linalg.matrix_rank(term_vectors(space, own, True), TERMS_RANK) < len(space.labels):
         axes = [NamedDirection(a, name) for a, name in zip(space.axes, "xyz", strict=True)]
         axes = axes[:2] if space.planar else axes
         origin = NamedPoint("the origin", np.zeros(3), space.axes[0], "x")
         known = {term.name for term in found}
-        more = _all(space, body, places[:1] or [origin], [axes])
+        more = _terms_at(space, body, places[:1] or [origin], [axes])
         found += [term for term in more if term.name not in known]
     return found
 
 
-def _all(
+def _terms_at(
     space: DesignSpace,
     body: str,
     places: Sequence[NamedPoint],
     named: Sequence[Sequence[NamedDirection]],
 ) -> list[Term]:
-    """All terms at these places and in these directions, of which each place has its own."""
+    """List all terms at places, each in the directions of its own."""
     found = [
         Term(f"point mass at {site.name}", (Primitive("mass", body, 1.0, site.point),))
         for site in places
@@ -140,7 +137,7 @@ def _all(
 def _displacements(
     body: str, point: Array, name: str, some: Sequence[NamedDirection]
 ) -> list[Term]:  # fmt: skip
-    """Displacements from a point in some directions."""
+    """List displacements from a point in some directions."""
     return [
         Term(
             f"{name} {d.adverb}", (Primitive("displacement", body, 1.0, point, d.along),),
@@ -151,7 +148,7 @@ def _displacements(
 
 
 def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) -> list[Term]:
-    """Rods in all directions, and ± pairs between those at a joint that are perpendicular.
+    """List rods in all directions, and ± pairs between perpendicular ones at a joint.
 
     In a plane all rods are the same.
     """
@@ -171,14 +168,17 @@ def _rods(body: str, named: Sequence[Sequence[NamedDirection]], planar: bool) ->
     for one, other in (pair for group in named for pair in combinations(group, 2)):
         product = np.outer(one.along, other.along) + np.outer(other.along, one.along)
         off = np.minimum(*(abs(known + s * product).max(axis=(1, 2)) for s in (1.0, -1.0)))
-        if abs(one.along @ other.along) < SAME and off.min(initial=1.0) > SAME:
+        if (
+            abs(one.along @ other.along) < GEOMETRY_EQUAL
+            and off.min(initial=1.0) > GEOMETRY_EQUAL
+        ):
             known = np.concatenate([known, product[None]])
             found.append(_pair(body, one, other))
     return found
 
 
 def _pair(body: str, one: NamedDirection, other: NamedDirection) -> Term:
-    """Rods halfway between perpendicular directions a and b: + along a + b, - along a - b."""
+    """Make rods halfway between perpendicular a and b: + along a + b, - along a - b."""
     sides = ((1.0, one.along + other.along), (-1.0, one.along - other.along))
     rods = (Primitive("rod", body, sign, None, v / 2.0**0.5) for sign, v in sides)
     second = other.name.replace(one.name, "it")
@@ -186,7 +186,7 @@ def _pair(body: str, one: NamedDirection, other: NamedDirection) -> Term:
 
 
 def describe_terms(terms: Sequence[Term]) -> str:
-    """Terms with their values, those of one name together.
+    """Describe terms with their values, those of one name together.
 
     Values carry their units where kinds are mixed; otherwise only ratios matter.
     """
@@ -200,15 +200,20 @@ def describe_terms(terms: Sequence[Term]) -> str:
     return "; ".join(f"{name} {', '.join(values)}" for name, values in groups.items())
 
 
-def is_simple(value: float, tolerance: float) -> float:
-    """The fraction with a denominator up to 12 that is this near a number, or the number."""
+def round_to_fraction(value: float, tolerance: float) -> float:
+    """Round a number to a fraction with a denominator up to 12, if one is near enough.
+
+    Args:
+        value: the number.
+        tolerance: largest difference from the fraction.
+    """
     fraction = float(Fraction(value).limit_denominator(12))
     return fraction if abs(fraction - value) <= tolerance else value
 
 
 def _number(value: float) -> str:
-    """A signed number, as a simple fraction if it reads as one."""
+    """Write a signed number, as a simple fraction if it is one."""
     fraction = Fraction(value).limit_denominator(12)
-    if fraction and abs(float(fraction) - value) <= SIMPLE:
+    if fraction and abs(float(fraction) - value) <= FRACTION_IN_TEXT:
         return f"{'-' if value < 0 else '+'}{abs(fraction)}"
     return f"{value:+.6g}"

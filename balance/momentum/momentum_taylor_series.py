@@ -30,8 +30,8 @@ __all__ = ["MomentumTaylor", "momentum_taylor"]
 
 Array = NDArray[np.float64]
 
-# Rays for each monomial of the highest degree.
-RAYS = 2
+# Number of rays for each monomial of the highest degree.
+RAYS_PER_MONOMIAL = 2
 SEED = 11
 
 
@@ -68,14 +68,15 @@ class MomentumTaylor:
         return np.array(products)[:, None, None, None] * self.coefficients
 
     def evaluate(self, u: ArrayLike) -> Array:
-        """The regressor at points u (..., w); shape (..., w, rows, parameters)."""
+        """Evaluate the regressor at points u (..., w); shape (..., w, rows, parameters)."""
         points = monomial_powers(self.exponents, np.asarray(u, dtype=np.float64))
         return np.tensordot(points, self.coefficients, axes=1)
 
     def momentum(self, z: ArrayLike) -> Array:
-        """Coefficients of the momentum of bodies z (parameters,) for unit rates of inputs.
+        """Compute the momentum of bodies z (parameters,) for unit rates of inputs, by monomial.
 
-        Shape (M, w, rows).
+        Returns:
+            Coefficients (M, w, rows).
         """
         found: Array = self.coefficients @ np.asarray(z, dtype=np.float64)
         return found
@@ -88,7 +89,9 @@ def momentum_taylor(
     *,
     spatial: bool | None = None,
 ) -> MomentumTaylor:
-    """Expand the momentum regressor of a linkage about its reference pose.
+    """Expand the momentum regressor of a linkage as a Taylor polynomial in its inputs.
+
+    ``X_w(u) = Σ_α X_{w,α} u^α`` about the reference pose.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
@@ -97,9 +100,21 @@ def momentum_taylor(
         spatial: six rows and ten parameters per body; by default only if the linkage is
             not planar.
 
+    Returns:
+        Coefficients by multi-index, SI units; see `MomentumTaylor` for rows and axes.
+
     Raises:
         MotionError: the motion is not one of this linkage's inputs.
         LinkageError: there are too many coefficients.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5.
+
+    Example:
+        >>> import balance
+        >>> taylor = balance.momentum_taylor("robot.urdf", 2)
+        >>> taylor.coefficients.shape
+        (3, 1, 3, 12)
     """
     linkage = as_linkage(linkage)
     motion = motion_of(linkage, motion) or Motion.free(linkage.inputs)
@@ -107,11 +122,13 @@ def momentum_taylor(
     chain, scales = scaled_chain(chain, linkage, motion)
     table = monomial_table(chain.width, order)
     count = np.diff(table.starts)
-    rays = np.random.default_rng(SEED).standard_normal((RAYS * int(count[-1]), chain.width))
+    rays = np.random.default_rng(SEED).standard_normal(
+        (RAYS_PER_MONOMIAL * int(count[-1]), chain.width)
+    )
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     X = RegressorSeries(chain, expand(chain, rays, order)).rows(order)
     parts = [
-        _fitted(table.exponents[a:b], rays, values)
+        _fit_polynomial(table.exponents[a:b], rays, values)
         for a, b, values in zip(table.starts[:-1], table.starts[1:], X, strict=True)
     ]
     units = monomial_powers(table.exponents, 1.0 / scales)
@@ -119,8 +136,8 @@ def momentum_taylor(
     return MomentumTaylor(motion, table.exponents, freeze(found))
 
 
-def _fitted(exponents: IntArray, rays: Array, values: Array) -> Array:
-    """Coefficients of the homogeneous polynomial that takes given values along rays.
+def _fit_polynomial(exponents: IntArray, rays: Array, values: Array) -> Array:
+    """Fit the homogeneous polynomial that has given values along rays.
 
     Monomials are weighted by the roots of their multinomial coefficients, with which no
     rotation of the variables changes their sum of squares.
@@ -131,7 +148,7 @@ def _fitted(exponents: IntArray, rays: Array, values: Array) -> Array:
         values: shape (rays, …).
 
     Returns:
-        Shape (N, …).
+        Coefficients, shape (N, …).
     """
     degree = int(exponents[0].sum())
     products = [np.prod([factorial(a) for a in row]) for row in exponents.tolist()]

@@ -28,8 +28,8 @@ __all__ = ["BRACKET", "MOMENTUM", "RATE", "Tensors", "product_tensors"]
 Array = NDArray[np.float64]
 
 
-def _products() -> tuple[Array, Array]:
-    """`RATE` and `MOMENTUM`, from the products of pseudo-inertias with twists."""
+def _rate_and_momentum() -> tuple[Array, Array]:
+    """Compute `RATE` and `MOMENTUM` from the products of pseudo-inertias with twists."""
     moved = hat(np.eye(6))[:, None] @ pseudo_inertia(np.eye(10))
     turned = moved - moved.mT
     xi = np.stack([turned[..., 2, 1], turned[..., 0, 2], turned[..., 1, 0]], axis=1)
@@ -38,7 +38,7 @@ def _products() -> tuple[Array, Array]:
 
 
 BRACKET = ad(np.eye(6))
-RATE, MOMENTUM = _products()
+RATE, MOMENTUM = _rate_and_momentum()
 
 
 class Tensors(NamedTuple):
@@ -56,7 +56,7 @@ class Tensors(NamedTuple):
 
 
 def product_tensors(planar: bool, force: bool) -> Tensors:
-    """The tensors in space, or for twists ``[ω; v_x; v_y]`` and ``[m, mcx, mcy, Ezz]``.
+    """Select the tensors in space, or for twists ``[ω; v_x; v_y]`` and ``[m, mcx, mcy, Ezz]``.
 
     Args:
         planar: whether only motion in the plane counts.

@@ -53,22 +53,38 @@ NO_POSE = np.empty((0, 4, 4))
 
 def body_regressors(
     first: int, last: int, start: Array, links: IntArray, moves: NDArray[np.bool_], V: Array,
-    T: Array, room: tuple[Array, Array], X: Array,
+    T: Array, workspace: tuple[Array, Array], X: Array,
 ) -> None:  # fmt: skip
-    """Add the rows of orders first … last to X (orders, rays, width, rows, parameters).
+    """Add the rows of orders first … last of the regressor of all bodies to X.
 
-    ``room`` keeps what the next orders need; see `regressor_workspace`.
+    Args:
+        first: lowest order; the workspace holds those below.
+        last: highest order.
+        start: displacements of the links at the pose (n, 4, 4), planar (n, 3, 3), or none of
+            them at the reference pose.
+        links: link of each body (bodies,).
+        moves: whether a column moves a link (n, width).
+        V: link twists along the rays (rays, orders, n, 6), planar (…, 3).
+        T: link twists of the columns (rays, orders, n, width, 6), planar (…, 3).
+        workspace: as from `regressor_workspace`; the next orders need it.
+        X: in, out: zeros (orders from first, rays, width, rows, parameters).
     """
     orders, rays, width, rows, parameters = X.shape
     x = X.reshape(orders, rays, width, rows, links.size, parameters // max(links.size, 1))
     add = planar_regressor if V.shape[3] == 3 else spatial_regressor
-    add(first, last, start, links, moves, V, T, *room, x)
+    add(first, last, start, links, moves, V, T, *workspace, x)
 
 
 def regressor_workspace(
     V: Array, links: IntArray, moves: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
-    """Room for the displacements of the bodies, and their rates, of all orders of V."""
+    """Allocate displacements of the bodies, and their rates, for all orders of V.
+
+    Args:
+        V: link twists along the rays (rays, orders, n, 6 or 3).
+        links: link of each body (bodies,).
+        moves: whether a column moves a link (n, width).
+    """
     rays, orders = V.shape[:2]
     displacement, rate = ((4,), (4,)) if V.shape[3] == 3 else ((4, 3), (5, 3))
     return (
@@ -80,7 +96,15 @@ def regressor_workspace(
 def moments_workspace(
     V: Array, links: IntArray, moves: NDArray[np.bool_], per: int, size: int
 ) -> tuple[Array, Array, Array, Array]:
-    """The `regressor_workspace`, and zeros for the regressor, by bodies and as rows."""
+    """Allocate the `regressor_workspace`, and zeros for the regressor, by bodies and as rows.
+
+    Args:
+        V: link twists along the rays (rays, orders, n, 6 or 3).
+        links: link of each body (bodies,).
+        moves: whether a column moves a link (n, width).
+        per: momentum components of each column.
+        size: parameters of each body.
+    """
     rays, orders = V.shape[:2]
     width, bodies = moves.shape[1], links.size
     X = np.zeros((orders, rays, width, per, bodies, size))
@@ -92,16 +116,26 @@ def moments_workspace(
 
 
 def parameters_per_body(planar: bool, force: bool) -> int:
-    """Inertial parameters that count: 10, in a plane 4; for force balance 4, in a plane 3."""
+    """Count the inertial parameters: 10, in a plane 4; for force balance 4, in a plane 3.
+
+    Args:
+        planar: whether only motion in the plane counts.
+        force: whether only linear momentum counts.
+    """
     return (3 if force else 4) if planar else (4 if force else 10)
 
 
 def rows_per_column(planar: bool, force: bool) -> int:
-    """Momentum components that count: 6, in a plane 3; for force balance 3, in a plane 2."""
+    """Count the momentum components: 6, in a plane 3; for force balance 3, in a plane 2.
+
+    Args:
+        planar: whether only motion in the plane counts.
+        force: whether only linear momentum counts.
+    """
     return (2 if force else 3) if planar else (3 if force else 6)
 
 
-def _shapes(chain: Chain) -> tuple[tuple[int, int, int], ...]:
+def _row_shapes(chain: Chain) -> tuple[tuple[int, int, int], ...]:
     """Return width, rows per column and parameters, without and with ``force``."""
     n, kinds = chain.links.size, [(chain.planar, force) for force in (False, True)]
     return tuple((chain.width, rows_per_column(*k), n * parameters_per_body(*k)) for k in kinds)
@@ -116,11 +150,11 @@ class RegressorSeries:
         """Start at the reference pose, or at a finite pose with its own series."""
         self._chain, self._series, self._next = chain, series, 0
         self._start = NO_POSE if pose is None else pose.H
-        self._shape = chain.once(_shapes)[force]
+        self._shape = chain.once(_row_shapes)[force]
         self._workspace: tuple[Array, Array] | None = None
 
     def rows(self, last: int) -> Array:
-        """Compute the rows of the orders up to ``last`` that were not asked for before.
+        """Compute the rows of the orders up to ``last`` that were not computed before.
 
         Returns:
             Shape (orders, rays, width, rows per column, parameters), an array of its own.
@@ -143,7 +177,16 @@ class RegressorSeries:
 
 
 def rows_at(chain: Chain, pose: Pose, force: bool = False) -> Array:
-    """The regressor at a finite pose, all columns below each other; (rows, parameters)."""
+    """Compute the regressor at a finite pose, all columns below each other.
+
+    Args:
+        chain: the linkage.
+        pose: a closed pose of it.
+        force: whether only linear momentum counts.
+
+    Returns:
+        Shape (rows, parameters), in the frame and units of the chain.
+    """
     rows = RegressorSeries(chain, expand_at(chain, pose), force, pose).rows(0)
     return rows.reshape(-1, rows.shape[-1])
 
@@ -151,12 +194,12 @@ def rows_at(chain: Chain, pose: Pose, force: bool = False) -> Array:
 def momentum_regressor(
     linkage: LinkageLike, q: ArrayLike | Mapping[str, float], *, spatial: bool | None = None
 ) -> Array:
-    """Regressor X of the total momentum at a finite pose: ``h = Σ_w u̇_w X[w] z``.
+    """Compute the regressor X of the total momentum at a finite pose, ``h = Σ_w u̇_w X[w] z``.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
         q: displacements from the reference pose, of all joints or of the inputs alone; see
-            `kinematics.closure.joint_positions.joint_positions`.
+            `kinematics.closure.joint_positions.joint_positions`; radians and metres.
         spatial: six rows and ten parameters per body; by default only if the linkage is
             not planar.
 
@@ -167,6 +210,14 @@ def momentum_regressor(
 
     Raises:
         PoseError: the pose does not close the loops, or cannot be reached.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5.
+
+    Example:
+        >>> import balance
+        >>> balance.momentum_regressor("robot.urdf", {"u1": 0.1}).shape
+        (1, 3, 12)
     """
     linkage = as_linkage(linkage)
     chain = si_chain(linkage, not linkage.planar if spatial is None else spatial)

@@ -177,10 +177,12 @@ def _add_moments(H, N, x, b):
 
 @kernel(reference_counting=False)
 def planar_regressor(first, last, start, links, moves, V, T, H, N, X):
-    """As `spatial_regressor` in the plane: H is ``(cos, sin, d_x, d_y)``, and N is its rate.
+    """Add the regressor rows of orders first … last in the plane; as `spatial_regressor`.
+
+    H is ``(cos, sin, d_x, d_y)``, and N is its rate.
 
     Args:
-        first: as there, as for the next four.
+        first: lowest order; H and N hold those below.
         last: highest order.
         start: in: displacements of the links (n, 3, 3), or none of them.
         links: in: link of each body (bodies,).

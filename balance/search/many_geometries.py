@@ -1,9 +1,9 @@
 """Design spaces of many geometries of one topology, for sweeps and searches.
 
 One compiled loop per core places the joints, finds the transfers, expands the motion and
-decides the rank, as `balance.design_space` does for one linkage. What the loop does not
-settle is left to that function: geometries that need higher orders or finite poses, that are
-singular or next to it, or that close only within round-off.
+decides the rank, as `balance.design_space` does for one linkage. Geometries that the loop
+does not settle are passed to that function: those that need higher orders or finite poses,
+are singular or nearly so, or close only within round-off.
 """
 
 from __future__ import annotations
@@ -23,13 +23,11 @@ from balance.inertial_parameters.conversions import from_chain, to_chain
 from balance.momentum.regressor import parameters_per_body, rows_per_column
 from balance.options import Balance
 from balance.search.many_geometries_kernels import (
-    closure_residual,
-    place_geometry,
     planar_sweep,
-    points_on,
     spatial_sweep,
     sweep_workspace,
 )
+from balance.search.placing_kernels import find_wrong_screw, place_geometry, points_on_axes
 from balance.spaces.compute import design_space
 from balance.spaces.design_space_result import DesignSpace
 from balance.transfers.rigid_parts import number_rigid_parts
@@ -49,13 +47,13 @@ __all__ = ["ManySpaces", "design_space_many"]
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# Geometries that a thread takes at a time.
-CHUNK = 128
+# Number of geometries in a task of one thread.
+CHUNK_SIZE = 128
 
 
 @dataclass(frozen=True, eq=False)
 class ManySpaces:
-    """What `design_space` finds, geometry by geometry.
+    """Results of `design_space_many`, geometry by geometry.
 
     Attributes:
         rank: number of conditions (count,); -1 where the linkage cannot be assembled.
@@ -103,7 +101,7 @@ class ManySpaces:
         )
 
     def basis(self, number: int) -> Array:
-        """Basis (parameters, nullity) of a geometry, as `SpaceRecord.basis`, in SI units."""
+        """Compute the basis (parameters, nullity) of a geometry as `SpaceRecord.basis`."""
         frame = Frame(self.R, self.origins[number], float(self.lengths[number]))
         G = from_chain(frame, self.planar, self.force)
         rows = self.bases[number, : max(0, int(self.nullity[number]))]
@@ -119,48 +117,68 @@ def design_space_many(
     bases: bool = False,
     threads: int | None = None,
 ) -> ManySpaces:
-    """Design spaces of one topology in many geometries, on all cores.
+    """Compute the design spaces of one topology in many geometries, on all cores.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts: its joints, loops,
             bodies and inputs are those of all.
         geometries: joint screws at the reference pose, in which the loops are closed;
-            (count, joints, 6), as `Joint.screw`: ``[n; r × n + λ n]`` or ``[0; n]``, SI units.
+            (count, joints, 6), as `Joint.screw`: ``[n; r × n + λ n]`` or ``[0; n]``, in the
+            inertial frame, SI units.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         spatial: count all ten parameters per body, even if the linkage is planar.
         bases: whether to return bases of the spaces too.
         threads: how many to use; one per core by default.
 
+    Returns:
+        Integers and, if requested, bases, geometry by geometry; see `ManySpaces`.
+
     Raises:
         LinkageError: a screw is not of the kind of its joint.
         ValueError: an option has no such value, or the array no such shape.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5, as for `design_space`.
+
+    Example:
+        >>> import balance, kinematics
+        >>> import numpy as np
+        >>> linkage = kinematics.load("robot.urdf")
+        >>> screws = np.array([joint.screw for joint in linkage.joints])
+        >>> balance.design_space_many(linkage, [screws, screws]).rank
+        array([8, 8])
     """
     linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
-    screws = _checked(linkage, geometries)
-    work = _Work(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
+    screws = _check_screws(linkage, geometries)
+    sweep = _Sweep(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
     if not linkage.idle:
-        starts = range(0, len(screws), CHUNK)
+        starts = range(0, len(screws), CHUNK_SIZE)
         if threads == 1:
-            list(map(work.sweep, starts))
+            list(map(sweep.solve_chunk, starts))
         else:
             with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-                list(pool.map(work.sweep, starts))
+                list(pool.map(sweep.solve_chunk, starts))
     refused, unsure = {}, {}
-    for number in np.flatnonzero(work.answers[:, 0] < 0).tolist():
+    for number in np.flatnonzero(sweep.answers[:, 0] < 0).tolist():
         try:
-            doubts = work.look_twice(number)
+            doubts = sweep.solve_alone(number)
         except LinkageError as error:
             refused[number] = str(error)
         else:
             if doubts:
                 unsure[number] = "; ".join(doubts)
-    return work.result(refused, unsure)
+    return sweep.result(refused, unsure)
 
 
-def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
-    """The joint screws as an array; LinkageError if one is not of the kind of its joint."""
+def _check_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
+    """Convert joint screws to an array, and check that each is of the kind of its joint.
+
+    Raises:
+        LinkageError: a screw is of another kind.
+        ValueError: the array has another shape.
+    """
     screws = freeze(geometries)
     count = len(linkage.joints)
     if screws.ndim != 3 or screws.shape[1:] != (count, 6):
@@ -169,7 +187,7 @@ def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
         np.array([joint.kind == kind for joint in linkage.joints])
         for kind in ("prismatic", "helical")
     )
-    wrong = int(closure_residual(screws, sliding, helical))
+    wrong = int(find_wrong_screw(screws, sliding, helical))
     if wrong >= 0:
         number, j = divmod(wrong, count)
         joint = linkage.joints[j]
@@ -180,41 +198,43 @@ def _checked(linkage: Linkage, geometries: ArrayLike) -> Array:
     return screws
 
 
-class _Work:
-    """Arrays of all geometries, filled in chunk by chunk."""
+class _Sweep:
+    """A sweep of many geometries, whose results are filled in chunk by chunk."""
 
     def __init__(
         self, linkage: Linkage, screws: Array, force: bool, spatial: bool, bases: bool
     ) -> None:
-        """Room for the answers."""
+        """Allocate the results."""
         self.linkage, self.screws, self.force, self.spatial = linkage, screws, force, spatial
         self.chain = chain = linkage.spatial_chain if spatial else linkage.chain
-        self.per = rows_per_column(chain.planar, force)
-        self.size = parameters_per_body(chain.planar, force)
-        count, unknowns = len(screws), self.size * chain.links.size
+        self.rows_per_column = rows_per_column(chain.planar, force)
+        self.parameters_per_body = parameters_per_body(chain.planar, force)
+        count, unknowns = len(screws), self.parameters_per_body * chain.links.size
         self.answers = np.full((count, 4), -1)
         self.kept = np.zeros(count)
         self.bases = np.zeros((count if bases else 0, unknowns, unknowns))
         self.origins, self.lengths = np.zeros((count, 3)), np.ones(count)
-        self.near = np.array([joint.point for joint in linkage.joints])
+        self.near_points = np.array([joint.point for joint in linkage.joints])
         massive = [body.inertia for body in linkage.bodies if body.inertia[0] > 0.0]
         self.centres = np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
         known = serial_transfers(chain, force)
-        self.rigid = known.rows[known.owner < 0]
-        # As many rays as a linkage without transfers needs, and then more.
-        self.fewest = min(comb(chain.width + 1, 2), 1 - (-unknowns // (chain.width * self.per)))
-        self.rays = generic_directions(0, 8 * self.fewest, chain.width)
+        self.rigid_transfers = known.rows[known.owner < 0]
+        # Rays that a linkage without transfers needs, and eight times as many.
+        self.fewest_rays = min(
+            comb(chain.width + 1, 2), 1 - (-unknowns // (chain.width * self.rows_per_column))
+        )
+        self.rays = generic_directions(0, 8 * self.fewest_rays, chain.width)
 
-    def sweep(self, start: int) -> None:
-        """The geometries of a chunk that need no second look."""
-        part = slice(start, min(start + CHUNK, len(self.screws)))
+    def solve_chunk(self, start: int) -> None:
+        """Compute the geometries of a chunk that `solve_alone` need not compute."""
+        part = slice(start, min(start + CHUNK_SIZE, len(self.screws)))
         chain, count = self.chain, part.stop - part.start
         screws = np.empty((count, *chain.screws.shape))
         mimics = np.empty((count, *chain.mimics.shape))
         relations = chain.mimics / chain.units
         pivots = np.argmax(relations != 0.0, axis=1)
         place_geometry(
-            self.screws[part], self.near, self.centres, chain.frame.R, pivots, relations,
+            self.screws[part], self.near_points, self.centres, chain.frame.R, pivots, relations,
             screws, mimics, self.origins[part], self.lengths[part],
         )  # fmt: skip
         screws.flags.writeable = mimics.flags.writeable = False
@@ -222,29 +242,40 @@ class _Work:
             round_off(origin, length) if length > 0.0 else RANK_RELATIVE
             for origin, length in zip(self.origins[part], self.lengths[part], strict=True)
         ]
-        shape = len(self.rays), len(self.rigid), self.per, self.size
-        sweep = planar_sweep if chain.planar else spatial_sweep
-        rooms = chain.borrow(shape, lambda: sweep_workspace(chain, *shape))
-        sweep(
-            (chain.walked, chain.once(number_rigid_parts), chain.links, self.rigid, self.rays),
-            (screws, mimics, np.array(floors), self.lengths[part]),
-            (self.fewest, self.per, self.size),
-            (self.answers[part], self.kept[part], self.bases[part]),
-            rooms,
+        shape = (
+            len(self.rays),
+            len(self.rigid_transfers),
+            self.rows_per_column,
+            self.parameters_per_body,
         )
-        chain.give_back(shape, rooms)
+        sweep = planar_sweep if chain.planar else spatial_sweep
+        workspaces = chain.borrow(shape, lambda: sweep_workspace(chain, *shape))
+        sweep(
+            (
+                chain.walked,
+                chain.once(number_rigid_parts),
+                chain.links,
+                self.rigid_transfers,
+                self.rays,
+            ),
+            (screws, mimics, np.array(floors), self.lengths[part]),
+            (self.fewest_rays, self.rows_per_column, self.parameters_per_body),
+            (self.answers[part], self.kept[part], self.bases[part]),
+            workspaces,
+        )
+        chain.give_back(shape, workspaces)
 
-    def look_twice(self, number: int) -> tuple[str, ...]:
+    def solve_alone(self, number: int) -> tuple[str, ...]:
         """Compute one geometry by `design_space`.
 
         Returns:
-            Why its integers may be wrong, a line each.
+            Reasons why its integers may be wrong, a line each.
 
         Raises:
             LinkageError: it cannot be assembled.
         """
-        points, linkage = np.empty_like(self.near), self.linkage
-        points_on(self.screws[number], self.near, points)
+        points, linkage = np.empty_like(self.near_points), self.linkage
+        points_on_axes(self.screws[number], self.near_points, points)
         joints = tuple(
             replace(joint, screw=freeze(screw), point=freeze(point))
             for joint, screw, point in zip(
@@ -270,7 +301,7 @@ class _Work:
         return (*unsettled, *space.doubts)
 
     def result(self, refused: dict[int, str], unsure: dict[int, str]) -> ManySpaces:
-        """The answers, read-only."""
+        """Collect the results, read-only."""
         rank, nullity, serial, kmax = (freeze(a, np.int64) for a in self.answers.T)
         return ManySpaces(
             rank, nullity, serial, kmax, freeze(self.kept), MappingProxyType(refused),
@@ -280,10 +311,13 @@ class _Work:
 
 
 def _move_back(space: DesignSpace, linkage: Linkage) -> Array:
-    """Basis of a space, as orthonormal rows in its frame, at the pose of a linkage.
+    """Move the basis of a space back to the pose of a linkage.
 
-    Assembly leaves a singular pose along the motion, so the space is that of a pose further
-    on. Its parameters are displaced back with their bodies.
+    Assembly leaves a singular pose along the motion, so the space is that of another pose.
+    Its parameters are displaced back with their bodies.
+
+    Returns:
+        Orthonormal rows in the frame of the space.
     """
     away = space.frames @ np.linalg.inv(linkage.frames)
     if np.abs(away - np.eye(4)).max(initial=0.0) == 0.0:

@@ -13,7 +13,7 @@ LEVELS = ("estimated", "verified", "proved")
 
 
 class Certainty(NamedTuple):
-    """What is known about the integers of a design space beyond floating-point arithmetic.
+    """Certainty of the integers of a design space, by exact arithmetic and fresh poses.
 
     Attributes:
         level: ``"proved"``: exact lower bounds of rank and nullity add up to the number of
@@ -52,7 +52,7 @@ class Certainty(NamedTuple):
         return repr_lines(f"Certainty: {self.level}", self.reason, *doubts)
 
     def to_dict(self) -> dict[str, object]:
-        """The entry ``evidence`` of the report: all attributes but level, proof and orders."""
+        """Convert to the entry ``evidence`` of the report: all but level, proof and orders."""
         rest = {"level", "proof", "orders"}
         known = {name: value for name, value in self._asdict().items() if name not in rest}
         return known | {"doubts": list(self.doubts)}

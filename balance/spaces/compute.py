@@ -1,8 +1,8 @@
 """The design space: every mass distribution that leaves a linkage balanced.
 
 The total momentum vanishes in every motion if and only if, for every coordinate w, all
-derivatives of ``h_w = X_w z`` vanish at the reference pose. What the opened linkage allows is
-known before (`balance.transfers`); the rest is a matter of rank. (J. J. de Jong, PhD thesis,
+derivatives of ``h_w = X_w z`` vanish at the reference pose. The serial part is known
+beforehand (`balance.transfers`); a rank decision gives the rest. (J. J. de Jong, PhD thesis,
 University of Twente, chapter 5.)
 """
 
@@ -30,8 +30,8 @@ from kinematics.model_gallery import LinkageLike, as_linkage
 
 __all__ = ["design_space"]
 
-# Highest order that may be asked for.
-HIGHEST = 50
+# Highest order that may be requested.
+MAX_ORDER = 50
 
 
 def design_space(
@@ -42,9 +42,11 @@ def design_space(
     *,
     spatial: bool = False,
 ) -> DesignSpace:
-    """The space of balanced mass distributions of a linkage, by floating-point arithmetic.
+    """Compute the space of balanced mass distributions of a linkage, in floating point.
 
-    `balance.certify` compares its integers with those of exact arithmetic.
+    The total momentum ``h = Σ_w u̇_w X_w(u) z`` vanishes in every motion if and only if all
+    derivatives of every ``X_w z`` vanish at the reference pose: the space is their common null
+    space. `balance.certify` compares its integers with those of exact arithmetic.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
@@ -54,32 +56,46 @@ def design_space(
         max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
         spatial: count all ten parameters per body, even if the linkage is planar.
 
+    Returns:
+        Rank by order and a basis (parameters, nullity), in SI units; see `DesignSpace`.
+
     Raises:
         MotionError: a relation is wrong, or the motion is that of other inputs.
         MobilityError: the linkage cannot follow the motion.
         ValueError: an option has no such value.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5.
+
+    Example:
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
+        >>> space.rank, space.nullity, space.kmax
+        (8, 4, 3)
     """
     linkage = as_linkage(linkage)
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
-    if max_order is not None and not (isinstance(max_order, int) and 0 <= max_order <= HIGHEST):
-        raise ValueError(f"max_order must be a whole number from 0 to {HIGHEST}")
+    if max_order is not None and not (
+        isinstance(max_order, int) and 0 <= max_order <= MAX_ORDER
+    ):
+        raise ValueError(f"max_order must be a whole number from 0 to {MAX_ORDER}")
     motion = motion_of(linkage, motion)
     chain, force = moving_chain(linkage, motion, spatial), balance == "force"
-    floor = relative_tolerance(chain)
-    exchanged = serial_transfers(chain, force, floor)
+    tolerance = relative_tolerance(chain)
+    transfers = serial_transfers(chain, force, tolerance)
     try:
-        gathered = collect_conditions(chain, exchanged.rows, force, floor, max_order)
+        gathered = collect_conditions(chain, transfers.rows, force, tolerance, max_order)
     except MobilityError as error:
         raise MobilityError(f"{linkage.source}: {error}") from None
-    return _result(linkage, chain, motion, balance, max_order, exchanged, gathered)
+    return _build_space(linkage, chain, motion, balance, max_order, transfers, gathered)
 
 
-def _result(
+def _build_space(
     linkage: Linkage, chain: Chain, motion: Motion | None, balance: Balance,
-    highest: int | None, exchanged: Transfers, gathered: CollectedConditions,
+    highest: int | None, transfers: Transfers, gathered: CollectedConditions,
 ) -> DesignSpace:  # fmt: skip
-    """Everything that the conditions tell, in SI units."""
+    """Build the design space from its conditions, in SI units."""
     decision = gathered.conditions.decide()
     basis = basis_from_chain(decision.basis, chain.frame, chain.planar, balance == "force")
     return DesignSpace(
@@ -90,12 +106,12 @@ def _result(
         serial_nullity=len(gathered.conditions.known), axes=chain.frame.R,
         frames=linkage.frames, length=chain.frame.length,
         notices=(*linkage.notices, *_notices(chain, gathered.settled, decision)),
-        highest_order=highest, decision=decision, chain=chain, exchanged=exchanged,
+        highest_order=highest, decision=decision, chain=chain, chain_transfers=transfers,
     )  # fmt: skip
 
 
 def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
-    """Names of the joints that the chain does without."""
+    """List the names of the joints that the chain leaves out."""
     if chain.joints.size == len(linkage.joints):
         return ()
     moving = set(chain.joints.tolist())
@@ -103,14 +119,14 @@ def _idle(linkage: Linkage, chain: Chain) -> tuple[str, ...]:
 
 
 def _notices(chain: Chain, settled: bool, decision: Decision) -> list[Notice]:
-    """Remarks on the motion and on the decision."""
+    """List remarks on the motion and on the decision."""
     found = []
     if max(chain.links.tolist()) < 0:
         found.append(Notice("nothing_moves", "no body with mass moves: nothing to balance"))
     if not settled:
         text = "poses further on need more conditions than were found: the rank may be too low"
         found.append(Notice("not_settled", text))
-    if decision.thin:
+    if decision.ill_conditioned:
         text = f"the smallest singular value kept, {decision.kept:.1e}, is near round-off"
         found.append(Notice("thin_margin", text))
     return found

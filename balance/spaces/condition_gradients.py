@@ -1,4 +1,4 @@
-"""How the momentum, and the closure of the loops, change with the joint screws.
+"""Gradients of the momentum, and of loop closure, with respect to the joint screws.
 
 A number that follows from the motion along rays has one derivative for each component of each
 screw. All of them are found by the chain rule from the last step of the recursions
@@ -30,12 +30,12 @@ __all__ = ["ConditionGradients"]
 
 Array = NDArray[np.float64]
 
-# Number of random sums of all mismatches: they vanish only if every mismatch does.
-SUMS = 4
+# Number of random sums of all mismatches, which vanish only if every mismatch does.
+RANDOM_SUMS = 4
 
 
 class ConditionGradients:
-    """Derivatives with respect to all joint screws, of a motion along rays."""
+    """Derivatives of the conditions along rays with respect to all joint screws."""
 
     def __init__(self, chain: Chain, rays: Array, series: Series, force: bool) -> None:
         """Prepare the recursions.
@@ -48,7 +48,7 @@ class ConditionGradients:
         """
         self._chain, self._rays, self._series = chain, rays, series
         self._tensors = product_tensors(chain.planar, force)
-        self._ways, self._welds = _ways(chain)
+        self._path_matrix, self._loop_matrix = _path_and_loop_matrices(chain)
         # A = Q B, so that the rates of dependent joints are -B⁻¹ Qᵀ (mismatch without them).
         U, values, Vt = singular_value_decomposition(loop_matrix(chain)[:, chain.dependent])
         self._range, self._solver = U, (U / values) @ Vt
@@ -64,18 +64,18 @@ class ConditionGradients:
         self._screws = screws
 
     def of_momentum(self, weights: Array, z: Array) -> Array:
-        """Derivatives of the momentum of given masses, summed up with weights.
+        """Differentiate a weighted sum of the momentum of given masses.
 
         Args:
             weights: of the momentum (orders, rays, w, rows).
             z: parameters of the bodies (bodies, parameters per body).
 
         Returns:
-            Shape (n, 6 or 3).
+            Derivatives with respect to the screws (n, 6 or 3).
         """
         links = self._chain.links
         T, V = self._series.T[:, :, links], self._series.V[:, :, links]
-        rates, masses = self._tensors.rate, self._carried(V, z * (links >= 0)[:, None])
+        rates, masses = self._tensors.rate, self._carry_parameters(V, z * (links >= 0)[:, None])
         T_bar, V_bar, z_bar = (np.zeros_like(x) for x in (T, V, masses))
         M = np.einsum("krwi,diq->krwdq", weights, self._tensors.momentum)
         for k in reversed(range(len(weights))):
@@ -87,33 +87,33 @@ class ConditionGradients:
             for a in range(k):
                 V_bar[:, a] += np.einsum("rbdq,rbq->rbd", moved, masses[:, k - 1 - a])
                 z_bar[:, k - 1 - a] += np.einsum("rbdq,rbd->rbq", moved, V[:, a])
-        of_links = np.equal.outer(np.arange(len(self._ways)), links).astype(np.float64)
+        of_links = np.equal.outer(np.arange(len(self._path_matrix)), links).astype(np.float64)
         T_bar = np.einsum("nb,rkbwd->rknwd", of_links, T_bar)
         V_bar = np.einsum("nb,rkbd->rknd", of_links, V_bar)
         rows = np.zeros((*T.shape[:2], len(self._solver), T.shape[3]))
-        return self._of_screws(T_bar, V_bar, rows)
+        return self._convert_to_screws(T_bar, V_bar, rows)
 
     def of_closure(self, weights: Array) -> Array:
-        """Derivatives of random sums of what no joint rates can remove from the mismatch.
+        """Differentiate random sums of the mismatch that no joint rates can remove.
 
         Args:
             weights: of the orders.
 
         Returns:
-            Shape (sums, n, 6 or 3).
+            Derivatives with respect to the screws (sums, n, 6 or 3).
         """
         rng = np.random.default_rng(108)
         T, V = (np.zeros_like(x) for x in (self._series.T, self._series.V))
         found = []
         rows, count = self._range.shape
-        for _ in range(SUMS if rows > count else 0):
+        for _ in range(RANDOM_SUMS if rows > count else 0):
             x = rng.standard_normal((*T.shape[:2], rows, T.shape[3]))
             x -= self._range @ (self._range.T @ x)
-            found.append(self._of_screws(T, V, x * weights[:, None, None]))
+            found.append(self._convert_to_screws(T, V, x * weights[:, None, None]))
         return np.reshape(found, (-1, *self._chain.screws.shape))
 
-    def _carried(self, V: Array, z: Array) -> Array:
-        """Parameters of bodies that are carried along, as series (r, k, bodies, q)."""
+    def _carry_parameters(self, V: Array, z: Array) -> Array:
+        """Compute the parameters that bodies carry along, as series (r, k, bodies, q)."""
         out = np.zeros((*V.shape[:2], *z.shape))
         out[:, 0] = z
         L = np.einsum("rkbd,diq->rkbiq", V, self._tensors.rate)
@@ -122,8 +122,8 @@ class ConditionGradients:
                 out[:, k] += np.einsum("rbiq,rbq->rbi", L[:, a], out[:, k - 1 - a]) / k
         return out
 
-    def _of_screws(self, T_bar: Array, V_bar: Array, mismatch_bar: Array) -> Array:
-        """From derivatives with respect to the twists and the mismatch to those of screws.
+    def _convert_to_screws(self, T_bar: Array, V_bar: Array, mismatch_bar: Array) -> Array:
+        """Convert derivatives with respect to twists and mismatch to those of screws.
 
         Args:
             T_bar: with respect to T (r, k, n, w, d).
@@ -132,13 +132,15 @@ class ConditionGradients:
         """
         chain, C, s = self._chain, self._series.C, self._screws
         V_bar, s_bar, C_bar = V_bar.copy(), np.zeros_like(s), np.zeros_like(C)
-        child = np.equal.outer(np.arange(len(self._ways)), chain.parent).astype(np.float64)
+        child = np.equal.outer(np.arange(len(self._path_matrix)), chain.parent).astype(
+            np.float64
+        )
         for k in reversed(range(s.shape[1])):
             pulled = T_bar[:, k] + V_bar[:, k, :, None] * self._rays[:, None, :, None]
-            own_bar = np.einsum("mn,rmwd->rnwd", self._ways, pulled)
+            own_bar = np.einsum("mn,rmwd->rnwd", self._path_matrix, pulled)
             C_bar[:, k] += np.einsum("rnd,rnwd->rnw", s[:, 0], own_bar)
             reaction = mismatch_bar[:, k] - self._solver @ C_bar[:, k, chain.dependent]
-            own_bar += self._at_joints(reaction)
+            own_bar += self._mismatch_at_joints(reaction)
             for a in range(k + 1):
                 s_bar[:, a] += np.einsum("rnwd,rnw->rnd", own_bar, C[:, k - a])
                 if a:
@@ -150,16 +152,16 @@ class ConditionGradients:
                 s_bar[:, k - 1 - a] += np.einsum("rnij,rni->rnj", self._ad[:, a], carried_bar)
         return np.asarray(s_bar[:, 0].sum(axis=0))
 
-    def _at_joints(self, reaction: Array) -> Array:
-        """What derivatives with respect to the mismatch are, with respect to the τ."""
+    def _mismatch_at_joints(self, reaction: Array) -> Array:
+        """Convert derivatives with respect to the mismatch to those with respect to the τ."""
         dim = self._screws.shape[3]
         rays, _, width = reaction.shape
-        loops = reaction[:, : len(self._welds) * dim].reshape(rays, -1, dim, width)
-        return np.einsum("ln,rldw->rnwd", self._welds, loops)
+        loops = reaction[:, : len(self._loop_matrix) * dim].reshape(rays, -1, dim, width)
+        return np.einsum("ln,rldw->rnwd", self._loop_matrix, loops)
 
 
-def _ways(chain: Chain) -> tuple[Array, Array]:
-    """The joints on the way to each link, as ones (n, n), and around each loop, as signs."""
+def _path_and_loop_matrices(chain: Chain) -> tuple[Array, Array]:
+    """Mark joints on the path to each link by ones (n, n), and around each loop by signs."""
     n = len(chain.parent)
     ways = np.zeros((n + 1, n))
     for j, parent in enumerate(chain.parent):

@@ -1,7 +1,7 @@
 """The result of `design_space`: a space of mass distributions, as data.
 
-What takes more than these arrays is computed by functions when it is wanted: `balance.certify`,
-`balance.explain`, `balance.exact_ranks`, `balance.distance_to_rank_drop`, `balance.save_space`.
+Functions compute results beyond these arrays on demand: `balance.certify`, `balance.explain`,
+`balance.exact_ranks`, `balance.distance_to_rank_drop`, `balance.save_space`.
 """
 
 from __future__ import annotations
@@ -17,8 +17,14 @@ from balance.conditions.collect import relative_tolerance
 from balance.conditions.rank import Decision
 from balance.inertial_parameters.conversions import to_chain, violations
 from balance.spaces.result import SpaceData
+from balance.tolerances import (
+    AS_GIVEN_RESIDUAL,
+    DROPPED_CLEARLY,
+    KEPT_CLEARLY,
+    SQUARE_ROUND_OFF,
+)
 from balance.transfers.by_joint import Transfer, by_joint
-from balance.transfers.serial_space import DROPPED_CLEARLY, KEPT_CLEARLY, Transfers
+from balance.transfers.serial_space import Transfers
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.wording import first_names, repr_lines
@@ -28,19 +34,13 @@ __all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace"]
 Array = NDArray[np.float64]
 
 REPORT_SCHEMA = "balance.report/1"
-# Masses in files are rounded: a given distribution counts as balanced up to this part of
-# the sum of its bodies' contributions.
-BALANCED = 1e-9
-# A special geometry that is missed by δ has conditions of the size δ, δ² …: below this, the
-# second may be round-off.
-SMALL = 5e-8
 
 
 class AsGiven(NamedTuple):
-    """Whether the masses in the file lie in the design space.
+    """Residual of the masses in the file, and whether they lie in the design space.
 
     Attributes:
-        balanced: residual below 1e-9.
+        balanced: residual up to 1e-9.
         residual: size of the conditions' residual over the sum of the bodies' parts in it.
     """
 
@@ -54,22 +54,21 @@ class DesignSpace(SpaceData):
 
     Attributes:
         linkage: the linkage.
-        highest_order: the highest order of derivative that was asked for; None for as many
-            as needed.
+        highest_order: the highest order of derivative requested; None for as many as needed.
         decision: basis and conditions in the units of the chain, where columns of the basis
             are orthonormal, and the numbers behind the rank.
         chain: arrays of the joints that move, and those units.
-        exchanged: inertia transfers across joints, in those units.
+        chain_transfers: inertia transfers across joints, in those units.
     """
 
     linkage: Linkage
     highest_order: int | None
     decision: Decision = field(repr=False)
     chain: Chain = field(repr=False)
-    exchanged: Transfers = field(repr=False)
+    chain_transfers: Transfers = field(repr=False)
 
     def __repr__(self) -> str:
-        """Up to six lines: the space, its parts, how sure they are."""
+        """Up to six lines: the space, its parts, its certainty."""
         ranks = ", ".join(str(order.rank) for order in self.orders)
         return repr_lines(
             f"{type(self).__name__} of {self.linkage.name}",
@@ -82,7 +81,7 @@ class DesignSpace(SpaceData):
 
     @property
     def singular_values(self) -> Array:
-        """Those of all conditions, relative to the largest (rank,)."""
+        """Singular values of all conditions, relative to the largest (rank,)."""
         return self.decision.singular_values
 
     @property
@@ -108,21 +107,21 @@ class DesignSpace(SpaceData):
         size that was kept is far above it.
         """
         found = []
-        floor = relative_tolerance(self.chain)
-        if self.dropped > DROPPED_CLEARLY * floor:
+        limit = DROPPED_CLEARLY * relative_tolerance(self.chain)
+        if self.dropped > limit:
             found.append(
                 f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be "
                 "too low"
             )
-        exchanged = self.exchanged
-        if exchanged.kept < KEPT_CLEARLY:
-            found.append(f"a direction of size {exchanged.kept:.1e} decides about transfers")
-        if exchanged.dropped > DROPPED_CLEARLY * floor:
+        transfers = self.chain_transfers
+        if transfers.kept < KEPT_CLEARLY:
+            found.append(f"a direction of size {transfers.kept:.1e} decides about transfers")
+        if transfers.dropped > limit:
             found.append(
-                f"a direction of size {exchanged.dropped:.1e} counts as round-off: the serial "
+                f"a direction of size {transfers.dropped:.1e} counts as round-off: the serial "
                 "part may be wrong"
             )
-        if self.kept < SMALL:
+        if self.kept < SQUARE_ROUND_OFF:
             found.append(
                 f"the smallest singular value kept is {self.kept:.1e}: conditions of the size "
                 "of its square are below round-off"
@@ -136,7 +135,7 @@ class DesignSpace(SpaceData):
 
     @property
     def assurance(self) -> str:
-        """How sure the integers are, in one line."""
+        """Certainty of the integers, in one line."""
         return "estimated: by floating-point arithmetic alone; see balance.certify"
 
     @property
@@ -150,7 +149,7 @@ class DesignSpace(SpaceData):
 
         It does if no singular value that was kept is near round-off.
         """
-        return not self.decision.thin
+        return not self.decision.ill_conditioned
 
     @property
     def options(self) -> dict[str, Any]:
@@ -164,13 +163,13 @@ class DesignSpace(SpaceData):
 
     @cached_property
     def transfers(self) -> tuple[Transfer, ...]:
-        """What may be exchanged across each joint that moves; together, ``serial``.
+        """Inertia transfers across each joint that moves; together they span ``serial``.
 
         Transfers of different joints may depend on one another along a loop, so that their
         dimensions may add up to more than that of ``serial``.
         """
         force = self.balance == "force"
-        return by_joint(self.linkage, self.chain, self.exchanged, force)
+        return by_joint(self.linkage, self.chain, self.chain_transfers, force)
 
     @cached_property
     def as_given(self) -> AsGiven:
@@ -184,11 +183,11 @@ class DesignSpace(SpaceData):
         residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
         if not np.isfinite(residual):  # lengths that no double precision can square
             residual = 1.0
-        return AsGiven(residual <= BALANCED, residual)
+        return AsGiven(residual <= AS_GIVEN_RESIDUAL, residual)
 
     @property
     def brief(self) -> str:
-        """The answer in short, in words."""
+        """Summary in one line of words."""
         count, algebra = self.rank + self.nullity, "planar" if self.planar else "spatial"
         verdict = "balanced" if self.as_given.balanced else "not balanced"
         return (
@@ -198,7 +197,7 @@ class DesignSpace(SpaceData):
 
     @property
     def warnings(self) -> tuple[Notice, ...]:
-        """The notices, and then the masses in the file that no body can have."""
+        """The notices, and then the inequalities of physical bodies that masses violate."""
         unreal = [
             Notice("non_physical", f"link '{body.name}': {problem}")
             for body in self.linkage.bodies
@@ -207,7 +206,7 @@ class DesignSpace(SpaceData):
         return (*self.notices, *unreal)
 
     def to_dict(self) -> dict[str, object]:
-        """The report as plain data, ready for JSON.
+        """Convert the report to plain data, ready for JSON.
 
         ``balance/schemas/report.schema.json`` describes it. A key whose value is ``None`` is
         the result of a function that was not called, such as `balance.explain`.

@@ -1,4 +1,4 @@
-"""How far a geometry is from one of lower rank, to first order.
+"""Distance of a geometry from one of lower rank, to first order.
 
 The smallest singular value that counts, σ, vanishes where the geometry is special in one
 more way. Its derivative along a change of geometry is ``uᵀ (∂X/∂g) v`` with its singular
@@ -18,6 +18,7 @@ from balance.conditions.rank import singular_value_decomposition
 from balance.momentum.regressor import RegressorSeries, parameters_per_body, rows_per_column
 from balance.spaces.condition_gradients import ConditionGradients
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import CHANGE_OPENS_LOOPS, FIRST_ORDER_CHANGE, JOINTS_COINCIDE
 from kinematics.closure.newton import radius_of_convergence
 from kinematics.closure.series import expand
 from kinematics.model.arrays import Chain
@@ -27,22 +28,16 @@ __all__ = ["distance_to_rank_drop", "rates_of_changes", "spanning_rays"]
 
 Array = NDArray[np.float64]
 
-# A change that is found to first order, and is larger than this, means nothing.
-LARGE = 0.3
-# Part of a change by which loops may open: beyond it, the change is not one of the linkage.
-OPEN = 1e-3
-# Rows times squared columns of the conditions: more take more than a few seconds.
-COSTLY = 3e9
-# Joints closer than this part of the size are at one point, axes as close are one.
-SAME = 1e-9
+# Largest rows times squared columns of the conditions, which take a few seconds.
+MAX_DECOMPOSITION_WORK = 3e9
 
 
 def distance_to_rank_drop(space: DesignSpace) -> float:
-    """Distance of a geometry from the nearest one of lower rank, to first order.
+    """Estimate the distance of a geometry from the nearest one of lower rank, to first order.
 
     ``σ / |∂σ/∂g|`` with the smallest singular value σ that counts, at the order that reaches
-    the rank. The joints at one point are moved together, and those on one axis are turned
-    together, where the loops still close.
+    the rank, and the changes of geometry g after which the loops still close. Joints at one
+    point move together, and joints on one axis turn together.
 
     Args:
         space: a design space.
@@ -52,11 +47,14 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
         infinite if there is none near, if no order reaches the rank, or if the conditions
         are too many to decompose.
 
+    Source:
+        G. W. Stewart and J.-G. Sun, Matrix Perturbation Theory, 1990, for ``∂σ/∂g``.
+
     Example:
-        >>> import balance, kinematics
-        >>> space = balance.design_space(kinematics.load("robot.urdf"))
-        >>> balance.distance_to_rank_drop(space)
-        0.0821
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
+        >>> round(balance.distance_to_rank_drop(space), 4)
+        0.15
     """
     linkage, chain, order, rank = space.linkage, space.chain, space.kmax, space.rank
     if order is None or rank == 0:
@@ -65,7 +63,7 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
     columns = chain.links.size * parameters_per_body(chain.planar, force)
     rows = chain.width * rows_per_column(chain.planar, force)
     rays = spanning_rays(chain.width, order, 2 - (-columns // rows))
-    if len(rays) * (order + 1) * rows * columns**2 > COSTLY:
+    if len(rays) * (order + 1) * rows * columns**2 > MAX_DECOMPOSITION_WORK:
         return np.inf
     series = expand(chain, rays, order)
     weights = radius_of_convergence(series.C[0] @ rays[0]) ** np.arange(order + 1.0)
@@ -80,27 +78,41 @@ def distance_to_rank_drop(space: DesignSpace) -> float:
         rates_of_changes(linkage, chain),
     )
     opening = np.einsum("gnd,fnd->gf", changes, slopes.of_closure(weights))
-    closed = np.sqrt(np.sum(opening**2, axis=1)) <= OPEN
+    closed = np.sqrt(np.sum(opening**2, axis=1)) <= CHANGE_OPENS_LOOPS
     along = slopes.of_momentum(u * weights.reshape(-1, 1, 1, 1), v)
     square = float(np.sum(np.einsum("gnd,nd->g", changes[closed], along) ** 2))
     nearest = float(values[rank - 1]) / square**0.5 if square > 0.0 else np.inf
-    return nearest if nearest < LARGE else np.inf
+    return nearest if nearest < FIRST_ORDER_CHANGE else np.inf
 
 
 def spanning_rays(width: int, order: int, enough: int) -> Array:
-    """Generic rays of length 1 (rays, w), as many as span all derivatives, or ``enough``."""
+    """Generate rays of length 1 (rays, w) that span all derivatives, or ``enough`` of them.
+
+    Args:
+        width: number of coordinates.
+        order: the highest order of derivative.
+        enough: largest number of rays.
+    """
     count = min(comb(width + order, order + 1), enough)
     rays = np.random.default_rng(107).standard_normal((count, width))
     return np.asarray(rays / np.sqrt(np.sum(rays**2, axis=1, keepdims=True)))
 
 
 def rates_of_changes(linkage: Linkage, chain: Chain) -> Array:
-    """Rates of all screws for each change of the geometry (changes, n, 6 or 3)."""
+    """Compute the rates of all screws for each change of the geometry.
+
+    Args:
+        linkage: the linkage.
+        chain: its joints that move.
+
+    Returns:
+        Shape (changes, n, 6 or 3), in the frame and units of the chain.
+    """
     return np.reshape(list(_changes(linkage, chain)), (-1, *chain.screws.shape))
 
 
 def _changes(linkage: Linkage, chain: Chain) -> Iterator[Array]:
-    """Rates of all screws (n, 6 or 3), change by change."""
+    """Yield the rates of all screws (n, 6 or 3), change by change."""
     frame, planar = chain.frame, chain.planar
     points = np.array([linkage.joints[j].point for j in chain.joints])
     points = (points - frame.origin) @ frame.R.T / frame.length
@@ -118,10 +130,12 @@ def _changes(linkage: Linkage, chain: Chain) -> Iterator[Array]:
 
 
 def _groups(rows: Array) -> list[list[int]]:
-    """Indices of rows that are equal; those with NaN belong to none."""
+    """Group the indices of equal rows; those with NaN belong to no group."""
     groups: list[list[int]] = []
     for i, row in enumerate(rows):
-        same = next((g for g in groups if np.abs(rows[g[0]] - row).max() <= SAME), None)
+        same = next(
+            (g for g in groups if np.abs(rows[g[0]] - row).max() <= JOINTS_COINCIDE), None
+        )
         if same is not None:
             same.append(i)
         elif not np.isnan(row).any():
@@ -130,7 +144,7 @@ def _groups(rows: Array) -> list[list[int]]:
 
 
 def _rates(spatial: Array, group: list[int], twist: Array, planar: bool) -> Array:
-    """Rates of the screws if those of a group move with a twist."""
+    """Compute the rates of the screws if those of a group move with a twist."""
     out = np.zeros_like(spatial)
     w, v = twist[:3], twist[3:]
     for j in group:

@@ -1,4 +1,4 @@
-"""What is known of a design space, whether it was computed or comes from a file."""
+"""Data of a design space, whether it was computed or comes from a file."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.inertial_parameters.body_inertia import BodyInertia, body_inertias, in_link_frames
 from balance.inertial_parameters.conversions import parameter_labels
 from balance.options import Balance
+from balance.tolerances import SPACES_EQUAL_SINE
 from kinematics.model.linkage import Notice
 from kinematics.model.motion import Motion
 from kinematics.wording import count_noun
@@ -21,8 +22,6 @@ __all__ = ["SpaceData", "Order", "rank_table"]
 Array = NDArray[np.float64]
 
 COMPARED = "balance planar bodies inputs rank nullity serial_nullity kmax".split()
-# Spaces whose largest angle has a smaller sine count as one.
-SAME = 1e-6
 
 
 class Order(NamedTuple):
@@ -34,13 +33,18 @@ class Order(NamedTuple):
 
 
 def rank_table(ranks: Sequence[int], parameters: int) -> tuple[Order, ...]:
-    """The table of ranks up to order 0, 1, 2 …, with the nullities that belong to them."""
+    """Tabulate rank and nullity by order of derivative.
+
+    Args:
+        ranks: rank up to order 0, 1, 2 …
+        parameters: number of inertial parameters.
+    """
     return tuple(Order(k, rank, parameters - rank) for k, rank in enumerate(ranks))
 
 
 @dataclass(frozen=True, eq=False)
 class SpaceData:
-    """What a design space and the record of one have in common.
+    """Data that a design space and the record of one have in common.
 
     Attributes:
         source: file of the linkage.
@@ -49,17 +53,17 @@ class SpaceData:
         bodies: names of the bodies, in the order of the parameters.
         inputs: names of the independent coordinates, whether or not the motion moves them.
         idle: names of joints that do not move in the motion.
-        motion: the motion asked of the linkage, None if every input is free.
+        motion: restriction of the inputs, None if every input is free.
         orders: rank and nullity by order of derivative.
-        poses: how many finite poses were added, because the orders were not enough.
-        settled: whether the conditions are all there are: nothing is left to be conditioned,
-            or finite poses that were not used add nothing.
+        poses: number of finite poses added, because the orders were not enough.
+        settled: whether no condition is missing: the conditions have full column rank, or
+            finite poses that were not used add none.
         basis: null-space basis (parameters, nullity): per body the parameters named by
             ``labels``, about the inertial origin at the reference pose, SI units. Its
             columns are orthonormal when lengths are measured from the middle of the
             mechanism in units of ``length``.
-        serial_nullity: how many columns of the basis, the first ones, span the serial part:
-            the inertia transfers of its joints, with all loops opened.
+        serial_nullity: number of columns of the basis, the first ones, that span the serial
+            part: the inertia transfers of its joints, with all loops opened.
         axes: rows are the axes in which planar parameters are expressed (3, 3).
         frames: poses of the link frames of the bodies (bodies, 4, 4).
         length: characteristic length of the mechanism, metres.
@@ -110,7 +114,7 @@ class SpaceData:
 
     @property
     def parallel(self) -> Array:
-        """The other columns: what only the closure of the loops opens."""
+        """The other columns: distributions that are balanced only with the loops closed."""
         return self.basis[:, self.serial_nullity :]
 
     @property
@@ -124,18 +128,19 @@ class SpaceData:
         return parameter_labels(self.planar, self.balance == "force")
 
     def bodies_of(self, y: ArrayLike) -> tuple[BodyInertia, ...]:
-        """The mass distribution ``basis @ y``, body by body, as a designer edits it.
+        """Compute the mass distribution ``basis @ y``, body by body.
 
         Args:
             y: coordinates in the basis (nullity,); they need not give physical bodies.
 
         Returns:
             Mass, centre of mass and inertia about it, in the inertial frame at the
-            reference pose, in the link frame of the file, and as the file's element, which
-            is told apart where no body can have it; see `BodyInertia`.
+            reference pose, in the link frame of the file, and as the file's element; with
+            the inequalities that a body violates; see `BodyInertia`.
 
         Raises:
-            ValueError: y is not so many real, finite numbers, or they are too large or small.
+            ValueError: y is no array of this many real, finite numbers, or they are too large
+                or small.
         """
         return body_inertias(
             self.bodies, self.basis, y, self.frames, self.axes, self.labels, self.length,
@@ -143,7 +148,7 @@ class SpaceData:
         )  # fmt: skip
 
     def basis_in_link_frames(self) -> Array:
-        """The basis (parameters, nullity), each body about the origin of its link frame.
+        """Express the basis (parameters, nullity) in the link frames, about their origins.
 
         Parameters are those of ``labels``, in the axes of the link frame of the file, SI
         units; they keep their values when the linkage moves. Planar ones are in the axes
@@ -153,7 +158,7 @@ class SpaceData:
         return in_link_frames(self.basis, self.frames, self.axes, self.labels)
 
     def differences(self, other: SpaceData) -> tuple[str, ...]:
-        """One line per respect in which another design space differs; none if they agree.
+        """List the differences from another design space, a line each; none if they agree.
 
         Spaces are compared as such, not their bases; files are not compared.
         """
@@ -163,14 +168,14 @@ class SpaceData:
             if (mine := getattr(self, name)) != (its := getattr(other, name))
         ]
         if self.basis.shape == other.basis.shape:
-            sine = _sine(self.basis, other.basis, self.labels)
-            if not sine <= SAME:
+            sine = _largest_angle_sine(self.basis, other.basis, self.labels)
+            if not sine <= SPACES_EQUAL_SINE:
                 found.append(f"basis: the spaces are apart by an angle with sine {sine:.1e}")
         return tuple(found)
 
 
-def _sine(one: Array, other: Array, labels: Sequence[str]) -> float:
-    """Sine of the largest angle between spaces of one dimension, in any unit of length."""
+def _largest_angle_sine(one: Array, other: Array, labels: Sequence[str]) -> float:
+    """Compute the sine of the largest angle between spaces, in any unit of length."""
     kinds = np.array([label.rstrip("xyz") for label in labels] * (len(one) // len(labels)))
     scale = np.ones((len(one), 1))
     for kind in set(kinds):

@@ -1,7 +1,7 @@
-"""Design spaces on disk: what is known of one, without the linkage it came from.
+"""Design spaces on disk, as data without their linkage.
 
-A file is one ``.npz``: the arrays, and a JSON text ``header`` that says where they come
-from. Nothing in it is ever unpickled.
+A file is one ``.npz``: the arrays, and a JSON text ``header`` with their origin. Nothing in it
+is ever unpickled.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ __all__ = ["SpaceRecord", "load_space", "record_of", "save_space"]
 Array = NDArray[np.float64]
 
 FORMAT = "balance.space/2"
-# Files that unpack to more bytes are refused.
-LARGEST = 2**30
+# Largest size of an unpacked file in bytes; larger ones are refused.
+LARGEST_FILE = 2**30
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class SpaceRecord(SpaceData):
 
 
 def record_of(space: DesignSpace) -> SpaceRecord:
-    """A design space without its linkage, and where it comes from."""
+    """Make the record of a design space, without its linkage."""
     from kinematics.version import __version__
 
     known = {item.name: getattr(space, item.name) for item in fields(SpaceData)}
@@ -71,32 +71,30 @@ def record_of(space: DesignSpace) -> SpaceRecord:
         known["notices"] = (*space.notices, pose)
     return SpaceRecord(
         **known, singular_values=space.singular_values, kept=space.kept, dropped=space.dropped,
-        sha256=_digest(space.source), version=__version__,
+        sha256=_sha256_of(space.source), version=__version__,
     )  # fmt: skip
 
 
 def save_space(space: DesignSpace | SpaceRecord, path: str | os.PathLike[str]) -> None:
     """Write a design space to one ``.npz`` file, which `load_space` reads.
 
-    The file appears whole or not at all. Its entry ``header`` is a JSON text with the version,
-    the SHA-256 of the linkage's file and all options.
+    The write is atomic. The entry ``header`` of the file is a JSON text with the version, the
+    SHA-256 of the linkage's file and all options.
 
     Args:
         space: a design space, or the record of one.
         path: the file to write.
 
     Raises:
-        FileError: it cannot be written.
+        FileError: the file cannot be written.
 
     Example:
-        >>> import balance, kinematics
-        >>> space = balance.design_space(kinematics.load("robot.urdf"))
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf")
         >>> balance.save_space(space, "space.npz")
-        >>> balance.load_space("space.npz").nullity == space.nullity
-        True
     """
     record = record_of(space) if isinstance(space, DesignSpace) else space
-    arrays = {name: getattr(record, name) for name in _shapes(record)}
+    arrays = {name: getattr(record, name) for name in _array_shapes(record)}
     if record.motion:
         arrays["motion"] = record.motion.basis
     header = np.array(json.dumps(_header(record)))
@@ -111,14 +109,20 @@ def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
         path: the file.
 
     Returns:
-        The space as data; see `SpaceRecord`.
+        The space as data, without its linkage; see `SpaceRecord`.
 
     Raises:
-        FileError: it is not such a file, is damaged, or has another format.
+        FileError: the file is no saved design space, is damaged, or has another format.
+
+    Example:
+        >>> import balance
+        >>> balance.save_space(balance.design_space("robot.urdf"), "space.npz")
+        >>> balance.load_space("space.npz").nullity
+        4
     """
     try:
         header, arrays = _read(path)
-        record = _record(header, arrays) if header["format"] == FORMAT else None
+        record = _build_record(header, arrays) if header["format"] == FORMAT else None
     except OSError as error:
         problem = f"cannot be read ({error.strerror or type(error).__name__})"
     except Exception:  # a damaged archive may raise anything
@@ -132,15 +136,15 @@ def load_space(path: str | os.PathLike[str]) -> SpaceRecord:
     ) from None
 
 
-def _digest(source: str) -> str | None:
-    """SHA-256 of a file, None if there is no such file."""
+def _sha256_of(source: str) -> str | None:
+    """Compute the SHA-256 of a file; None if there is no such file."""
     with suppress(OSError, ValueError):
         return sha256(Path(source).read_bytes()).hexdigest()
     return None
 
 
-def _shapes(record: SpaceRecord) -> dict[str, tuple[int, ...]]:
-    """The arrays of a record and their shapes."""
+def _array_shapes(record: SpaceRecord) -> dict[str, tuple[int, ...]]:
+    """List the arrays of a record and their shapes."""
     return {
         "basis": (len(record.bodies) * len(record.labels), record.nullity),
         "axes": (3, 3),
@@ -150,7 +154,7 @@ def _shapes(record: SpaceRecord) -> dict[str, tuple[int, ...]]:
 
 
 def _header(record: SpaceRecord) -> dict[str, object]:
-    """All of a record but its arrays; ``options`` repeats the computation."""
+    """Collect everything of a record but its arrays; ``options`` repeats the computation."""
     return {
         "format": FORMAT,
         "version": record.version,
@@ -178,42 +182,44 @@ def _header(record: SpaceRecord) -> dict[str, object]:
 
 
 def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Header and arrays as they stand in the file."""
+    """Read header and arrays of a file, without checks of their contents."""
     with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
-        if sum(member.file_size for member in archive.zip.infolist()) > LARGEST:
+        if sum(member.file_size for member in archive.zip.infolist()) > LARGEST_FILE:
             raise ValueError("too large")
         arrays = {name: archive[name] for name in archive.files}
     return json.loads(arrays.pop("header").item()), arrays
 
 
-def _record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
-    """The record, if everything has its type and fits together."""
+def _build_record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
+    """Build the record, if everything has its type and fits together."""
     options, motion = header["options"], None
-    inputs = _texts(options["inputs"])
+    inputs = _check_texts(options["inputs"])
     if options["motion"] is not None:
-        basis = _array(arrays.pop("motion"), (len(inputs), -1))
-        motion = Motion(inputs, _texts(options["motion"]), basis)
+        basis = _check_array(arrays.pop("motion"), (len(inputs), -1))
+        motion = Motion(inputs, _check_texts(options["motion"]), basis)
     record = SpaceRecord(
-        source=_a(str, header["source"]),
-        sha256=None if header["sha256"] is None else _a(str, header["sha256"]),
-        version=_a(str, header["version"]),
+        source=_check_type(str, header["source"]),
+        sha256=None if header["sha256"] is None else _check_type(str, header["sha256"]),
+        version=_check_type(str, header["version"]),
         balance=options["balance"],
-        planar=not _a(bool, options["spatial"]),
-        bodies=_texts(header["bodies"]),
+        planar=not _check_type(bool, options["spatial"]),
+        bodies=_check_texts(header["bodies"]),
         inputs=inputs,
-        idle=_texts(header["idle"]),
+        idle=_check_texts(header["idle"]),
         motion=motion,
-        orders=tuple(Order(*(_a(int, n) for n in order)) for order in header["orders"]),
-        serial_nullity=_a(int, header["serial_nullity"]),
-        poses=_a(int, header["poses"]),
-        settled=_a(bool, header["settled"]),
-        length=_a(float, header["length"]),
-        kept=_a(float, header["kept"]),
-        dropped=_a(float, header["dropped"]),
-        notices=tuple(Notice(*_texts(notice)) for notice in header["notices"]),
+        orders=tuple(
+            Order(*(_check_type(int, n) for n in order)) for order in header["orders"]
+        ),
+        serial_nullity=_check_type(int, header["serial_nullity"]),
+        poses=_check_type(int, header["poses"]),
+        settled=_check_type(bool, header["settled"]),
+        length=_check_type(float, header["length"]),
+        kept=_check_type(float, header["kept"]),
+        dropped=_check_type(float, header["dropped"]),
+        notices=tuple(Notice(*_check_texts(notice)) for notice in header["notices"]),
         **arrays,
     )
-    shapes = _shapes(record)
+    shapes = _array_shapes(record)
     sums = {record.rank + record.nullity, *(o.rank + o.nullity for o in record.orders)}
     last = record.orders[-1].rank
     fits = (
@@ -226,24 +232,24 @@ def _record(header: dict[str, Any], arrays: dict[str, Array]) -> SpaceRecord:
     if not fits or record.poses < 0:
         raise ValueError("header")
     for name, shape in shapes.items():
-        object.__setattr__(record, name, _array(arrays[name], shape))
+        object.__setattr__(record, name, _check_array(arrays[name], shape))
     return record
 
 
-def _a(kind: type, value: Any) -> Any:
-    """The value, if it is of that type."""
+def _check_type(kind: type, value: Any) -> Any:
+    """Return the value, if it is of that type."""
     if type(value) is not kind:
         raise TypeError(kind.__name__)
     return value
 
 
-def _texts(values: Any) -> tuple[str, ...]:
-    """A list of texts as a tuple."""
-    return tuple(_a(str, value) for value in _a(list, values))
+def _check_texts(values: Any) -> tuple[str, ...]:
+    """Convert a list of texts to a tuple."""
+    return tuple(_check_type(str, value) for value in _check_type(list, values))
 
 
-def _array(array: Array, shape: tuple[int, ...]) -> Array:
-    """A read-only copy, if the array holds finite numbers and has that shape (-1: any)."""
+def _check_array(array: Array, shape: tuple[int, ...]) -> Array:
+    """Copy an array read-only, if it is finite and has that shape (-1 for any length)."""
     fits = len(shape) == array.ndim and all(
         n in (m, -1) for n, m in zip(shape, array.shape, strict=True)
     )

@@ -1,1 +1,1 @@
-"""Inertia transfers: what joints let through, and the part of a design space that they span."""
+"""Inertia transfers across joints, and the part of a design space that they span."""

@@ -1,4 +1,4 @@
-"""The serial design space joint by joint: which bodies may exchange what."""
+"""The serial design space joint by joint: inertia transfers between bodies."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.inertial_parameters.conversions import from_chain
+from balance.tolerances import TRANSFER_ENTRY_ROUND_OFF
 from balance.transfers.serial_space import Transfers
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, names_of
@@ -17,12 +18,10 @@ __all__ = ["Transfer", "by_joint"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-# Parameters of a transfer of size 1 that are smaller are round-off.
-NOTHING = 1e-12
 
 
 class Transfer(NamedTuple):
-    """What may be exchanged across one joint.
+    """Inertial parameters that bodies can exchange across one joint.
 
     Attributes:
         joints: names of the joints of one degree of freedom that it passes through, in the
@@ -49,14 +48,14 @@ class Transfer(NamedTuple):
 
     @property
     def dimension(self) -> int:
-        """How many independent transfers there are."""
+        """Number of independent transfers."""
         return self.basis.shape[1]
 
 
 def by_joint(
     linkage: Linkage, chain: Chain, found: Transfers, force: bool
 ) -> tuple[Transfer, ...]:
-    """The transfers of every joint that moves, in SI units, and then those of rigid parts.
+    """Sort transfers by joint, in SI units; those of rigid parts come last.
 
     Args:
         linkage: the linkage.
@@ -68,15 +67,17 @@ def by_joint(
     all_joints = names_of(linkage.joints)
     all_bodies = names_of(linkage.bodies)
     result = []
-    for owner in dict.fromkeys([*found.joints.tolist(), *found.owner.tolist()]):
+    for owner in dict.fromkeys([*found.owner_of_joint.tolist(), *found.owner.tolist()]):
         rows = found.rows[found.owner == owner].reshape(-1, len(all_bodies), len(G))
-        scaled = np.where(np.abs(rows) <= NOTHING, 0.0, rows)
+        scaled = np.where(np.abs(rows) <= TRANSFER_ENTRY_ROUND_OFF, 0.0, rows)
         basis = np.einsum("pq,cbq->bpc", G, scaled)
-        joints = np.flatnonzero(found.joints == owner).astype(np.int64)
+        joints = np.flatnonzero(found.owner_of_joint == owner).astype(np.int64)
         result.append(
             Transfer(
                 tuple(all_joints[j] for j in chain.joints[joints]),
-                tuple(all_bodies[b] for b in _taking_part(chain, found, joints, owner)),
+                tuple(
+                    all_bodies[b] for b in _participating_bodies(chain, found, joints, owner)
+                ),
                 _touches_ground(chain, found, joints, owner),
                 freeze(basis.reshape(len(all_bodies) * len(G), len(rows))),
                 freeze(scaled.reshape(len(rows), len(all_bodies) * len(G)).T),
@@ -85,18 +86,26 @@ def by_joint(
     return tuple(result)
 
 
-def _taking_part(chain: Chain, found: Transfers, joints: IntArray, owner: int) -> list[int]:
-    """Bodies on the rigid parts that the joints join: one of each; or all of one part."""
-    part = found.part[chain.links].tolist()
+def _participating_bodies(
+    chain: Chain, found: Transfers, joints: IntArray, owner: int
+) -> list[int]:
+    """List one body on each rigid part at the joints; without joints all bodies of one part."""
+    part = found.rigid_part[chain.links].tolist()
     if not joints.size:
         return [b for b, p in enumerate(part) if p == -1 - owner]
-    joined = {*found.part[joints].tolist(), *found.part[chain.parent[joints]].tolist()}
-    moving = joined - {found.joints.size}
+    joined = {
+        *found.rigid_part[joints].tolist(),
+        *found.rigid_part[chain.parent[joints]].tolist(),
+    }
+    moving = joined - {found.owner_of_joint.size}
     return sorted(part.index(p) for p in moving if p in part)
 
 
 def _touches_ground(chain: Chain, found: Transfers, joints: IntArray, owner: int) -> bool:
     """Whether one of the joints is at the ground, or the rigid part is the ground."""
-    ground = found.joints.size
-    around = [*found.part[joints].tolist(), *found.part[chain.parent[joints]].tolist()]
+    ground = found.owner_of_joint.size
+    around = [
+        *found.rigid_part[joints].tolist(),
+        *found.rigid_part[chain.parent[joints]].tolist(),
+    ]
     return ground in around or owner == -1 - ground

@@ -18,15 +18,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from balance.tolerances import TRANSFER_DIRECTION_EQUAL
 from kinematics.closure.series import add_bracket
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.null_space import null_space
 
-__all__ = ["DIRECTION_EQUAL", "beyond", "contains", "remove", "transferable"]
-
-# Directions that deviate less from known ones are known: spaces that meet at a smaller angle
-# than this, but above round-off, would need a linkage drawn to ten digits.
-DIRECTION_EQUAL = 2.0**-30
+__all__ = ["attainable_beyond", "span_contains", "remove_span", "passing_parameters"]
 
 
 @kernel(inline=True, reference_counting=False)
@@ -87,7 +84,7 @@ def _rate(s, z, d):
 
 
 @kernel(reference_counting=False)
-def transferable(s, V, size, rows, tolerance, A, order, out, gap):
+def passing_parameters(s, V, size, rows, tolerance, A, order, out, gap):
     """Find the parameters that can pass a joint: ``M(Lᵏ z) s = 0``, ``M(Lᵏ⁺¹ z) t = 0``.
 
     Args:
@@ -102,7 +99,7 @@ def transferable(s, V, size, rows, tolerance, A, order, out, gap):
         gap: in, out: smallest size that was kept, and largest that was dropped (2,).
 
     Returns:
-        How many they are.
+        Their number.
     """
     # Where every twist can be attained, the rate itself must vanish.
     every = V.shape[0] == s.size
@@ -132,7 +129,7 @@ def transferable(s, V, size, rows, tolerance, A, order, out, gap):
         d = A[size]
         for c in range(count):
             _rate(s, out[c], d)
-            largest = max(largest, remove(out[:count], d))
+            largest = max(largest, remove_span(out[:count], d))
             for p in range(size):
                 A[p, c] = d[p]
         if largest <= tolerance:
@@ -156,7 +153,7 @@ def transferable(s, V, size, rows, tolerance, A, order, out, gap):
 
 
 @kernel(reference_counting=False)
-def remove(W, x):
+def remove_span(W, x):
     """Subtract from x its part in a span, twice: ``x -= Wᵀ W x``.
 
     Args:
@@ -180,7 +177,7 @@ def remove(W, x):
 
 
 @kernel(reference_counting=False)
-def beyond(s, V, tolerance, W, gap):
+def attainable_beyond(s, V, tolerance, W, gap):
     """Find the twists attainable beyond a joint: ``Σ ad(s)ᵏ V + ⟨s⟩``.
 
     Args:
@@ -188,10 +185,10 @@ def beyond(s, V, tolerance, W, gap):
         V: in: twists attainable below it, orthonormal (v, dim).
         tolerance: relative size of round-off.
         W: out: the twists, orthonormal rows (≥ dim, dim).
-        gap: in, out: as in `transferable`.
+        gap: in, out: as in `passing_parameters`.
 
     Returns:
-        How many they are.
+        Their number.
     """
     dim, count = s.size, V.shape[0]
     for i in range(count):
@@ -205,7 +202,7 @@ def beyond(s, V, tolerance, W, gap):
             x[c] = s[c] if i < 0 else 0.0
         if i >= 0:
             add_bracket(s, W[i], 1.0, x)
-        size = remove(W[:count], x)
+        size = remove_span(W[:count], x)
         if size > tolerance:
             gap[0] = min(gap[0], size)
             for c in range(dim):
@@ -218,22 +215,22 @@ def beyond(s, V, tolerance, W, gap):
 
 
 @kernel(reference_counting=False)
-def contains(V, U, x, gap):
+def span_contains(V, U, x, gap):
     """Decide whether the span of the rows of V contains that of the rows of U.
 
     Args:
         V: in: orthonormal rows (v, dim).
         U: in: orthonormal rows (u, dim).
         x: workspace (dim,).
-        gap: in, out: as in `transferable`.
+        gap: in, out: as in `passing_parameters`.
     """
     if U.shape[0] > V.shape[0]:
         return False
     for i in range(U.shape[0]):
         for c in range(U.shape[1]):
             x[c] = U[i, c]
-        size = remove(V, x)
-        if size > DIRECTION_EQUAL:
+        size = remove_span(V, x)
+        if size > TRANSFER_DIRECTION_EQUAL:
             gap[0] = min(gap[0], size)
             return False
         gap[1] = max(gap[1], size)

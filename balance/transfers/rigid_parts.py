@@ -11,17 +11,18 @@ __all__ = ["find_cluster", "number_rigid_parts"]
 
 
 def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
-    """Rigid parts, and who carries what passes a joint.
+    """Number the rigid parts of a chain, and the owners of transfers.
 
     Returns:
-        Node of each link, the ground last (n + 1,); the first body on each, or -1 (n + 1,);
-        a number for every joint, the same for joints between which there is no body (n,).
+        Rigid part of each link, the ground last (n + 1,); the first body on each, or -1
+        (n + 1,); a number for every joint, equal for joints between which there is no body
+        (n,).
     """
     parent, n = chain.parent.tolist(), chain.parent.size
     node, whole = list(range(n + 1)), [[j] for j in range(n + 1)]
     for end, successor in chain.ends.tolist():
         keep, drop = node[successor], node[end]
-        _unite(node, whole, *((drop, keep) if drop == n else (keep, drop)))
+        _merge(node, whole, *((drop, keep) if drop == n else (keep, drop)))
     body = [-1] * (n + 1)
     for b in range(chain.links.size - 1, -1, -1):
         body[node[chain.links[b]]] = b
@@ -30,7 +31,7 @@ def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
     group, members = list(range(n + 1)), [[j] for j in range(n + 1)]
     for a, b in sides:
         if a != n and b != n and body[a] < 0 and body[b] < 0:
-            _unite(group, members, group[a], group[b])
+            _merge(group, members, group[a], group[b])
     owner = [
         group[a] if a != n and body[a] < 0 else group[b] if b != n and body[b] < 0
         else n + 1 + j
@@ -39,8 +40,8 @@ def number_rigid_parts(chain: Chain) -> tuple[IntArray, IntArray, IntArray]:
     return freeze(node, np.int64), freeze(body, np.int64), freeze(owner, np.int64)
 
 
-def _unite(name: list[int], members: list[list[int]], keep: int, drop: int) -> None:
-    """Give those of one name another one."""
+def _merge(name: list[int], members: list[list[int]], keep: int, drop: int) -> None:
+    """Merge the members of one group into another."""
     if keep != drop:
         for j in members[drop]:
             name[j] = keep
@@ -66,7 +67,7 @@ def find_cluster(entry, start, parent, node, body, joint, before, target):
             or a part reached before (≥ n,).
 
     Returns:
-        How many they are.
+        Number of joints.
     """
     n = parent.size
     joint[0], before[0] = entry, -1

@@ -17,16 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.momentum.regressor import parameters_per_body, rows_per_column
-from balance.transfers.joint_kernels import beyond, contains, transferable
+from balance.transfers.joint_kernels import attainable_beyond, passing_parameters, span_contains
 from balance.transfers.rigid_parts import find_cluster, number_rigid_parts
-from balance.transfers.shares import Cluster, FoundTransfers, keep_transfer, share_inertia
+from balance.transfers.shares import (
+    Cluster,
+    FoundTransfers,
+    add_shared_transfers,
+    add_transfers,
+)
 from kinematics.compiled.jit import kernel
 from kinematics.model.arrays import Chain
 from kinematics.tolerances import RANK_RELATIVE
 
 __all__ = [
-    "KEPT_CLEARLY",
-    "DROPPED_CLEARLY",
     "Transfers",
     "search_workspace",
     "serial_transfers",
@@ -36,14 +39,10 @@ __all__ = [
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# What is dropped as round-off is beyond doubt below this part of the limit for it; what is
-# kept, above this part of the whole. In regular linkages the sizes are 1e-15 and 1e-2.
-DROPPED_CLEARLY, KEPT_CLEARLY = 0.01, 1e-6
-
 
 @kernel(reference_counting=False)
-def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, rooms):
-    """Walk through the linkage from the ground, and find its transfers.
+def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, workspace):
+    """Search the linkage from the ground for its transfers.
 
     Args:
         parent: in: link before each joint (n,).
@@ -53,15 +52,15 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, rooms):
         size: parameters of each body.
         rows: momentum components that count.
         tolerance: relative size of round-off.
-        rooms: workspace as from `search_workspace`. Its first three are out: the transfers,
+        workspace: as from `search_workspace`. Its first three are out: the transfers,
             orthonormal for each owner; the owner of each; and the smallest size that a
             decision kept, and the largest that one dropped.
 
     Returns:
-        How many transfers were found, or -1 if there is too little workspace.
+        Number of transfers found, or -1 if there is too little workspace.
     """
     node, body, owner = rigid_parts
-    found, owners, gap, reached, spans, passes, twists, numbers, work, mixing = rooms
+    found, owners, gap, reached, spans, passes, twists, numbers, work, mixing = workspace
     known_transfers = FoundTransfers(found, owners, gap)
     n, dim = screws.shape
     joint, before, target = numbers[0], numbers[1], numbers[2]
@@ -95,10 +94,10 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, rooms):
                     for c in range(dim):
                         s[c] = screws[joint[k], c]
                     V = twists[j, : tall[j]] if j >= 0 else spans[i, :height]
-                    passed[k] = transferable(
+                    passed[k] = passing_parameters(
                         s, V, size, rows, tolerance, work, order, passes[k], gap
                     )
-                    tall[k] = beyond(s, V, tolerance, twists[k], gap)
+                    tall[k] = attainable_beyond(s, V, tolerance, twists[k], gap)
                 passing += passed[k]
             if states + joints > spans.shape[0] or count + passing >= found.shape[0]:
                 return -1
@@ -108,7 +107,7 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, rooms):
                 for other in range(0 if known else states):
                     if known or reached[other, 0] != t:
                         continue
-                    known = contains(
+                    known = span_contains(
                         twists[k, :height_there], spans[other, : reached[other, 2]], x, gap
                     )
                 # A new state; its span is copied (a fifth loop).
@@ -121,14 +120,14 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, rooms):
                     states += 1
             through = Cluster(start, before, target, body, joints)
             if joints > 1 or (target[0] >= 0 and body[target[0]] < 0):
-                count = share_inertia(
+                count = add_shared_transfers(
                     known_transfers, count, carrier, passes, passed, through, tolerance,
                     numbers[7:], mixing,
                 )  # fmt: skip
                 if count < 0:
                     return -1
             else:
-                count = keep_transfer(
+                count = add_transfers(
                     known_transfers, count, carrier, passes, passed[0], through
                 )
         i += 1
@@ -136,16 +135,25 @@ def search_transfers(parent, screws, rigid_parts, size, rows, tolerance, rooms):
 
 
 def search_workspace(
-    n: int, dim: int, unknowns: int, size: int, rows: int, room: int
+    n: int, dim: int, unknowns: int, size: int, rows: int, capacity: int
 ) -> tuple[Array | IntArray, ...]:
-    """Workspace for transfers, their owners and the search; see `search_transfers`."""
-    wide = 2 * room + 4 * size
+    """Allocate transfers, their owners and the arrays of the search; see `search_transfers`.
+
+    Args:
+        n: number of joints.
+        dim: components of a twist: 6, in a plane 3.
+        unknowns: parameters of all bodies.
+        size: parameters of each body.
+        rows: momentum components that count.
+        capacity: largest number of states of the search.
+    """
+    wide = 2 * capacity + 4 * size
     return (
-        np.empty((2 * room, unknowns)),
-        np.empty(2 * room, np.int64),
+        np.empty((2 * capacity, unknowns)),
+        np.empty(2 * capacity, np.int64),
         np.empty(2),
-        np.empty((room, 3), np.int64),
-        np.empty((room, dim, dim)),
+        np.empty((capacity, 3), np.int64),
+        np.empty((capacity, dim, dim)),
         np.empty((2 * n, size, size)),
         np.empty((2 * n + 1, dim, dim)),
         np.empty((10, wide), np.int64),
@@ -155,35 +163,35 @@ def search_workspace(
 
 
 class Transfers(NamedTuple):
-    """What may be exchanged, in the frame and units of the chain.
+    """Inertia transfers in the frame and units of the chain.
 
     Attributes:
         rows: transfers (count, parameters): added to all bodies, they change no momentum.
-        owner: what carries each of them (count,): a number shared by the joints that it
-            passes through, or ``-1 - part`` between bodies of one rigid part.
-        joints: the number of each joint of the chain (n,).
-        part: rigid part of each link, and last of the ground, whose number is n; (n + 1,).
+        owner: owner of each of them (count,): a number shared by the joints that it passes
+            through, or ``-1 - part`` between bodies of one rigid part.
+        owner_of_joint: number of the owner of each joint of the chain (n,).
+        rigid_part: rigid part of each link, and last that of the ground, n; (n + 1,).
         kept: smallest size, of a vector of size 1, that a decision kept.
         dropped: largest size that a decision dropped as round-off.
     """
 
     rows: Array
     owner: IntArray
-    joints: IntArray
-    part: IntArray
+    owner_of_joint: IntArray
+    rigid_part: IntArray
     kept: float
     dropped: float
 
 
 def serial_transfers(
-    chain: Chain, force: bool = False, floor: float = RANK_RELATIVE
+    chain: Chain, force: bool = False, tolerance: float = RANK_RELATIVE
 ) -> Transfers:
-    """Every inertia transfer of a linkage whose loops are opened by splitting bodies.
+    """Find every inertia transfer of a linkage whose loops are opened by splitting bodies.
 
     Args:
         chain: the linkage without idle joints.
         force: whether only linear momentum counts, and parameters m, mc.
-        floor: relative size of round-off.
+        tolerance: relative size of round-off.
     """
     size = parameters_per_body(chain.planar, force)
     n, dim = chain.screws.shape
@@ -191,25 +199,27 @@ def serial_transfers(
     node, _, joints = rigid_parts
     rows, unknowns = rows_per_column(chain.planar, force), chain.links.size * size
     enough = 2 * n + size
-    room = chain.borrow((size,), lambda: search_workspace(n, dim, unknowns, size, rows, enough))
+    workspace = chain.borrow(
+        (size,), lambda: search_workspace(n, dim, unknowns, size, rows, enough)
+    )
     while True:
         count = search_transfers(
-            chain.parent, chain.screws, rigid_parts, size, rows, floor, room
+            chain.parent, chain.screws, rigid_parts, size, rows, tolerance, workspace
         )
         if count >= 0:
             break
-        room = search_workspace(n, dim, unknowns, size, rows, 2 * len(room[3]))
-    kept, dropped = room[2].tolist()
+        workspace = search_workspace(n, dim, unknowns, size, rows, 2 * len(workspace[3]))
+    kept, dropped = workspace[2].tolist()
     found = Transfers(
-        room[0][:count].copy(), room[1][:count].copy(), joints, node, kept, dropped
+        workspace[0][:count].copy(), workspace[1][:count].copy(), joints, node, kept, dropped
     )
-    chain.give_back((size,), room)
+    chain.give_back((size,), workspace)
     return _with_rigid_parts(found, chain.links, size)
 
 
 def _with_rigid_parts(found: Transfers, links: IntArray, size: int) -> Transfers:
-    """As found, and all that bodies of one rigid part can exchange, or the ground can take."""
-    part, ground = found.part[links], found.joints.size
+    """Add all that bodies of one rigid part can exchange, and that the ground can take."""
+    part, ground = found.rigid_part[links], found.owner_of_joint.size
     parts = part.tolist()
     if ground not in parts and len(set(parts)) == len(parts):
         return found

@@ -10,21 +10,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.transfers.joint_kernels import DIRECTION_EQUAL
+from balance.tolerances import TRANSFER_DIRECTION_EQUAL
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.null_space import null_space
 
-__all__ = ["Cluster", "FoundTransfers", "keep_transfer", "share_inertia"]
+__all__ = ["Cluster", "FoundTransfers", "add_transfers", "add_shared_transfers"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 class FoundTransfers(NamedTuple):
-    """The transfers found so far (≥ count, parameters), as kernels pass them to each other.
+    """The transfers found so far, as kernels pass them to each other.
 
-    With the owner of each (≥ count,); the smallest size that a decision kept, and the largest
-    that one dropped (2,).
+    Attributes:
+        rows: the transfers (≥ count, parameters).
+        owners: the owner of each (≥ count,).
+        gap: smallest size that a decision kept, and largest that one dropped (2,).
     """
 
     rows: Array
@@ -50,23 +52,23 @@ class Cluster(NamedTuple):
 
 
 @kernel(reference_counting=False)
-def keep_transfer(found, count, owner, shares, combinations, through):
-    """Add what passes a cluster to the transfers of its owner, if not in their span.
+def add_transfers(found, count, owner, shares, combinations, through):
+    """Add transfers through a cluster to those of its owner, if they are not in their span.
 
-    Share k goes to the body after joint k, and that of the first joint is taken from the body
-    at the start. Transfers are orthonormal for each owner, which takes two rounds (B. N.
+    Share k goes to the body after joint k, and the share of the first joint is taken from the
+    body at the start. Transfers are orthonormal for each owner, which takes two rounds (B. N.
     Parlett, 1980).
 
     Args:
         found: in, out: a `FoundTransfers`.
-        count: how many transfers it holds.
+        count: number of transfers that it holds.
         owner: number of the cluster's owner.
-        combinations: how many transfers to add.
         shares: in: parameters that pass each joint (≥ joints, ≥ combinations, size).
+        combinations: number of transfers to add.
         through: in: a `Cluster`.
 
     Returns:
-        How many transfers there are now.
+        Number of transfers after that.
     """
     rows, owners, gap = found
     start, _, target, body, joints = through
@@ -96,7 +98,7 @@ def keep_transfer(found, count, owner, shares, combinations, through):
         for j in range(x.size):
             left += x[j] * x[j]
         left = np.sqrt(left)
-        if left <= DIRECTION_EQUAL:
+        if left <= TRANSFER_DIRECTION_EQUAL:
             gap[1] = max(gap[1], left)
         else:
             gap[0] = min(gap[0], left)
@@ -108,24 +110,26 @@ def keep_transfer(found, count, owner, shares, combinations, through):
 
 
 @kernel(reference_counting=False)
-def share_inertia(found, known, owner, passes, passed, through, tolerance, numbers, workspace):
-    """Add combinations of what passes the joints of a cluster that leave inner links empty.
+def add_shared_transfers(
+    found, known, owner, passes, passed, through, tolerance, numbers, workspace
+):
+    """Add the transfers through a cluster that leave its links without bodies empty.
 
     For every link without a body inside, ``Σ c_in pass_in - Σ c_out pass_out = 0``.
 
     Args:
         found: in, out: a `FoundTransfers`.
-        known: how many transfers it holds.
+        known: number of transfers that it holds.
         owner: number of the cluster's owner.
         passes: in: parameters that can pass each joint (≥ joints, size, size).
-        passed: in: how many pass each joint (≥ joints,).
+        passed: in: number of them for each joint (≥ joints,).
         through: in: a `Cluster`.
         tolerance: relative size of round-off.
         numbers: workspace (3, ≥ joints * size).
         workspace: flat.
 
     Returns:
-        How many transfers there are now, or -1 if there is too little workspace.
+        Number of transfers after that, or -1 if there is too little workspace.
     """
     start, before, target, body, count = through
     size = passes.shape[2]
@@ -163,4 +167,4 @@ def share_inertia(found, known, owner, passes, passed, through, tolerance, numbe
                 for c in range(passed[k]):
                     total += mixed[i, first[k] + c] * passes[k, c, p]
                 out[k, i, p] = total
-    return keep_transfer(found, known, owner, out, combinations, through)
+    return add_transfers(found, known, owner, out, combinations, through)

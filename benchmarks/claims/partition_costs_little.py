@@ -20,7 +20,7 @@ from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import gallery, load
 
 
-def _none(chain: Chain, force: bool, floor: float) -> Transfers:
+def _none(chain: Chain, force: bool, tolerance: float) -> Transfers:
     """No transfer at all, so that the whole null space is found as one."""
     empty = np.empty(0, np.int64)
     parameters = len(chain.links) * (4 if chain.planar else 10)

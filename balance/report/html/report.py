@@ -70,7 +70,7 @@ def _spectra(space: DesignSpace) -> list[dict[str, object]]:
     """The singular values of all conditions up to each order, relative to the largest."""
     chain, force, last = space.chain, space.balance == "force", space.orders[-1].order
     before = conditions_by_order(
-        chain, space.exchanged.rows, force, relative_tolerance(chain), last - 1
+        chain, space.chain_transfers.rows, force, relative_tolerance(chain), last - 1
     )
     decisions = [*(conditions.decide() for conditions in before), space.decision]
     return [

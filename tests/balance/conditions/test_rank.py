@@ -14,7 +14,7 @@ SHAPES = [(1, 1, 1), (5, 3, 2), (3, 5, 3), (8, 8, 5), (30, 12, 7), (12, 30, 9), 
 
 
 def whole_numbers(shape, seed):
-    """A matrix of whole numbers (rows, columns), product of two thin ones."""
+    """A matrix of whole numbers (rows, columns), product of two ill_conditioned ones."""
     rows, columns, rank = shape
     rng = np.random.default_rng(seed)
     left, right = rng.integers(-4, 5, (rows, rank)), rng.integers(-4, 5, (rank, columns))
@@ -24,7 +24,7 @@ def whole_numbers(shape, seed):
 def gathered(matrix, blocks=1):
     conditions = Conditions.none(matrix.shape[1])
     for block in np.array_split(matrix, blocks):
-        conditions = conditions.and_also(block)
+        conditions = conditions.append(block)
     return conditions
 
 
@@ -69,7 +69,7 @@ def test_the_unit_of_the_conditions_does_not_matter(factor):
     matrix = whole_numbers((30, 12, 7), 73)
     conditions = gathered(factor * matrix, 3)
     assert conditions.rank == 7
-    assert conditions.imply(-3.0 * factor * matrix[::-1])
+    assert conditions.contains(-3.0 * factor * matrix[::-1])
     relative = conditions.decide().singular_values
     assert relative == pytest.approx(gathered(matrix, 3).decide().singular_values, abs=1e-13)
 
@@ -88,9 +88,9 @@ def test_round_off_is_not_a_condition():
     size = np.abs(matrix).max()
     conditions = gathered(matrix + size * noise, 3)
     assert conditions.rank == 7
-    later = conditions.and_also(size * noise)
+    later = conditions.append(size * noise)
     assert later.rank == 7 and later.dropped >= conditions.dropped
-    assert conditions.imply(size * noise)
+    assert conditions.contains(size * noise)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
@@ -99,25 +99,25 @@ def test_rows_of_the_span_are_implied_and_others_are_not(shape):
     rng = np.random.default_rng(79)
     conditions = gathered(matrix)
     combined = rng.standard_normal((4, shape[0])) @ matrix
-    assert conditions.imply(combined)
-    assert conditions.imply(matrix)
-    assert conditions.and_also(combined).rank == conditions.rank
+    assert conditions.contains(combined)
+    assert conditions.contains(matrix)
+    assert conditions.append(combined).rank == conditions.rank
     if exact_rank(matrix) == shape[1]:
         return
     combined[rng.integers(4)] += 1e-6 * np.abs(matrix).max() * rng.standard_normal(shape[1])
-    assert not conditions.imply(combined)
-    assert not conditions.imply(rng.standard_normal((1, 2, 3, shape[1])))
-    assert conditions.and_also(combined).rank == conditions.rank + 1
+    assert not conditions.contains(combined)
+    assert not conditions.contains(rng.standard_normal((1, 2, 3, shape[1])))
+    assert conditions.append(combined).rank == conditions.rank + 1
 
 
 def test_zero_rows_are_no_conditions():
     matrix = whole_numbers((9, 7, 4), 80)
     padded = np.vstack([np.zeros((3, 7)), matrix[:5], np.zeros((2, 7)), matrix[5:]])
     check(gathered(padded, 6), padded, exact_rank(matrix))
-    nothing = Conditions.none(7).and_also(np.zeros((5, 7)))
-    assert nothing.rank == 0 and nothing.imply(np.zeros((2, 7)))
-    assert not nothing.imply(matrix)
-    assert nothing.and_also(matrix).rank == exact_rank(matrix)
+    nothing = Conditions.none(7).append(np.zeros((5, 7)))
+    assert nothing.rank == 0 and nothing.contains(np.zeros((2, 7)))
+    assert not nothing.contains(matrix)
+    assert nothing.append(matrix).rank == exact_rank(matrix)
 
 
 def test_zero_columns_are_free():
@@ -136,15 +136,15 @@ def test_no_conditions_leave_everything_free():
     assert conditions.rank == 0 and decision.kept == 1.0 and decision.dropped == 0.0
     assert decision.singular_values.size == 0
     assert np.array_equal(decision.basis, np.eye(6))
-    assert conditions.imply(np.zeros((3, 6))) and not conditions.imply(np.ones((1, 6)))
-    none_added = conditions.and_also(np.empty((0, 6)))
-    assert none_added.rank == 0 and none_added.imply(np.empty((0, 6)))
+    assert conditions.contains(np.zeros((3, 6))) and not conditions.contains(np.ones((1, 6)))
+    none_added = conditions.append(np.empty((0, 6)))
+    assert none_added.rank == 0 and none_added.contains(np.empty((0, 6)))
     assert Conditions.none(0).decide().basis.shape == (0, 0)
 
 
 def test_blocks_may_have_any_leading_shape():
     matrix = whole_numbers((24, 9, 6), 82)
-    one, other = gathered(matrix), Conditions.none(9).and_also(matrix.reshape(2, 3, 4, 9))
+    one, other = gathered(matrix), Conditions.none(9).append(matrix.reshape(2, 3, 4, 9))
     assert np.array_equal(one.factor, other.factor)
 
 
@@ -152,8 +152,8 @@ def test_conditions_are_not_changed_by_those_that_follow():
     matrix = whole_numbers((20, 9, 6), 83)
     first = gathered(matrix[:2])
     kept = first.factor.copy()
-    first.and_also(matrix[2:])
-    first.imply(matrix)
+    first.append(matrix[2:])
+    first.contains(matrix)
     assert np.array_equal(first.factor, kept)
     assert np.array_equal(matrix, whole_numbers((20, 9, 6), 83))
 
@@ -191,17 +191,17 @@ def test_a_pivot_never_hides_that_the_smallest_singular_value_is_near_round_off(
         if rng.integers(2):
             mixing = np.linalg.qr(rng.standard_normal((columns + 5, columns + 5)))[0]
             matrix, known = matrix @ mixing[:columns], mixing[columns:]
-        conditions = Conditions.beside(known)
+        conditions = Conditions.given(known)
         for block in np.array_split(matrix, 3):
-            conditions = conditions.and_also(block)
+            conditions = conditions.append(block)
         values = np.linalg.svd(matrix, compute_uv=False)[:columns]
         decision, margin = conditions.decide(), values[-1] / values[0]
         assert conditions.rank == columns
         assert decision.kept == pytest.approx(margin, rel=1e-3)
-        assert decision.thin == (margin < RANK_MARGIN * RANK_RELATIVE)
+        assert decision.ill_conditioned == (margin < RANK_MARGIN * RANK_RELATIVE)
         pivots = np.abs(np.diag(conditions.factor[:, conditions.permutation]))
         assert pivots.min() < 0.1 * RANK_MARGIN * margin * conditions.scale
-        verdicts.append(decision.thin)
+        verdicts.append(decision.ill_conditioned)
     assert 10 < sum(verdicts) < 50
 
 
@@ -215,9 +215,9 @@ def test_singular_values_are_computed_only_where_they_are_needed(monkeypatch):
     firm, close = (gathered(of_spectrum(rng, 9, least)) for least in (1e-2, 1e-8))
     monkeypatch.setattr("numpy.linalg.svd", svd)
     decision = firm.decide()
-    assert not decision.thin and asked == []
+    assert not decision.ill_conditioned and asked == []
     assert decision.kept == decision.singular_values[-1] == 1.0 and len(asked) == 1
-    assert not close.decide().thin and len(asked) == 2
+    assert not close.decide().ill_conditioned and len(asked) == 2
 
 
 def test_a_decomposition_does_not_fail_where_divide_and_conquer_does(monkeypatch):

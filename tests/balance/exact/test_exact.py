@@ -17,7 +17,7 @@ from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
 from balance.exact import modular, ranks
 from balance.exact.chain import exact_chain
-from balance.exact.ranks import PLATEAU
+from balance.exact.ranks import MIN_PLATEAU
 from kinematics import Motion
 from kinematics.errors import ExactError
 from kinematics.urdf.rational_screws import exact_geometry
@@ -46,7 +46,7 @@ def rows_of(chain, rays, order, p):
 def test_the_figures_come_out(figure: Figure):
     found = found_for(figure)
     expected = figure.ranks if figure.motion else ROUNDED.get(figure.model, figure.ranks)
-    assert found.ranks == (*expected, *expected[-1:] * PLATEAU)
+    assert found.ranks == (*expected, *expected[-1:] * MIN_PLATEAU)
     assert found.agreed and found.settled
     assert (found.rank, found.nullity) == (figure.ranks[-1], figure.nullity)
     assert found.kmax == len(expected) - 1
@@ -269,7 +269,7 @@ def test_sliding_bodies_have_a_plane(second, rank, tmp_path):
     linkage = kinematics.load(saved(tmp_path, *parts))
     assert linkage.planar
     found = exact_ranks(linkage)
-    assert found.ranks == (rank,) * (PLATEAU + 1)
+    assert found.ranks == (rank,) * (MIN_PLATEAU + 1)
     assert found.rank == design_space(linkage).rank
 
 

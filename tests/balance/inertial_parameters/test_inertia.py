@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 
 import balance
 from balance.inertial_parameters.conversions import (
-    displaced,
     from_chain,
     inertia_tensor,
     parameter_labels,
     to_chain,
 )
 from kinematics.model.arrays import Frame
+from kinematics.spatial.inertia import displace_parameters
 
 RNG_RUNS = range(20)
 
@@ -79,7 +79,7 @@ def test_displacing_a_body_is_moving_its_points(seed):
     masses, points = cloud(seed)
     H = displacement(np.random.default_rng(seed + 100))
     moved = points @ H[:3, :3].T + H[:3, 3]
-    assert relative(displaced(sums(masses, points), H), sums(masses, moved)) < 1e-13
+    assert relative(displace_parameters(sums(masses, points), H), sums(masses, moved)) < 1e-13
 
 
 def test_displacing_holds_for_any_affine_map():
@@ -88,7 +88,7 @@ def test_displacing_holds_for_any_affine_map():
     H = np.eye(4)
     H[:3] = np.random.default_rng(63).standard_normal((3, 4))
     moved = points @ H[:3, :3].T + H[:3, 3]
-    assert relative(displaced(sums(masses, points), H), sums(masses, moved)) < 1e-13
+    assert relative(displace_parameters(sums(masses, points), H), sums(masses, moved)) < 1e-13
 
 
 @pytest.mark.parametrize("count", [3, 4, 10])
@@ -112,7 +112,11 @@ def test_functions_broadcast_and_are_linear():
     a, b = sums(*cloud(64)), sums(*cloud(65))
     H = displacement(np.random.default_rng(66))
     stack = np.array([[a, b, 2.0 * a - 3.0 * b]])
-    for function in (balance.pseudo_inertia, inertia_tensor, lambda z: displaced(z, H)):
+    for function in (
+        balance.pseudo_inertia,
+        inertia_tensor,
+        lambda z: displace_parameters(z, H),
+    ):
         one, other, combined = function(stack)[0]
         assert np.array_equal(one, function(a)) and np.array_equal(other, function(b))
         assert relative(combined, 2.0 * one - 3.0 * other) < 1e-13
@@ -163,9 +167,12 @@ def test_rounding_is_not_a_violation(scale):
     rng = np.random.default_rng(67)
     for moments in ([1.0, 1.0, 2.0], [0.0, 1.0, 1.0], [0.3, 0.7, 1.0], [0.0, 0.0, 0.0]):
         z = with_moments(rng, moments)
-        assert balance.violations(displaced(z, np.diag([scale, scale, scale, 1.0]))) == []
+        assert (
+            balance.violations(displace_parameters(z, np.diag([scale, scale, scale, 1.0])))
+            == []
+        )
     z = with_moments(rng, [1.0, 1.0, 2.001])
-    assert balance.violations(displaced(z, np.diag([scale, scale, scale, 1.0])))
+    assert balance.violations(displace_parameters(z, np.diag([scale, scale, scale, 1.0])))
 
 
 def test_the_tolerance_is_asked_for():

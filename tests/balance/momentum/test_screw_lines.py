@@ -10,13 +10,13 @@ from laws import MODELS, coordinates, displacement, relative, sums
 
 import kinematics
 from balance import design_space, momentum_regressor
+from balance.momentum.momentum_figure import screw_figure
 from balance.momentum.momentum_lines import (
     ScrewLine,
     common_normal,
     meeting,
     momentum_lines,
     momentum_wrenches,
-    screw_figure,
 )
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics

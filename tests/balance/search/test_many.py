@@ -11,7 +11,7 @@ from laws import outside
 
 import balance
 from balance.inertial_parameters.body_inertia import in_link_frames
-from balance.search.many_geometries import CHUNK
+from balance.search.many_geometries import CHUNK_SIZE
 from kinematics import load
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
@@ -81,7 +81,7 @@ def agree(found, spaces, frames):
 
 def test_four_bars_of_every_kind():
     linkage = load("four_bar_general")
-    screws = screws_of(linkage, four_bars(2 * CHUNK + 44, seed=91))
+    screws = screws_of(linkage, four_bars(2 * CHUNK_SIZE + 44, seed=91))
     found = balance.design_space_many(linkage, screws, bases=True, threads=2)
     assert not found.refused
     agree(found, one_by_one(linkage, screws), linkage.frames)

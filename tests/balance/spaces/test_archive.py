@@ -206,7 +206,7 @@ def test_nothing_is_unpickled(tmp_path):
 
 def test_a_file_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
     path = packed(tmp_path)
-    monkeypatch.setattr("balance.spaces.save.LARGEST", 1000)
+    monkeypatch.setattr("balance.spaces.save.LARGEST_FILE", 1000)
     refused(path, "damaged")
     with zipfile.ZipFile(path, "w") as archive:
         buffer = io.BytesIO()

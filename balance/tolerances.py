@@ -1,0 +1,182 @@
+"""Numeric tolerances of this package, each named for what it bounds.
+
+Where no unit is given, a tolerance is relative to the size that its comment names. Kernels
+(`kinematics.compiled.jit`) read some of them: they are constants at compile time, so this file
+belongs to the sources whose hash names the folder of compiled kernels. Limits that are no
+tolerances, such as numbers of steps or sizes of batches, stand where they are used.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "AS_GIVEN_RESIDUAL",
+    "AXIS_OFFSET_CLEAR",
+    "BODY_AT_REST",
+    "CHANGE_OPENS_LOOPS",
+    "DROPPED_CLEARLY",
+    "ECHELON_PIVOT",
+    "FIRST_ORDER_CHANGE",
+    "FRACTION_IN_TEXT",
+    "FRACTION_ROUND_OFF",
+    "GEOMETRY_EQUAL",
+    "JOINTS_COINCIDE",
+    "KEPT_CLEARLY",
+    "KNOWN_RANK_RELATIVE",
+    "LENGTH_ROUND_OFF",
+    "LENGTH_SHORT",
+    "LINES_MEET",
+    "LINES_PARALLEL_SINE",
+    "MASS_ROUND_OFF",
+    "MOMENTUM_RESIDUAL",
+    "MOMENTUM_RESIDUAL_CLEAR",
+    "MOMENTUM_RESIDUAL_ILL_CONDITIONED",
+    "MOMENT_ROUND_OFF",
+    "PARALLEL_AXES_ROUNDED",
+    "PHYSICAL_INEQUALITY",
+    "ROD_DYADS_SINGULAR",
+    "SCREW_ROUNDED",
+    "SHORT_CONVERGENCE_RADIUS",
+    "SINGULAR_VALUE_ROUND_OFF",
+    "SOLUTIONS_EQUAL",
+    "SOLUTION_OUTSIDE",
+    "SPACES_EQUAL_SINE",
+    "SQUARE_ROUND_OFF",
+    "SWEEP_CLOSURE_RESIDUAL",
+    "SWEEP_PIVOT_CLEAR",
+    "SWEEP_REGULAR",
+    "TERMS_RANK",
+    "TERM_ABSENT",
+    "TRANSFER_DIRECTION_EQUAL",
+    "TRANSFER_ENTRY_ROUND_OFF",
+    "UNIT_ROWS_DEPENDENT",
+]
+
+# --- inertial_parameters
+
+# Mass, or first moment in characteristic lengths, over the size of the whole distribution:
+# below this it is what rounding leaves of a sum that cancels.
+MASS_ROUND_OFF = 1e-12
+# Moment of inertia over the largest moment of the body: below this it is what the shift to the
+# centre of mass, a difference of large numbers, leaves.
+MOMENT_ROUND_OFF = 1e-9
+# Part of the largest moment by which rounded numbers in files may violate an inequality of
+# physical bodies.
+PHYSICAL_INEQUALITY = 1e-9
+# Smallest singular value of the dyads of six unit vectors: below this, rods along them do not
+# make up every inertia.
+ROD_DYADS_SINGULAR = 1e-10
+
+# --- momentum
+
+# Momentum of a body over the largest one: below this the body is at rest.
+BODY_AT_REST = 1e-12
+# Sine of the angle between lines: below this they are parallel, and do not meet.
+LINES_PARALLEL_SINE = 1e-9
+# Distance of lines from one point over the size of the picture: up to this they meet in it.
+LINES_MEET = 1e-6
+
+# --- conditions
+
+# Radius of convergence in radians: series that converge no further say little about poses, so
+# finite poses are added.
+SHORT_CONVERGENCE_RADIUS = 1e-2
+
+# --- transfers
+
+# Sine of the angle between a direction and known ones: below this it is one of them. Spaces
+# that meet at a smaller angle, but one above round-off, need a linkage drawn to ten digits.
+TRANSFER_DIRECTION_EQUAL = 2.0**-30
+# A size that was dropped is round-off beyond doubt below this part of the limit of round-off;
+# in regular linkages it is about 1e-15.
+DROPPED_CLEARLY = 0.01
+# A size that was kept, over the whole, counts beyond doubt above this; in regular linkages it
+# is about 1e-2.
+KEPT_CLEARLY = 1e-6
+# Entry of a transfer of size 1, in the units of the chain: up to this it is round-off.
+TRANSFER_ENTRY_ROUND_OFF = 1e-12
+
+# --- spaces
+
+# Residual of the masses in a file over the sum of the parts of the bodies: up to this they are
+# balanced, since masses in files are rounded.
+AS_GIVEN_RESIDUAL = 1e-9
+# Smallest singular value kept, over the largest. A special geometry that is missed by δ has
+# conditions of the size δ, δ² …: below this, the second may be round-off.
+SQUARE_ROUND_OFF = 5e-8
+# Sine of the largest angle between two spaces: up to this they are one space.
+SPACES_EQUAL_SINE = 1e-6
+# Distance of a geometry from one of lower rank, in characteristic lengths and radians: beyond
+# this, a first-order estimate is meaningless.
+FIRST_ORDER_CHANGE = 0.3
+# Part of a change of geometry by which loops may open: beyond this, the change is not one of
+# the linkage.
+CHANGE_OPENS_LOOPS = 1e-3
+# Distance over the characteristic length, or difference of unit axes: up to this, joints are at
+# one point, and axes are one.
+JOINTS_COINCIDE = 1e-9
+
+# --- search
+
+# Mismatch of the loops in the frame of a geometry: those that stay closed up to this are those
+# of a linkage that moves.
+SWEEP_CLOSURE_RESIDUAL = 1e-11
+# Pivots of the loop matrix, and rates of joints, over the largest: below this a geometry is
+# passed to `design_space`.
+SWEEP_REGULAR = 1e-2
+# Smallest pivot of the conditions over the largest: below this a geometry is passed to
+# `design_space`.
+SWEEP_PIVOT_CLEAR = 1e-6
+# Deviation of a unit axis from length 1, from the normal of a plane, or of a screw from having
+# no pitch: up to this it is rounded.
+SCREW_ROUNDED = 1e-9
+# Characteristic length over the largest coordinate: below this it is round-off; as in
+# `kinematics.model.chain.arrange_loops`.
+LENGTH_ROUND_OFF = 1e-9
+# Characteristic length over the largest distance from the origin: below this it is too small
+# for a unit; as there.
+LENGTH_SHORT = 1e-4
+
+# --- interpretation
+
+# Distances over the characteristic length, and sines of angles: up to this they are zero.
+GEOMETRY_EQUAL = 1e-9
+# Distance of a joint from an axis over the characteristic length: beyond this it gives a
+# direction across the axis.
+AXIS_OFFSET_CLEAR = 1e-3
+# Singular value of terms of unit size: up to this it does not count for their rank.
+TERMS_RANK = 1e-9
+# Pivot of unit rows in echelon form, and entry over the largest of its row: up to this it is
+# round-off.
+ECHELON_PIVOT = 1e-11
+# Difference of a value, relative to the largest, from a simple fraction: up to this it is
+# round-off, and taken off.
+FRACTION_ROUND_OFF = 1e-12
+# The same for a value that is written as a fraction.
+FRACTION_IN_TEXT = 1e-9
+# Value of a term over the largest in the solution of a linear programme: up to this, the term
+# is not in it.
+TERM_ABSENT = 1e-6
+# Part of a solution outside the space over its new part: up to this it lies in the space.
+SOLUTION_OUTSIDE = 1e-11
+# Sine of the angle between solutions, and new part of a unit column: up to this they are zero.
+SOLUTIONS_EQUAL = 1e-6
+
+# --- certification
+
+# Momentum at a finite pose of a distribution of size 1, over the conditions there: up to this
+# there is none.
+MOMENTUM_RESIDUAL = 1e-11
+# The same, for small loops on long arms, if exact arithmetic finds no condition at many further
+# orders.
+MOMENTUM_RESIDUAL_ILL_CONDITIONED = 1e-6
+# The same where floating point alone decides: up to this, it vanishes beyond doubt.
+MOMENTUM_RESIDUAL_CLEAR = 1e-12
+# Largest singular value dropped, over the largest of all, where floating point alone decides:
+# up to this, it is round-off beyond doubt.
+SINGULAR_VALUE_ROUND_OFF = 1e-14
+# Angle between axes in radians that double precision may have rounded away from 0.
+PARALLEL_AXES_ROUNDED = 1e-15
+# Relative pivot that counts as round-off where the exact rank is known.
+KNOWN_RANK_RELATIVE = 2.0**-64
+# Singular value of unit rows: up to this, they are made independent in rational numbers.
+UNIT_ROWS_DEPENDENT = 1e-6

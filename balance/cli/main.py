@@ -13,11 +13,6 @@ import sys
 import warnings
 from collections.abc import Sequence
 
-from balance.cli import design as designing
-from balance.cli import models
-from balance.cli import motion as moving
-from balance.cli import report as reporting
-from balance.cli import verify as verifying
 from balance.cli.arguments import (
     MAX_ERROR_LENGTH,
     Parser,
@@ -25,6 +20,7 @@ from balance.cli.arguments import (
     describe_defect,
     read_streams,
 )
+from balance.cli.design import add_design
 from balance.cli.exit_codes import (
     DEFECT,
     DONE,
@@ -33,7 +29,11 @@ from balance.cli.exit_codes import (
     REFUSED,
     USAGE,
 )
+from balance.cli.models import add_models
+from balance.cli.motion import add_motion
 from balance.cli.outcome import Outcome
+from balance.cli.report import add_report
+from balance.cli.verify import add_verify
 from kinematics.compiled.background import compile_mode
 from kinematics.errors import LinkageError, UsageError
 
@@ -122,8 +122,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     verbs = parser.add_subparsers(metavar="command", required=True)
-    for command in (reporting, verifying, designing, moving, models):
-        command.add_command(verbs)
+    for add_command in (add_report, add_verify, add_design, add_motion, add_models):
+        add_command(verbs)
     return parser
 
 

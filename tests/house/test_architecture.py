@@ -29,7 +29,8 @@ kinematics.assembly
 kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 
-balance.options balance.atomic_files balance.json_text balance.inertial_parameters
+balance.tolerances balance.options balance.atomic_files balance.json_text
+balance.inertial_parameters
 balance.momentum
 balance.conditions balance.transfers balance.exact
 balance.spaces

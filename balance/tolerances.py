@@ -93,3 +93,5 @@ POINT_EQUAL_RELATIVE = 1e-6
 FORCE_EQUAL_RELATIVE = 1e-6
 # Components of a printed vector that count as zero, relative to the largest one.
 COMPONENT_ZERO_RELATIVE = 1e-9
+# Negative second moment about the centre of mass that counts as zero, relative to the largest.
+SECOND_MOMENT_NEGATIVE_RELATIVE = 1e-9

@@ -1,4 +1,4 @@
-"""Argument types, checks of files and error lines that several commands share."""
+"""Argparse types, checks of files and error lines that several commands share."""
 
 from __future__ import annotations
 
@@ -35,7 +35,15 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str], namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse arguments; refuse ``--option=--``, which Python 3.11 reads as a list."""
+        """Parse arguments; refuse ``--option=--``, which Python 3.11 parses as a list.
+
+        Args:
+            args: words of the command line.
+            namespace: object for the values; a new one by default.
+
+        Returns:
+            The values, and the words that no option takes.
+        """
         for name in (word[:-3] for word in args if word.startswith("--")
                      and word.endswith("=--")):  # fmt: skip
             self.error(f"argument {name}: expected one argument")
@@ -49,10 +57,10 @@ class Parser(argparse.ArgumentParser):
 
 
 def read_streams(arguments: argparse.Namespace) -> None:
-    """Read the models that come through streams, each of which can be read only once.
+    """Read the models that come through streams; a stream can be read only once.
 
     Args:
-        arguments: the options of a command; documents take the place of such models.
+        arguments: the options of a command; documents replace such models.
 
     Raises:
         FileError: one cannot be read, or is longer than a file may be.
@@ -75,7 +83,7 @@ def check_files(arguments: argparse.Namespace) -> None:
     """Refuse to write where a command reads, or one file twice; see `check_outputs`.
 
     Raises:
-        UsageError: the options ask for that.
+        UsageError: an output is an input, or two outputs are one file.
     """
     given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
     outputs = {WRITTEN[name]: path for name, path in given.items() if name in WRITTEN}
@@ -86,7 +94,7 @@ def check_files(arguments: argparse.Namespace) -> None:
 
     inputs = [given[name] for name in READ if name in given]
     for name in MODELS:
-        # A model that cannot be read is told of by whoever reads it.
+        # Reading the model raises the error later.
         with suppress(LinkageError, OSError, ValueError):
             path = str(find(given[name])) if name in given else ""
             inputs += [path, *filter(None, [loop_file_of(path)])] if path else []
@@ -94,9 +102,15 @@ def check_files(arguments: argparse.Namespace) -> None:
 
 
 def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:
-    """What reads a whole number between two others, these included.
+    """Build an argparse type of whole numbers from ``lowest`` to ``highest``.
 
-    It raises ArgumentTypeError for any other word.
+    Args:
+        lowest: least number.
+        highest: largest number.
+        what: name of the number in the error message.
+
+    Returns:
+        A function that parses a word, and raises ArgumentTypeError for any other word.
     """
 
     def read(text: str) -> int:
@@ -112,10 +126,10 @@ def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[
 
 
 def picture_path(text: str) -> str:
-    """A word that names a picture.
+    """Check that a word names a picture.
 
     Raises:
-        ArgumentTypeError: by its end it is none.
+        ArgumentTypeError: it ends neither in .png nor in .svg.
     """
     if not text.lower().endswith((".png", ".svg")):
         raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
@@ -123,10 +137,10 @@ def picture_path(text: str) -> str:
 
 
 def page_path(text: str) -> str:
-    """A word that names a page.
+    """Check that a word names a page, a pipe or a device.
 
     Raises:
-        ArgumentTypeError: by its end it is none, nor is it a pipe or a device.
+        ArgumentTypeError: it ends neither in .html nor in .htm, and is no stream.
     """
     if not (text.lower().endswith((".html", ".htm")) or is_stream(text)):
         raise argparse.ArgumentTypeError(f"'{text}' ends neither in .html nor in .htm")
@@ -134,7 +148,7 @@ def page_path(text: str) -> str:
 
 
 def describe_defect(error: Exception, words: Sequence[str]) -> str:
-    """One line about an unexpected error: its type and message, the command, the remedy.
+    """Describe an unexpected error in one line: type, message, command, and remedy.
 
     Args:
         error: the exception.

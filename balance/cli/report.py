@@ -159,9 +159,9 @@ def _write_files(
             text += "; its loops are in another file: give that with --loops"
         notices.append(Notice("closed_pose", f"{closed}: written {text}"))
     if page is not None and explanation is not None:
-        from balance.report.html.report import report_page as page_of
+        from balance.report.html.report import report_page
 
-        contents.append((page, page_of(space, explanation, change).encode()))
+        contents.append((page, report_page(space, explanation, change).encode()))
     write_all_atomic(contents)
     return tuple(notices)
 

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.inertial_parameters.conversions import mass_properties
-from balance.report.html import render as html
+from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.html.scene import scene
 from balance.report.text.design import body_rows, design_facts
+from balance.tolerances import SECOND_MOMENT_NEGATIVE_RELATIVE
 from kinematics.model.arrays import freeze
 
 __all__ = ["ellipsoid", "design_page"]
@@ -34,8 +35,6 @@ MINIMISED = {
     "rotor": "inertia felt by the inputs",
     "change": "change of the masses in the file",
 }
-# Second moments that are negative by no more than this part of the largest are round-off.
-ROUND_OFF = 1e-9
 
 
 def ellipsoid(z: Array) -> dict[str, object] | None:
@@ -49,7 +48,7 @@ def ellipsoid(z: Array) -> dict[str, object] | None:
         return None
     mass, centre, inertia = mass_properties(z)
     sigma, directions = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
-    if sigma[0] < -ROUND_OFF * sigma[2]:
+    if sigma[0] < -SECOND_MOMENT_NEGATIVE_RELATIVE * sigma[2]:
         return None
     axes = np.sqrt(5.0 * np.clip(sigma, 0.0, None) / mass)[:, None] * directions.T
     return {"mass": mass, "centre": centre.tolist(), "axes": axes.tolist()}
@@ -74,14 +73,14 @@ def design_page(design: Design) -> str:
         {"name": name, "given": ellipsoid(before), "designed": ellipsoid(after)}
         for name, before, after in zip(design.space.bodies, given, design.z, strict=True)
     ]
-    return html.render_page(
+    return render_page(
         "design.html",
         title=design.space.linkage.name,
         summary=_summary(design),
         report=design.to_dict(),
         data={"scene": scene(design.space), "masses": shapes},
         scripts=SCRIPTS,
-        facts=html.facts_list(design_facts(design)),
+        facts=facts_list(design_facts(design)),
         designed=_table(design.bodies),
         given=_table(replace(design, z=freeze(given)).bodies),
     )
@@ -100,4 +99,4 @@ def _table(bodies: Sequence[BodyInertia]) -> str:
     """Mass, centre of mass and principal moments of each body."""
     head, *lines = body_rows(bodies)
     cells = [[escape(name), *(x.replace("-", "−") for x in rest)] for name, *rest in lines]
-    return html.html_table([name.capitalize() for name in head], cells, [1, 2, 3])
+    return html_table([name.capitalize() for name in head], cells, [1, 2, 3])

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from balance.report.html import render as html
 from balance.report.html.plot_style import GRID, LAYOUT, image, short, tidy
+from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.text.motion import measure, motion_facts, motion_tables
 from balance.taylor_poses.error_curves import Curves
 from balance.taylor_poses.prediction import Predictions
@@ -114,21 +114,28 @@ def _heading(found: Predictions) -> str:
 
 
 def motion_page(found: Predictions, panels: Sequence[Curves]) -> str:
-    """The facts, the poses and the panels as the text of one HTML file.
+    """Render predictions of a Taylor motion as one HTML file.
+
+    Args:
+        found: the predictions.
+        panels: from `balance.taylor_poses.error_curves.error_curves`.
+
+    Returns:
+        The text of the file.
 
     Raises:
         PackageError: Plotly is missing.
     """
     limits, unit = _limits(panels), measure(found)
     figures = [_figure(panel, f"{panel.axis} ({unit})", limits) for panel in panels]
-    return html.render_page(
+    return render_page(
         "motion.html",
         title=found.linkage.name,
         summary=_summary(found),
         report=found.to_dict(),
         data={"figures": figures},
         scripts=["curves"],
-        facts=html.facts_list(motion_facts(found)),
+        facts=facts_list(motion_facts(found)),
         poses=_poses(found),
         legend=_legend(panels),
         curves="\n".join(
@@ -166,7 +173,7 @@ def _section(title: str, table: Sequence[Sequence[str]], first: int) -> str:
     head, *lines = table
     cells = [[escape(name), *(x.strip().replace("-", "−") for x in rest)]
              for name, *rest in lines]  # fmt: skip
-    body = html.html_table([escape(x) for x in head], cells, range(first, len(head)))
+    body = html_table([escape(x) for x in head], cells, range(first, len(head)))
     return f'<section>\n<h2>{title}</h2>\n<div class="scroll wide">\n{body}\n</div>\n</section>'
 
 

@@ -17,10 +17,11 @@ from balance.inertial_parameters.multipole import NOUNS, UNITS, Primitive
 from balance.interpretation.explain import ExplainedTransfer, Explanation
 from balance.interpretation.freedoms import Freedom
 from balance.report.data import report_data
-from balance.report.html import render as html
+from balance.report.html.render import bullets, facts_list, html_table, render_page
 from balance.report.html.scene import scene
 from balance.report.text.report import report_facts, report_table
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import COMPONENT_ZERO_RELATIVE
 from kinematics.model.linkage import Notice
 
 __all__ = ["report_page"]
@@ -28,8 +29,6 @@ __all__ = ["report_page"]
 # In the order in which they build on each other.
 SCRIPTS = ("shapes", "linkage", "freedoms", "figure", "controls", "choice", "momentum",
            "spectrum", "start")  # fmt: skip
-# Components of a vector below this part of the largest are not worth a digit.
-TINY = 1e-9
 
 
 def report_page(space: DesignSpace, explanation: Explanation, change: float = inf) -> str:
@@ -51,7 +50,7 @@ def report_page(space: DesignSpace, explanation: Explanation, change: float = in
         "titles": [transfer.title for transfer in explanation.transfers],
         "spectra": _spectra(space),
     }
-    return html.render_page(
+    return render_page(
         "page.html",
         title=space.linkage.name,
         summary=_summary(space),
@@ -59,7 +58,7 @@ def report_page(space: DesignSpace, explanation: Explanation, change: float = in
         data={"scene": drawing},
         scripts=SCRIPTS,
         warnings=_warnings(space.warnings),
-        facts=html.facts_list(report_facts(space, change)),
+        facts=facts_list(report_facts(space, change)),
         orders=_orders(space),
         transfers=_transfers(explanation.transfers),
         freedoms=_freedoms(explanation.freedoms),
@@ -98,7 +97,7 @@ def _summary(space: DesignSpace) -> str:
 def _orders(space: DesignSpace) -> str:
     """Rank and nullity by order."""
     head, *rows = report_table(space)
-    return html.html_table([name.capitalize() for name in head], rows, range(len(head)))
+    return html_table([name.capitalize() for name in head], rows, range(len(head)))
 
 
 def _warnings(notices: Sequence[Notice]) -> str:
@@ -112,23 +111,23 @@ def _warnings(notices: Sequence[Notice]) -> str:
 def _transfers(transfers: Sequence[ExplainedTransfer]) -> str:
     """What may be moved across each joint, in words."""
     rows = [
-        (escape(item.title), str(item.dimension), html.bullets(f.words for f in item.freedoms))
+        (escape(item.title), str(item.dimension), bullets(f.words for f in item.freedoms))
         for item in transfers
     ]
     if not rows:
         return "<p>None: no inertia can be moved across a joint.</p>"
-    return html.html_table(["Joint", "Dim.", "What may be moved across it"], rows, [1])
+    return html_table(["Joint", "Dim.", "What may be moved across it"], rows, [1])
 
 
 def _freedoms(freedoms: Sequence[Freedom]) -> str:
     """The freedoms that only loop closure opens, with their primitives."""
     rows = [
-        (str(number), escape(freedom.words), html.bullets(map(_primitive, freedom.primitives)))
+        (str(number), escape(freedom.words), bullets(map(_primitive, freedom.primitives)))
         for number, freedom in enumerate(freedoms, 1)
     ]
     if not rows:
         return "<p>None: nothing is free beyond the transfers.</p>"
-    return html.html_table(["No.", "In words", "Primitives"], rows, [0])
+    return html_table(["No.", "In words", "Primitives"], rows, [0])
 
 
 def _primitive(p: Primitive) -> str:
@@ -145,5 +144,7 @@ def _signed(value: float) -> str:
 
 def _vector(vector: NDArray[np.float64]) -> str:
     """Three numbers, without those that are round-off."""
-    kept = np.where(np.abs(vector) > TINY * np.abs(vector).max(), vector, 0.0)
+    kept = np.where(
+        np.abs(vector) > COMPONENT_ZERO_RELATIVE * np.abs(vector).max(), vector, 0.0
+    )
     return "(" + ", ".join(f"{x:.4g}" for x in kept).replace("-", "−") + ")"

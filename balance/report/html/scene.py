@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import POINT_EQUAL_RELATIVE
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from
@@ -33,8 +34,6 @@ IntArray = NDArray[np.int64]
 ANGLE, SHARE = np.pi / 3.0, 0.5
 # Steps to either side; fewer where a linkage has so many links that they fill the page.
 STEPS, FEWEST, NUMBERS = 20, 3, 400_000
-# Points closer than this part of the size of the linkage are one.
-SAME = 1e-6
 
 
 def scene(space: DesignSpace) -> dict[str, object]:
@@ -93,13 +92,13 @@ def _outlines(
     for p in range(int(part.max()) + 1):
         touching = (part[parent] == p) | (part[:-1] == p)
         own = [body for body in bodies if body["part"] == p]
-        corners = _distinct(points[touching], SAME * size)
+        corners = _distinct(points[touching], POINT_EQUAL_RELATIVE * size)
         if p and len(corners) == 1:
             ends = [np.asarray(body["centre"]) for body in own]
-            corners = _distinct(np.array([*corners, *ends]), SAME * size)
+            corners = _distinct(np.array([*corners, *ends]), POINT_EQUAL_RELATIVE * size)
         outlines.append({
             "names": [body["name"] for body in own],
-            "corners": _around(corners, SAME * size).round(9).tolist(),
+            "corners": _around(corners, POINT_EQUAL_RELATIVE * size).round(9).tolist(),
         })  # fmt: skip
     return outlines
 

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.report.html import render as html
 from balance.report.html.plot_style import GRID, LAYOUT, image, short, tidy
+from balance.report.html.render import facts_list, render_page
 from balance.report.text.verification import verification_facts
+from balance.tolerances import FORCE_EQUAL_RELATIVE
 from balance.verification.result import Run, Verification
 from kinematics.wording import count_noun
 
@@ -28,8 +29,6 @@ Array = NDArray[np.float64]
 
 # Most lines in one panel: further joints and inputs are left out, those of most load kept.
 LINES = 6
-# Joints whose forces differ by less than this part of the largest are shown as one.
-SAME = 1e-6
 # Dark on white, and apart in grey as well.
 COLOURS = ("#0a5ea8", "#b8550a", "#1b1e22", "#7a9a2e", "#8a4f9e", "#5a8f99")
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
@@ -97,7 +96,7 @@ def verification_table(found: Verification) -> str:
 def _different(forces: Array) -> list[int]:
     """Columns (N, n) without those that repeat one before: axes of one joint, massless rods."""
     kept: list[int] = []
-    near = SAME * forces.max(initial=0.0)
+    near = FORCE_EQUAL_RELATIVE * forces.max(initial=0.0)
     for k, column in enumerate(forces.T):
         if all(np.abs(column - forces[:, j]).max() > near for j in kept):
             kept.append(k)
@@ -195,7 +194,7 @@ def verification_page(found: Sequence[Verification]) -> str:
         LinkageError: Plotly is missing.
     """
     names = _names(found)
-    return html.render_page(
+    return render_page(
         "verify.html",
         title=" and ".join(names),
         summary=_summary(found),
@@ -203,7 +202,7 @@ def verification_page(found: Sequence[Verification]) -> str:
         data={"figures": _plotly(found)},
         scripts=["curves"],
         facts="\n".join(
-            f"<section><h2>{escape(name)}</h2>{html.facts_list(verification_facts(one))}</section>"
+            f"<section><h2>{escape(name)}</h2>{facts_list(verification_facts(one))}</section>"
             for name, one in zip(names, found, strict=True)
         ),
         curves="\n".join(

@@ -105,9 +105,14 @@ def _largest(found: Predictions) -> str:
 
 
 def motion_tables(found: Predictions, most: int = ROWS) -> list[list[tuple[str, ...]]]:
-    """The joints of the one pose; or the first poses of a path, and their joints.
+    """Build tables of the one pose, or of the first poses of a path, and their joints.
 
-    Each table begins with its head.
+    Args:
+        found: the predictions.
+        most: most poses of a path.
+
+    Returns:
+        Tables as lists of rows, the head first.
     """
     if not found.poses:
         return []

@@ -23,7 +23,7 @@ __all__ = [
 
 
 def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str]]:
-    """The report without its table, as pairs of a label and a value.
+    """List the facts on a design space, without the table, as pairs of label and value.
 
     Args:
         space: the design space.
@@ -81,7 +81,12 @@ def _state(space: DesignSpace) -> str:
 
 
 def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[str, ...]]:
-    """Rows of the table by order, its head first."""
+    """Build the table of rank and nullity by order, its head first.
+
+    Args:
+        space: the design space.
+        exact: result of `balance.exact_ranks`, for a column of its own; None without it.
+    """
     if exact is None:
         rows = ((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)
         return [("order", "rank", "nullity"), *rows]
@@ -98,7 +103,14 @@ def report_text(
     exact: Exact | None = None,
     change: float = inf,
 ) -> str:
-    """The report as plain text; see `balance.report.data` for the arguments."""
+    """Write the report on a design space as plain text.
+
+    Args:
+        space: the design space.
+        explanation: result of `balance.explain`; None without it.
+        exact: result of `balance.exact_ranks`; None without it.
+        change: result of `balance.distance_to_rank_drop`; infinite without it.
+    """
     lines = [f"{label:<13} {value}" for label, value in report_facts(space, change)]
     rows = ["".join(f"{cell:>8}" for cell in row) for row in report_table(space, exact)]
     found = ["\n".join([*lines, "", *rows])]
@@ -125,7 +137,14 @@ def report_for_terminal(
     exact: Exact | None = None,
     change: float = inf,
 ) -> str:
-    """The report for a terminal; see `balance.report.data` for the arguments."""
+    """Write the report on a design space with the styles of a terminal.
+
+    Args:
+        space: the design space.
+        explanation: result of `balance.explain`; None without it.
+        exact: result of `balance.exact_ranks`; None without it.
+        change: result of `balance.distance_to_rank_drop`; infinite without it.
+    """
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table

@@ -74,7 +74,12 @@ def _shaking(found: Verification, part: str) -> str:
 
 
 def verification_text(first: Verification, second: Verification | None = None) -> str:
-    """The report as plain text; a second linkage has a column of its own."""
+    """Write verifications as plain text.
+
+    Args:
+        first: a verification.
+        second: the verification of a second linkage, for a second column; None without it.
+    """
     if second is None:
         return "\n".join(f"{label:<15} {value}" for label, value in verification_facts(first))
     notes = [("note", f"{one.model}: {note}") for one in (first, second)

@@ -19,7 +19,6 @@ from test_verify import off_axis
 
 import kinematics
 from balance import mass_properties
-from balance.cli import verify as verifying
 from balance.cli.main import main
 from balance.report.html.verification import (
     LINES,
@@ -235,11 +234,11 @@ def test_the_page_holds_the_report_and_escapes_names():
 
 
 def test_a_bar_appears_when_it_takes_long(monkeypatch, capsys):
-    monkeypatch.setattr(verifying, "PATIENCE", -1.0)
+    monkeypatch.setattr("balance.cli.verify.PATIENCE", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
     assert main(["verify", BALANCED, "--trajectories", "2"]) == 0
     streams = capsys.readouterr()
     assert "motions" in streams.err and "motions" not in streams.out.partition("motions  ")[0]
-    monkeypatch.setattr(verifying, "PATIENCE", 1e9)
+    monkeypatch.setattr("balance.cli.verify.PATIENCE", 1e9)
     assert main(["verify", BALANCED, *FEW]) == 0
     assert capsys.readouterr().err == ""

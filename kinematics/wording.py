@@ -9,10 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["check_summary", "count_noun", "first_names", "repr_lines", "vector_text"]
+__all__ = [
+    "check_summary", "count_noun", "first_names", "html_facts", "repr_lines", "vector_text",
+]  # fmt: skip
 
 # Most names in a list, most lines of a paragraph, and most characters of a line.
 NAMED, LINES, WIDTH = 6, 6, 96
+# Most rows of a table in a notebook.
+HTML_ROWS = 12
 # Components below this part of the largest are shown as 0.
 TINY = 1e-12
 
@@ -49,3 +53,25 @@ def repr_lines(head: str, *lines: str) -> str:
         lines = (*lines[: most - 1], f"and {len(lines) - most + 1} more")
     cut = (shorten(line, WIDTH, placeholder=" …") for line in (head, *lines))
     return "\n  ".join(cut)
+
+
+def html_facts(title: str, *facts: tuple[str, str]) -> str:
+    """Build a small HTML table of facts for notebooks, with every text escaped.
+
+    Args:
+        title: caption of the table, any text.
+        facts: label and value of each row, any text; rows beyond the twelfth are counted.
+
+    Returns:
+        One ``<table>`` element without style or script.
+    """
+    from html import escape
+
+    rows = [(label, shorten(value, WIDTH, placeholder=" …")) for label, value in facts]
+    if len(rows) > HTML_ROWS:
+        rows[HTML_ROWS - 1 :] = [("", f"and {len(rows) - HTML_ROWS + 1} more")]
+    cells = "".join(
+        f"<tr><th>{escape(label)}</th><td>{escape(value)}</td></tr>" for label, value in rows
+    )
+    caption = escape(shorten(title, WIDTH, placeholder=" …"))
+    return f"<table><caption>{caption}</caption><tbody>{cells}</tbody></table>"

@@ -13,7 +13,7 @@ from balance.tolerances import AGREEMENT_RELATIVE, CONDITIONING_NOTICE
 from balance.verification.crank_revolution import Crank
 from balance.verification.trajectory import Trajectory
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.wording import count_noun, repr_lines
+from kinematics.wording import count_noun, html_facts, repr_lines
 
 __all__ = ["VERIFY_SCHEMA", "Run", "Verification"]
 
@@ -118,6 +118,17 @@ class Verification:
             f"shaking force {self.force:.3g} N, {self.force_residual:.1e} of inertia",
             f"shaking moment {self.moment:.3g} N m, {self.moment_residual:.1e} of inertia",
             f"{self.verdict} (tolerance {self.tolerance:.1e})",
+        )
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        return html_facts(
+            f"Verification of {self.model}",
+            ("balance", self.balance),
+            ("motions", str(len(self.runs))),
+            ("shaking force", f"{self.force:.3g} N, {self.force_residual:.1e} of inertia"),
+            ("shaking moment", f"{self.moment:.3g} N m, {self.moment_residual:.1e} of inertia"),
+            ("verdict", f"{self.verdict} (tolerance {self.tolerance:.1e})"),
         )
 
     @property

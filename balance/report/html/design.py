@@ -1,8 +1,8 @@
-"""A design as one page of HTML: the linkage in motion with its masses, before and after.
+"""HTML page of a design: the moving linkage with the masses of the file and of the design.
 
-A body is drawn as the homogeneous solid ellipsoid of its mass and its inertia: with the
-second moments ``Σ = ½ tr(I) 1 - I`` about its centre of mass, whose eigenvalues are σ, the
-semi-axes are ``√(5 σ / m)`` along the eigenvectors.
+A body is drawn as the homogeneous solid ellipsoid of its mass and inertia. The second moments
+about its centre of mass are ``Σ = ½ tr(I) 1 - I``. With their eigenvalues σ the semi-axes are
+``√(5 σ / m)`` along the eigenvectors.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = ["ellipsoid", "design_page"]
 
 Array = NDArray[np.float64]
 
-# In the order in which they build on each other.
+# Scripts in the order of their dependencies.
 SCRIPTS = ("shapes", "linkage", "masses", "figure", "controls", "weights")
 MINIMISED = {
     "mass": "total mass",
@@ -38,7 +38,7 @@ MINIMISED = {
 
 
 def ellipsoid(z: Array) -> dict[str, object] | None:
-    """The homogeneous ellipsoid of parameters z (10,), None if there is no such body.
+    """Compute the homogeneous ellipsoid of parameters z (10,); None if there is none.
 
     Returns:
         ``mass`` in kg, ``centre`` (3,) and ``axes``, whose rows are the three semi-axes
@@ -55,14 +55,17 @@ def ellipsoid(z: Array) -> dict[str, object] | None:
 
 
 def design_page(design: Design) -> str:
-    """A design as the text of one HTML file.
+    """Render a design as one HTML file.
 
-    It shows the linkage in 3D, moved by a slider for each degree of freedom of the motion,
-    with the masses of the design and those of the file as ellipsoids and centres of mass;
-    and all that `Design.to_dict` holds, which is also in the element ``report`` as JSON.
+    The page shows the linkage in 3D, with a slider for each degree of freedom of the motion,
+    and the masses of the design and of the file as ellipsoids and centres of mass. The element
+    ``report`` contains `Design.to_dict` as JSON.
 
     Args:
-        design: a design; there must be one.
+        design: a feasible design.
+
+    Returns:
+        The text of the file.
 
     Raises:
         PackageError: Plotly is missing.
@@ -87,7 +90,7 @@ def design_page(design: Design) -> str:
 
 
 def _summary(design: Design) -> str:
-    """The page in one sentence."""
+    """Summarise the page in one sentence."""
     motion = design.space.motion
     when = f"with {', '.join(motion.relations)}" if motion else "in every motion"
     wrench = "force and moment" if design.space.balance == "dynamic" else "force"
@@ -96,7 +99,7 @@ def _summary(design: Design) -> str:
 
 
 def _table(bodies: Sequence[BodyInertia]) -> str:
-    """Mass, centre of mass and principal moments of each body."""
+    """Render the table of mass, centre of mass and principal moments of each body."""
     head, *lines = body_rows(bodies)
     cells = [[escape(name), *(x.replace("-", "−") for x in rest)] for name, *rest in lines]
     return html_table([name.capitalize() for name in head], cells, [1, 2, 3])

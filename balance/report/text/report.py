@@ -1,6 +1,6 @@
-"""What a design space says, as text; nothing here prints.
+"""Text of a design space for ``balance report``.
 
-The same as data is `balance.report.data`.
+`balance.report.data` has the same content as data for ``--json``.
 """
 
 from __future__ import annotations
@@ -49,28 +49,28 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     verdict = "balanced" if given.balanced else "not balanced"
     return [
         *lines,
-        ("conditions", f"{space.rank}, {_state(space)}"),
-        ("design space", f"{space.nullity} of {count} dimensions: {_parts(space)}"),
+        ("conditions", f"{space.rank}, {_completeness(space)}"),
+        ("design space", f"{space.nullity} of {count} dimensions: {_parts_text(space)}"),
         ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
-        *([("near-special", _nearness(change))] if change < inf else []),
+        *([("near-special", _distance_text(change))] if change < inf else []),
         ("certainty", space.assurance),
         *(("in doubt", doubt) for doubt in space.doubts),
         ("as given", f"{verdict} (residual {given.residual:.1e})"),
     ]
 
 
-def _nearness(change: float) -> str:
-    """How far the next linkage of lower rank is."""
+def _distance_text(change: float) -> str:
+    """Describe the distance to the nearest linkage of lower rank."""
     return f"to first order, a change by {change:.1e} of the size lowers the rank"
 
 
-def _parts(space: DesignSpace) -> str:
-    """How the design space is made up."""
+def _parts_text(space: DesignSpace) -> str:
+    """Describe the serial and the parallel part of the design space."""
     return f"{space.serial.shape[1]} serial + {space.parallel.shape[1]} parallel"
 
 
-def _state(space: DesignSpace) -> str:
-    """Whether the conditions are all there are."""
+def _completeness(space: DesignSpace) -> str:
+    """Describe whether the conditions are complete, and at which order."""
     last = space.orders[-1].order
     if space.settled:
         if space.kmax is None:
@@ -121,12 +121,14 @@ def report_text(
 
 
 def explanation_sections(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Sections of the explanation: a title, and pairs of what and how."""
-    moved = [(item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers]
-    freed = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
+    """List the sections of an explanation: a title, and pairs of label and text."""
+    moves = [
+        (item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers
+    ]
+    freedoms = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
     sections = [
-        ("may be moved across each joint", moved),
-        ("freed by what couples the joints", freed),
+        ("may be moved across each joint", moves),
+        ("freed by what couples the joints", freedoms),
     ]
     return [(title, pairs) for title, pairs in sections if pairs]
 

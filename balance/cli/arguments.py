@@ -15,12 +15,15 @@ __all__ = [
     "read_streams", "describe_defect", "whole_number",
 ]  # fmt: skip
 
-# Options that name files to write and to read, of any command.
-WRITTEN = {
+# Options of all commands that name output files.
+OUTPUTS = {
     "out": "--out", "html": "--html", "plot": "--plot", "write_closed": "--write-closed",
     "table": "--table",
 }  # fmt: skip
-MODELS, READ = ("model", "against"), ("loops", "csv", "path")
+# Options that name models.
+MODELS = ("model", "against")
+# Options that name other input files.
+INPUTS = ("loops", "csv", "path")
 
 # The commands of a parser, as `argparse` types them.
 Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
@@ -30,7 +33,7 @@ MAX_ERROR_LENGTH = 20_000
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that reports a wrong argument in one line, whatever characters it has."""
+    """A parser that reports a wrong argument in one line, with control characters removed."""
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str], namespace: argparse.Namespace | None = None
@@ -86,13 +89,13 @@ def check_files(arguments: argparse.Namespace) -> None:
         UsageError: an output is an input, or two outputs are one file.
     """
     given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
-    outputs = {WRITTEN[name]: path for name, path in given.items() if name in WRITTEN}
+    outputs = {OUTPUTS[name]: path for name, path in given.items() if name in OUTPUTS}
     if not outputs:
         return
     from kinematics.model_gallery import find
     from kinematics.urdf.loop_file import loop_file_of
 
-    inputs = [given[name] for name in READ if name in given]
+    inputs = [given[name] for name in INPUTS if name in given]
     for name in MODELS:
         # Reading the model raises the error later.
         with suppress(LinkageError, OSError, ValueError):

@@ -172,11 +172,7 @@ def _poses_along(
     reach = float(np.min(limits[column != 0.0] / np.abs(column[column != 0.0])))
     values, found = (
         [0.0],
-        [
-            _pose_data(
-                space, chain, part, motion, column, np.zeros(len(part) - 1)
-            )
-        ],
+        [_pose_data(space, chain, part, motion, column, np.zeros(len(part) - 1))],
     )
     for side in (1, -1):
         for k in range(1, steps + 1):

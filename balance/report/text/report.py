@@ -122,9 +122,7 @@ def report_text(
 
 def explanation_sections(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]:
     """List the sections of an explanation: a title, and pairs of label and text."""
-    moves = [
-        (item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers
-    ]
+    moves = [(item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers]
     freedoms = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
     sections = [
         ("may be moved across each joint", moves),

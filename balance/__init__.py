@@ -84,7 +84,8 @@ if TYPE_CHECKING:
     from balance.certification.exact_ranks import exact_ranks
     from balance.designs.best_design import Design, design
     from balance.designs.certificate import CertificateCheck, check_certificate
-    from balance.designs.feasibility import DesignCheck, Feasibility, check_design, feasible
+    from balance.designs.design_check import DesignCheck, check_design
+    from balance.designs.feasibility import Feasibility, feasible
     from balance.exact.proof import Proof
     from balance.exact.ranks import Exact
     from balance.inertial_parameters.body_inertia import BodyInertia
@@ -175,7 +176,7 @@ _HOMES = {
     "CertificateCheck": "designs.certificate",
     "CertifiedSpace": "certification.certified_space",
     "Design": "designs.best_design",
-    "DesignCheck": "designs.feasibility",
+    "DesignCheck": "designs.design_check",
     "DesignSpace": "spaces.design_space_result",
     "Exact": "exact.ranks",
     "Explanation": "interpretation.explain",
@@ -194,7 +195,7 @@ _HOMES = {
     "certify": "certification.certify_space",
     "common_normal": "momentum.momentum_lines",
     "check_certificate": "designs.certificate",
-    "check_design": "designs.feasibility",
+    "check_design": "designs.design_check",
     "design": "designs.best_design",
     "design_space": "spaces.compute",
     "design_space_many": "search.many_geometries",

@@ -11,7 +11,14 @@ from numpy.typing import ArrayLike
 
 from kinematics.tolerances import WRITTEN_AS_ZERO
 
-__all__ = ["check_summary", "count_noun", "first_names", "repr_lines", "vector_text"]
+__all__ = [
+    "check_summary",
+    "count_noun",
+    "first_names",
+    "html_facts",
+    "repr_lines",
+    "vector_text",
+]
 
 # Most names in a list.
 MAX_NAMES = 6
@@ -19,6 +26,8 @@ MAX_NAMES = 6
 MAX_LINES = 6
 # Most characters of a line.
 WIDTH = 96
+# Most rows of a table in a notebook.
+HTML_ROWS = 12
 
 
 def check_summary(found: NamedTuple) -> str:
@@ -60,3 +69,25 @@ def repr_lines(head: str, *lines: str) -> str:
         lines = (*lines[: most - 1], f"and {len(lines) - most + 1} more")
     cut = (shorten(line, WIDTH, placeholder=" …") for line in (head, *lines))
     return "\n  ".join(cut)
+
+
+def html_facts(title: str, *facts: tuple[str, str]) -> str:
+    """Build a small HTML table of facts for notebooks, with every text escaped.
+
+    Args:
+        title: caption of the table, any text.
+        facts: label and value of each row, any text; rows beyond the twelfth are counted.
+
+    Returns:
+        One ``<table>`` element without style or script.
+    """
+    from html import escape
+
+    rows = [(label, shorten(value, WIDTH, placeholder=" …")) for label, value in facts]
+    if len(rows) > HTML_ROWS:
+        rows[HTML_ROWS - 1 :] = [("", f"and {len(rows) - HTML_ROWS + 1} more")]
+    cells = "".join(
+        f"<tr><th>{escape(label)}</th><td>{escape(value)}</td></tr>" for label, value in rows
+    )
+    caption = escape(shorten(title, WIDTH, placeholder=" …"))
+    return f"<table><caption>{caption}</caption><tbody>{cells}</tbody></table>"

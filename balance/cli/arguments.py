@@ -1,4 +1,4 @@
-"""Argument types, checks of files and error lines that several commands share."""
+"""Argparse types, checks of files and error lines that several commands share."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ __all__ = [
     "read_streams", "describe_defect", "whole_number",
 ]  # fmt: skip
 
-# Options that name files to write and to read, of any command.
-WRITTEN = {
+# Options of all commands that name output files.
+OUTPUTS = {
     "out": "--out", "html": "--html", "plot": "--plot", "write_closed": "--write-closed",
     "table": "--table",
 }  # fmt: skip
-MODELS, READ = ("model", "against"), ("loops", "csv", "path")
+# Options that name models.
+MODELS = ("model", "against")
+# Options that name other input files.
+INPUTS = ("loops", "csv", "path")
 
 # The commands of a parser, as `argparse` types them.
 Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
@@ -30,12 +33,20 @@ MAX_ERROR_LENGTH = 20_000
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that reports a wrong argument in one line, whatever characters it has."""
+    """A parser that reports a wrong argument in one line, with control characters removed."""
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str], namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse arguments; refuse ``--option=--``, which Python 3.11 reads as a list."""
+        """Parse arguments; refuse ``--option=--``, which Python 3.11 parses as a list.
+
+        Args:
+            args: words of the command line.
+            namespace: object for the values; a new one by default.
+
+        Returns:
+            The values, and the words that no option takes.
+        """
         for name in (word[:-3] for word in args if word.startswith("--")
                      and word.endswith("=--")):  # fmt: skip
             self.error(f"argument {name}: expected one argument")
@@ -49,10 +60,10 @@ class Parser(argparse.ArgumentParser):
 
 
 def read_streams(arguments: argparse.Namespace) -> None:
-    """Read the models that come through streams, each of which can be read only once.
+    """Read the models that come through streams; a stream can be read only once.
 
     Args:
-        arguments: the options of a command; documents take the place of such models.
+        arguments: the options of a command; documents replace such models.
 
     Raises:
         FileError: one cannot be read, or is longer than a file may be.
@@ -75,18 +86,18 @@ def check_files(arguments: argparse.Namespace) -> None:
     """Refuse to write where a command reads, or one file twice; see `check_outputs`.
 
     Raises:
-        UsageError: the options ask for that.
+        UsageError: an output is an input, or two outputs are one file.
     """
     given = {name: path for name, path in vars(arguments).items() if isinstance(path, str)}
-    outputs = {WRITTEN[name]: path for name, path in given.items() if name in WRITTEN}
+    outputs = {OUTPUTS[name]: path for name, path in given.items() if name in OUTPUTS}
     if not outputs:
         return
     from kinematics.model_gallery import find
     from kinematics.urdf.loop_file import loop_file_of
 
-    inputs = [given[name] for name in READ if name in given]
+    inputs = [given[name] for name in INPUTS if name in given]
     for name in MODELS:
-        # A model that cannot be read is told of by whoever reads it.
+        # Reading the model raises the error later.
         with suppress(LinkageError, OSError, ValueError):
             path = str(find(given[name])) if name in given else ""
             inputs += [path, *filter(None, [loop_file_of(path)])] if path else []
@@ -94,9 +105,15 @@ def check_files(arguments: argparse.Namespace) -> None:
 
 
 def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:
-    """What reads a whole number between two others, these included.
+    """Build an argparse type of whole numbers from ``lowest`` to ``highest``.
 
-    It raises ArgumentTypeError for any other word.
+    Args:
+        lowest: least number.
+        highest: largest number.
+        what: name of the number in the error message.
+
+    Returns:
+        A function that parses a word, and raises ArgumentTypeError for any other word.
     """
 
     def read(text: str) -> int:
@@ -112,10 +129,10 @@ def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[
 
 
 def picture_path(text: str) -> str:
-    """A word that names a picture.
+    """Check that a word names a picture.
 
     Raises:
-        ArgumentTypeError: by its end it is none.
+        ArgumentTypeError: it ends neither in .png nor in .svg.
     """
     if not text.lower().endswith((".png", ".svg")):
         raise argparse.ArgumentTypeError(f"'{text}' ends neither in .png nor in .svg")
@@ -123,10 +140,10 @@ def picture_path(text: str) -> str:
 
 
 def page_path(text: str) -> str:
-    """A word that names a page.
+    """Check that a word names a page, a pipe or a device.
 
     Raises:
-        ArgumentTypeError: by its end it is none, nor is it a pipe or a device.
+        ArgumentTypeError: it ends neither in .html nor in .htm, and is no stream.
     """
     if not (text.lower().endswith((".html", ".htm")) or is_stream(text)):
         raise argparse.ArgumentTypeError(f"'{text}' ends neither in .html nor in .htm")
@@ -134,7 +151,7 @@ def page_path(text: str) -> str:
 
 
 def describe_defect(error: Exception, words: Sequence[str]) -> str:
-    """One line about an unexpected error: its type and message, the command, the remedy.
+    """Describe an unexpected error in one line: type, message, command, and remedy.
 
     Args:
         error: the exception.

@@ -63,7 +63,7 @@ def add_design(verbs: Verbs) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Outcome:
-    """Find the design that the options ask for, and write the files that they name."""
+    """Compute the design of the options and write their files."""
     with spinner("finding the mass distributions that balance"):
         space = certified_space(arguments)
         found = _design(arguments, space)
@@ -77,10 +77,10 @@ def _run(arguments: argparse.Namespace) -> Outcome:
 
 
 def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
-    """Find the design that the options ask for.
+    """Compute the design of the options.
 
     Raises:
-        LinkageError: links that are kept or bounded are unknown, or leave nothing to design.
+        LinkageError: kept or bounded links are unknown, or all links are kept.
     """
     from balance.designs.best_design import design
     from balance.designs.mass_regions import BALL_RADIUS
@@ -94,17 +94,17 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
 
 
 def _write_files(arguments: argparse.Namespace, found: Design) -> str:
-    """Write the files that the options name, if there is a design.
+    """Write the files of the options, if there is a design.
 
     Returns:
-        What to tell the user of them; empty if there is nothing to tell.
+        A remark for the user; empty without one.
 
     Raises:
         LinkageError: a file cannot be written, or a library is missing.
     """
-    asked = [path for path in (arguments.out, arguments.html) if path is not None]
+    paths = [path for path in (arguments.out, arguments.html) if path is not None]
     if found.z is None:
-        return f"not written, for there is no design: {', '.join(asked)}" if asked else ""
+        return f"not written, for there is no design: {', '.join(paths)}" if paths else ""
     contents = []
     if arguments.out is not None:
         from balance.designs.write_urdf import replace_inertials
@@ -116,16 +116,20 @@ def _write_files(arguments: argparse.Namespace, found: Design) -> str:
         from balance.report.html.design import design_page
 
         contents.append(design_page(found).encode())
-    write_all_atomic(zip(asked, contents, strict=True))
-    return f"to verify what was written: {_check(arguments, found)}" if arguments.out else ""
+    write_all_atomic(zip(paths, contents, strict=True))
+    return (
+        f"to verify what was written: {_verify_command(arguments, found)}"
+        if arguments.out
+        else ""
+    )
 
 
-def _check(arguments: argparse.Namespace, found: Design) -> str:
-    """The command that verifies the file of a design, with the options it was made with."""
+def _verify_command(arguments: argparse.Namespace, found: Design) -> str:
+    """Build the command that verifies the file of a design, with the same options."""
     import shlex
 
     words = ["balance", "verify", arguments.out]
-    loops = arguments.loops or _sidecar(found, arguments.out)
+    loops = arguments.loops or _loop_file(found, arguments.out)
     lists = (("--inputs", arguments.inputs), ("--massless", arguments.massless))
     pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]
     pairs += [("--motion", relation) for relation in arguments.motion or ()]
@@ -138,8 +142,8 @@ def _check(arguments: argparse.Namespace, found: Design) -> str:
     return shlex.join(words)
 
 
-def _sidecar(found: Design, out: str) -> str | None:
-    """The file beside the model that describes its loops, if it is not beside ``out`` too."""
+def _loop_file(found: Design, out: str) -> str | None:
+    """Return the loop file of the model, if ``out`` has no loop file of that name."""
     from kinematics.urdf.loop_file import loop_file_of
 
     linkage = found.space.linkage
@@ -150,7 +154,7 @@ def _sidecar(found: Design, out: str) -> str | None:
 
 
 def _bounds(text: str) -> tuple[str, float, float]:
-    """Name and limits of ``L=LO:HI``."""
+    """Parse name and limits of ``L=LO:HI``."""
     name, _, limits = text.rpartition("=")
     low, colon, high = limits.partition(":")
     try:

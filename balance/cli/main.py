@@ -1,6 +1,7 @@
-"""The command line: the only place that prints.
+"""The command line: parser, output and exit code.
 
-Each command computes an `Outcome`; here it is printed and becomes the exit code.
+Each command computes an `Outcome`. This module prints it and returns the exit code; no other
+module prints.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    # Matrices are small: a pool of threads would cost more than it gains.
+    # Matrices are small: threads of the linear algebra would cost more time than they save.
     for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     for stream in (sys.stdout, sys.stderr):
@@ -65,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class _StandardError(logging.Handler):
-    """Prints records on standard error, as it stands when they come."""
+    """Handler that prints records on the current standard error."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print one line."""
@@ -73,7 +74,7 @@ class _StandardError(logging.Handler):
 
 
 def _run(argv: Sequence[str] | None, debug: bool) -> int:
-    """Run one command; returns its exit code, and prints one line where it fails."""
+    """Run one command and return its exit code; print one line if it fails."""
     words = sys.argv[1:] if argv is None else argv
     try:
         compile_mode()  # refuses an unknown BALANCE_COMPILE before any work
@@ -106,7 +107,7 @@ def _run(argv: Sequence[str] | None, debug: bool) -> int:
 
 
 class _Version(argparse.Action):
-    """Prints the version, which is imported only then."""
+    """Action that prints the version, imported on demand."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """End the command with code 0."""
@@ -117,6 +118,7 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
+    """Build the parser with all commands."""
     parser = Parser(
         prog="balance", description="Dynamic balance of linkages.", epilog=EXPLANATION
     )

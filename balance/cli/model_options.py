@@ -1,4 +1,4 @@
-"""Options of every command on a model, and the linkage and design space that they describe."""
+"""Options that commands on a model share, and the linkage and design space from them."""
 
 from __future__ import annotations
 
@@ -74,17 +74,20 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "--force", action="store_true",
         help="let a file that is written replace one that is read, such as the model",
     )  # fmt: skip
-    # Words that exclude each other are usage.
+    # Options that exclude each other are usage errors.
     parser.set_defaults(refuse=parser.error)
 
 
 def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:
-    """Load the linkage that the options describe.
+    """Load the linkage of the options.
 
     Args:
         arguments: the options.
-        angles: how rounded angles are read, ``"nominal"`` or ``"as_written"``.
+        angles: reading of rounded angles, ``"nominal"`` or ``"as_written"``.
         other: path or name of another model to load with the same options.
+
+    Returns:
+        The assembled linkage.
 
     Raises:
         LinkageError: the file or the linkage cannot be used.
@@ -99,7 +102,7 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
 
 
 def certified_space(arguments: argparse.Namespace) -> CertifiedSpace:
-    """Compute and certify the design space that the options describe.
+    """Compute and certify the design space of the options.
 
     Raises:
         LinkageError: the file, the linkage or the motion cannot be used.
@@ -108,9 +111,9 @@ def certified_space(arguments: argparse.Namespace) -> CertifiedSpace:
 
 
 def _space(arguments: argparse.Namespace, angles: str) -> CertifiedSpace:
-    """The design space for one reading of rounded angles."""
+    """Compute the design space for one reading of rounded angles."""
     linkage = load_model(arguments, angles)
-    # The file has been accepted; only now is it worth loading the kernels.
+    # Load the kernels only after the file is accepted.
     from balance.certification.certify_space import certify
     from balance.spaces.compute import design_space
 
@@ -122,6 +125,7 @@ def _space(arguments: argparse.Namespace, angles: str) -> CertifiedSpace:
 
 
 def _names(text: str) -> list[str]:
+    """Parse names of ``a,b``."""
     names = [name.strip() for name in text.split(",")]
     if not all(names):
         raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
@@ -129,7 +133,7 @@ def _names(text: str) -> list[str]:
 
 
 def _coordinates(text: str) -> dict[str, float]:
-    """Values by name, of ``u1=0.3,u2=-0.1``."""
+    """Parse values by name of ``u1=0.3,u2=-0.1``."""
     words = [word.rpartition("=") for word in text.split(",")]
     names = [name.strip() for name, *_ in words]
     try:

@@ -26,16 +26,19 @@ if TYPE_CHECKING:
 
 __all__ = ["Target", "add_motion"]
 
-ORDER, HIGHEST = 7, 50
-# Points of a tool are no further from its link, metres.
-WIDEST = 1e6
+# Default order of the expansion.
+ORDER = 7
+# Highest order of the option.
+MAX_ORDER = 50
+# Largest coordinate of a tool point, metres.
+MAX_POINT = 1e6
 
 
 class Target(NamedTuple):
-    """Displacements of inputs, as written.
+    """Displacements of inputs, as given on the command line.
 
     Attributes:
-        names: names of the inputs; empty if the displacements are those of all, in order.
+        names: names of the inputs; empty for the displacements of all inputs in order.
         values: displacements from the reference pose, SI units.
     """
 
@@ -70,7 +73,7 @@ def add_motion(verbs: Verbs) -> None:
         "metres, in the frame of the link (default: the origin of that frame)",
     )  # fmt: skip
     parser.add_argument(
-        "--order", type=whole_number(1, HIGHEST, "an order"), default=ORDER, metavar="K",
+        "--order", type=whole_number(1, MAX_ORDER, "an order"), default=ORDER, metavar="K",
         help=f"order of the expansion (default {ORDER})",
     )  # fmt: skip
     where = parser.add_mutually_exclusive_group()
@@ -96,7 +99,7 @@ def add_motion(verbs: Verbs) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Outcome:
-    """Predict the poses that the options describe, and write the files that they name."""
+    """Predict the poses of the options and write their files."""
     with spinner("expanding the motion"):
         found = _predict(arguments)
     from balance.report.text.motion import motion_text
@@ -106,11 +109,11 @@ def _run(arguments: argparse.Namespace) -> Outcome:
 
 
 def _predict(arguments: argparse.Namespace) -> Predictions:
-    """Predict the poses that the options describe, and write the files that they name.
+    """Predict the poses of the options and write their files.
 
     Raises:
         LinkageError: a linkage, a motion, a pose, a file or a library cannot be used.
-        SystemExit: words of the command exclude each other.
+        SystemExit: options exclude each other.
     """
     if (arguments.tool is None) != (arguments.along is None):
         arguments.refuse("--tool and --along go together")
@@ -120,16 +123,16 @@ def _predict(arguments: argparse.Namespace) -> Predictions:
         arguments.refuse("--inputs: with --tool the inputs are named by --along")
 
     def build(angles: str) -> Predictions:
-        return _built(arguments, load_model(arguments, angles))
+        return _compute_predictions(arguments, load_model(arguments, angles))
 
     found = solve_both_readings(build, arguments.angles)
-    _write(found, arguments)
+    _write_files(found, arguments)
     return found
 
 
-def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
-    """The Taylor motion and the poses."""
-    # The file has been accepted; only now is it worth loading the kernels.
+def _compute_predictions(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
+    """Compute the Taylor motion and the poses."""
+    # Load the kernels only after the file is accepted.
     from balance.taylor_poses.prediction import Predictions, predict
     from kinematics.assembly.tool_frame import tool
     from kinematics.model.linkage import Notice
@@ -138,7 +141,7 @@ def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
     if arguments.tool is not None:
         linkage = tool(linkage, arguments.tool, arguments.along, arguments.point, frame="link")
     motion = taylor_motion(linkage, arguments.order, arguments.motion)
-    poses = tuple(predict(motion, y) for y in _points(arguments, motion))
+    poses = tuple(predict(motion, y) for y in _target_coordinates(arguments, motion))
     notices = linkage.notices
     beyond = sum(pose.distance > motion.radius for pose in poses)
     if beyond:
@@ -152,8 +155,10 @@ def _built(arguments: argparse.Namespace, linkage: Linkage) -> Predictions:
     return Predictions(motion, arguments.tool, line, poses, notices, arguments.point)
 
 
-def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.float64]:
-    """Coordinates of the poses that were asked for (N, w).
+def _target_coordinates(
+    arguments: argparse.Namespace, motion: TaylorMotion
+) -> NDArray[np.float64]:
+    """Compute the coordinates of the poses of the options (N, w).
 
     Raises:
         LinkageError: they are not poses of this motion.
@@ -174,7 +179,7 @@ def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.f
         return points
     if arguments.to is None:
         return np.empty((0, motion.scales.size))
-    at = _positions(arguments.to, inputs, short, source)
+    at = _target_inputs(arguments.to, inputs, short, source)
     points, fits = input_values(motion, [arguments.to.values], at)
     if not fits.all():
         raise MotionError(relations, "does not hold at the pose --to", inputs, source)
@@ -182,7 +187,7 @@ def _points(arguments: argparse.Namespace, motion: TaylorMotion) -> NDArray[np.f
 
 
 def _short_names(tool: str | None, inputs: tuple[str, ...]) -> dict[str, str]:
-    """Inputs that are coordinates of the tool, by their directions."""
+    """Return the inputs that are tool coordinates, by direction."""
     from kinematics.assembly.tool_frame import DIRECTIONS, tool_coordinates
 
     if tool is None:
@@ -191,13 +196,13 @@ def _short_names(tool: str | None, inputs: tuple[str, ...]) -> dict[str, str]:
     return {direction: name for direction, name in pairs if name in inputs}
 
 
-def _positions(
+def _target_inputs(
     target: Target, inputs: tuple[str, ...], short: Mapping[str, str], source: str
 ) -> list[int]:
-    """Which inputs a target displaces.
+    """Return the indices of the inputs that a target displaces.
 
     Raises:
-        LinkageError: it names others, or has too many or too few displacements.
+        LinkageError: it names other joints, or the number of displacements is wrong.
     """
     found: list[str] = []
     for word in target.names:
@@ -222,8 +227,8 @@ def _positions(
     return list(range(len(inputs)))
 
 
-def _write(found: Predictions, arguments: argparse.Namespace) -> None:
-    """The pictures that were asked for."""
+def _write_files(found: Predictions, arguments: argparse.Namespace) -> None:
+    """Write the files of the options."""
     from balance.report.html.motion import motion_page, motion_picture
     from balance.taylor_poses.error_curves import error_curves
 
@@ -238,7 +243,7 @@ def _write(found: Predictions, arguments: argparse.Namespace) -> None:
 
 
 def _target(text: str) -> Target:
-    """Displacements of ``u1=0.3,u2=-0.1`` or of ``0.3,-0.1``."""
+    """Parse displacements of ``u1=0.3,u2=-0.1`` or ``0.3,-0.1``."""
     words = [word.rpartition("=") for word in text.split(",")]
     names = tuple(name.strip() for name, equals, _ in words if equals)
     try:
@@ -254,16 +259,16 @@ def _target(text: str) -> Target:
 
 
 def _point(text: str) -> tuple[float, ...]:
-    """A point of ``0.1,0,-0.05``.
+    """Parse a point of ``0.1,0,-0.05``.
 
     Raises:
-        ArgumentTypeError: it is not of three numbers of a size that a link may have.
+        ArgumentTypeError: there are not three numbers, or one is too large.
     """
     try:
         values = tuple(float(word) for word in text.split(","))
     except ValueError:
         values = ()
-    if len(values) != 3 or not all(abs(value) <= WIDEST for value in values):
+    if len(values) != 3 or not all(abs(value) <= MAX_POINT for value in values):
         raise argparse.ArgumentTypeError(
             f"'{text}' is not a point such as 0.1,0,-0.05: three numbers, metres, in the frame "
             "of the link"

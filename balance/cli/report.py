@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["add_report"]
 
-# Most joints that a notice names.
-NAMED = 6
+# Most joints in a notice.
+MAX_NAMES = 6
 
 
 def add_report(verbs: Verbs) -> None:
@@ -63,19 +63,19 @@ def add_report(verbs: Verbs) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Outcome:
-    """Compute the design space and what the options ask of it, and write the files."""
+    """Compute the design space and the results of the options, and write the files."""
     with spinner("finding the mass distributions that balance"):
         space = certified_space(arguments)
         exact = None
         if arguments.exact:
             space, exact = _add_exact_ranks(space)
         explanation, change = _describe(space, arguments)
-        told = _write_files(arguments, space, explanation, change)
+        file_notices = _write_files(arguments, space, explanation, change)
     from balance.report.data import report_data
     from balance.report.text.report import report_for_terminal, report_text
 
     missing = _missing_certainty(space, arguments)
-    notices = (*space.warnings, *(exact.notices if exact else ()), *told, *missing)
+    notices = (*space.warnings, *(exact.notices if exact else ()), *file_notices, *missing)
     complete = space.settled or arguments.max_order is not None
     answered = exact is not None or not arguments.exact
     sure = complete and answered and not space.doubts and not missing
@@ -87,7 +87,7 @@ def _run(arguments: argparse.Namespace) -> Outcome:
 
 
 def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | None]:
-    """The exact ranks; where there are none, the space has a notice of why."""
+    """Compute the exact ranks; a refusal becomes a notice of the space."""
     from dataclasses import replace
 
     from balance.certification.exact_ranks import exact_ranks
@@ -103,7 +103,7 @@ def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | Non
 def _describe(
     space: DesignSpace, arguments: argparse.Namespace
 ) -> tuple[Explanation | None, float]:
-    """The explanation, if the text or the page needs it, and the distance to a rank drop."""
+    """Compute the explanation, if it is needed, and the distance to a rank drop."""
     from balance.interpretation.explain import explain
     from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 
@@ -114,7 +114,7 @@ def _describe(
 def _missing_certainty(
     space: CertifiedSpace, arguments: argparse.Namespace
 ) -> tuple[Notice, ...]:
-    """A notice, if the answer is less certain than ``--require`` asks."""
+    """Return a notice if the answer is less certain than ``--require``."""
     from balance.spaces.certainty import LEVELS
     from kinematics.model.linkage import Notice
 
@@ -136,7 +136,7 @@ def _write_files(
     Args:
         arguments: the options of the command.
         space: the design space.
-        explanation: result of `balance.explain`; None if neither it nor a page is wanted.
+        explanation: result of `balance.explain`; None without ``--explain`` and ``--html``.
         change: result of `balance.distance_to_rank_drop`.
 
     Returns:
@@ -159,15 +159,15 @@ def _write_files(
             text += "; its loops are in another file: give that with --loops"
         notices.append(Notice("closed_pose", f"{closed}: written {text}"))
     if page is not None and explanation is not None:
-        from balance.report.html.report import report_page as page_of
+        from balance.report.html.report import report_page
 
-        contents.append((page, page_of(space, explanation, change).encode()))
+        contents.append((page, report_page(space, explanation, change).encode()))
     write_all_atomic(contents)
     return tuple(notices)
 
 
 def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
-    """The pose at which a linkage is written, by how far its joints have moved."""
+    """Describe the pose of the written file by the displacements of the joints."""
     from kinematics.model.full_turns import position_text, wrap_turns
 
     if not positions:
@@ -176,9 +176,9 @@ def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
     within, _ = wrap_turns(moved, [positions[joint.name] for joint in moved])
     pairs = sorted(zip(moved, within.tolist(), strict=True), key=lambda pair: -abs(pair[1]))
     named = [f"{joint.name} by {position_text(joint, q, 6)}" for joint, q in pairs]
-    more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
+    more = f" and {len(named) - MAX_NAMES} more" if len(named) > MAX_NAMES else ""
     where = "the pose asked for" if linkage.at else "the pose at which its loops close"
     return (
         f"at {where}: only origins of joints differ, moved are "
-        f"{', '.join(named[:NAMED])}{more}; limits of joints count from there"
+        f"{', '.join(named[:MAX_NAMES])}{more}; limits of joints count from there"
     )

@@ -1,4 +1,4 @@
-"""Both answers where angles of a file look rounded: with what is meant and what is written."""
+"""Solve for both interpretations of angles that look rounded: nominal, and as written."""
 
 from __future__ import annotations
 
@@ -16,26 +16,28 @@ __all__ = ["solve_both_readings"]
 
 Answer = TypeVar("Answer", "CertifiedSpace", "Predictions", "Verification")
 
-# Loops of more joints may take minutes to be found not to close.
-LARGE = 60
-# Notices that belong to an answer.
-TOLD = ("assembled", "closes_to_rounding", "not_settled")
+# Most joints for which the other reading is computed: finding that larger loops do not close
+# may take minutes.
+MAX_JOINTS = 60
+# Codes of notices that belong to a summary.
+SUMMARY_NOTICES = ("assembled", "closes_to_rounding", "not_settled")
 
 
 def solve_both_readings(build: Callable[[str], Answer], angles: str) -> Answer:
-    """The answer under one reading of rounded angles, and in words under the other.
+    """Solve for one reading of rounded angles, and summarise the other in the notice.
 
     Args:
-        build: the answer for a reading, ``"nominal"`` or ``"as_written"``.
-        angles: the reading wanted.
+        build: function that computes the answer for a reading, ``"nominal"`` or
+            ``"as_written"``.
+        angles: the reading of the answer.
 
     Returns:
-        The answer as built. If angles of its file look rounded, its notice of them tells
-        what either reading gives.
+        The answer for that reading. If angles of its file look rounded, the notice of them
+        summarises both readings.
 
     Raises:
-        LinkageError: the linkage cannot be used as wanted. If rounded angles may be the
-            reason, the notes of the error name them and tell what the other reading gives.
+        LinkageError: the linkage cannot be used. If rounded angles may be the reason, the
+            notes of the error summarise the other reading.
     """
     from dataclasses import replace
 
@@ -46,14 +48,14 @@ def solve_both_readings(build: Callable[[str], Answer], angles: str) -> Answer:
         answer = build(angles)
     except LinkageError as error:
         if hasattr(error, "__notes__"):
-            error.add_note(_named(other, _answer(build, other)))
+            error.add_note(_label(other, _try_reading(build, other)))
         raise
     if all(notice.code != ROUNDED_ANGLES for notice in answer.notices):
         return answer
-    here, there = _said(answer), "not computed for loops of so many joints"
-    if not answer.linkage.loops or len(answer.linkage.joints) <= LARGE:
-        there = _answer(build, other).removeprefix(f"{answer.linkage.source}: ")
-    text = f"{_named(angles, here)}; {_named(other, there)}"
+    here, there = _summary(answer), "not computed for loops of so many joints"
+    if not answer.linkage.loops or len(answer.linkage.joints) <= MAX_JOINTS:
+        there = _try_reading(build, other).removeprefix(f"{answer.linkage.source}: ")
+    text = f"{_label(angles, here)}; {_label(other, there)}"
     if here == there:
         text = f"either way: {here}"
     notices = [
@@ -64,19 +66,22 @@ def solve_both_readings(build: Callable[[str], Answer], angles: str) -> Answer:
     return replace(answer, notices=tuple(notices))
 
 
-def _named(reading: str, answer: str) -> str:
+def _label(reading: str, answer: str) -> str:
+    """Put the name of a reading before its summary."""
     return f"{reading.replace('_', ' ')}: {answer}"
 
 
-def _answer(build: Callable[[str], Answer], reading: str) -> str:
-    """What a reading gives: an answer in short, or why there is none."""
+def _try_reading(build: Callable[[str], Answer], reading: str) -> str:
+    """Summarise the answer for a reading, or the reason why there is none."""
     try:
-        return _said(build(reading))
+        return _summary(build(reading))
     except LinkageError as error:
         return str(error)
 
 
-def _said(answer: Answer) -> str:
-    """The answer in short, with what was done for it or is missing from it."""
-    told: list[str] = [notice.message for notice in answer.notices if notice.code in TOLD]
-    return ", ".join([answer.brief, *told])
+def _summary(answer: Answer) -> str:
+    """Summarise an answer with its notices on assembly and completeness."""
+    notes: list[str] = [
+        notice.message for notice in answer.notices if notice.code in SUMMARY_NOTICES
+    ]
+    return ", ".join([answer.brief, *notes])

@@ -11,17 +11,21 @@ from kinematics.compiled.background import compile_mode
 
 __all__ = ["spinner"]
 
-# Seconds after which it is shown: most answers are there before.
+# Seconds before the spinner appears; most commands are faster.
 PATIENCE = 0.6
+# File descriptor of standard error.
 STANDARD_ERROR = 2
 
 
 @contextmanager
 def spinner(text: str) -> Iterator[None]:
-    """Show what a command is doing, and for how long, until it is done.
+    """Show a text and the elapsed time while a command computes.
 
-    Nothing must be printed meanwhile but through `logging`. Where kernels are compiled at
-    once, a bar of their own moves.
+    Only `logging` may print in the meantime. If kernels are compiled at once, their progress
+    bar is shown instead.
+
+    Args:
+        text: the text.
     """
     if compile_mode() == "now" or not os.isatty(STANDARD_ERROR):
         yield
@@ -37,7 +41,7 @@ def spinner(text: str) -> Iterator[None]:
 
 
 def _show(text: str, done: Event) -> None:
-    """Show the spinner from `PATIENCE` on, until it is done."""
+    """Show the spinner after `PATIENCE` until the event is set."""
     if done.wait(PATIENCE):
         return
     from rich.console import Console

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Verified", "add_verify"]
 
-# Seconds after which a bar tells how far it is.
+# Seconds before the progress bar appears; most commands are faster.
 PATIENCE = 2.0
-# Random motions, unless another number is asked for.
+# Default number of random motions.
 TRAJECTORIES = 10
-# Units of speeds, radians per second.
-UNITS = {
+# Units of speed in radians per second.
+SPEED_UNITS = {
     "rpm": 2.0 * math.pi / 60.0, "rad/s": 1.0, "deg/s": math.pi / 180.0,
     **dict.fromkeys(("hz", "1/s", "rev/s"), 2.0 * math.pi),
 }  # fmt: skip
@@ -38,11 +38,11 @@ NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?"
 
 
 class Verified(NamedTuple):
-    """What the command found.
+    """Result of the command.
 
     Attributes:
         first: the verification of the linkage.
-        second: that of the linkage beside it, if there is one.
+        second: the verification of a second linkage; None without one.
     """
 
     first: Verification
@@ -50,16 +50,16 @@ class Verified(NamedTuple):
 
     @property
     def notices(self) -> tuple[Notice, ...]:
-        """What the readers of the files had to tell."""
+        """Notices of both linkages."""
         return (*self.first.notices, *(self.second.notices if self.second else ()))
 
     def to_dict(self) -> dict[str, object]:
-        """The report as plain data, ready for JSON."""
+        """Return plain data for JSON."""
         against = self.second.to_dict() if self.second else None
         return self.first.to_dict() | {"against": against}
 
     def text(self) -> str:
-        """The report as plain text; the second linkage in a column of its own."""
+        """Write plain text; a second linkage has a column of its own."""
         from balance.report.text.verification import verification_text
 
         return verification_text(self.first, self.second)
@@ -82,12 +82,12 @@ def add_verify(verbs: Verbs) -> None:
         help=f"number of random motions (default {TRAJECTORIES})",
     )  # fmt: skip
     parser.add_argument("--seed", type=_seed, help="seed of the random motions (default 0)")
-    way = parser.add_mutually_exclusive_group()
-    way.add_argument(
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument(
         "--csv", metavar="FILE",
         help="motion to use instead: columns time and the inputs, displacements in SI units",
     )  # fmt: skip
-    way.add_argument(
+    source.add_argument(
         "--speed", type=_speed, metavar="[J=]300rpm",
         help="one revolution of the crank at constant speed instead, without start-up: rpm, "
         "rad/s, deg/s, hz or rev/s (--speed=-300rpm turns back); J names the crank of several "
@@ -115,7 +115,7 @@ def add_verify(verbs: Verbs) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Outcome:
-    """Verify what the options describe, and write the files that they name."""
+    """Run the verification and write the files of the options."""
     with _progress() as advance:
         found = _verify(arguments, advance)
     code = DONE if found.first.balanced else NEGATIVE
@@ -125,22 +125,22 @@ def _run(arguments: argparse.Namespace) -> Outcome:
 
 
 def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) -> Verified:
-    """Verify what the options describe, and write the files that they name.
+    """Verify one or two linkages and write the files of the options.
 
     Args:
         arguments: the options.
-        advance: called with the number of motions done and of all of them.
+        advance: called with the number of motions done and the number of all motions.
 
     Raises:
         LinkageError: a linkage, a motion, a file or a library cannot be used.
-        SystemExit: words of the command exclude each other.
+        SystemExit: options exclude each other.
     """
-    _refuse_contradictions(arguments)
+    _refuse_exclusive_options(arguments)
     options = _options(arguments) | {"progress": advance}
 
-    def alone(angles: str) -> Verification:
+    def verify_first(angles: str) -> Verification:
         linkage = load_model(arguments, angles)
-        # The file has been accepted; only now is it worth loading the kernels.
+        # Load the kernels only after the file is accepted.
         from balance.verification.pinocchio_model import verify
         from balance.verification.trajectory import from_csv
         from kinematics.model.motion import motion_of
@@ -150,21 +150,22 @@ def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) 
             along = [from_csv(linkage, arguments.csv, motion_of(linkage, arguments.motion))]
         return verify(linkage, along=along, **options)
 
-    def second(angles: str) -> Verification:
+    def verify_second(angles: str) -> Verification:
         from balance.verification.pinocchio_model import verify_beside
 
         return verify_beside(first, load_model(arguments, angles, arguments.against), **options)
 
-    first = solve_both_readings(alone, arguments.angles)
+    first = solve_both_readings(verify_first, arguments.angles)
     found = Verified(
-        first, solve_both_readings(second, arguments.angles) if arguments.against else None
+        first,
+        solve_both_readings(verify_second, arguments.angles) if arguments.against else None,
     )
-    _write(found, arguments)
+    _write_files(found, arguments)
     return found
 
 
-def _refuse_contradictions(arguments: argparse.Namespace) -> None:
-    """End the command if its words exclude each other."""
+def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
+    """End the command if its options exclude each other."""
     for name in ("trajectories", "seed"):
         if arguments.speed is not None and getattr(arguments, name) is not None:
             arguments.refuse(f"--{name}: not with --speed, whose one motion is not random")
@@ -173,7 +174,7 @@ def _refuse_contradictions(arguments: argparse.Namespace) -> None:
 
 
 def _options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Options of `verify` that the words give."""
+    """Return the keyword arguments of `verify` from the options."""
     crank, speed = arguments.speed or (None, None)
     options = {
         "motion": arguments.motion, "balance": arguments.balance,
@@ -185,22 +186,22 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     return options
 
 
-def _write(found: Verified, arguments: argparse.Namespace) -> None:
-    """The files that were asked for."""
+def _write_files(found: Verified, arguments: argparse.Namespace) -> None:
+    """Write the files of the options."""
     from balance.report.html.verification import (
         verification_page,
         verification_picture,
         verification_table,
     )
 
-    shown = [found.first, *([found.second] if found.second else [])]
+    both = [found.first, *([found.second] if found.second else [])]
     contents = []
     if arguments.plot:
         contents.append(
-            (arguments.plot, verification_picture(shown, arguments.plot[-3:].lower()))
+            (arguments.plot, verification_picture(both, arguments.plot[-3:].lower()))
         )
     if arguments.html:
-        contents.append((arguments.html, verification_page(shown).encode()))
+        contents.append((arguments.html, verification_page(both).encode()))
     if arguments.table:
         contents.append((arguments.table, verification_table(found.first).encode()))
     write_all_atomic(contents)
@@ -208,7 +209,10 @@ def _write(found: Verified, arguments: argparse.Namespace) -> None:
 
 @contextmanager
 def _progress() -> Iterator[Callable[[int, int], None]]:
-    """A bar on a terminal for what takes long; called with what is done and with all."""
+    """Show a progress bar on a terminal after `PATIENCE`.
+
+    The function that it yields takes the number of motions done and of all motions.
+    """
     start, shown = monotonic(), ExitStack()
     bar: Progress | None = None
 
@@ -230,23 +234,25 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
 
 
 def _seed(text: str) -> int:
+    """Parse a seed."""
     if not (text.isascii() and text.isdigit() and len(text) <= 18):
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 up")
     return int(text)
 
 
 def _speed(text: str) -> tuple[str | None, float]:
-    """Name of the crank, None if it goes without, and its speed in radians per second."""
+    """Parse ``[J=]300rpm``: name of the crank or None, and its speed in rad/s."""
     name, equals, word = text.rpartition("=")
     found = re.fullmatch(rf"\s*([+-]?{NUMBER})\s*([a-z1/]+)\s*", word.lower())
-    if found is None or found[2] not in UNITS or bool(equals) != bool(name.strip()):
+    if found is None or found[2] not in SPEED_UNITS or bool(equals) != bool(name.strip()):
         raise argparse.ArgumentTypeError(
             f"'{text}' is not a speed: write 300rpm, 31.4rad/s, 1800deg/s, 5hz or u1=300rpm"
         )
-    return name.strip() or None, float(found[1]) * UNITS[found[2]]
+    return name.strip() or None, float(found[1]) * SPEED_UNITS[found[2]]
 
 
 def _tolerance(text: str) -> float:
+    """Parse a tolerance."""
     try:
         value = float(text)
     except ValueError:

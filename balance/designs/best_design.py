@@ -1,4 +1,4 @@
-"""A mass distribution that can be built and does not shake, the best one for some purpose."""
+"""The best balanced and physically realisable mass distribution for an objective."""
 
 from __future__ import annotations
 
@@ -13,16 +13,9 @@ from numpy.typing import NDArray
 from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
 from balance.designs.certificate import CertificateCheck
-from balance.designs.constraints import Constraints, constraints_of, program
-from balance.designs.feasibility import (
-    ROUNDED,
-    DesignCheck,
-    Verdict,
-    assemble_design,
-    check_design,
-    decide_feasibility,
-    out_of_plane_asymmetry,
-)
+from balance.designs.constraints import Constraints, build_program, constraints_of
+from balance.designs.design_check import DesignCheck, check_design, out_of_plane_asymmetry
+from balance.designs.feasibility import Verdict, assemble_design, decide_feasibility
 from balance.designs.mass_regions import BALL_RADIUS, Ball
 from balance.designs.objectives import Objective, minimise_objective
 from balance.designs.pseudo_inertia_cone import from_si, given_parameters, matrices_of
@@ -31,7 +24,8 @@ from balance.inertial_parameters.body_inertia import BodyInertia, body_inertias
 from balance.inertial_parameters.conversions import LABELS
 from balance.spaces.compute import design_space
 from balance.spaces.design_space_result import DesignSpace
-from kinematics.wording import repr_lines
+from balance.tolerances import KEPT_BODY_RESIDUAL
+from kinematics.wording import html_facts, repr_lines
 
 __all__ = ["DESIGN_SCHEMA", "Design", "Objective", "design"]
 
@@ -42,27 +36,28 @@ DESIGN_SCHEMA = "balance.design/2"
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """A design, or why there is none.
+    """Result of `design`: a mass distribution, or a certificate that there is none.
 
     Attributes:
-        space: the design space; spatial if bodies that are kept are off the plane.
+        space: the design space; spatial if kept bodies are not symmetric about the plane.
         verdict: ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
         minimise: the objective.
-        value: its value in SI units (see `design`), None without an objective or a design.
-        keep: names of the bodies held as the file gives them.
+        value: value of the objective in SI units (see `design`); None without an objective or
+            a design.
+        keep: names of the bodies that stay as in the file.
         bounds: least and largest mass of a body, kg.
-        within: radius of the ball about the joints of each link that is not kept, in which
-            its mass is to be, in lengths of the link; None if it may be anywhere.
+        within: radius of the ball about the joints of each link that must contain its mass, in
+            lengths of the link; kept links have none. None if masses may be anywhere.
         z: parameters (bodies, 10) about the inertial origin, SI units; None if there is
             no design.
         certificate: one symmetric matrix per body; see `check_certificate`.
-        multipliers: one number per body that goes with the certificate.
+        multipliers: one number per body, the second part of the certificate.
         margin: smallest eigenvalue of the pseudo-inertias over the sum of their traces, in
             units of the chain.
-        residuals: what the check of the design or of the certificate found.
+        residuals: result of the check of the design or of the certificate.
         words: the verdict in one line.
-        anywhere: the answer if masses may be anywhere, where none is within the balls, but
-            that does not settle the other.
+        anywhere: the answer without balls, if there is no design with balls and the answer
+            without them differs; None otherwise.
     """
 
     space: DesignSpace
@@ -81,15 +76,15 @@ class Design:
     anywhere: Design | None = None
 
     @property
-    def asked(self) -> Constraints:
-        """What was asked, as `check_design` and `check_certificate` take it."""
+    def constraints(self) -> Constraints:
+        """Constraints of the design, as `check_design` and `check_certificate` take them."""
         return constraints_of(self.space, self.keep, self.bounds, self.within)
 
     @property
     def balls(self) -> dict[str, Ball]:
-        """Where the mass of each body was to be, metres, inertial frame; see `Ball`.
+        """Ball that must contain the mass of each body, metres, inertial frame; see `Ball`.
 
-        The disc of a planar linkage is drawn at the height of the middle of the mechanism.
+        The disc of a planar linkage is at the height of the middle of the mechanism.
         """
         frame, names = self.space.chain.frame, self.space.bodies
         return {
@@ -97,7 +92,7 @@ class Design:
                 frame.length * ball.centre @ frame.R[: ball.centre.size] + frame.origin,
                 frame.length * ball.radius,
             )
-            for b, ball in self.asked.balls.items()
+            for b, ball in self.constraints.balls.items()
         }
 
     def __repr__(self) -> str:
@@ -105,9 +100,15 @@ class Design:
         bodies = (f"{body.name} {body.mass:.4g} kg" for body in self.bodies)
         return repr_lines(f"Design for {self.space.linkage.name}", self.words, *bodies)
 
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        bodies = ((body.name, f"{body.mass:.4g} kg") for body in self.bodies)
+        title = f"Design for {self.space.linkage.name}"
+        return html_facts(title, ("verdict", self.words), *bodies)
+
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:
-        """The bodies in a designer's terms; empty if there is no design."""
+        """Inertial parameters of the bodies in several frames; empty without a design."""
         if self.z is None:
             return ()
         space, size = self.space, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
@@ -117,7 +118,7 @@ class Design:
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, object]:
-        """The design as plain data, ready for JSON."""
+        """Return the design as plain data for JSON; see ``schemas/design.schema.json``."""
         return {
             "schema": DESIGN_SCHEMA,
             "model": self.space.linkage.name,
@@ -148,6 +149,7 @@ class Design:
 
 
 def _as_data(body: BodyInertia) -> dict[str, object]:
+    """Return a body as plain data for JSON."""
     assert body.com is not None and body.link_com is not None and body.link_inertia is not None
     return {
         "name": body.name,
@@ -168,91 +170,117 @@ def design(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     within: float | None = BALL_RADIUS,
 ) -> Design:
-    """The best design of a space, or a certificate that there is none.
+    """Compute the best balanced mass distribution, or a certificate that there is none.
 
-    In a plane all centres of mass are put at one height, and the plane is a plane of symmetry
-    of every body, so that all six components of the momentum vanish: bodies are discs. If
-    bodies that are kept do not allow for that, all ten parameters are conditioned.
+    The design minimises the objective over all y with ``P_b(y) ≻ 0`` for every body b, where
+    P_b is the pseudo-inertia of the body.
+
+    In a plane all centres of mass have one height, and every body is symmetric about the
+    plane, so that all six components of the momentum vanish. If kept bodies are not, the
+    conditions on all ten parameters are used.
 
     The mass of each body that is not kept is within a ball about the joints of its link, in a
-    plane a disc; see `balance.designs.mass_regions.ball_of`. Where that leaves no design, the
-    answer without balls is given too; what has none anywhere has none in them.
+    plane a disc; see `balance.designs.mass_regions.ball_of`. If this leaves no design, the
+    answer without balls is computed too.
 
     Args:
         space: a design space.
         minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
             inertia of any body that is not kept, about the origin of its link frame, kg m²;
-            ``"rotor"``: trace of the inertia matrix that the coordinates of the motion feel
-            at the reference pose, kg m², those that slide counted in characteristic lengths
-            (``space.length``, in metres);
+            ``"rotor"``: trace of the generalised inertia matrix of the motion at the reference
+            pose, kg m², with sliding coordinates in characteristic lengths
+            (``space.length``, metres);
             ``"change"``: distance from the masses in the file, without a unit. See
-            `balance.designs.objectives` for what bounds each. By default, the margin is
+            `balance.designs.objectives` for the bounds of each. By default, the margin is
             maximised.
-        keep: bodies that stay as the file gives them.
-        bounds: least and largest mass of bodies, kg.
+        keep: names of bodies that stay as in the file.
+        bounds: least and largest mass of bodies, kg, by name.
         within: radius of the balls, in lengths of the links; None for masses anywhere.
+
+    Returns:
+        The design, or the certificate, and the result of its check.
 
     Raises:
         BodyError: a body is unknown, its bounds contradict each other, it is kept and
             bounded, or the change is measured from one that is singular.
         LinkageError: all bodies are kept.
         ValueError: there is no such objective, or the radius is not above 0.
+
+    Source:
+        T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on Robotics 36(1), 2020 (metric of
+        the objective ``"change"``).
+
+    Example:
+        >>> import balance, kinematics
+        >>> linkage = kinematics.load("robot.urdf")
+        >>> space = balance.design_space(linkage, balance="force")
+        >>> found = balance.design(space, "mass", bounds={"crank": (0.5, 2.0)})
+        >>> found.verdict
+        'feasible'
+        >>> print(f"{found.bodies[0].name}: {found.bodies[0].mass:.3f} kg")
+        crank: 0.500 kg
     """
     if minimise is not None and minimise not in get_args(Objective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(Objective))}")
     bounds = dict(bounds or {})
-    asked = constraints_of(space, keep, bounds, within)
-    if space.planar and space.balance == "dynamic" and _leaves_plane(space, asked):
+    constraints = constraints_of(space, keep, bounds, within)
+    if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
         wider = design_space(space.linkage, space.motion, spatial=True)
         space = certify(wider) if isinstance(space, CertifiedSpace) else wider
-        asked = constraints_of(space, keep, bounds, within)
-    found = decide_feasibility(space, asked)
+        constraints = constraints_of(space, keep, bounds, within)
+    found = decide_feasibility(space, constraints)
     design = Design(
         space, found.verdict, minimise, None, tuple(keep), bounds, within, found.z,
         found.certificate, found.multipliers, found.margin, found.residuals, found.words,
     )  # fmt: skip
     if minimise and found.z is not None:
-        design = _best(design, asked)
-    return design if within is None or design.z is not None else _beside(design, asked)
+        design = _minimise(design, constraints)
+    return (
+        design
+        if within is None or design.z is not None
+        else _with_answer_anywhere(design, constraints)
+    )
 
 
-def _beside(known: Design, asked: Constraints) -> Design:
-    """The answer where there is no design within balls, beside the one without them."""
-    beyond = design(
+def _with_answer_anywhere(known: Design, constraints: Constraints) -> Design:
+    """Add the answer without balls to one without a design within them."""
+    without_balls = design(
         known.space, known.minimise, keep=known.keep, bounds=known.bounds, within=None
     )
-    if beyond.verdict == "infeasible":
-        return replace(beyond, within=known.within)
-    if known.verdict == beyond.verdict:
+    if without_balls.verdict == "infeasible":
+        return replace(without_balls, within=known.within)
+    if known.verdict == without_balls.verdict:
         return known
-    says = f"{beyond.verdict} anywhere"
-    if beyond.z is not None:
-        P = matrices_of(known.space, beyond.z)
-        says = f"{says}: {describe_furthest(known.space, P, asked)}"
-    own = known.words.replace("undecided:", f"undecided{describe_limits(asked)}:", 1)
-    return replace(known, words=f"{own}; {says}", anywhere=beyond)
+    text = f"{without_balls.verdict} anywhere"
+    if without_balls.z is not None:
+        P = matrices_of(known.space, without_balls.z)
+        text = f"{text}: {describe_furthest(known.space, P, constraints)}"
+    own = known.words.replace("undecided:", f"undecided{describe_limits(constraints)}:", 1)
+    return replace(known, words=f"{own}; {text}", anywhere=without_balls)
 
 
-def _leaves_plane(space: DesignSpace, asked: Constraints) -> bool:
-    """Whether bodies that are kept have no common plane of symmetry."""
-    moving = [b for b in asked.keep if space.chain.links[b] >= 0]
+def _leaves_plane(space: DesignSpace, constraints: Constraints) -> bool:
+    """Whether kept bodies have no common plane of symmetry."""
+    moving = [b for b in constraints.keep if space.chain.links[b] >= 0]
     kept = np.array([space.linkage.bodies[b].inertia for b in moving]).reshape(-1, 10)
-    return out_of_plane_asymmetry(from_si(kept, space.chain.frame)) > ROUNDED
+    return out_of_plane_asymmetry(from_si(kept, space.chain.frame)) > KEPT_BODY_RESIDUAL
 
 
-def _best(known: Design, asked: Constraints) -> Design:
-    """The best design, once there is one."""
+def _minimise(known: Design, constraints: Constraints) -> Design:
+    """Replace a design by the one that minimises the objective."""
     assert known.z is not None and known.minimise is not None
     space, wanted = known.space, known.minimise
-    question = program(space, asked)
-    best = minimise_objective(space, question, wanted, known.z, known.margin)
+    program = build_program(space, constraints)
+    best = minimise_objective(space, program, wanted, known.z, known.margin)
     if best is not None:
         P = matrices_of(space, given_parameters(space))
-        P[list(question.free)] = best.P
-        z = assemble_design(space, asked, P, _thickness(space) if wanted == "change" else None)
-        check = check_design(space, z, asked)
+        P[list(program.free)] = best.P
+        z = assemble_design(
+            space, constraints, P, _normal_moments(space) if wanted == "change" else None
+        )
+        check = check_design(space, z, constraints)
         if check.accepted:
-            margin = question.cone.least(best.P).min() / np.trace(P, axis1=1, axis2=2).sum()
+            margin = program.cone.least(best.P).min() / np.trace(P, axis1=1, axis2=2).sum()
             return replace(
                 known, z=z, value=best.value, margin=float(margin), residuals=check,
                 words=f"feasible: the design of the least {wanted}",
@@ -264,8 +292,8 @@ def _best(known: Design, asked: Constraints) -> Design:
     return replace(known, verdict="undecided", z=None, margin=0.0, residuals=None, words=text)
 
 
-def _thickness(space: DesignSpace) -> Array:
-    """Second moments of the file's bodies along the third axis of the chain."""
+def _normal_moments(space: DesignSpace) -> Array:
+    """Compute central second moments of the file's bodies along the chain's third axis."""
     P = from_si(given_parameters(space), space.chain.frame)
     m = np.where(P[:, 3, 3], P[:, 3, 3], 1.0)
     return np.asarray(P[:, 2, 2] - P[:, 2, 3] ** 2 / m)

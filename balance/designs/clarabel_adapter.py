@@ -1,9 +1,9 @@
-"""Convex problems over cones: the one place that calls the solver Clarabel.
+"""Conic programs, solved by Clarabel.
 
     minimise ½ xᵀ H x + q·x    so that    rows x + offset  lies in a product of cones
 
 The solver is an interior-point method (P. J. Goulart, Y. Chen, Clarabel, 2024); what it
-returns is never taken at its word, but checked by whoever asked.
+returns is never taken at its word, but checked by whoever constraints.
 """
 
 from __future__ import annotations
@@ -14,39 +14,38 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.tolerances import SOLVER_INFEASIBILITY, SOLVER_RESIDUAL, SOLVER_RESIDUAL_FAST
+
 __all__ = ["TRIANGLES", "ConicSolution", "ConstraintBlock", "solve_conic", "triangles"]
 
 Array = NDArray[np.float64]
-
-# Accuracy of a certificate from the solver, before it is polished.
-INFEASIBLE = 1e-10
 
 
 class ConstraintBlock(NamedTuple):
     """A cone that some consecutive rows must lie in.
 
     Attributes:
-        kind: ``"matrix"``: symmetric matrices that are positive semidefinite, as
-            `triangles` writes them; ``"lorentz"``: first entry at least the size of the
-            others; ``"line"``: entries not negative.
-        size: of the matrices, or number of rows.
+        kind: ``"psd_triangle"``: positive semidefinite matrices, as vectors of `triangles`;
+            ``"second_order"``: first entry at least the norm of the others;
+            ``"nonnegative"``: entries not negative.
+        size: size of the matrices, or number of rows.
     """
 
-    kind: Literal["matrix", "lorentz", "line"]
+    kind: Literal["psd_triangle", "second_order", "nonnegative"]
     size: int
 
     @property
     def rows(self) -> int:
-        """How many rows it takes."""
-        return self.size * (self.size + 1) // 2 if self.kind == "matrix" else self.size
+        """Number of rows."""
+        return self.size * (self.size + 1) // 2 if self.kind == "psd_triangle" else self.size
 
 
 class ConicSolution(NamedTuple):
-    """What the solver found.
+    """Result of the solver.
 
     Attributes:
-        infeasible: whether it holds that no x fulfils the constraints.
-        x: the minimiser (n,), if not.
+        infeasible: whether the solver found that no x fulfils the constraints.
+        x: the minimiser (n,), if there is one.
         dual: multipliers of the rows; a certificate if there is no x.
     """
 
@@ -56,7 +55,7 @@ class ConicSolution(NamedTuple):
 
 
 class _Columns(NamedTuple):
-    """A sparse matrix by columns, with the attributes that the solver reads."""
+    """A sparse matrix by columns, with the attributes that Clarabel reads."""
 
     data: list[float]
     indices: list[int]
@@ -75,31 +74,32 @@ def solve_conic(
     *,
     careful: bool = True,
 ) -> ConicSolution:
-    """Solve one problem.
+    """Minimise ``½ xᵀ H x + q·x`` with ``rows x + offset`` in a product of cones.
 
     Args:
         q: linear part of the objective (n,).
-        rows: of all cones, one after the other (rows, n).
-        offset: what is added to them (rows,).
+        rows: rows of all cones, one after the other (rows, n).
+        offset: constant part of the rows (rows,).
         parts: the cones.
         H: quadratic part (n, n), symmetric and positive semidefinite; none by default.
-        careful: solve to 1e-10 instead of 1e-9, and refine all linear systems; without, an
-            answer comes a fifth sooner.
+        careful: solve to 1e-10 instead of 1e-9, and refine all linear systems; the fast
+            setting saves a fifth of the time.
     """
     import clarabel
 
     kinds = {
-        "matrix": clarabel.PSDTriangleConeT,
-        "lorentz": clarabel.SecondOrderConeT,
-        "line": clarabel.NonnegativeConeT,
+        "psd_triangle": clarabel.PSDTriangleConeT,
+        "second_order": clarabel.SecondOrderConeT,
+        "nonnegative": clarabel.NonnegativeConeT,
     }
-    settings, accuracy = clarabel.DefaultSettings(), 1e-10 if careful else 1e-9
+    settings = clarabel.DefaultSettings()
+    accuracy = SOLVER_RESIDUAL if careful else SOLVER_RESIDUAL_FAST
     settings.verbose = settings.chordal_decomposition_enable = settings.presolve_enable = False
     settings.iterative_refinement_enable, settings.equilibrate_enable = careful, not careful
     settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = accuracy
-    settings.tol_infeas_abs = settings.tol_infeas_rel = INFEASIBLE
-    none = _Columns([], [], [0] * (q.size + 1), 0, (q.size, q.size))
-    quadratic = none if H is None else _columns(np.triu(H))
+    settings.tol_infeas_abs = settings.tol_infeas_rel = SOLVER_INFEASIBILITY
+    zero = _Columns([], [], [0] * (q.size + 1), 0, (q.size, q.size))
+    quadratic = zero if H is None else _columns(np.triu(H))
     cones = [kinds[kind](size) for kind, size in parts]
     found: Any = clarabel.DefaultSolver(
         quadratic, q.tolist(), _columns(-rows), offset.tolist(), cones, settings
@@ -109,17 +109,17 @@ def solve_conic(
 
 
 def triangles(matrices: Array) -> Array:
-    """Symmetric matrices (..., k, k) as vectors of the same inner product, k being 3 or 4.
+    """Convert symmetric matrices (..., k, k) to vectors (..., k (k + 1) / 2); k is 3 or 4.
 
-    The upper triangle column by column, with √2 before what is off the diagonal; shape
-    (..., k (k + 1) / 2).
+    A vector holds the upper triangle column by column, with off-diagonal entries times √2, so
+    that inner products are the same.
     """
     *outer, k, _ = matrices.shape
     return np.asarray(matrices.reshape(*outer, k * k) @ TRIANGLES[k])
 
 
-def _triangle(k: int) -> Array:
-    """Orthonormal columns (k², k (k + 1) / 2) that write symmetric matrices as vectors."""
+def _triangle_weights(k: int) -> Array:
+    """Compute the weights (k², k (k + 1) / 2) of `triangles`; columns are orthonormal."""
     columns, rows = np.tril_indices(k)
     count = np.arange(columns.size)
     W = np.zeros((k, k, count.size))
@@ -128,10 +128,11 @@ def _triangle(k: int) -> Array:
     return W.reshape(k * k, -1)
 
 
-TRIANGLES = {k: _triangle(k) for k in (3, 4)}
+TRIANGLES = {k: _triangle_weights(k) for k in (3, 4)}
 
 
 def _columns(matrix: Array) -> _Columns:
+    """Convert a dense matrix to sparse columns."""
     height, width = matrix.shape
     flat = matrix.T.reshape(-1)
     filled = np.flatnonzero(flat)

@@ -1,23 +1,23 @@
-"""What a design may be best in, as a convex problem over the cone of its design space.
+"""Objectives of a design, minimised as convex problems over the cone of its design space.
 
-Objectives that shrink with the masses have no least value over an open cone, so bodies must
-stay clear of its edge, ``P_b ⪰ ε F_b``; and what an objective does not see must not grow
-without limit, so the sum of all traces is bounded:
+Objectives that decrease with mass have no minimiser on the open cone, so we require
+``P_b ⪰ ε F_b``. An objective need not depend on all parameters, so the sum of all traces is
+bounded:
 
 ==========  =====================================================================  =========
 mass        total mass                                                              F = 1
 inertia     the largest principal moment of any body about the origin of its link   F = 1
 rotor       trace of the inertia matrix seen by the coordinates of the motion       F = 1
-change      ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, P0 being that of the file           F = P0
+change      ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, P0 from the file                    F = P0
 ==========  =====================================================================  =========
 
-in units of the chain and of the mean mass in the file. ε is 0.01, or half of what kept bodies
-and bounds leave possible. The traces add up to at most ten times what the design of the
-largest margin needs for that; with kept bodies or bounds, ten times what it has.
+in units of the chain and of the mean mass in the file. ε is 0.01, or half of the largest value
+that kept bodies and bounds allow. The traces add up to at most ten times the sum that the
+design of the largest margin has at this ε; with kept bodies or bounds, ten times its own sum.
 
-The distance is, to second order, that of the metric on pseudo-inertias which is the same in
-any frame and unit (T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on Robotics 36(1),
-2020).
+The distance equals, to second order, the affine-invariant metric on pseudo-inertias, which
+is the same in any frame and unit (T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on
+Robotics 36(1), 2020).
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from balance.designs.clarabel_adapter import ConstraintBlock, solve_conic, trian
 from balance.designs.constraints import Program
 from balance.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import PSEUDO_INERTIA_SINGULAR
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError
 
@@ -39,20 +40,19 @@ __all__ = ["Objective", "Optimum", "minimise_objective"]
 Array = NDArray[np.float64]
 Objective = Literal["mass", "inertia", "rotor", "change"]
 
-# How far bodies stay from the edge of the cone, in units of the mean mass in the file; and
-# the sum of all traces, over the least one that allows for that.
-FLOOR, ROOM = 1e-2, 10.0
-# A body is singular if an eigenvalue of its matrix is below this part of their sum.
-SINGULAR = 1e-12
+# ε: distance of bodies from the boundary of the cone, in units of the mean mass in the file.
+BOUNDARY_DISTANCE = 1e-2
+# Bound on the sum of all traces, over the least sum that this distance allows.
+TRACE_FACTOR = 10.0
 
 
 class Optimum(NamedTuple):
-    """The best point of a program.
+    """The minimiser of an objective.
 
     Attributes:
         P: pseudo-inertias of the free bodies (free, k, k), in the coordinates of the chain
             and in kilograms.
-        value: of the objective, in SI units; without a unit for the change.
+        value: value of the objective, SI units; the change has no unit.
     """
 
     P: Array
@@ -60,18 +60,18 @@ class Optimum(NamedTuple):
 
 
 class _Goal(NamedTuple):
-    """An objective ``q·v + ½ vᵀ H v + constant``, and the constraints that it brings.
+    """An objective ``q·v + ½ vᵀ H v + constant`` and its own constraints.
 
-    The coordinates v are those of a cone, and then the bound on what is to be small at its
-    largest.
+    The coordinates v are those of a cone, followed by the upper bound that a min-max objective
+    minimises.
 
     Attributes:
         q: linear part (n + 1,).
-        constant: without unit, as the rest.
+        constant: constant part, without a unit.
         scale: SI units per unit of the objective.
         H: quadratic part (n + 1, n + 1), None without one.
-        rows: constraints (rows, n + 1).
-        parts: their cones.
+        rows: rows of its constraints (rows, n + 1).
+        parts: cones of these rows.
     """
 
     q: Array
@@ -83,59 +83,64 @@ class _Goal(NamedTuple):
 
 
 def minimise_objective(
-    space: DesignSpace, question: Program, wanted: Objective, z: Array, margin: float
+    space: DesignSpace, program: Program, wanted: Objective, z: Array, margin: float
 ) -> Optimum | None:
-    """The best design, None if the solver does not find it.
+    """Minimise an objective over the designs of a space.
 
     Args:
         space: the design space.
-        question: what else is asked.
-        wanted: what to minimise.
+        program: its conic program with constraints.
+        wanted: the objective.
         z: parameters of a design (bodies, 10) about the inertial origin, SI units.
-        margin: its margin.
+        margin: margin of that design.
+
+    Returns:
+        The minimiser; None if the solver does not find it.
 
     Raises:
-        BodyError: the change is to be small, but a free body of the file is singular.
+        BodyError: the objective is ``"change"``, but a free body of the file is singular.
     """
-    file, cone = matrices_of(space, given_parameters(space)) / question.unit, question.cone
-    # For force balance in space, second moments are not conditioned, but wanted.
-    if wanted == "change" or (cone.lorentz and cone.size == 4):
+    file, cone = matrices_of(space, given_parameters(space)) / program.unit, program.cone
+    # Spatial force balance does not constrain second moments, but objectives depend on them.
+    if wanted == "change" or (cone.second_order and cone.size == 4):
         cone = cone.lifted()
-    floor = np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))
+    lower = np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))
     if wanted == "change":
-        floor = file[list(question.free)]
-        _check_definite(space, question.free, floor)
-    goal = _goal(space, question, cone, wanted, file)
-    trace = float(np.trace(matrices_of(space, z), axis1=1, axis2=2).sum()) / question.unit
-    largest = float(np.linalg.eigvalsh(floor).max())
-    epsilon, room = FLOOR, ROOM * FLOOR * largest / margin
-    if question.sized:
-        epsilon, room = min(FLOOR, 0.5 * margin * trace / largest), ROOM * trace
-    v = _solve(question, cone, goal, epsilon * floor, room)
+        lower = file[list(program.free)]
+        _check_definite(space, program.free, lower)
+    goal = _goal(space, program, cone, wanted, file)
+    trace = float(np.trace(matrices_of(space, z), axis1=1, axis2=2).sum()) / program.unit
+    largest = float(np.linalg.eigvalsh(lower).max())
+    epsilon = BOUNDARY_DISTANCE
+    trace_limit = TRACE_FACTOR * BOUNDARY_DISTANCE * largest / margin
+    if program.sized:
+        epsilon = min(BOUNDARY_DISTANCE, 0.5 * margin * trace / largest)
+        trace_limit = TRACE_FACTOR * trace
+    v = _solve(program, cone, goal, epsilon * lower, trace_limit)
     if v is None:
         return None
     half = 0.0 if goal.H is None else 0.5 * v @ goal.H @ v
     value = float((goal.q @ v + half + goal.constant) * goal.scale)
-    return Optimum(question.unit * cone.at(v[:-1]), value)
+    return Optimum(program.unit * cone.at(v[:-1]), value)
 
 
 def _solve(
-    question: Program, cone: Cone, goal: _Goal, floor: Array, room: float
+    program: Program, cone: Cone, goal: _Goal, lower: Array, trace_limit: float
 ) -> Array | None:
-    """Coordinates of the least value with ``P_b ⪰ floor_b`` and traces up to ``room``."""
-    (count, n), own = cone.blocks.shape[:2], question.traces.size
-    others = question.lines[int(question.sized) :]
+    """Minimise an objective with ``P_b ⪰ lower_b`` and traces up to ``trace_limit``."""
+    (count, n), own = cone.blocks.shape[:2], program.traces.size
+    others = program.lines[int(program.sized) :]
     lines = np.zeros((1 + len(others), n))
-    lines[0, :own], lines[1:, :own] = -question.traces, others
+    lines[0, :own], lines[1:, :own] = -program.traces, others
     linear = np.concatenate([cone.stacked(cone.blocks), lines])
     rows = np.concatenate([np.column_stack([linear, np.zeros(len(linear))]), goal.rows])
     offset = np.zeros(len(rows))
-    offset[: len(linear) - len(lines)] = -cone.rows(floor).reshape(-1)
-    offset[len(linear) - len(lines)] = room
-    parts = [cone.part] * count + [ConstraintBlock("line", len(lines)), *goal.parts]
-    # The unit of mass is 1 here, and a bound that bounds nothing is 0.
+    offset[: len(linear) - len(lines)] = -cone.rows(lower).reshape(-1)
+    offset[len(linear) - len(lines)] = trace_limit
+    parts = [cone.part] * count + [ConstraintBlock("nonnegative", len(lines)), *goal.parts]
+    # Fix the unit of mass at 1, and an unused upper bound at 0.
     known, free = np.zeros(n + 1), np.ones(n + 1, dtype=bool)
-    if question.sized:
+    if program.sized:
         known[own - 1], free[own - 1] = 1.0, False
     free[n] = len(goal.parts) > 0
     H, q = None, goal.q[free]
@@ -149,9 +154,9 @@ def _solve(
 
 
 def _check_definite(space: DesignSpace, free: tuple[int, ...], P: Array) -> None:
-    """Refuse bodies from which no distance is defined."""
+    """Raise BodyError for free bodies of the file with a singular pseudo-inertia."""
     for b, matrix in zip(free, P, strict=True):
-        if np.linalg.eigvalsh(matrix)[0] <= SINGULAR * np.trace(matrix):
+        if np.linalg.eigvalsh(matrix)[0] <= PSEUDO_INERTIA_SINGULAR * np.trace(matrix):
             raise BodyError(
                 space.source, space.bodies[b],
                 "has a singular mass distribution in the file, from which no change can be "
@@ -160,10 +165,10 @@ def _check_definite(space: DesignSpace, free: tuple[int, ...], P: Array) -> None
 
 
 def _goal(
-    space: DesignSpace, question: Program, cone: Cone, wanted: Objective, file: Array
+    space: DesignSpace, program: Program, cone: Cone, wanted: Objective, file: Array
 ) -> _Goal:
-    """The objective in the coordinates of a cone."""
-    n, free = cone.blocks.shape[1], list(question.free)
+    """Build an objective in the coordinates of a cone."""
+    n, free = cone.blocks.shape[1], list(program.free)
     q, none = np.zeros(n + 1), np.empty((0, n + 1))
     area = space.length**2
     if wanted == "change":
@@ -175,22 +180,22 @@ def _goal(
     if wanted == "inertia":
         q[n] = 1.0
         rows, part = _moments(space, cone, free)
-        parts = (part,) * (len(free) if part.kind == "matrix" else 1)
-        return _Goal(q, 0.0, question.unit * area, None, rows, parts)
-    weights = _swept(space) if wanted == "rotor" else np.zeros_like(file)
+        parts = (part,) * (len(free) if part.kind == "psd_triangle" else 1)
+        return _Goal(q, 0.0, program.unit * area, None, rows, parts)
+    weights = _rotor_weights(space) if wanted == "rotor" else np.zeros_like(file)
     if wanted == "mass":
         weights[:, -1, -1] = 1.0
     q[:n] = np.einsum("bij,bnij->n", weights[free], cone.blocks)
     keep = [b for b in range(len(file)) if b not in free]
     constant = float(np.sum(weights[keep] * file[keep]))
-    scale = question.unit * (area if wanted == "rotor" else 1.0)
+    scale = program.unit * (area if wanted == "rotor" else 1.0)
     return _Goal(q, constant, scale, None, none, ())
 
 
 def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, ConstraintBlock]:
-    """Bound minus the inertia of each body about the origin of its link frame, as rows.
+    """Build rows of the upper bound minus each body's inertia about its link origin.
 
-    In a plane that is the moment about the normal, the largest of a flat body.
+    In a plane the inertia is the moment about the normal, the largest one of a flat body.
     """
     frame, d, n = space.chain.frame, cone.size - 1, cone.blocks.shape[1]
     origins = (space.frames[free, :3, 3] - frame.origin) @ frame.R.T[:, :d] / frame.length
@@ -198,19 +203,21 @@ def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, Co
     shift[:, :d, d] = -origins
     S = (shift[:, None] @ cone.blocks @ shift[:, None].swapaxes(-1, -2))[..., :d, :d]
     trace = np.trace(S, axis1=-2, axis2=-1)
-    if cone.lorentz:
-        return np.column_stack([-trace, np.ones(len(free))]), ConstraintBlock("line", len(free))
+    if cone.second_order:
+        return np.column_stack([-trace, np.ones(len(free))]), ConstraintBlock(
+            "nonnegative", len(free)
+        )
     inertia = triangles(trace[..., None, None] * np.eye(d) - S)
     unit = np.tile(triangles(np.eye(d)), len(free))
     rows = np.column_stack([-inertia.transpose(0, 2, 1).reshape(-1, n), unit])
-    return rows, ConstraintBlock("matrix", d)
+    return rows, ConstraintBlock("psd_triangle", d)
 
 
-def _swept(space: DesignSpace) -> Array:
-    """Weights K with ``Σ_b <K_b, P_b>`` the trace of the inertia matrix of the motion.
+def _rotor_weights(space: DesignSpace) -> Array:
+    """Compute K with ``Σ_b <K_b, P_b>`` the trace of the inertia matrix of the motion.
 
-    A point x of a body moves by ``T [x; 1]`` for a unit rate of a coordinate, T being the
-    first rows of the twist as a matrix; so ``K = Σ_w T_wᵀ T_w``.
+    A point x of a body has the velocity ``T [x; 1]`` for a unit rate of a coordinate, where T
+    holds the first rows of the twist as a matrix. Hence ``K = Σ_w T_wᵀ T_w``.
     """
     chain = space.chain
     twists = expand(chain, np.zeros((1, chain.width)), 0).T[0, 0]
@@ -218,13 +225,13 @@ def _swept(space: DesignSpace) -> Array:
     K = np.zeros((chain.links.size, d + 1, d + 1))
     for b, link in enumerate(chain.links):
         for twist in twists[link] if link >= 0 else ():
-            T = np.column_stack([_turning(twist[:-d]), twist[-d:]])
+            T = np.column_stack([_cross_matrix(twist[:-d]), twist[-d:]])
             K[b] += T.T @ T
     return K
 
 
-def _turning(rotation: Array) -> Array:
-    """The matrix of ``ω ×`` in space (3,) or in the plane (1,)."""
+def _cross_matrix(rotation: Array) -> Array:
+    """Compute the matrix of ``ω ×`` in space (3,) or in the plane (1,)."""
     if rotation.size == 1:
         return rotation[0] * np.array([[0.0, -1.0], [1.0, 0.0]])
     return np.cross(rotation, np.eye(3)).T

@@ -1,12 +1,12 @@
-"""The cone of buildable bodies, seen from the coordinates of a design space.
+"""The cone of positive definite pseudo-inertias in the coordinates of a design space.
 
-A body can be built if its pseudo-inertia ``P = ∫ [x; 1][x; 1]ᵀ dm`` is positive definite. In
-a plane, and for force balance, only some of P is conditioned: ``m``, ``mc`` and at most the
-trace J of the second moments. There is a definite P with these exactly if ``m > 0`` and
-``m J > |mc|²``, a cone of Lorentz that needs no matrix.
+A body is realisable if its pseudo-inertia ``P = ∫ [x; 1][x; 1]ᵀ dm`` is positive definite. In
+a plane, and for force balance, the conditions depend on a part of P only: ``m``, ``mc`` and at
+most the trace J of the second moments. A definite P with these values exists if and only if
+``m > 0`` and ``m J > |mc|²``, a second-order cone.
 
-Everything here is in the coordinates of the chain: lengths in characteristic lengths from the
-middle of the mechanism, and in a plane the axes of that plane; masses in kilograms.
+All arrays are in the coordinates of the chain: lengths in characteristic lengths from the
+middle of the mechanism, in a plane along its axes; masses in kilograms.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ Array = NDArray[np.float64]
 THICKNESS = 0.1
 
 
-def _lorentz(k: int) -> Array:
-    """Weights (k², k + 1) of ``J + m``, ``J - m`` and ``2 mc`` in matrices (k, k)."""
+def _second_order_weights(k: int) -> Array:
+    """Compute weights (k², k + 1) of ``J + m``, ``J - m`` and ``2 mc`` in matrices (k, k)."""
     W, d = np.zeros((k, k, k + 1)), range(k - 1)
     W[range(k), range(k), 0] = W[d, d, 1] = 1.0
     W[-1, -1, 1] = -1.0
@@ -48,7 +48,7 @@ def _lorentz(k: int) -> Array:
     return W.reshape(k * k, -1)
 
 
-LORENTZ = {k: _lorentz(k) for k in (3, 4)}
+SECOND_ORDER_WEIGHTS = {k: _second_order_weights(k) for k in (3, 4)}
 
 
 class Cone(NamedTuple):
@@ -56,15 +56,15 @@ class Cone(NamedTuple):
 
     Attributes:
         blocks: symmetric matrices (bodies, n, k, k): k is 4 in space and 3 in the plane.
-        nullity: how many coordinates, the first ones, are those of the design space; the
-            others are second moments that no condition sees.
-        lorentz: whether only the traces of the second moments are coordinates: then they
-            stand for all matrices with these traces.
+        nullity: number of coordinates of the design space, which come first; the others are
+            second moments on which no condition depends.
+        second_order: whether only the traces of the second moments are coordinates. Each
+            point then stands for all matrices with these traces.
     """
 
     blocks: Array
     nullity: int
-    lorentz: bool
+    second_order: bool
 
     @property
     def size(self) -> int:
@@ -73,25 +73,25 @@ class Cone(NamedTuple):
 
     @property
     def part(self) -> ConstraintBlock:
-        """The cone of one body for the solver."""
+        """Cone of one body for the solver."""
         return (
-            ConstraintBlock("lorentz", self.size + 1)
-            if self.lorentz
-            else ConstraintBlock("matrix", self.size)
+            ConstraintBlock("second_order", self.size + 1)
+            if self.second_order
+            else ConstraintBlock("psd_triangle", self.size)
         )
 
     @property
     def weights(self) -> Array:
-        """Matrix (k², rows) that takes matrices to the coordinates of the solver's cone."""
-        return (LORENTZ if self.lorentz else TRIANGLES)[self.size]
+        """Matrix (k², rows) from matrices to the coordinates of the solver's cone."""
+        return (SECOND_ORDER_WEIGHTS if self.second_order else TRIANGLES)[self.size]
 
     def rows(self, blocks: Array) -> Array:
-        """Matrices (..., k, k) in the coordinates of the solver's cone (..., rows)."""
+        """Convert matrices (..., k, k) to the coordinates of the solver's cone (..., rows)."""
         *outer, k, _ = blocks.shape
         return np.asarray(blocks.reshape(*outer, k * k) @ self.weights)
 
     def stacked(self, blocks: Array) -> Array:
-        """Rows of the solver's cones of all bodies, one after the other (rows, n).
+        """Stack the rows of the solver's cones of all bodies (rows, n).
 
         Args:
             blocks: matrices (bodies, n, k, k).
@@ -100,33 +100,38 @@ class Cone(NamedTuple):
         return rows.transpose(0, 2, 1).reshape(rows.shape[0] * rows.shape[2], rows.shape[1])
 
     def duals(self, vectors: Array) -> Array:
-        """Matrices Z (..., k, k) that multiply as the solver's dual vectors do."""
+        """Convert dual vectors of the solver (..., rows) to dual matrices Z (..., k, k)."""
         k = self.size
         return np.asarray(vectors @ self.weights.T).reshape(*vectors.shape[:-1], k, k)
 
     def sums_at(self, x: Array) -> Array:
-        """``P_b = Σ_i x_i blocks[b, i]`` (bodies, k, k); with traces alone, one of many."""
+        """Compute ``P_b = Σ_i x_i blocks[b, i]`` (bodies, k, k).
+
+        With traces alone, this is one of many matrices with these traces.
+        """
         return np.asarray(np.einsum("bnij,n->bij", self.blocks, x))
 
     def at(self, x: Array) -> Array:
-        """Pseudo-inertias (bodies, k, k).
+        """Compute the pseudo-inertias (bodies, k, k) at coordinates x (n,).
 
         With traces alone, second moments about the centre of mass are equal in all
-        directions; bodies without a positive mass, which have no such centre, are left as
-        they are.
+        directions. Bodies without a positive mass have no such centre and are not changed.
         """
         P = self.sums_at(x)
-        if self.lorentz:
-            d, heavy = self.size - 1, P[:, -1, -1] > 0.0
-            m, mc = P[heavy, -1, -1], P[heavy, :-1, -1]
+        if self.second_order:
+            d, has_mass = self.size - 1, P[:, -1, -1] > 0.0
+            m, mc = P[has_mass, -1, -1], P[has_mass, :-1, -1]
             spread = mc[:, :, None] * mc[:, None, :] / m[:, None, None]
-            central = np.einsum("bii->b", P[heavy]) - m - np.einsum("bii->b", spread)
-            P[heavy, :d, :d] = spread + central[:, None, None] * np.eye(d) / d
+            central = np.einsum("bii->b", P[has_mass]) - m - np.einsum("bii->b", spread)
+            P[has_mass, :d, :d] = spread + central[:, None, None] * np.eye(d) / d
         return P
 
     def least(self, P: Array) -> Array:
-        """The largest t of each body with ``P_b ⪰ t``, for the best of its matrices."""
-        if not self.lorentz:
+        """Compute the largest t of each body with ``P_b ⪰ t`` (bodies,).
+
+        With traces alone, this is the largest one over the matrices with these traces.
+        """
+        if not self.second_order:
             return np.asarray(np.linalg.eigvalsh(P)[:, 0])
         # (J - d t)(m - t) = |mc|²
         d, m, mc = self.size - 1, P[:, -1, -1], P[:, :-1, -1]
@@ -135,20 +140,20 @@ class Cone(NamedTuple):
         return np.asarray((J + d * m - root) / (2.0 * d))
 
     def sums(self, Z: Array) -> Array:
-        """``Σ_b <Z_b, P_b>`` as a function, one value for each coordinate.
+        """Compute ``Σ_b <Z_b, blocks[b, i]>`` for every coordinate i.
 
-        With traces alone, also for the parts of the second moments that have no trace.
+        With traces alone, the entries for the trace-free second moments are appended.
         """
         own = np.einsum("bnij,bij->n", self.blocks, Z)
-        if not self.lorentz:
+        if not self.second_order:
             return own
         S = Z[:, :-1, :-1]
         equal = np.einsum("bii->b", S)[:, None, None] * np.eye(self.size - 1)
         return np.concatenate([own, (S - equal / (self.size - 1)).reshape(-1)])
 
     def lifted(self) -> Cone:
-        """The same with all second moments as coordinates of their own."""
-        if not self.lorentz:
+        """Return the cone with all second moments as coordinates."""
+        if not self.second_order:
             return self
         count, n, k = self.blocks.shape[:3]
         pairs = [(i, j) for i in range(k - 1) for j in range(i, k - 1) if i + j > 0]
@@ -163,7 +168,7 @@ class Cone(NamedTuple):
 
 
 def cone_of(space: DesignSpace) -> Cone:
-    """The cone of a design space."""
+    """Build the cone of a design space."""
     count, nullity = len(space.bodies), space.nullity
     z = space.scaled_basis.reshape(count, len(space.labels), nullity).transpose(0, 2, 1)
     if "Exx" in space.labels:
@@ -183,31 +188,42 @@ def cone_of(space: DesignSpace) -> Cone:
 
 
 def to_si(P: Array, frame: Frame, height: float = 0.0, along: Array | None = None) -> Array:
-    """Parameters (bodies, 10) about the inertial origin, SI units.
+    """Convert pseudo-inertias of a chain to parameters about the inertial origin, SI units.
 
     Args:
-        P: pseudo-inertias (bodies, 4, 4); or (bodies, 3, 3) of a plane, which are completed
-            to bodies with that plane as a plane of symmetry.
-        frame: coordinates of the chain.
-        height: of that plane above the origin of the chain, in characteristic lengths.
-        along: second moments along the normal (bodies,), about the centre of mass; a tenth
-            of those in the plane where not positive, the default.
+        P: pseudo-inertias (bodies, 4, 4); or (bodies, 3, 3) of a plane, which becomes a plane
+            of symmetry of the bodies.
+        frame: frame of the chain.
+        height: height of that plane above the origin of the chain, in characteristic lengths.
+        along: second moments along the normal about the centre of mass (bodies,). Where not
+            positive, and by default, a tenth of those in the plane.
+
+    Returns:
+        Parameters (bodies, 10).
     """
     H = np.eye(4)
     H[:3, :3], H[:3, 3] = frame.length * frame.R.T, frame.origin
     if P.shape[-1] == 3:
         m, mc = P[:, 2, 2], P[:, :2, 2]
         central = P[:, 0, 0] + P[:, 1, 1] - np.einsum("bi,bi->b", mc, mc) / np.where(m, m, 1.0)
-        thin = 0.5 * THICKNESS * central
+        default = 0.5 * THICKNESS * central
         flat, P = P, np.zeros((len(P), 4, 4))
         P[:, :2, :2], P[:, :2, 3], P[:, 3, :2], P[:, 3, 3] = flat[:, :2, :2], mc, mc, m
-        P[:, 2, 2] = thin if along is None else np.where(along > 0.0, along, thin)
+        P[:, 2, 2] = default if along is None else np.where(along > 0.0, along, default)
         H[:3, 3] += height * H[:3, 2]
     return from_pseudo_inertia(H @ P @ H.T)
 
 
 def from_si(z: Array, frame: Frame) -> Array:
-    """Pseudo-inertias (bodies, 4, 4) in the coordinates of a chain, the inverse of `to_si`."""
+    """Convert parameters to pseudo-inertias in the coordinates of a chain; see `to_si`.
+
+    Args:
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+        frame: frame of the chain.
+
+    Returns:
+        Pseudo-inertias (bodies, 4, 4).
+    """
     H = np.eye(4)
     H[:3, :3] = frame.R / frame.length
     H[:3, 3] = -H[:3, :3] @ frame.origin
@@ -215,20 +231,25 @@ def from_si(z: Array, frame: Frame) -> Array:
 
 
 def given_parameters(space: DesignSpace) -> Array:
-    """Parameters of the bodies in the file (bodies, 10) about the inertial origin, SI units."""
+    """Return the parameters of the linkage's bodies (bodies, 10), inertial origin, SI units."""
     return np.array([body.inertia for body in space.linkage.bodies]).reshape(-1, 10)
 
 
 def matrices_of(space: DesignSpace, z: Array) -> Array:
-    """Pseudo-inertias (bodies, k, k) of parameters (bodies, 10), in the chain's coordinates.
+    """Convert parameters to pseudo-inertias in the coordinates of a space's chain.
 
-    In a plane only what is in it: k is 3.
+    Args:
+        space: the design space.
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+
+    Returns:
+        Pseudo-inertias (bodies, k, k); k is 4 in space, and 3 in a plane without its normal.
     """
     P = from_si(z, space.chain.frame)
     return P[:, [[0], [1], [3]], [0, 1, 3]] if space.planar else P
 
 
 def parameters_by_body(space: DesignSpace) -> list[int]:
-    """Which of the ten parameters, in the coordinates of the chain, the space counts."""
+    """Return which of the ten parameters the space contains, in the chain's coordinates."""
     own = [0, 1, 2, 6] if space.planar else list(range(10))
     return own[: len(space.labels)]

@@ -1,4 +1,4 @@
-"""What is said of designs that do not exist, and of those that no check has settled."""
+"""Texts of verdicts: infeasible designs, and undecided ones."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from balance.designs.constraints import Constraints
 from balance.designs.mass_regions import reach_of
 from balance.spaces.design_space_result import DesignSpace
+from balance.tolerances import CERTIFICATE_ENTRY_RELATIVE
 
 __all__ = [
     "TOO_NARROW",
@@ -19,9 +20,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Part of a certificate that counts as none.
-FELT = 1e-12
-# More conditions rule out more designs: a proof that there is none stays one.
+# A space with missing conditions is too large: certificates stay valid, designs do not.
 UNSETTLED = (
     "not all conditions are known, and a design may break the others; leave out max_order, if "
     "it was given"
@@ -32,33 +31,43 @@ TOO_NARROW = (
 )
 
 
-def describe_limits(asked: Constraints) -> str:
-    """The limits of a restriction in words that follow a verdict; none without limits."""
-    return f" within {asked.within:g} link lengths" if asked.balls else ""
+def describe_limits(constraints: Constraints) -> str:
+    """Describe the balls of the constraints, to follow a verdict; empty without balls."""
+    return f" within {constraints.within:g} link lengths" if constraints.balls else ""
 
 
-def describe_conflict(space: DesignSpace, Z: Array, asked: Constraints) -> str:
-    """What a certificate says: which bodies' positivity clash."""
+def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) -> str:
+    """Describe which bodies a certificate positive_weight, and a remedy.
+
+    Args:
+        space: the design space.
+        Z: matrices of the certificate (bodies, k, k).
+        constraints: the constraints that it excludes.
+    """
     sizes = np.abs(Z).max(axis=(1, 2))
-    felt = (sizes > FELT * sizes.max()).tolist()
-    clash = [name for name, weighs in zip(space.bodies, felt, strict=True) if weighs]
+    weighed = (sizes > CERTIFICATE_ENTRY_RELATIVE * sizes.max()).tolist()
+    clash = [
+        name
+        for name, positive_weight in zip(space.bodies, weighed, strict=True)
+        if positive_weight
+    ]
     listed = " and ".join(filter(None, [", ".join(clash[:-1]), clash[-1]]))
-    verdict = f"infeasible{describe_limits(asked)}"
-    if set(clash) <= {space.bodies[b] for b in asked.keep}:
+    verdict = f"infeasible{describe_limits(constraints)}"
+    if set(clash) <= {space.bodies[b] for b in constraints.keep}:
         return (
             f"{verdict}: {listed}, as kept, cannot be balanced by any masses of the others; "
             "keep fewer links"
         )
-    extent = np.abs(Z[:, :-1]).max() > FELT * sizes.max()
+    extent = np.abs(Z[:, :-1]).max() > CERTIFICATE_ENTRY_RELATIVE * sizes.max()
     what = "some second moments" if extent else "the masses"
     sums = f"{what} of {listed} {'are zero' if len(clash) == 1 else 'add up to zero'}"
     positive = "which are positive for bodies that can be built"
-    if asked.sized:
+    if constraints.sized:
         return (
             f"{verdict}: with what is kept and bounded, {sums} or less, {positive}; keep fewer "
             "links, or widen the bounds"
         )
-    if asked:
+    if constraints:
         return f"{verdict}: in every balanced distribution there, {sums} or less, {positive}"
     remedy = "change the geometry or restrict the motion"
     if space.balance == "dynamic":
@@ -66,16 +75,16 @@ def describe_conflict(space: DesignSpace, Z: Array, asked: Constraints) -> str:
     return f"{verdict}: in every balanced distribution {sums}, {positive}; {remedy}"
 
 
-def describe_furthest(space: DesignSpace, P: Array, asked: Constraints) -> str:
-    """Which body of a design is furthest beyond the ball in which it might be, and how far.
+def describe_furthest(space: DesignSpace, P: Array, constraints: Constraints) -> str:
+    """Describe the body of a design that is furthest outside its ball, and the distance.
 
     Args:
         space: the design space.
         P: pseudo-inertias (bodies, k, k), in the coordinates of the chain.
-        asked: the restriction, with balls.
+        constraints: constraints with balls.
     """
-    b = max(asked.balls, key=lambda b: reach_of(asked.balls[b], P[b]))
-    ball, name, length = asked.balls[b], space.bodies[b], space.chain.frame.length
+    b = max(constraints.balls, key=lambda b: reach_of(constraints.balls[b], P[b]))
+    ball, name, length = constraints.balls[b], space.bodies[b], space.chain.frame.length
     away = float(np.linalg.norm(P[b][:-1, -1] / P[b][-1, -1] - ball.centre))
     if away > ball.radius:
         return f"centre of mass of {name} {away * length:.2g} m away"

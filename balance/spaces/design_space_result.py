@@ -27,7 +27,7 @@ from balance.transfers.by_joint import Transfer, by_joint
 from balance.transfers.serial_space import Transfers
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.wording import first_names, repr_lines
+from kinematics.wording import first_names, html_facts, repr_lines
 
 __all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace"]
 
@@ -77,6 +77,17 @@ class DesignSpace(SpaceData):
             f"bodies {first_names(self.bodies)}",
             self.assurance,
             f"as given: {'balanced' if self.as_given.balanced else 'not balanced'}",
+        )
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        return html_facts(
+            f"{type(self).__name__} of {self.linkage.name}",
+            ("parameters", self.parts),
+            ("ranks by order", ", ".join(str(order.rank) for order in self.orders)),
+            ("bodies", first_names(self.bodies)),
+            ("certainty", self.assurance),
+            ("as given", "balanced" if self.as_given.balanced else "not balanced"),
         )
 
     @property

@@ -1,9 +1,9 @@
-"""How far the poses of a Taylor motion are right: the true error of every order.
+"""True error of every order of a Taylor motion along lines and paths.
 
-The true error is the distance of a prediction from the pose that closes the loops. Poses on
-a straight line are followed step by step from the reference pose, without the expansion.
-Distances and errors are in radians and characteristic lengths, errors those of the joint that
-is worst off. (After J. J. de Jong, PhD thesis, University of Twente, Figs. 4.1 to 4.3.)
+The true error is the difference between a prediction and the pose that closes the loops.
+Continuation from the reference pose follows a straight line without the expansion. Distances
+and errors are in radians and characteristic lengths. Errors are maxima over the joints.
+(After J. J. de Jong, PhD thesis, University of Twente, Figs. 4.1 to 4.3.)
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.taylor_poses.prediction import Predictions, offset_of
+from balance.tolerances import LINE_END_RELATIVE
 from kinematics.closure.continuation import continue_along
 from kinematics.taylor.monomials import monomial_powers
 from kinematics.taylor.taylor_motion import TaylorMotion
@@ -23,24 +24,30 @@ __all__ = ["Curves", "error_curves"]
 
 Array = NDArray[np.float64]
 
-# Most lines and most rows of a path: further ones are left out.
-LINES, ROWS = 6, 400
-# Samples of a line, how far it goes in radii of convergence, and how far without a radius.
-SAMPLES, FAR, WHOLE = 120, 1.4, 1.0
+# Most coordinates with a line of their own: more panels do not fit on a page.
+MAX_LINES = 6
+# Most rows of a path; rows of a longer path are skipped evenly.
+MAX_ROWS = 400
+# Samples of a line: enough for a smooth curve.
+SAMPLES = 120
+# Length of a line in radii of convergence, so that the growth beyond the radius shows.
+LENGTH_IN_RADII = 1.4
+# Length of a line if the radius is infinite, radians and characteristic lengths.
+LENGTH_WITHOUT_RADIUS = 1.0
 
 
 class Curves(NamedTuple):
     """Errors of all orders along one line or path.
 
     Attributes:
-        title: what it leads along.
+        title: name of the line or path.
         axis: name of its abscissa.
-        x: way from the reference pose, or along the path (N,).
+        x: distance from the reference pose, or along the path (N,).
         errors: true errors of order 1, 2, … (order, N).
         estimate: estimated error of the highest order (N,); NaN beyond the radius.
         beyond: intervals of x that are beyond the radius of convergence.
-        closed: ends of x where the loops stop closing.
-        target: the x of the pose that was asked for, or None.
+        closed: values of x beyond which the loops do not close.
+        target: the x of the target pose, or None.
     """
 
     title: str
@@ -54,46 +61,56 @@ class Curves(NamedTuple):
 
 
 def error_curves(found: Predictions) -> list[Curves]:
-    """The error along the line or the path that was asked for, or along each coordinate."""
+    """Compute the errors along the line or path of the predictions.
+
+    Without poses, compute them along each coordinate.
+    """
     motion = found.motion
     if found.line and found.poses[0].distance > 0.0:
         pose = found.poses[0]
-        far = max(1.1 * pose.distance, _far(motion))
-        ray = pose.y / motion.scales / pose.distance
-        return [_line(motion, "straight to the target", ray, (far,), pose.distance)]
+        far = max(1.1 * pose.distance, _line_length(motion))
+        direction = pose.y / motion.scales / pose.distance
+        return [
+            _line_curves(motion, "straight to the target", direction, (far,), pose.distance)
+        ]
     if found.poses and not found.line:
-        return [_path(found)]
-    far = _far(motion)
-    directions = np.eye(motion.scales.size)[:LINES]
-    return [_line(motion, _along(motion, ray), ray, (-far, far)) for ray in directions]
+        return [_path_curves(found)]
+    far = _line_length(motion)
+    directions = np.eye(motion.scales.size)[:MAX_LINES]
+    return [
+        _line_curves(motion, _direction_name(motion, direction), direction, (-far, far))
+        for direction in directions
+    ]
 
 
-def _far(motion: TaylorMotion) -> float:
-    """How far a line goes."""
-    return FAR * motion.radius if np.isfinite(motion.radius) else WHOLE
+def _line_length(motion: TaylorMotion) -> float:
+    """Return the length of a line."""
+    return (
+        LENGTH_IN_RADII * motion.radius if np.isfinite(motion.radius) else LENGTH_WITHOUT_RADIUS
+    )
 
 
-def _along(motion: TaylorMotion, ray: Array) -> str:
-    """The inputs that move in a direction of the coordinates."""
-    moved = motion.motion.basis @ ray != 0.0
+def _direction_name(motion: TaylorMotion, direction: Array) -> str:
+    """Name the inputs that move along a direction of the coordinates."""
+    moved = motion.motion.basis @ direction != 0.0
     names = [name for name, used in zip(motion.motion.inputs, moved, strict=True) if used]
     return f"along {' and '.join(names)}"
 
 
-def _line(
-    motion: TaylorMotion, title: str, ray: Array, ends: tuple[float, ...],
+def _line_curves(
+    motion: TaylorMotion, title: str, direction: Array, ends: tuple[float, ...],
     target: float | None = None,
 ) -> Curves:  # fmt: skip
-    """Errors along a ray in units of the radius, from the reference pose to its ends."""
-    ways = [_walked(motion, np.sign(end) * ray, abs(end)) for end in ends]
+    """Compute errors along a direction, from the reference pose to the ends of the line."""
+    halves = [_closed_poses_along(motion, np.sign(end) * direction, abs(end)) for end in ends]
     closed = tuple(
-        float(np.sign(end) * s[-1]) for end, (s, _) in zip(ends, ways, strict=True)
-        if s[-1] < (1.0 - 1e-9) * abs(end)
+        float(np.sign(end) * s[-1]) for end, (s, _) in zip(ends, halves, strict=True)
+        if s[-1] < (1.0 - LINE_END_RELATIVE) * abs(end)
     )  # fmt: skip
-    sides = [np.sign(end) * s for end, (s, _) in zip(ends, ways, strict=True)]
+    sides = [np.sign(end) * s for end, (s, _) in zip(ends, halves, strict=True)]
     x, order = np.unique(np.concatenate(sides), return_index=True)
-    q = np.concatenate([q for _, q in ways])[order]
-    points = x[:, None] * ray * motion.scales
+    q = np.concatenate([q for _, q in halves])[order]
+    points = x[:, None] * direction * motion.scales
     first, last = min(*ends, 0.0), max(*ends, 0.0)
     outside = [(first, -motion.radius), (motion.radius, last)]
     beyond = tuple(pair for pair in outside if pair[0] < pair[1])
@@ -101,18 +118,20 @@ def _line(
     return Curves(title, "distance", x, errors, estimate, beyond, closed, target)
 
 
-def _walked(motion: TaylorMotion, ray: Array, far: float) -> tuple[Array, Array]:
-    """Distances (N,) and joint positions (N, n) of closed poses along a ray.
+def _closed_poses_along(
+    motion: TaylorMotion, direction: Array, far: float
+) -> tuple[Array, Array]:
+    """Compute distances (N,) and joint positions (N, n) of closed poses along a direction.
 
-    Poses crowd before a singularity, where the way ends.
+    Steps shrink towards a singularity, where continuation stops.
     """
     chain = motion.chain
-    rates = chain.columns @ ray
-    way = continue_along(chain, ray, longest_step=far / SAMPLES)
+    rates = chain.columns @ direction
+    poses = continue_along(chain, direction, longest_step=far / SAMPLES)
     s, q = [0.0], [np.zeros(len(motion.joints))]
-    for pose in islice(way, 2 * SAMPLES):
+    for pose in islice(poses, 2 * SAMPLES):
         done = float(pose.q @ rates / (rates @ rates))
-        if done > (1.0 + 1e-9) * far:
+        if done > (1.0 + LINE_END_RELATIVE) * far:
             break
         s.append(done)
         q.append(np.zeros(len(motion.joints)))
@@ -120,10 +139,10 @@ def _walked(motion: TaylorMotion, ray: Array, far: float) -> tuple[Array, Array]
     return np.array(s), np.array(q)
 
 
-def _path(found: Predictions) -> Curves:
-    """Errors along a path, at its rows; where there is no closed pose is a gap."""
+def _path_curves(found: Predictions) -> Curves:
+    """Compute errors at the rows of a path; rows without a closed pose are gaps."""
     motion = found.motion
-    poses = found.poses[:: -(-len(found.poses) // ROWS)]
+    poses = found.poses[:: -(-len(found.poses) // MAX_ROWS)]
     points = np.array([pose.y for pose in poses])
     steps = np.linalg.norm(np.diff(points, axis=0) / motion.scales, axis=1)
     x = np.concatenate([[0.0], np.cumsum(steps)])
@@ -136,16 +155,19 @@ def _path(found: Predictions) -> Curves:
 
 
 def _spans(x: Array, outside: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
-    """Intervals of x in which a condition holds; they end halfway to where it does not."""
+    """Compute the intervals of x in which a condition holds.
+
+    They end halfway between samples that fulfil it and samples that do not.
+    """
     between = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2.0, x[-1:]])
     edges = np.flatnonzero(np.diff(np.concatenate([[False], outside, [False]])))
     return tuple((float(between[a]), float(between[b])) for a, b in edges.reshape(-1, 2))
 
 
 def _errors(motion: TaylorMotion, points: Array, q: Array) -> Array:
-    """True errors of every order from 1 on at points (N, w) with closed poses q (N, n).
+    """Compute the true errors of all orders at points (N, w) with closed poses q (N, n).
 
-    Sums that are too large to be numbers have none.
+    Sums that overflow have no finite error.
     """
     degree, sums, found = motion.exponents.sum(axis=1), np.zeros_like(q), []
     with np.errstate(over="ignore", invalid="ignore"):

@@ -1,8 +1,8 @@
-"""Poses predicted by a Taylor motion, and where the loops close.
+"""Poses predicted by a Taylor motion, and the corrected poses that close the loops.
 
-The prediction is the polynomial q(u); the corrected pose closes the loops, and is reached step
-by step from the reference pose, whatever the order of the polynomial. Distances and errors are
-in radians and characteristic lengths, errors those of the joint that is worst off.
+The prediction is the polynomial q(u). The corrected pose closes the loops; continuation from
+the reference pose reaches it, whatever the order of the polynomial. Distances and errors are
+in radians and characteristic lengths. Errors are maxima over the joints.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.tolerances import RELATION_RESIDUAL
 from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import IntArray, freeze
 from kinematics.model.full_turns import unit_of_joint, wrap_turns
@@ -28,29 +29,28 @@ __all__ = ["Prediction", "Predictions", "assign_inputs", "input_values", "offset
 Array = NDArray[np.float64]
 
 SCHEMA = "balance.motion/1"
-# How far displacements may be from the relations of a motion.
-OFF = 1e-9
-# Displacements beyond this, in SI units, are too far away to compute with.
-FARTHEST = 1e9
+# Largest displacement of an input, SI units: sums of powers of larger ones overflow.
+MAX_DISPLACEMENT = 1e9
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """One pose.
+    """One predicted pose and its corrected pose.
 
     Attributes:
         u: displacements of the inputs from the reference pose (inputs,), SI units.
         y: the same in the coordinates of the motion (w,).
-        distance: from the reference pose, to compare with the radius of convergence.
-        error: estimated error of the prediction; None beyond the radius of convergence, where
-            there is no estimate, and if the pose is not reached.
+        distance: distance from the reference pose, comparable with the radius of convergence.
+        error: estimated error of the prediction; None beyond the radius of convergence, and if
+            the pose is not reached.
         predicted: positions of all joints by the series (n,), SI units; None if the pose is
             not reached, or the sum of the series is too large to be a number.
         corrected: positions that close the loops (n,), or None if the pose is not reached.
-        difference: of the two, the true error; None without either.
-        share: how much of the straight line to the pose was followed: 1 if it is reached.
-        furthest: positions of all joints where that ended (n,), or None if it is reached.
-        reason: why there is no corrected pose; empty if there is one.
+        difference: the true error, their largest difference; None without one of them.
+        share: part of the straight line to the pose that was followed; 1 if it is reached.
+        furthest: positions of all joints at the end of that part (n,), or None if the pose is
+            reached.
+        reason: reason why there is no corrected pose; empty if there is one.
     """
 
     u: Array
@@ -65,25 +65,31 @@ class Prediction:
     reason: str = ""
 
     def __repr__(self) -> str:
-        """One line: where, and whether it was reached."""
+        """One line: the displacements, and whether the pose was reached."""
         if self.corrected is None:
             return f"Prediction at {vector_text(self.u)}: not reached"
         return f"Prediction at {vector_text(self.u)}: reached, true error {self.difference:.2g}"
 
 
 def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
-    """The pose at a point y (w,) of a Taylor motion; `TaylorMotion.polish` corrects it.
+    """Predict a pose by a Taylor motion, and correct it so that the loops close.
+
+    Args:
+        motion: the Taylor motion.
+        y: coordinates of the motion at the pose (w,), SI units.
+
+    Returns:
+        The predicted and the corrected pose, from `TaylorMotion.evaluate` and `polish`.
 
     Raises:
         PoseError: the pose is too far away to compute with.
     """
     y = np.asarray(y, dtype=np.float64)
     u = motion.motion.basis @ y
-    if not np.abs(u).max(initial=0.0) <= FARTHEST:
+    if not np.abs(u).max(initial=0.0) <= MAX_DISPLACEMENT:
         raise PoseError(
             f"{motion.linkage.source}: the pose at {assign_inputs(motion, u)} is too far away "
-            "to "
-            "compute with; give a nearer pose"
+            "to compute with; give a nearer pose"
         )
     where = freeze(u), freeze(y), float(motion.distance(y))
     try:
@@ -103,7 +109,16 @@ def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:
 
 
 def offset_of(motion: TaylorMotion, q: Array, other: Array) -> Array:
-    """How far joint positions (..., n) are apart, at the joint that is worst off; (...)."""
+    """Compute the largest difference of joint positions over the joints.
+
+    Args:
+        motion: the Taylor motion.
+        q: positions of all joints (..., n), SI units.
+        other: other positions (..., n).
+
+    Returns:
+        The largest difference (...), radians and characteristic lengths.
+    """
     apart = (q - other)[..., motion.chain.joints] / motion.chain.units
     found: Array = np.abs(apart).max(axis=-1, initial=0.0)
     return found
@@ -112,41 +127,46 @@ def offset_of(motion: TaylorMotion, q: Array, other: Array) -> Array:
 def input_values(
     motion: TaylorMotion, rows: ArrayLike, named: ArrayLike
 ) -> tuple[Array, Array]:
-    """Coordinates y (N, w) at which inputs have given displacements (N, named).
+    """Compute coordinates of a motion at which inputs have given displacements.
 
-    Inputs that are not named move no more than the relations of the motion ask of them.
+    The coordinates have minimum norm: other inputs move only as far as the relations require.
 
     Args:
         motion: the motion.
-        rows: displacements from the reference pose, SI units.
-        named: which inputs they are of, counted from 0.
+        rows: displacements from the reference pose (N, named), SI units.
+        named: indices of the displaced inputs (named,).
 
     Returns:
-        The coordinates, and whether the relations allow each row (N,).
+        The coordinates y (N, w), and whether the relations allow each row (N,).
     """
     rows = np.asarray(rows, dtype=np.float64)
     basis = motion.motion.basis[np.asarray(named)]
     y = np.linalg.lstsq(basis, rows.T, rcond=None)[0].T
-    off = np.abs(y @ basis.T - rows).max(axis=1)
-    return y, off <= OFF * np.maximum(1.0, np.abs(rows).max(axis=1))
+    residual = np.abs(y @ basis.T - rows).max(axis=1)
+    return y, residual <= RELATION_RESIDUAL * np.maximum(1.0, np.abs(rows).max(axis=1))
 
 
 def assign_inputs(motion: TaylorMotion, u: Array) -> str:
-    """Inputs with their displacements."""
+    """Format displacements of the inputs: ``u1=0.3, u2=-0.1``.
+
+    Args:
+        motion: the Taylor motion.
+        u: displacements of its inputs (inputs,), SI units.
+    """
     pairs = zip(motion.motion.inputs, u, strict=True)
     return ", ".join(f"{name}={value:.6g}" for name, value in pairs)
 
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
-    """A Taylor motion and the poses that were asked of it.
+    """A Taylor motion and the poses predicted by it.
 
     Attributes:
         motion: the Taylor motion.
         tool: the link whose displacements are the inputs, or None.
-        line: whether the one pose is the end of a straight line, not part of a path.
+        line: whether there is one pose, at the end of a straight line, and no path.
         poses: the poses.
-        notices: what there is to tell.
+        notices: notices for the user.
         point: the point of the tool that moves (3,), metres, in the frame of the link; None if
             it is the origin of that frame.
     """
@@ -179,12 +199,12 @@ class Predictions:
 
     @property
     def length(self) -> float:
-        """Characteristic length in which shifts are measured, metres."""
+        """Characteristic length, the unit of sliding distances and errors, metres."""
         return self.motion.chain.frame.length
 
     @property
     def brief(self) -> str:
-        """The answer in short, in words."""
+        """Summary in one line."""
         missed = sum(pose.corrected is None for pose in self.poses)
         radius = f"radius of convergence {self.motion.radius:.3g}"
         text = f"mobility {self.linkage.mobility}, {radius}"
@@ -192,7 +212,7 @@ class Predictions:
 
     @property
     def dependent(self) -> tuple[str, ...]:
-        """Names of the joints that follow."""
+        """Names of the dependent joints."""
         chain = self.motion.chain
         return tuple(self.motion.joints[j] for j in chain.joints[chain.dependent])
 
@@ -202,10 +222,7 @@ class Predictions:
         return tuple(unit_of_joint(joint) for joint in self.linkage.joints)
 
     def to_dict(self) -> dict[str, object]:
-        """The report as plain data, ready for JSON.
-
-        ``balance/schemas/motion.schema.json`` describes it.
-        """
+        """Return plain data for JSON; see ``balance/schemas/motion.schema.json``."""
         motion = self.motion
         joints = zip(motion.joints, self.units, strict=True)
         return {
@@ -222,35 +239,35 @@ class Predictions:
             "condition": motion.condition,
             "radius": _finite(motion.radius),
             "length": self.length,
-            "poses": [self._plain(pose) for pose in self.poses],
+            "poses": [self._pose_data(pose) for pose in self.poses],
             "reached": self.reached,
             "warnings": [notice._asdict() for notice in self.notices],
         }
 
-    def _plain(self, pose: Prediction) -> dict[str, object]:
-        """One pose as plain data."""
+    def _pose_data(self, pose: Prediction) -> dict[str, object]:
+        """Return one pose as plain data."""
         q = pose.corrected
         within, turns = (None, None) if q is None else wrap_turns(self.linkage.joints, q)
         return {
             "inputs": pose.u.tolist(),
             "distance": pose.distance,
             "error": pose.error,
-            "predicted": _listed(pose.predicted),
-            "corrected": _listed(q),
-            "within_turn": _listed(within),
-            "turns": _listed(turns),
+            "predicted": _as_list(pose.predicted),
+            "corrected": _as_list(q),
+            "within_turn": _as_list(within),
+            "turns": _as_list(turns),
             "difference": pose.difference,
             "share": pose.share,
-            "furthest": _listed(pose.furthest),
+            "furthest": _as_list(pose.furthest),
             "reason": pose.reason or None,
         }
 
 
-def _listed(values: Array | IntArray | None) -> list[float] | None:
-    """The numbers for JSON."""
+def _as_list(values: Array | IntArray | None) -> list[float] | None:
+    """Return numbers for JSON; None stays None."""
     return None if values is None else values.tolist()
 
 
 def _finite(value: float) -> float | None:
-    """The number for JSON, which knows no others."""
+    """Return a finite number for JSON; None for others."""
     return value if np.isfinite(value) else None

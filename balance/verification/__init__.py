@@ -1,1 +1,1 @@
-"""Motions and loads of a linkage as it is, and whether it shakes its base."""
+"""Motions of a linkage, its shaking loads and joint reactions, and the verdict on balance."""

@@ -1,6 +1,6 @@
-"""A crank at constant speed: one revolution in steady state, and how far a crank can turn.
+"""One revolution of a crank at constant speed in steady state, and the limits of a crank.
 
-With the crank angle ``θ(t) = ω t`` all other joints follow from the loops:
+With the crank angle ``θ(t) = ω t`` the loops determine all other joints:
 
     q̇ = C_0 ω        q̈ = C_1 ω
 
@@ -18,6 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.tolerances import (
+    CONDITIONING_SINGULAR,
+    CRANK_ADVANCE,
+    RELATION_RESIDUAL,
+    REVOLUTION_RETURN,
+)
 from balance.verification.trajectory import Trajectory, drive, order_inputs
 from kinematics.closure.continuation import continue_along
 from kinematics.closure.joint_positions import input_chain
@@ -35,17 +41,12 @@ Array = NDArray[np.float64]
 TURN = 2.0 * pi
 # Steps of a revolution: half a degree each.
 STEPS = 720
-# Rates are not determined where branches of the motion meet, and the loops hold by less than
-# this. If a sample hits such a pose, all samples move on by part of a step.
-SINGULAR, PHASES = 1e-6, (0.0, 0.4)
-# Speeds whose forces neither underflow nor overflow, radians per second.
-SLOWEST, FASTEST = 1e-6, 1e6
-# Joints that are nearer to where they began, in radians and characteristic lengths, are back.
-BACK = 1e-8
-# A walk whose steps turn the crank by less, in radians, has come to its end.
-STALLED = 1e-7
-# How far a crank at rest may be from the relations of a motion.
-OFF = 1e-9
+# Offsets of the samples, in steps. Where branches of the motion meet, joint rates are not
+# determined; if a sample hits such a pose, all samples move by the next offset.
+PHASES = (0.0, 0.4)
+# Speeds outside this range, radians per second, make forces that underflow or overflow.
+SLOWEST = 1e-6
+FASTEST = 1e6
 
 
 class Crank(NamedTuple):
@@ -54,7 +55,7 @@ class Crank(NamedTuple):
     Attributes:
         joint: name of the joint.
         speed: radians per second; negative turns against the axis of the joint.
-        periodic: whether one revolution brings every joint back to where it began.
+        periodic: whether every joint returns to its start after one revolution.
     """
 
     joint: str
@@ -70,7 +71,7 @@ class Crank(NamedTuple):
 def revolve_crank(
     linkage: Linkage, speed: float, joint: str | None = None, motion: Motion | None = None
 ) -> tuple[Trajectory, Crank]:
-    """One revolution of a crank at constant speed, both ends included.
+    """Compute one revolution of a crank at constant speed, both ends included.
 
     Args:
         linkage: an assembled linkage.
@@ -80,41 +81,41 @@ def revolve_crank(
         motion: restriction of the inputs; free by default.
 
     Returns:
-        The motion in time, which begins at the reference pose, and the crank.
+        The motion in time, from the reference pose on, and the crank.
 
     Raises:
         CoordinateError: the joint is no revolute input, or the crank is not named.
         MotionError: the motion does not let the crank turn.
-        PoseError: the crank cannot turn fully, and the message names the limits; or the
-            speed is not from 1e-6 to 1e6 rad/s in size.
+        PoseError: the crank cannot turn fully (the message gives the limits), or the size of
+            the speed is not from 1e-6 to 1e6 rad/s.
     """
     if not SLOWEST <= abs(speed) <= FASTEST:
         raise PoseError(
             f"{linkage.source}: {speed:g} rad/s is no speed of a crank; give one from "
             f"{SLOWEST:g} to {FASTEST:g} rad/s either way"
         )
-    joint = _crank(linkage, joint)
-    rates = _rates(linkage, joint, motion)
+    joint = _crank_name(linkage, joint)
+    rates = _input_rates(linkage, joint, motion)
     for phase in PHASES:
         with suppress(PoseError):
-            way = _turn(linkage, speed, rates, phase)
-            if way.firmness > SINGULAR:
-                return way, Crank(joint, speed, _is_periodic(linkage, way))
-    raise PoseError(f"{linkage.source}: {_limits(linkage, joint, rates)}")
+            trajectory = _revolution(linkage, speed, rates, phase)
+            if trajectory.conditioning > CONDITIONING_SINGULAR:
+                return trajectory, Crank(joint, speed, _is_periodic(linkage, trajectory))
+    raise PoseError(f"{linkage.source}: {_limits_text(linkage, joint, rates)}")
 
 
-def _turn(linkage: Linkage, speed: float, rates: Array, phase: float) -> Trajectory:
-    """One revolution from a crank angle of ``phase`` steps on."""
+def _revolution(linkage: Linkage, speed: float, rates: Array, phase: float) -> Trajectory:
+    """Compute one revolution from a crank angle of ``phase`` steps on."""
     time = (np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed))
     u, ud = (np.outer(x, rates) for x in (speed * time, np.full(time.size, speed)))
     return drive(linkage, time, u, ud, np.zeros_like(u))
 
 
-def _crank(linkage: Linkage, joint: str | None) -> str:
-    """The name of the joint that turns.
+def _crank_name(linkage: Linkage, joint: str | None) -> str:
+    """Return the name of the crank.
 
     Raises:
-        CoordinateError: it is no revolute input, or one of several that is not named.
+        CoordinateError: it is no revolute input, or there are several and none is named.
     """
     kinds = {item.name: item.kind for item in linkage.joints}
     turning = [name for name, kind in kinds.items() if kind == "revolute"]
@@ -133,39 +134,41 @@ def _crank(linkage: Linkage, joint: str | None) -> str:
     return joint
 
 
-def _rates(linkage: Linkage, joint: str, motion: Motion | None) -> Array:
-    """Rates of the inputs (mobility,) for a unit rate of the crank.
+def _input_rates(linkage: Linkage, joint: str, motion: Motion | None) -> Array:
+    """Compute the rates of the inputs (mobility,) for a unit rate of the crank.
 
     Raises:
-        MotionError: the crank stands still, or cannot turn while other inputs stand still.
+        MotionError: the motion does not let the crank turn while other inputs stand still.
     """
     at = linkage.inputs.index(joint)
-    alone: Array = np.eye(linkage.mobility)[at]
+    single: Array = np.eye(linkage.mobility)[at]
     if motion is None:
-        return alone
+        return single
     basis = order_inputs(motion, linkage)
     if basis.shape[1] == 1 and basis[at, 0] != 0.0:
         related: Array = basis[:, 0] / basis[at, 0]
         return related
-    if np.abs(project_out(alone, np.linalg.qr(basis)[0])).max() > OFF:
+    if np.abs(project_out(single, np.linalg.qr(basis)[0])).max() > RELATION_RESIDUAL:
         problem = f"does not let {joint} turn while other inputs stand still"
         raise MotionError(", ".join(motion.relations), problem, linkage.inputs, linkage.source)
-    return alone
+    return single
 
 
-def _limits(linkage: Linkage, joint: str, rates: Array) -> str:
-    """How far the crank can turn either way from the reference pose, in words."""
+def _limits_text(linkage: Linkage, joint: str, rates: Array) -> str:
+    """Describe how far the crank can turn either way from the reference pose."""
     chain = input_chain(linkage)
     column = chain.columns @ (rates / chain.units[linkage.positions_of(linkage.inputs)])
     crank = int(linkage.positions_of([joint])[0])
-    alone = replace(
+    single = replace(
         chain, columns=freeze(column[:, None]),
         moves=freeze(chain.moves.any(axis=1, keepdims=True), np.bool_),
     )  # fmt: skip
     low, high = (
         sign
         * degrees(
-            _farthest(continue_along(alone, np.array([sign]), longest_step=TURN / STEPS), crank)
+            _farthest(
+                continue_along(single, np.array([sign]), longest_step=TURN / STEPS), crank
+            )
         )
         for sign in (-1.0, 1.0)
     )
@@ -175,25 +178,25 @@ def _limits(linkage: Linkage, joint: str, rates: Array) -> str:
     )
 
 
-def _farthest(way: Iterable[Pose], joint: int) -> float:
-    """Largest displacement of a joint along a walk, within one revolution.
+def _farthest(poses: Iterable[Pose], joint: int) -> float:
+    """Compute the largest displacement of a joint along a continuation, within one revolution.
 
-    Steps shrink towards a dead centre, where the walk need not end.
+    Steps shrink towards a dead centre, where the continuation need not end.
     """
     farthest = 0.0
-    for pose in way:
+    for pose in poses:
         angle = abs(float(pose.q[joint]))
         if angle >= TURN:
             return TURN
-        if angle - farthest < STALLED:
+        if angle - farthest < CRANK_ADVANCE:
             break
         farthest = angle
     return farthest
 
 
-def _is_periodic(linkage: Linkage, way: Trajectory) -> bool:
-    """Whether all joints end where they began, revolute ones up to full turns."""
+def _is_periodic(linkage: Linkage, trajectory: Trajectory) -> bool:
+    """Whether all joints return to their start, revolute ones up to full turns."""
     turns = np.array([item.kind == "revolute" for item in linkage.joints])
-    left = way.q[-1] - way.q[0]
-    left = np.where(turns, left - TURN * np.round(left / TURN), left)
-    return bool(np.all(np.abs(left) <= BACK * input_chain(linkage).units))
+    change = trajectory.q[-1] - trajectory.q[0]
+    change = np.where(turns, change - TURN * np.round(change / TURN), change)
+    return bool(np.all(np.abs(change) <= REVOLUTION_RETURN * input_chain(linkage).units))

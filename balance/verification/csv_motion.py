@@ -1,4 +1,4 @@
-"""Motions as tables: files of comma-separated values, checked."""
+"""Read motions from files of comma-separated values, with checks."""
 
 from __future__ import annotations
 
@@ -17,21 +17,24 @@ __all__ = ["read_columns", "refuse_row"]
 
 Array = NDArray[np.float64]
 
-# Most samples.
-MOST = 100_000
+# Most rows of a table: a larger file would fill the memory.
+MAX_ROWS = 100_000
 REMEDY = "write a line of names, then one line of numbers per sample"
 
 
 def refuse_row(
     path: str | PathLike[str], where: str, problem: str, remedy: str = REMEDY
 ) -> FileError:
-    """The error of a table that cannot be used, to be raised.
+    """Build the exception for a table that cannot be used.
 
     Args:
-        path: its file.
+        path: file of the table.
         where: the line or sample at fault, or an empty string.
-        problem: what is wrong.
-        remedy: what to do about it.
+        problem: the problem.
+        remedy: the remedy.
+
+    Returns:
+        The exception; the caller raises it.
     """
     return FileError(clean(fsdecode(path), 1000), where, problem, remedy)
 
@@ -42,20 +45,23 @@ def read_columns(
     fewest: int = 1,
     short: Mapping[str, str] | None = None,
 ) -> Array:
-    """The wanted columns of a file of comma-separated values, in order; (rows, columns).
+    """Read named columns from a file of comma-separated values.
 
     Args:
         path: a file whose first line holds the wanted names in any order, and no others.
         wanted: the names.
-        fewest: how many rows there must be.
-        short: other names that some of them may have there, and what these stand for.
+        fewest: least number of rows.
+        short: other names that the file may use, and the wanted names for them.
+
+    Returns:
+        The columns in the order of the names (rows, columns).
 
     Raises:
         FileError: the file cannot be read as such a table.
     """
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = list(islice(csv.reader(file), MOST + 2))
+            lines = list(islice(csv.reader(file), MAX_ROWS + 2))
     except (OSError, UnicodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or "it is not text of comma-separated values"
         raise refuse_row(path, "", f"cannot be read ({reason})") from None
@@ -65,8 +71,10 @@ def read_columns(
     names = [name if name in wanted else other.get(name, name) for name in names]
     if sorted(names) != sorted(wanted):
         raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}")
-    if not fewest < len(lines) <= MOST + 1:
-        raise refuse_row(path, "", f"holds {len(lines) - 1} samples, not {fewest} to {MOST}")
+    if not fewest < len(lines) <= MAX_ROWS + 1:
+        raise refuse_row(
+            path, "", f"holds {len(lines) - 1} samples, not {fewest} to {MAX_ROWS}"
+        )
     order = [names.index(name) for name in wanted]
     rows = np.empty((len(lines) - 1, len(wanted)))
     for number, line in enumerate(lines[1:]):

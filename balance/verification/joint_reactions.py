@@ -1,15 +1,15 @@
-"""Wrenches in the joints of a closed linkage that is driven at its inputs.
+"""Joint reaction wrenches of a closed linkage that is driven at its inputs.
 
 Each link obeys ``ḣ = Σ wrenches on it``. The wrench W_j in the joints of the opened linkage
-follows from the links beyond; a weld that closes loop l adds λ_l, and with σ_jl = ±1 on the
-two ways from the ground to the weld
+follows from the links that it carries. The weld of loop l adds λ_l. With σ_jl = ±1 on the two
+paths from the ground to the weld,
 
     w_j = W_j - Σ_l σ_jl λ_l        s_j·w_j = Σ_g m_gj μ_g   for every joint without a motor
 
 or ``Aᵀ [λ; μ] = s·W`` with the loop matrix A of the dependent joints and the forces μ of
-mimic relations. In an overconstrained linkage, and that is every planar one with its six
-components, this leaves part of λ open: elasticity would decide. Here the solution of least
-norm is taken, moments about the middle of the mechanism and in characteristic lengths.
+mimic relations. An overconstrained linkage, such as every planar one with six components,
+does not determine all of λ: it depends on elasticity. The solution of least norm is used, with
+moments about the middle of the mechanism, in characteristic lengths.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class JointReactions(NamedTuple):
     Attributes:
         joints: wrench of each joint on the link that it carries (N, n, 6).
         welds: wrench of each loop's successor on its end (N, loops, 6).
-        motors: forces or torques of the joints, zero but for the inputs (N, n).
-        open: components of the weld wrenches that rigid bodies leave undetermined.
+        motors: forces or torques of the joints (N, n), zero except at the inputs.
+        open: number of components of the weld wrenches that rigid bodies do not determine.
     """
 
     joints: Array
@@ -45,12 +45,15 @@ class JointReactions(NamedTuple):
 
 
 def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:
-    """Wrenches in all joints, with motors at the inputs only.
+    """Compute the reaction wrenches of all joints, with motors at the inputs only.
 
     Args:
-        chain: all joints of a spatial chain; see
-        `kinematics.closure.joint_positions.input_chain`.
-        loads: what `balance.verification.shaking_wrench.inertia_loads` gives.
+        chain: all joints of a spatial chain, from
+            `kinematics.closure.joint_positions.input_chain`.
+        loads: from `balance.verification.shaking_wrench.inertia_loads`.
+
+    Returns:
+        The wrenches, about the origin of the chain, in its units.
     """
     samples, n = loads.screws.shape[:2]
     wrenches = np.zeros((samples, n, 6))
@@ -60,9 +63,9 @@ def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:
     for j in range(n - 1, -1, -1):
         if chain.parent[j] >= 0:
             wrenches[:, chain.parent[j]] += wrenches[:, j]
-    ways, loops = loop_signs(chain.parent, chain.ends), len(chain.ends)
+    signs, loops = loop_signs(chain.parent, chain.ends), len(chain.ends)
     torque = np.einsum("tji,tji->tj", loads.screws, wrenches)
-    A = np.einsum("lj,tji->tlij", ways, loads.screws).reshape(samples, 6 * loops, n)
+    A = np.einsum("lj,tji->tlij", signs, loads.screws).reshape(samples, 6 * loops, n)
     mimics = np.broadcast_to(chain.mimics, (samples, *chain.mimics.shape))
     A = np.concatenate([A, mimics], axis=1)
     if chain.dependent.size == 0:
@@ -71,7 +74,7 @@ def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:
     right = torque[:, chain.dependent, None]
     least = (Q @ np.linalg.solve(R.transpose(0, 2, 1), right))[..., 0]
     welds = least[:, : 6 * loops].reshape(samples, loops, 6)
-    joints = wrenches - np.einsum("lj,tli->tji", ways, welds)
+    joints = wrenches - np.einsum("lj,tli->tji", signs, welds)
     motors = torque - np.einsum("trj,tr->tj", A, least)
     motors[:, chain.dependent] = 0.0
     return JointReactions(joints, welds, motors, A.shape[1] - chain.dependent.size)

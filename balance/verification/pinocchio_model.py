@@ -1,10 +1,10 @@
-"""Verification by an independent program: Pinocchio, fed from our own model.
+"""Verification of balance by an independent program, Pinocchio, on the same linkage.
 
-The linkage is opened at its welds: a loop's joint carries a massless end. Driven along a
-closed motion, the opened linkage has the same momentum as the closed one, and its base the
-same reaction. Pinocchio computes that reaction by the recursive Newton-Euler algorithm
-without gravity, from the joints alone; it is compared with the derivative of the momentum
-from our own series. Pinocchio puts forces first; they are put last here, at its border.
+The linkage is opened at its welds: a loop joint carries a massless end. Along a motion that
+closes the loops, the opened linkage has the momentum and the base reaction of the closed one.
+Pinocchio computes this reaction from the joint motions by the recursive Newton-Euler algorithm
+without gravity. It is compared with the derivative of the momentum from our own series.
+Pinocchio orders wrenches as ``[force; moment]``; this module converts them.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.conversions import mass_properties
 from balance.options import Balance
+from balance.tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
 from balance.verification.crank_revolution import revolve_crank
 from balance.verification.joint_reactions import joint_reactions
 from balance.verification.result import Run, Verification
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters, wrench_to_si
-from balance.verification.trajectory import FIRM, Trajectory, drive, random_motions
+from balance.verification.trajectory import Trajectory, drive, random_motions
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, PackageError, PoseError
 from kinematics.model.arrays import Chain, freeze
@@ -32,15 +33,12 @@ from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.spatial.inertia import displace_parameters, inertia_tensor
 
-__all__ = ["TOLERANCE", "PinocchioModel", "verify_beside", "verify"]
+__all__ = ["PinocchioModel", "verify", "verify_beside"]
 
 Array = NDArray[np.float64]
 
-# Masses in files are rounded: what shakes by less, relative to the inertia forces of the
-# bodies, is balanced.
-TOLERANCE = 1e-9
-# Centres of mass that are further from their joint, in metres, are those of no mass.
-FAR = 1e9
+# Largest distance of a centre of mass from its joint, metres; the mass counts as zero beyond.
+MAX_CENTRE_DISTANCE = 1e9
 
 
 def verify(
@@ -52,123 +50,150 @@ def verify(
     trajectories: int = 10,
     samples: int = 200,
     seed: int = 0,
-    tolerance: float = TOLERANCE,
+    tolerance: float = SHAKING_RELATIVE,
     along: Sequence[Trajectory] | None = None,
     speed: float | None = None,
     crank: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:
-    """Whether a linkage shakes its base, by Pinocchio and by our own series.
+    """Verify the balance of a linkage along motions, by Pinocchio and by our own series.
+
+    The linkage is balanced if the peak of the base reaction ``ḣ = [moment; force]`` is at most
+    ``tolerance`` times the peak sum of the bodies' own inertia wrenches.
 
     Args:
-        linkage: an assembled linkage, or what `kinematics.load` accepts.
-        z: inertial parameters; those of the file by default. See `loads.masses`.
+        linkage: an assembled linkage, or an argument of `kinematics.load`.
+        z: inertial parameters, by default those of the file; see
+            `balance.verification.shaking_wrench.mass_parameters`.
         motion: restriction of the inputs; free by default.
-        balance: ``"force"``: the verdict is on the force alone.
-        trajectories: how many random motions.
-        samples: of each motion.
+        balance: ``"dynamic"``, or ``"force"`` for a verdict on the force alone.
+        trajectories: number of random motions.
+        samples: samples of each motion.
         seed: seed of the random motions.
-        tolerance: what counts as balanced, relative to the sum of the sizes of the bodies'
-            own inertia wrenches at their peak.
+        tolerance: largest residual of a balanced linkage, relative to the peak sum of the
+            bodies' own inertia wrenches.
         along: motions to use instead of random ones.
         speed: radians per second of a crank; one revolution at this speed is the motion.
         crank: name of that crank; see `balance.verification.crank_revolution.revolve_crank`.
-        progress: called with the number of motions done and of all of them.
+        progress: called with the number of motions done and the number of all motions.
+
+    Returns:
+        The verdict, with the loads along each motion.
 
     Raises:
         LinkageError: Pinocchio is missing, or a body cannot be given to it.
         PoseError: the linkage cannot follow the motion, or nothing moves in it.
         MotionError: a relation is wrong.
         ValueError: an option has no such value, or excludes another.
+
+    Source:
+        R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 5 (recursive
+        Newton-Euler algorithm, as in Pinocchio).
+
+    Example:
+        >>> import balance
+        >>> found = balance.verify("robot.urdf", trajectories=1)
+        >>> found.verdict
+        'not balanced'
+        >>> found.agreed
+        True
     """
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     if speed is not None and along is not None:
         raise ValueError("give either a speed or motions to move along")
-    linkage, turning = as_linkage(linkage), None
-    twin = PinocchioModel(linkage, mass_parameters(linkage, z))
+    linkage, rotation = as_linkage(linkage), None
+    model = PinocchioModel(linkage, mass_parameters(linkage, z))
     if speed is not None:
-        way, turning = revolve_crank(linkage, speed, crank, motion_of(linkage, motion))
-        along = [way]
-    ways: Iterable[Trajectory] = along or ()
+        one, rotation = revolve_crank(linkage, speed, crank, motion_of(linkage, motion))
+        along = [one]
+    motions: Iterable[Trajectory] = along or ()
     if along is None:
         limits = motion_of(linkage, motion)
-        ways = random_motions(linkage, trajectories, samples, seed, motion=limits)
-    elif not any(way.moves for way in along):
+        motions = random_motions(linkage, trajectories, samples, seed, motion=limits)
+    elif not any(one.moves for one in along):
         raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
     count = trajectories if along is None else len(along)
     return Verification(
         linkage=linkage, balance=balance, tolerance=tolerance,
         length=linkage.spatial_chain.frame.length, seed=seed if along is None else None,
-        runs=tuple(_runs(linkage, twin, ways, progress, count)), notices=linkage.notices,
-        crank=turning,
+        runs=tuple(_runs(linkage, model, motions, progress, count)), notices=linkage.notices,
+        crank=rotation,
     )  # fmt: skip
 
 
 def _runs(
-    linkage: Linkage, twin: PinocchioModel, ways: Iterable[Trajectory],
+    linkage: Linkage, model: PinocchioModel, motions: Iterable[Trajectory],
     progress: Callable[[int, int], None] | None, count: int,
 ) -> Iterator[Run]:  # fmt: skip
-    """The loads along each motion, one after the other."""
+    """Compute the loads along each motion, one after the other."""
     chain = input_chain(linkage)
-    for done, way in enumerate(ways, 1):
-        yield _run(linkage, twin, chain, way)
+    for done, trajectory in enumerate(motions, 1):
+        yield _run(linkage, model, chain, trajectory)
         if progress is not None:
             progress(done, count)
 
 
 def verify_beside(first: Verification, linkage: LinkageLike, **options: Any) -> Verification:
-    """Another linkage verified beside a first one, driven by the same inputs.
+    """Verify a second linkage along the motions of a first one.
 
-    A crank at constant speed turns in both at that speed. If the inputs have other names, or
-    the second linkage cannot follow the same motions as far from a singularity as random ones,
-    random ones of its own are used.
+    A crank turns at the same constant speed in both. The second linkage gets random motions of
+    its own if its inputs have other names, or if it cannot follow the motions of the first
+    one, or is near-singular there.
 
     Args:
         first: the verification of the first linkage.
         linkage: the second linkage.
-        options: as for `verify`.
+        options: keyword arguments of `verify`.
+
+    Returns:
+        The verification of the second linkage.
     """
     linkage, along = as_linkage(linkage), None
     if first.crank is not None:
         return verify(linkage, **options)
     if linkage.inputs == first.linkage.inputs:
         with suppress(PoseError):
-            ways = [run.trajectory for run in first.runs]
-            along = [drive(linkage, way.time, way.u, way.ud, way.udd) for way in ways]
-    if along and first.seed is not None and min(way.firmness for way in along) < FIRM:
-        along = None
+            given = [run.trajectory for run in first.runs]
+            along = [drive(linkage, one.time, one.u, one.ud, one.udd) for one in given]
+    if along and first.seed is not None:
+        conditioning = min(one.conditioning for one in along)
+        along = along if conditioning >= CONDITIONING_LEAST else None
     found = verify(linkage, along=along, **options)
     return found if along is None else replace(found, shown=first.plotted)
 
 
-def _run(linkage: Linkage, twin: PinocchioModel, chain: Chain, way: Trajectory) -> Run:
-    """All loads along one motion, in SI units."""
+def _run(linkage: Linkage, model: PinocchioModel, chain: Chain, trajectory: Trajectory) -> Run:
+    """Compute all loads along one motion, in SI units."""
     scale = chain.units[linkage.positions_of(linkage.inputs)]
-    loads = inertia_loads(chain, twin.z, way.q / chain.units, way.ud / scale, way.udd / scale)
-    held = joint_reactions(chain, loads)
+    loads = inertia_loads(
+        chain, model.z, trajectory.q / chain.units, trajectory.ud / scale,
+        trajectory.udd / scale,
+    )  # fmt: skip
+    reactions = joint_reactions(chain, loads)
     L = chain.frame.length
     own, momentum = (
         wrench_to_si(x.sum(axis=1), chain.frame) for x in (loads.rate, loads.momentum)
     )
-    reaction, other = twin.reactions(way), twin.momenta(way)
-    # About the middle, in characteristic lengths: moments are as large as forces.
+    reaction, other = model.reactions(trajectory), model.momenta(trajectory)
+    # Divide moments about the middle by the length, to compare them with forces.
     sizes = [L * np.linalg.norm(x, axis=2).sum(axis=1) for x in (loads.rate, loads.momentum)]
     middle = chain.frame.origin
-    wrenches = np.concatenate([held.joints, held.welds], axis=1)
+    wrenches = np.concatenate([reactions.joints, reactions.welds], axis=1)
     forces = L * np.linalg.norm(wrenches[..., 3:], axis=2)
     return Run(
-        trajectory=way, shaking=freeze(reaction), own=freeze(own), momentum=freeze(other),
+        trajectory=trajectory, shaking=freeze(reaction),
+        own=freeze(own), momentum=freeze(other),
         middle=freeze(_at(reaction, middle)),
         inertia=freeze(sizes[0]), impulse=freeze(sizes[1]),
         bearing=freeze(forces[:, : len(linkage.joints)]),
         rate_difference=freeze(_at(reaction - own, middle)),
-        momentum_difference=freeze(_at(other - momentum, middle)), open=held.open,
+        momentum_difference=freeze(_at(other - momentum, middle)), open=reactions.open,
     )  # fmt: skip
 
 
 def _at(wrenches: Array, point: Array) -> Array:
-    """Wrenches ``[moment; force]`` (..., 6) with moments about another point."""
+    """Move wrenches ``[moment; force]`` (..., 6) to another reference point."""
     moment = wrenches[..., :3] - np.cross(point, wrenches[..., 3:])
     return np.concatenate([moment, wrenches[..., 3:]], axis=-1)
 
@@ -176,8 +201,9 @@ def _at(wrenches: Array, point: Array) -> Array:
 class PinocchioModel:
     """A linkage in Pinocchio, opened at its welds.
 
-    Coordinates are inertial axes with the origin amid the mechanism, SI units; the frame of
-    each joint is on its axis, with those axes at the reference pose.
+    Coordinates are inertial axes with the origin in the middle of the mechanism, SI units. The
+    frame of each joint is on the joint axis, parallel to the inertial axes at the reference
+    pose.
 
     Attributes:
         model: ``pinocchio.Model``, without gravity.
@@ -185,43 +211,44 @@ class PinocchioModel:
     """
 
     def __init__(self, linkage: Linkage, z: Array) -> None:
-        """Build the model.
+        """Build the Pinocchio model.
 
         Args:
             linkage: an assembled linkage.
-            z: parameters of its bodies (bodies, 10).
+            z: inertial parameters of its bodies (bodies, 10), inertial origin, SI units.
 
         Raises:
-            LinkageError: Pinocchio is missing, or a body has no mass, but a centre of mass.
+            PackageError: Pinocchio is missing.
+            LinkageError: a body without mass has a first moment of mass.
         """
-        pin = self._pin = _pinocchio()
+        pin = self._pin = _import_pinocchio()
         self.z = z
         self._origin = input_chain(linkage).frame.origin
-        self._points = [_on_axis(joint, self._origin) for joint in linkage.joints]
+        self._points = [_axis_point(joint, self._origin) for joint in linkage.joints]
         self.model = pin.Model()
         self.model.gravity.setZero()
         for joint, point in zip(linkage.joints, self._points, strict=True):
             before = self._points[joint.parent] if joint.parent >= 0 else np.zeros(3)
             place = pin.SE3(np.eye(3), point - before)
-            self.model.addJoint(joint.parent + 1, _joint(pin, joint), place, joint.name)
+            self.model.addJoint(joint.parent + 1, _joint_model(pin, joint), place, joint.name)
         for body, own in zip(linkage.bodies, z, strict=True):
-            # Pinocchio adds bodies only as long as masses are positive.
+            # Set the inertia itself: Pinocchio adds only bodies of positive mass.
             inertia = self._inertia(linkage, body.name, own, self._points[body.link])
             self.model.inertias[body.link + 1] = inertia
         self._links = {body.link for body in linkage.bodies}
         self._data = self.model.createData()
 
     def _inertia(self, linkage: Linkage, name: str, z: Array, point: Array) -> Any:
-        """``pinocchio.Inertia`` of a body, about the point of its joint.
+        """Build the ``pinocchio.Inertia`` of a body about the point of its joint.
 
-        Set part by part: its constructor refuses what no body can have, and a point of the
-        design space may.
+        Its parts are set one by one, because the constructor refuses values that are not
+        physical, and points of the design space may have such values.
         """
         shift = np.eye(4)
         shift[:3, 3] = -self._origin - point
         own = displace_parameters(z, shift)
         inertia = self._pin.Inertia.Zero()
-        if np.abs(own[1:4]).max() <= FAR * abs(own[0]) and own[0] != 0.0:
+        if np.abs(own[1:4]).max() <= MAX_CENTRE_DISTANCE * abs(own[0]) and own[0] != 0.0:
             inertia.mass, inertia.lever, inertia.inertia = mass_properties(own)
             return inertia
         if own[1:4].any():
@@ -232,50 +259,52 @@ class PinocchioModel:
         inertia.inertia = inertia_tensor(own)
         return inertia
 
-    def reactions(self, way: Trajectory) -> Array:
-        """Wrenches of the base ``[moment; force]`` along a motion; (N, 6).
+    def reactions(self, trajectory: Trajectory) -> Array:
+        """Compute the wrench of the base on the linkage along a motion (N, 6).
 
-        About the inertial origin, SI units. Pinocchio does not write ``data.f[0]``: the
-        wrenches of the joints on the ground are summed.
+        ``[moment; force]`` about the inertial origin, SI units. Pinocchio does not compute
+        ``data.f[0]``, so the wrenches of the joints on the ground are summed.
         """
         pin, model, data = self._pin, self.model, self._data
-        found = np.empty((len(way.time), 6))
-        for k, (q, qd, qdd) in enumerate(zip(way.q, way.qd, way.qdd, strict=True)):
+        found = np.empty((len(trajectory.time), 6))
+        for k, (q, qd, qdd) in enumerate(
+            zip(trajectory.q, trajectory.qd, trajectory.qdd, strict=True)
+        ):
             pin.rnea(model, data, q, qd, qdd)
             total = pin.Force.Zero()
             for joint in model.children[0]:
                 total += data.liMi[joint].act(data.f[joint])
             found[k] = total.vector
-        return self._ours(found)
+        return self._to_inertial(found)
 
-    def momenta(self, way: Trajectory) -> Array:
-        """Total momenta ``[ξ; p]`` about the inertial origin (N, 6), SI units."""
+    def momenta(self, trajectory: Trajectory) -> Array:
+        """Compute the total momentum ``[ξ; p]`` about the inertial origin (N, 6), SI units."""
         pin, model, data = self._pin, self.model, self._data
-        found = np.empty((len(way.time), 6))
+        found = np.empty((len(trajectory.time), 6))
         bodies = [(link + 1, model.inertias[link + 1]) for link in sorted(self._links)]
-        for k, (q, qd) in enumerate(zip(way.q, way.qd, strict=True)):
+        for k, (q, qd) in enumerate(zip(trajectory.q, trajectory.qd, strict=True)):
             pin.forwardKinematics(model, data, q, qd)
             total = pin.Force.Zero()
             for joint, inertia in bodies:
                 total += data.oMi[joint].act(inertia * data.v[joint])
             found[k] = total.vector
-        return self._ours(found)
+        return self._to_inertial(found)
 
-    def _ours(self, forces: Array) -> Array:
-        """Forces of Pinocchio (N, 6) as ``[moment; force]`` about the inertial origin."""
+    def _to_inertial(self, forces: Array) -> Array:
+        """Convert wrenches of Pinocchio (N, 6) to ours about the inertial origin."""
         return _at(np.roll(forces, 3, axis=1), -self._origin)
 
 
-def _on_axis(joint: Joint, origin: Array) -> Array:
-    """The point of a joint's axis nearest to the origin of the model, from there (3,)."""
+def _axis_point(joint: Joint, origin: Array) -> Array:
+    """Compute the point of a joint axis nearest to the origin, relative to it (3,)."""
     n, v = joint.screw[:3], joint.screw[3:]
     if joint.kind == "prismatic":
         return joint.point - origin
     return np.asarray(np.cross(n, v + np.cross(n, origin)))
 
 
-def _joint(pin: Any, joint: Joint) -> Any:
-    """The joint's model in Pinocchio; its axis in inertial axes."""
+def _joint_model(pin: Any, joint: Joint) -> Any:
+    """Build the Pinocchio model of a joint, its axis in inertial axes."""
     n, v = joint.screw[:3], joint.screw[3:]
     if joint.kind == "prismatic":
         return pin.JointModelPrismaticUnaligned(v)
@@ -284,11 +313,11 @@ def _joint(pin: Any, joint: Joint) -> Any:
     return pin.JointModelRevoluteUnaligned(n)
 
 
-def _pinocchio() -> Any:
-    """The library, if it is there.
+def _import_pinocchio() -> Any:
+    """Import Pinocchio.
 
     Raises:
-        PackageError: it is not, or something else goes by its name.
+        PackageError: it is not installed, or another package has its name.
     """
     try:
         import pinocchio

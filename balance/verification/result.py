@@ -1,4 +1,4 @@
-"""What a verification found: loads along the motions, the verdict, and the report."""
+"""Results of a verification: loads along the motions, residuals, and the verdict."""
 
 from __future__ import annotations
 
@@ -9,20 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.options import Balance
+from balance.tolerances import AGREEMENT_RELATIVE, CONDITIONING_NOTICE
 from balance.verification.crank_revolution import Crank
 from balance.verification.trajectory import Trajectory
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.wording import count_noun, repr_lines
+from kinematics.wording import count_noun, html_facts, repr_lines
 
-__all__ = ["AGREE", "VERIFY_SCHEMA", "Run", "Verification"]
+__all__ = ["VERIFY_SCHEMA", "Run", "Verification"]
 
 Array = NDArray[np.float64]
 
 VERIFY_SCHEMA = "balance.verify/1"
-# Both programs must agree to this part of the inertia forces for a verdict.
-AGREE = 1e-9
-# Where loops hold by less, relative to the reference pose, round-off shows.
-SINGULAR = 0.02
 # Components of a wrench.
 PARTS = {"force": slice(3, 6), "moment": slice(0, 3)}
 
@@ -37,13 +34,14 @@ class Run:
         own: the same from our own series (N, 6).
         momentum: total momentum ``[ξ; p]`` from Pinocchio (N, 6).
         middle: ``shaking`` with moments about the middle of the mechanism (N, 6).
-        rate_difference: ``shaking - own``, likewise about the middle (N, 6).
-        momentum_difference: momentum from Pinocchio less ours, likewise (N, 6).
+        rate_difference: ``shaking - own``, with moments about the middle (N, 6).
+        momentum_difference: momentum from Pinocchio minus ours, moments about the middle
+            (N, 6).
         inertia: sum over the bodies of the sizes of their own inertia wrenches, moments
             about the middle divided by the characteristic length (N,), newtons.
-        impulse: the same of their momenta (N,), newton seconds.
+        impulse: the same sum for their momenta (N,), newton seconds.
         bearing: forces in the joints (N, n), newtons.
-        open: components of the loop wrenches that rigid bodies leave undetermined.
+        open: number of components of the loop wrenches that rigid bodies do not determine.
     """
 
     trajectory: Trajectory
@@ -59,22 +57,25 @@ class Run:
     open: int
 
     def sizes(self, part: str) -> Array:
-        """Size of the shaking ``"force"``, or ``"moment"`` about the middle (N,), N or N m."""
+        """Compute the size of the shaking ``"force"``, or ``"moment"`` about the middle (N,).
+
+        Newtons or newton metres.
+        """
         found: Array = np.linalg.norm(self.middle[:, PARTS[part]], axis=1)
         return found
 
     def peak(self, part: str) -> float:
-        """Largest of these sizes."""
+        """Compute the peak of the shaking ``"force"`` or ``"moment"``, N or N m."""
         return float(self.sizes(part).max(initial=0.0))
 
     def rms(self, part: str) -> float:
-        """Root of the mean of their squares over the time of the motion."""
+        """Compute the root mean square over time of the shaking ``"force"`` or ``"moment"``."""
         time = self.trajectory.time
         mean = np.trapezoid(self.sizes(part) ** 2, time) / (time[-1] - time[0])
         return float(np.sqrt(mean))
 
     def __repr__(self) -> str:
-        """Two lines in words."""
+        """Two lines: the motion and its peaks."""
         force, moment = self.peak("force"), self.peak("moment")
         return repr_lines(
             f"Run: {self.trajectory!r}",
@@ -84,19 +85,19 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """The verdict of `verify` and what it rests on.
+    """Result of `verify`: the verdict and the loads along the motions.
 
     Attributes:
         linkage: the linkage.
         balance: ``"dynamic"``, or ``"force"`` if only the force counts.
-        tolerance: residuals up to this one count as balanced.
+        tolerance: largest residual of a balanced linkage.
         length: characteristic length, metres.
         seed: seed of the random motions; None if the motions were given.
         runs: the loads along each motion.
-        notices: what the reader had to tell.
-        crank: the joint that turns at constant speed, if one does; its one revolution is
-            the one motion.
-        shown: number of the motion to be plotted; by default the worst one.
+        notices: notices of the linkage.
+        crank: the joint that turns at constant speed; its revolution is the only motion. None
+            for other motions.
+        shown: index of the motion to plot; by default the worst one.
     """
 
     linkage: Linkage
@@ -110,13 +111,24 @@ class Verification:
     shown: int | None = None
 
     def __repr__(self) -> str:
-        """Four lines in words: the motions, the peaks, the verdict."""
+        """Four lines: the motions, the peaks, and the verdict."""
         count = count_noun(len(self.runs), "motion")
         return repr_lines(
             f"Verification of {self.model}, {self.balance} balance, over {count}",
             f"shaking force {self.force:.3g} N, {self.force_residual:.1e} of inertia",
             f"shaking moment {self.moment:.3g} N m, {self.moment_residual:.1e} of inertia",
             f"{self.verdict} (tolerance {self.tolerance:.1e})",
+        )
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        return html_facts(
+            f"Verification of {self.model}",
+            ("balance", self.balance),
+            ("motions", str(len(self.runs))),
+            ("shaking force", f"{self.force:.3g} N, {self.force_residual:.1e} of inertia"),
+            ("shaking moment", f"{self.moment:.3g} N m, {self.moment_residual:.1e} of inertia"),
+            ("verdict", f"{self.verdict} (tolerance {self.tolerance:.1e})"),
         )
 
     @property
@@ -126,7 +138,7 @@ class Verification:
 
     @cached_property
     def scale(self) -> float:
-        """Peak of the sum of the sizes of the bodies' own inertia wrenches, newtons."""
+        """Peak of the sum of the norms of the bodies' own inertia wrenches, newtons."""
         return self._largest("inertia")
 
     @property
@@ -171,9 +183,9 @@ class Verification:
 
     @property
     def agreement(self) -> float:
-        """Largest difference of Pinocchio and our series, in momentum or in its rate.
+        """Largest difference between Pinocchio and our series, in momentum or in its rate.
 
-        Relative to the sum of the sizes of the bodies' parts at its peak.
+        It is relative to the peak sum of the norms of the bodies' own parts.
         """
         found = [0.0]
         for name, size in (("rate", "inertia"), ("momentum", "impulse")):
@@ -186,11 +198,11 @@ class Verification:
     @property
     def agreed(self) -> bool:
         """Whether both programs agree to 1e-9."""
-        return self.agreement <= AGREE
+        return self.agreement <= AGREEMENT_RELATIVE
 
     @property
     def balanced(self) -> bool:
-        """Whether what shakes the base is within the tolerance."""
+        """Whether the residuals are within the tolerance."""
         moment = self.moment_residual if self.balance == "dynamic" else 0.0
         return max(self.force_residual, moment) <= self.tolerance
 
@@ -203,21 +215,22 @@ class Verification:
 
     @property
     def brief(self) -> str:
-        """The answer in short, in words."""
+        """Summary in one line."""
         return (
             f"{self.verdict}, shaking force {self.force_residual:.1e} and moment "
             f"{self.moment_residual:.1e} of inertia"
         )
 
     def worst(self, part: str) -> int:
-        """Index of the motion with the peak of the shaking ``"force"`` or ``"moment"``."""
+        """Return the index of the motion with the peak ``"force"`` or ``"moment"``."""
         return int(np.argmax([run.peak(part) for run in self.runs]))
 
     @property
     def plotted(self) -> int:
-        """Index of the motion that figures show: the one that decides the verdict.
+        """Index of the motion that figures show.
 
-        It has the largest force, or moment over the characteristic length.
+        By default it has the peak that decides the verdict: the largest force, or moment over
+        the characteristic length.
         """
         if self.shown is not None:
             return self.shown
@@ -237,21 +250,22 @@ class Verification:
         return dict(zip(self.linkage.inputs, peaks.tolist(), strict=True))
 
     def _peak(self, name: str, part: slice) -> float:
-        """Largest size of a part of a wrench in any run."""
+        """Compute the largest norm of a part of a wrench in all runs."""
         sizes = (np.linalg.norm(getattr(run, name)[:, part], axis=1) for run in self.runs)
         return max((float(size.max(initial=0.0)) for size in sizes), default=0.0)
 
     def _largest(self, name: str) -> float:
-        """Largest number of that name in any run."""
+        """Compute the largest entry of an attribute in all runs."""
         found = (float(getattr(run, name).max(initial=0.0)) for run in self.runs)
         return max(found, default=0.0)
 
     def _relative(self, force: float) -> float:
+        """Divide a force by the peak inertia force; 0 if nothing moves."""
         return force / self.scale if self.scale > 0.0 else 0.0
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What the user should know of the bearing forces and of the routes."""
+        """Remarks on the joint forces, on singularities, and on the agreement."""
         found = []
         if self.scale == 0.0:
             found.append("nothing with mass moves")
@@ -261,7 +275,10 @@ class Verification:
                 "wrenches are not determined by rigid bodies; bearing forces are those of "
                 "least norm"
             )
-        if min((run.trajectory.firmness for run in self.runs), default=1.0) < SINGULAR:
+        if (
+            min((run.trajectory.conditioning for run in self.runs), default=1.0)
+            < CONDITIONING_NOTICE
+        ):
             found.append(
                 "the motion passes near a singularity, where round-off is amplified: what "
                 "little is left to shake there may be no more than that"
@@ -276,10 +293,7 @@ class Verification:
         return tuple(found)
 
     def to_dict(self) -> dict[str, object]:
-        """The report as plain data, ready for JSON.
-
-        ``balance/schemas/verify.schema.json`` describes it.
-        """
+        """Return plain data for JSON; see ``balance/schemas/verify.schema.json``."""
         return {
             "schema": VERIFY_SCHEMA,
             "model": self.model,
@@ -317,14 +331,14 @@ class Verification:
         }
 
     def most_loaded(self) -> str | None:
-        """Name of the joint with the largest force; None if no joint carries one."""
+        """Return the name of the joint with the largest force; None if there is no force."""
         if self.bearing == 0.0:
             return None
         peaks = np.max([run.bearing.max(axis=0) for run in self.runs], axis=0)
         return self.linkage.joints[int(np.argmax(peaks))].name
 
     def _speed(self) -> dict[str, object] | None:
-        """The entry ``speed`` of the report."""
+        """Return the entry ``speed`` of the data."""
         if self.crank is None:
             return None
         (run,) = self.runs

@@ -1,6 +1,6 @@
-"""The shaking wrench from our own series: the rate of change of the total momentum.
+"""The shaking wrench of a linkage: the rate of change of its total momentum.
 
-With the momentum regressor along the ray ``u(t) = u + t u̇`` (see `balance.momentum.regressor`)
+With the momentum regressor along the line ``u(t) = u + t u̇`` (`balance.momentum.regressor`)
 
     h = Σ_w u̇_w X_{w,0} z        ḣ = Σ_w (ü_w X_{w,0} + u̇_w X_{w,1}) z
 
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.conversions import to_chain
 from balance.momentum.regressor import RegressorSeries
+from balance.tolerances import RATE_RESIDUAL_RELATIVE
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from
@@ -30,16 +31,13 @@ __all__ = ["Loads", "inertia_loads", "mass_parameters", "shaking", "wrench_to_si
 
 Array = NDArray[np.float64]
 
-# Rates of all joints must fulfil the loops to this part of the largest.
-CONSISTENT = 1e-6
-
 
 class Loads(NamedTuple):
     """Momentum and its rate along a motion, in the frame and units of a spatial chain.
 
     Attributes:
         momentum: ``[ξ; p]`` of each body (N, bodies, 6), about the origin of the chain.
-        rate: its derivative in time, the wrench that moves the body (N, bodies, 6).
+        rate: time derivative of the momentum, the inertia wrench of the body (N, bodies, 6).
         screws: joint screws at each sample (N, n, 6).
     """
 
@@ -49,17 +47,20 @@ class Loads(NamedTuple):
 
 
 def mass_parameters(linkage: Linkage, z: ArrayLike | None = None) -> Array:
-    """Ten parameters of each body (bodies, 10) about the inertial origin, SI units.
+    """Complete inertial parameters to ten for each body, inertial origin, SI units.
 
     Args:
         linkage: an assembled linkage.
-        z: parameters; those of the file by default. Per body 10; or, as in the design space
-            for force balance, 4: ``[m, mcx, mcy, mcz]``. Of a planar linkage 10; or, as in
-            its design space, 4: ``[m, mcx, mcy, Ezz]``, or 3: ``[m, mcx, mcy]``, in the axes
-            of its plane: bodies are then thin, in the plane through the inertial origin.
+        z: parameters; those of the file by default. A body has 10; or 4 as in a design space
+            for force balance, ``[m, mcx, mcy, mcz]``. A body of a planar linkage has 10; or,
+            as in its design space, 4, ``[m, mcx, mcy, Ezz]``, or 3, ``[m, mcx, mcy]``, in the
+            axes of its plane. Bodies are then flat, in the plane through the inertial origin.
+
+    Returns:
+        Parameters (bodies, 10).
 
     Raises:
-        LinkageError: there are not as many numbers as parameters.
+        LinkageError: the number of parameters is wrong, or one is not finite.
     """
     count = len(linkage.bodies)
     if z is None:
@@ -92,14 +93,18 @@ def mass_parameters(linkage: Linkage, z: ArrayLike | None = None) -> Array:
 
 
 def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Loads:
-    """Momentum of each body, and its rate, along a motion.
+    """Compute the momentum of each body, and its time derivative, along a motion.
 
     Args:
-        chain: all joints of a spatial chain, its columns the inputs; see `input_chain`.
+        chain: all joints of a spatial chain, its columns the inputs; from
+            `kinematics.closure.joint_positions.input_chain`.
         z: parameters (bodies, 10) about the inertial origin, SI units.
-        q: positions of all joints (N, n), in the units of the chain, closing the loops.
-        ud: velocities of the inputs (N, mobility), in the units of the chain.
-        udd: their accelerations.
+        q: positions of all joints (N, n) that close the loops, in units of the chain.
+        ud: velocities of the inputs (N, mobility), in units of the chain.
+        udd: accelerations of the inputs (N, mobility), in units of the chain.
+
+    Returns:
+        Momenta and inertia wrenches, about the origin of the chain, in its units.
     """
     own = to_chain(z, chain.frame, False, False)
     found = np.zeros((2, len(q), len(own), 6))
@@ -117,9 +122,16 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
 
 
 def wrench_to_si(wrenches: Array, frame: Frame) -> Array:
-    """Wrenches or momenta (..., 6) of a spatial chain about the inertial origin, SI units.
+    """Convert wrenches or momenta of a spatial chain to SI units about the inertial origin.
 
     Forces scale with the length of the chain, moments with its square.
+
+    Args:
+        wrenches: ``[moment; force]`` (..., 6) in the frame and units of the chain.
+        frame: frame of the chain.
+
+    Returns:
+        ``[moment; force]`` (..., 6), N m and N, or N m s and N s.
     """
     force = frame.length * wrenches[..., 3:]
     moment = frame.length**2 * wrenches[..., :3] + np.cross(frame.origin, force)
@@ -133,22 +145,32 @@ def shaking(
     qdd: ArrayLike,
     z: ArrayLike | None = None,
 ) -> Array:
-    """Shaking wrench ``ḣ = [moment; force]`` about the inertial origin; (6,) or (N, 6).
+    """Compute the shaking wrench ``ḣ = [moment; force]`` of a linkage.
 
-    It is the wrench of the base on the linkage, in inertial axes, N m and N, without
-    gravity: all six components, also of a planar linkage. No other library is needed.
+    ``ḣ = Σ_w (ü_w X_{w,0} + u̇_w X_{w,1}) z`` with the momentum regressor X is the wrench of
+    the base on the linkage, without gravity. A planar linkage has all six components too.
 
     Args:
-        linkage: an assembled linkage, or what `kinematics.load` accepts.
-        q: displacements from the reference pose, of the inputs (mobility,) or of all joints
-            (n,), which must close the loops; or one such row for each of N samples.
-        qd: velocities of the inputs or of all joints.
-        qdd: accelerations of the inputs or of all joints.
-        z: inertial parameters of the bodies, by default the file's; see `mass_parameters`.
+        linkage: an assembled linkage, or an argument of `kinematics.load`.
+        q: displacements from the reference pose, rad or m, of the inputs (mobility,) or of all
+            joints (n,), which must close the loops; or one such row for each of N samples.
+        qd: velocities of the inputs or of all joints, of the same shape, rad/s or m/s.
+        qdd: accelerations of the inputs or of all joints, rad/s² or m/s².
+        z: inertial parameters of the bodies, by default those of the file; see
+            `balance.verification.shaking_wrench.mass_parameters`.
+
+    Returns:
+        The wrench about the inertial origin in inertial axes, N m and N: (6,), or (N, 6).
 
     Raises:
         PoseError: a pose or a velocity does not fulfil the loops, or cannot be reached.
-        LinkageError: there are not as many parameters as the bodies need.
+        LinkageError: the number of parameters is wrong.
+
+    Example:
+        >>> import balance
+        >>> wrench = balance.shaking("robot.urdf", q=[0.0], qd=[2.0], qdd=[0.0])
+        >>> (wrench.round(3) + 0.0).tolist()
+        [0.0, 0.0, -0.048, -0.987, -1.198, 0.0]
     """
     linkage = as_linkage(linkage)
     chain = input_chain(linkage)
@@ -165,7 +187,7 @@ def shaking(
         )
     positions = np.array([joint_positions(linkage, pose) for pose in poses]) / chain.units
     if ud.shape[1] > linkage.mobility:
-        _check(linkage, chain, positions, ud / chain.units)
+        _check_rates(linkage, chain, positions, ud / chain.units)
     ud, udd = (x if x.shape[1] == linkage.mobility else x[:, inputs] for x in (ud, udd))
     scale = chain.units[inputs]
     loads = inertia_loads(
@@ -175,14 +197,14 @@ def shaking(
     return found[0] if single else found
 
 
-def _check(linkage: Linkage, chain: Chain, q: Array, qd: Array) -> None:
-    """Refuse velocities of all joints that open the loops."""
+def _check_rates(linkage: Linkage, chain: Chain, q: Array, qd: Array) -> None:
+    """Raise PoseError for joint velocities that open the loops."""
     inputs = linkage.positions_of(linkage.inputs)
     for position, speed in zip(q, qd, strict=True):
         screws = forward_kinematics(chain, position).screws
         C = expand_from(chain, screws, np.zeros((1, chain.width)), 0).C[0, 0]
-        off = np.abs(C @ speed[inputs] - speed).max()
-        if not off <= CONSISTENT * np.abs(speed).max():
+        residual = np.abs(C @ speed[inputs] - speed).max()
+        if not residual <= RATE_RESIDUAL_RELATIVE * np.abs(speed).max():
             raise PoseError(
                 f"{linkage.source}: these joint velocities open the loops; give those of the "
                 f"inputs alone ({', '.join(linkage.inputs)})"

@@ -1,8 +1,8 @@
-"""Smooth closed motions in time: inputs, and all other joints following on one branch.
+"""Smooth motions in time that close the loops, on one branch.
 
-The inputs are functions of time; positions of the other joints are predicted by their
-Taylor series and closed by Newton's method, so that errors do not add up. With the series of
-the motion along ``u̇`` (see `kinematics.closure.series`) the rates are
+The inputs are functions of time. A Taylor series predicts the other joints at the next sample,
+and Newton's method closes the loops there, so errors do not accumulate. With the series of the
+motion along ``u̇`` (see `kinematics.closure.series`) the rates are
 
     q̇ = C_0 u̇        q̈ = C_0 ü + C_1 u̇
 """
@@ -16,6 +16,13 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.tolerances import (
+    CONDITIONING_LEAST,
+    INPUT_RANGE_RELATIVE,
+    JOINT_RATE_RATIO,
+    MOTION_RETURN,
+    RELATION_RESIDUAL,
+)
 from balance.verification.csv_motion import read_columns, refuse_row
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.closure.newton import follow_ray, forward_kinematics
@@ -27,30 +34,28 @@ from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 
 __all__ = [
-    "FIRM", "Trajectory", "drive", "from_csv", "order_inputs", "random_motions", "rest_to_rest",
+    "Trajectory", "drive", "from_csv", "order_inputs", "random_motions", "rest_to_rest",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
 
-# Order of the series that predict the next sample.
-ORDER = 3
-# Steps between two samples at most; the first may be far from the reference pose.
-STEPS = 200
-# Random motions: harmonics of one period, first amplitude in radians and characteristic
-# lengths, factor by which it shrinks, and the least one tried.
+# Order of the series that predicts the next sample.
+PREDICTION_ORDER = 3
+# Most steps between two samples; the first sample may be far from the reference pose.
+MAX_STEPS = 200
+# Random motions: number of harmonics of the period.
 HARMONICS = 3
-AMPLITUDE, SHRINK, LEAST = 0.8, 0.7, 1e-3
-# Near a singularity joints are faster by so much than at the reference pose, for the same
-# rates of the inputs, or the loops hold them less firmly by so much.
-FASTER, FIRM = 4.0, 0.25
-# A closed motion must come back to where it began, in radians and characteristic lengths.
-BACK = 1e-9
-# Inputs that change by less, relative to their size, do not move; forces of joints at other
-# rates underflow or overflow, SI units.
-STILL, SLOWEST, FASTEST = 1e-12, 1e-100, 1e100
-# How far the rows of a table may be from a motion's relations, and the fewest: a spline of
-# degree five needs six.
-OFF, SAMPLES = 1e-9, 6
+# Their first amplitude, radians and characteristic lengths.
+FIRST_AMPLITUDE = 0.8
+# Factor by which the amplitude shrinks after a motion that cannot be followed.
+AMPLITUDE_FACTOR = 0.7
+# The least amplitude tried.
+LEAST_AMPLITUDE = 1e-3
+# Joint rates outside this range, SI units, make forces that underflow or overflow.
+SLOWEST = 1e-100
+FASTEST = 1e100
+# Fewest rows of a table: a spline of degree five needs six.
+FEWEST_ROWS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +71,7 @@ class Trajectory:
         qd: their velocities.
         qdd: their accelerations.
         closure: largest mismatch of the loops, in radians and characteristic lengths.
-        firmness: how firmly the loops hold the other joints at worst, relative to the
+        conditioning: smallest pivot of the loop matrix along the motion over the one at the
             reference pose; 0 at a singularity, near which round-off is amplified.
     """
 
@@ -78,10 +83,10 @@ class Trajectory:
     qd: Array
     qdd: Array
     closure: float
-    firmness: float
+    conditioning: float
 
     def __repr__(self) -> str:
-        """One line in words."""
+        """One line: number of samples and joints, and the duration."""
         count, joints = self.q.shape
         return f"Trajectory: {count} samples of {joints} joints over {self.duration:.4g} s"
 
@@ -92,28 +97,33 @@ class Trajectory:
 
     @property
     def moves(self) -> bool:
-        """Whether inputs move, neither too slowly nor too fast."""
-        far = np.ptp(self.u, axis=0).max(initial=0.0)
+        """Whether the inputs move, neither too slowly nor too fast."""
+        span = np.ptp(self.u, axis=0).max(initial=0.0)
         rate = np.abs(self.qd).max(initial=0.0)
         size = max(1.0, np.abs(self.u).max(initial=0.0))
-        return bool(far > STILL * size and SLOWEST < rate < FASTEST)
+        return bool(span > INPUT_RANGE_RELATIVE * size and SLOWEST < rate < FASTEST)
 
 
 def drive(
     linkage: Linkage, time: ArrayLike, u: ArrayLike, ud: ArrayLike, udd: ArrayLike
 ) -> Trajectory:
-    """The motion of all joints when the inputs move as given.
+    """Compute the motion of all joints for given motions of the inputs.
+
+    The joint rates are ``q̇ = C_0 u̇`` and ``q̈ = C_0 ü + C_1 u̇``.
 
     Args:
         linkage: an assembled linkage.
         time: samples in seconds (N,).
         u: displacements of the inputs from the reference pose (N, mobility), SI units; the
             first sample is reached from the reference pose along a straight line.
-        ud: their velocities.
-        udd: their accelerations.
+        ud: velocities of the inputs (N, mobility).
+        udd: accelerations of the inputs (N, mobility).
+
+    Returns:
+        The motion of all joints.
 
     Raises:
-        PoseError: the loops cannot be closed on the way, on the branch that the linkage is on.
+        PoseError: the loops cannot be closed along the motion on the linkage's branch.
     """
     t, *path = (np.asarray(x, dtype=np.float64) for x in (time, u, ud, udd))
     if t.ndim != 1 or any(x.shape != (t.size, linkage.mobility) for x in path):
@@ -141,20 +151,24 @@ def random_motions(
     motion: Motion | None = None,
     period: float = 1.0,
 ) -> Iterator[Trajectory]:
-    """Random smooth motions that begin and end at the reference pose.
+    """Generate random smooth motions that begin and end at the reference pose.
 
     Each coordinate is a sum of the first sines of the period with random amplitudes and
-    phases. The amplitude shrinks until the loops close all the way on one branch and no pose
-    is near a singularity: joints at most four times as fast, for the same rates of the inputs,
-    as at the reference pose, and the loops at least a quarter as firm.
+    phases. The amplitude shrinks until the loops close along the motion on one branch and no
+    pose is near-singular. A pose counts as near-singular if some joint is more than four times
+    faster than at the reference pose for the same rates of the inputs, or the smallest pivot
+    of the loop matrix is below a quarter of its reference value.
 
     Args:
         linkage: an assembled linkage.
-        count: how many.
-        samples: of each, both ends included.
+        count: number of motions.
+        samples: samples of each motion, both ends included.
         seed: seed of the random numbers; motion k is the same whatever ``count`` is.
         motion: restriction of the inputs; free by default.
-        period: seconds.
+        period: duration of each motion, seconds.
+
+    Yields:
+        The motions.
 
     Raises:
         PoseError: no motion, however small, is found near the reference pose.
@@ -164,39 +178,50 @@ def random_motions(
     basis = np.eye(linkage.mobility) if motion is None else order_inputs(motion, linkage)
     basis = np.linalg.qr(basis / units[:, None])[0] * units[:, None] if basis.size else basis
     time = np.linspace(0.0, period, samples)
-    fastest, least = FASTER * _fastest(chain), FIRM
-    amplitude = AMPLITUDE
+    fastest, least = JOINT_RATE_RATIO * _largest_rate(chain), CONDITIONING_LEAST
+    amplitude = FIRST_AMPLITUDE
     for number in range(count):
         path = _sines(np.random.default_rng([seed, number]), time, basis.shape[1])
-        amplitude = min(AMPLITUDE, amplitude / SHRINK)
+        amplitude = min(FIRST_AMPLITUDE, amplitude / AMPLITUDE_FACTOR)
         while True:
             inputs = [amplitude * x @ basis.T for x in path]
             found = _track(linkage, chain, (time, *inputs), fastest, least)
-            if isinstance(found, Trajectory) and _returned(found, chain):
+            if isinstance(found, Trajectory) and _returns(found, chain):
                 yield found
                 break
-            amplitude *= SHRINK
-            if amplitude < LEAST:
+            amplitude *= AMPLITUDE_FACTOR
+            if amplitude < LEAST_AMPLITUDE:
                 raise PoseError(
                     f"{linkage.source}: no motion was found near the reference pose; write "
                     "the file at a pose further from a singularity, or name other inputs"
                 )
 
 
-def _fastest(chain: Chain) -> float:
-    """Largest rate of a joint for unit rates of the inputs, at the reference pose."""
+def _largest_rate(chain: Chain) -> float:
+    """Compute the largest joint rate at the reference pose, for unit rates of the inputs."""
     series = expand_from(chain, chain.screws, np.zeros((1, chain.width)), 0)
     return max(1.0, float(np.abs(series.C).max(initial=0.0)))
 
 
-def _firmness(chain: Chain, screws: Array) -> float:
-    """Least distance of a column of the loop matrix from those before it; 0 if singular."""
+def _smallest_pivot(chain: Chain, screws: Array) -> float:
+    """Compute the smallest pivot of the loop matrix; 0 at a singularity."""
     found = pivots(screws, chain.mimics, chain.envelope, chain.dependent.size)
     return float(np.abs(found).min()) if found.size else 1.0
 
 
 def order_inputs(motion: Motion, linkage: Linkage) -> Array:
-    """The basis of a motion with its rows in the order of the linkage's inputs."""
+    """Return the basis of a motion with its rows in the order of the linkage's inputs.
+
+    Args:
+        motion: a motion.
+        linkage: the linkage with the same inputs.
+
+    Returns:
+        The basis (mobility, w).
+
+    Raises:
+        MotionError: the motion has other inputs.
+    """
     if sorted(motion.inputs) != sorted(linkage.inputs):
         problem = f"made for the inputs {', '.join(motion.inputs)}"
         text = ", ".join(motion.relations)
@@ -205,7 +230,7 @@ def order_inputs(motion: Motion, linkage: Linkage) -> Array:
 
 
 def _sines(rng: np.random.Generator, time: Array, width: int) -> list[Array]:
-    """Sums of sines that start at 0, within 1, and their two derivatives; (N, width)."""
+    """Compute random sums of sines from 0, at most 1, and two derivatives (N, width)."""
     k = np.arange(1, HARMONICS + 1)[:, None]
     size = rng.uniform(0.3, 1.0, (HARMONICS, width)) * rng.choice([-1.0, 1.0], width) / k
     phase = rng.uniform(-0.8, 0.8, (HARMONICS, width))
@@ -218,28 +243,31 @@ def _sines(rng: np.random.Generator, time: Array, width: int) -> list[Array]:
     return [scale * path, scale * speed, scale * change]
 
 
-def _returned(found: Trajectory, chain: Chain) -> bool:
-    """Whether all joints come back to where they began: otherwise the branch changed."""
-    return bool(np.all(np.abs(found.q[-1] - found.q[0]) <= BACK * chain.units))
+def _returns(found: Trajectory, chain: Chain) -> bool:
+    """Whether all joints return to their start; otherwise the branch changed."""
+    return bool(np.all(np.abs(found.q[-1] - found.q[0]) <= MOTION_RETURN * chain.units))
 
 
 def rest_to_rest(
     linkage: Linkage, poses: ArrayLike, duration: float = 1.0, samples: int = 200
 ) -> Trajectory:
-    """A motion that rests at given poses, with straight lines of the inputs in between.
+    """Compute a motion that rests at given poses, on straight lines of the inputs.
 
-    On each line ``s(τ) = 10 τ³ - 15 τ⁴ + 6 τ⁵``, so that velocity and acceleration vanish at
-    both ends.
+    On each line ``s(τ) = 10 τ³ - 15 τ⁴ + 6 τ⁵``: velocity and acceleration vanish at both
+    ends.
 
     Args:
         linkage: an assembled linkage.
         poses: displacements of the inputs from the reference pose (poses, mobility), at least
             two, SI units.
-        duration: of each line, seconds.
-        samples: of the whole motion.
+        duration: duration of each line, seconds.
+        samples: samples of the whole motion.
+
+    Returns:
+        The motion of all joints.
 
     Raises:
-        PoseError: the loops cannot be closed on the way.
+        PoseError: the poses have a wrong shape, or the loops cannot be closed along the motion.
     """
     stops = np.asarray(poses, dtype=np.float64)
     if stops.ndim != 2 or len(stops) < 2 or stops.shape[1] != linkage.mobility:
@@ -250,43 +278,48 @@ def rest_to_rest(
     tau = np.linspace(0.0, len(stops) - 1.0, samples)
     leg = np.minimum(tau.astype(np.int64), len(stops) - 2)
     x = (tau - leg)[:, None]
-    way = np.diff(stops, axis=0)[leg]
-    u = stops[leg] + way * (x**3 * (10.0 - 15.0 * x + 6.0 * x * x))
-    ud = way * (30.0 * x * x * (1.0 - x) ** 2) / duration
-    udd = way * (60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)) / duration**2
+    line = np.diff(stops, axis=0)[leg]
+    u = stops[leg] + line * (x**3 * (10.0 - 15.0 * x + 6.0 * x * x))
+    ud = line * (30.0 * x * x * (1.0 - x) ** 2) / duration
+    udd = line * (60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)) / duration**2
     return drive(linkage, duration * tau, u, ud, udd)
 
 
 def from_csv(
     linkage: Linkage, path: str | PathLike[str], motion: Motion | None = None
 ) -> Trajectory:
-    """A motion from a table: a column ``time`` and one for each input, by its name.
+    """Read a motion from a table with a column ``time`` and one for each input by its name.
 
-    Positions in between belong to the spline of degree five through the rows, which tells
-    velocities and accelerations.
+    The spline of degree five through the rows gives velocities and accelerations.
 
     Args:
         linkage: an assembled linkage.
         path: file of comma-separated values; displacements from the reference pose, SI.
         motion: relations that the inputs must fulfil.
 
+    Returns:
+        The motion of all joints.
+
     Raises:
         FileError: the file is no such table, or nothing moves in it.
-        PoseError: the loops cannot be closed on the way.
+        PoseError: the loops cannot be closed along the motion.
     """
     from scipy.interpolate import make_interp_spline
 
-    table = read_columns(path, ["time", *linkage.inputs], SAMPLES)
+    table = read_columns(path, ["time", *linkage.inputs], FEWEST_ROWS)
     time, u = table[:, 0], table[:, 1:]
     if not np.all(np.diff(time) > 0.0):
         raise refuse_row(path, "", "its times do not increase")
     if motion is not None:
         basis = np.linalg.qr(order_inputs(motion, linkage))[0]
-        if np.abs(u - u @ basis @ basis.T).max() > OFF * max(1.0, np.abs(u).max()):
+        if np.abs(u - u @ basis @ basis.T).max() > RELATION_RESIDUAL * max(
+            1.0, np.abs(u).max()
+        ):
             raise refuse_row(path, "", f"its rows are not on {', '.join(motion.relations)}")
     spline = make_interp_spline(time, u, k=5)
-    if (way := drive(linkage, time, u, spline(time, 1), spline(time, 2))).moves:
-        return way
+    trajectory = drive(linkage, time, u, spline(time, 1), spline(time, 2))
+    if trajectory.moves:
+        return trajectory
     raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
 
 
@@ -294,52 +327,56 @@ def _track(
     linkage: Linkage, chain: Chain, path: tuple[Array, ...],
     fastest: float = np.inf, least: float = 0.0,
 ) -> Trajectory | float:  # fmt: skip
-    """The trajectory, or the time beyond which it cannot be followed.
+    """Follow a motion of the inputs: the trajectory, or the time at which it cannot go on.
 
     Args:
         linkage: the linkage.
-        chain: its arrays, from `input_chain`.
+        chain: its arrays, from `kinematics.closure.joint_positions.input_chain`.
         path: time, displacements of the inputs, velocities, accelerations.
-        fastest: what rates of joints may be, for unit rates of the inputs.
-        least: what the firmness must be, relative to the reference pose.
+        fastest: bound on joint rates for unit rates of the inputs.
+        least: bound on the conditioning, relative to the reference pose.
     """
     time, u, ud, udd = path
     inputs = linkage.positions_of(linkage.inputs)
     scale = chain.units[inputs]
-    # Random motions start at the reference pose, where nothing has to be closed.
+    # Random motions start at the reference pose, where the loops are closed.
     start = np.zeros(chain.parent.size)
     if u[:1].any():
         start = joint_positions(linkage, u[0]) / chain.units
     pose = forward_kinematics(chain, start)
     q, qd, qdd = (np.zeros((time.size, chain.parent.size)) for _ in range(3))
-    closure, firmness = 0.0, 1.0
-    held = _firmness(chain, chain.screws)
-    # What is ahead depends on one column only, the ray: far fewer numbers to expand.
+    closure, conditioning = 0.0, 1.0
+    reference_pivot = _smallest_pivot(chain, chain.screws)
+    # Predict along one direction only: the expansion has far fewer numbers.
     narrow = replace(chain, moves=freeze(chain.moves.any(axis=1, keepdims=True), np.bool_))
     steps = zip(u / scale, ud / scale, udd / scale, strict=True)
     for k, (now, speed, change) in enumerate(steps):
-        ahead = u[min(k + 1, len(u) - 1)] / scale - now
-        length = float(np.sqrt(ahead @ ahead))
-        ray = ahead / length if length > 0.0 else ahead
+        advance = u[min(k + 1, len(u) - 1)] / scale - now
+        length = float(np.sqrt(advance @ advance))
+        direction = advance / length if length > 0.0 else advance
         C = expand_from(chain, pose.screws, speed[None], 1).C[0]
-        firmness = min(firmness, _firmness(chain, pose.screws) / held)
-        if not (np.abs(C[0]).max(initial=0.0) <= fastest and firmness >= least):
+        pivot = _smallest_pivot(chain, pose.screws)
+        conditioning = min(conditioning, pivot / reference_pivot)
+        if not (np.abs(C[0]).max(initial=0.0) <= fastest and conditioning >= least):
             return float(time[k])
         q[k], qd[k], qdd[k] = pose.q, C[0] @ speed, C[0] @ change + C[1] @ speed
         closure = max(closure, forward_kinematics(chain, pose.q).error)
-        left, line = length, replace(narrow, columns=freeze((chain.columns @ ray)[:, None]))
-        for _ in range(STEPS):
-            if left == 0.0:
+        remaining, line = (
+            length,
+            replace(narrow, columns=freeze((chain.columns @ direction)[:, None])),
+        )
+        for _ in range(MAX_STEPS):
+            if remaining == 0.0:
                 break
-            series = expand_from(line, pose.screws, np.ones((1, 1)), ORDER)
-            pose, step = follow_ray(line, pose.q, series, np.ones(1), left)
+            series = expand_from(line, pose.screws, np.ones((1, 1)), PREDICTION_ORDER)
+            pose, step = follow_ray(line, pose.q, series, np.ones(1), remaining)
             if step == 0.0:
                 return float(time[k])
-            left -= step
-        if left > 0.0:
+            remaining -= step
+        if remaining > 0.0:
             return float(time[k])
     q, qd, qdd = (chain.units * x for x in (q, qd, qdd))
     return Trajectory(
         freeze(time), freeze(u), freeze(ud), freeze(udd), freeze(q), freeze(qd), freeze(qdd),
-        closure, firmness,
+        closure, conditioning,
     )  # fmt: skip

@@ -19,7 +19,7 @@ from scipy.sparse import csc_matrix
 
 from balance import design_space
 from balance.designs.clarabel_adapter import ConstraintBlock
-from balance.designs.constraints import Constraints, program
+from balance.designs.constraints import Constraints, build_program
 from balance.designs.feasibility import Feasibility, feasible, least_traces
 from balance.designs.pseudo_inertia_cone import from_si, parameters_by_body
 from balance.inertial_parameters.conversions import pseudo_inertia
@@ -87,7 +87,7 @@ class PlanarVerdictAddsAFewTenthsOfAMillisecond(VerdictCloseToTheBareSolver):
 
 def _bare(space: DesignSpace) -> tuple:
     """Arguments of the solver."""
-    q, rows, offset, parts = least_traces(program(space, Constraints()))
+    q, rows, offset, parts = least_traces(build_program(space, Constraints()))
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     cones = [_cone(part) for part in parts]
@@ -124,7 +124,10 @@ def _functional(Z: np.ndarray) -> np.ndarray:
 
 
 def _cone(part: ConstraintBlock) -> object:
-    kinds = {"matrix": clarabel.PSDTriangleConeT, "lorentz": clarabel.SecondOrderConeT}
+    kinds = {
+        "psd_triangle": clarabel.PSDTriangleConeT,
+        "second_order": clarabel.SecondOrderConeT,
+    }
     return kinds[part.kind](part.size)
 
 

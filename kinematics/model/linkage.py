@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.model.arrays import Chain, IntArray, freeze
-from kinematics.wording import count_noun, first_names, repr_lines, vector_text
+from kinematics.wording import count_noun, first_names, html_facts, repr_lines, vector_text
 
 if TYPE_CHECKING:
     from kinematics.urdf_elements.element import Document, Element
@@ -243,6 +243,19 @@ class Linkage(UnassembledLinkage):
         algebra = "planar" if self.planar else "spatial"
         moves = f"{algebra}, mobility {self.mobility}, inputs {first_names(self.inputs)}"
         return repr_lines(head, moves, f"bodies {first_names(names_of(self.bodies))}", source)
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        return html_facts(
+            f"{type(self).__name__} {self.name}",
+            ("algebra", "planar" if self.planar else "spatial"),
+            ("bodies", f"{len(self.bodies)}: {first_names(names_of(self.bodies))}"),
+            ("joints", f"{len(self.joints)}: {first_names(names_of(self.joints))}"),
+            ("loops", str(len(self.loops))),
+            ("mobility", str(self.mobility)),
+            ("inputs", first_names(self.inputs)),
+            ("source", self.source),
+        )
 
     @property
     def planar(self) -> bool:

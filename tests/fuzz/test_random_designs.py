@@ -15,8 +15,9 @@ from urdf_text import along, joint
 import kinematics
 from balance import check_certificate, design_space
 from balance.designs.best_design import design
-from balance.designs.certificate import _known, conflicting_bodies
-from balance.designs.constraints import constraints_of, program
+from balance.designs.certificate import _split_known_terms
+from balance.designs.certificate_search import conflict_certificate
+from balance.designs.constraints import build_program, constraints_of
 from balance.designs.pseudo_inertia_cone import matrices_of
 
 INERTIAL = (
@@ -139,7 +140,7 @@ def test_what_is_known_is_a_lower_bound(seed):
     root = rng.standard_normal((3, 3, 3))
     Z = root @ root.transpose(0, 2, 1)
     Z[:, 2, 2] += rng.uniform(-6.0, 1.0, 3)
-    own, known = _known(space, Z, wanted)
+    own, known = _split_known_terms(space, Z, wanted)
     file = np.array([body.inertia for body in space.linkage.bodies])
     least = sum(low for low, _ in wanted.bounds.values())
     least += sum(np.trace(matrices_of(space, file)[b]) for b in wanted.keep)
@@ -184,7 +185,7 @@ def test_kept_links_that_say_the_same_twice():
         assert space.rank == 2 and found.verdict == "infeasible"
         assert found.residuals.separation < 5e-14
         # Whatever the round-off in these rows, multipliers of their difference stay bounded.
-        question = program(space, constraints_of(space, found.keep, {}))
+        question = build_program(space, constraints_of(space, found.keep, {}))
         noise = 1e-14 * rng.standard_normal(question.fixed.shape)
-        moved = conflicting_bodies(question._replace(fixed=question.fixed + noise)).matrices
-        assert np.abs(moved - conflicting_bodies(question).matrices).max() < 1e-9
+        moved = conflict_certificate(question._replace(fixed=question.fixed + noise)).matrices
+        assert np.abs(moved - conflict_certificate(question).matrices).max() < 1e-9

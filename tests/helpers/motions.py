@@ -25,7 +25,7 @@ def states(linkage: Linkage, count: int, seed: int) -> Trajectory:
     (way,) = random_motions(linkage, 1, 200, seed)
     chosen = np.sort(np.random.default_rng(seed).choice(199, count, replace=False))
     parts = (x[chosen] for x in (way.time, way.u, way.ud, way.udd, way.q, way.qd, way.qdd))
-    return Trajectory(*parts, closure=way.closure, firmness=way.firmness)
+    return Trajectory(*parts, closure=way.closure, conditioning=way.conditioning)
 
 
 def around(linkage: Linkage, way: Trajectory, k: int, step: float) -> Trajectory:

@@ -1,8 +1,8 @@
-"""A design as one page of HTML: the linkage in motion with its masses, before and after.
+"""HTML page of a design: the moving linkage with the masses of the file and of the design.
 
-A body is drawn as the homogeneous solid ellipsoid of its mass and its inertia: with the
-second moments ``Σ = ½ tr(I) 1 - I`` about its centre of mass, whose eigenvalues are σ, the
-semi-axes are ``√(5 σ / m)`` along the eigenvectors.
+A body is drawn as the homogeneous solid ellipsoid of its mass and inertia. The second moments
+about its centre of mass are ``Σ = ½ tr(I) 1 - I``. With their eigenvalues σ the semi-axes are
+``√(5 σ / m)`` along the eigenvectors.
 """
 
 from __future__ import annotations
@@ -17,16 +17,17 @@ from numpy.typing import NDArray
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.inertial_parameters.conversions import mass_properties
-from balance.report.html import render as html
+from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.html.scene import scene
 from balance.report.text.design import body_rows, design_facts
+from balance.tolerances import SECOND_MOMENT_NEGATIVE_RELATIVE
 from kinematics.model.arrays import freeze
 
 __all__ = ["ellipsoid", "design_page"]
 
 Array = NDArray[np.float64]
 
-# In the order in which they build on each other.
+# Scripts in the order of their dependencies.
 SCRIPTS = ("shapes", "linkage", "masses", "figure", "controls", "weights")
 MINIMISED = {
     "mass": "total mass",
@@ -34,12 +35,10 @@ MINIMISED = {
     "rotor": "inertia felt by the inputs",
     "change": "change of the masses in the file",
 }
-# Second moments that are negative by no more than this part of the largest are round-off.
-ROUND_OFF = 1e-9
 
 
 def ellipsoid(z: Array) -> dict[str, object] | None:
-    """The homogeneous ellipsoid of parameters z (10,), None if there is no such body.
+    """Compute the homogeneous ellipsoid of parameters z (10,); None if there is none.
 
     Returns:
         ``mass`` in kg, ``centre`` (3,) and ``axes``, whose rows are the three semi-axes
@@ -49,21 +48,24 @@ def ellipsoid(z: Array) -> dict[str, object] | None:
         return None
     mass, centre, inertia = mass_properties(z)
     sigma, directions = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
-    if sigma[0] < -ROUND_OFF * sigma[2]:
+    if sigma[0] < -SECOND_MOMENT_NEGATIVE_RELATIVE * sigma[2]:
         return None
     axes = np.sqrt(5.0 * np.clip(sigma, 0.0, None) / mass)[:, None] * directions.T
     return {"mass": mass, "centre": centre.tolist(), "axes": axes.tolist()}
 
 
 def design_page(design: Design) -> str:
-    """A design as the text of one HTML file.
+    """Render a design as one HTML file.
 
-    It shows the linkage in 3D, moved by a slider for each degree of freedom of the motion,
-    with the masses of the design and those of the file as ellipsoids and centres of mass;
-    and all that `Design.to_dict` holds, which is also in the element ``report`` as JSON.
+    The page shows the linkage in 3D, with a slider for each degree of freedom of the motion,
+    and the masses of the design and of the file as ellipsoids and centres of mass. The element
+    ``report`` contains `Design.to_dict` as JSON.
 
     Args:
-        design: a design; there must be one.
+        design: a feasible design.
+
+    Returns:
+        The text of the file.
 
     Raises:
         PackageError: Plotly is missing.
@@ -74,21 +76,21 @@ def design_page(design: Design) -> str:
         {"name": name, "given": ellipsoid(before), "designed": ellipsoid(after)}
         for name, before, after in zip(design.space.bodies, given, design.z, strict=True)
     ]
-    return html.render_page(
+    return render_page(
         "design.html",
         title=design.space.linkage.name,
         summary=_summary(design),
         report=design.to_dict(),
         data={"scene": scene(design.space), "masses": shapes},
         scripts=SCRIPTS,
-        facts=html.facts_list(design_facts(design)),
+        facts=facts_list(design_facts(design)),
         designed=_table(design.bodies),
         given=_table(replace(design, z=freeze(given)).bodies),
     )
 
 
 def _summary(design: Design) -> str:
-    """The page in one sentence."""
+    """Summarise the page in one sentence."""
     motion = design.space.motion
     when = f"with {', '.join(motion.relations)}" if motion else "in every motion"
     wrench = "force and moment" if design.space.balance == "dynamic" else "force"
@@ -97,7 +99,7 @@ def _summary(design: Design) -> str:
 
 
 def _table(bodies: Sequence[BodyInertia]) -> str:
-    """Mass, centre of mass and principal moments of each body."""
+    """Render the table of mass, centre of mass and principal moments of each body."""
     head, *lines = body_rows(bodies)
     cells = [[escape(name), *(x.replace("-", "−") for x in rest)] for name, *rest in lines]
-    return html.html_table([name.capitalize() for name in head], cells, [1, 2, 3])
+    return html_table([name.capitalize() for name in head], cells, [1, 2, 3])

@@ -1,6 +1,6 @@
-"""Pictures of a Taylor motion: the error of every order against distance.
+"""Plots of a Taylor motion: error of every order over distance.
 
-As a Matplotlib figure, or as a page of HTML that needs no network.
+The output is a Matplotlib image, or an HTML page that needs no network.
 """
 
 from __future__ import annotations
@@ -12,48 +12,58 @@ from typing import Any
 
 import numpy as np
 
-from balance.report.html import render as html
 from balance.report.html.plot_style import GRID, LAYOUT, image, short, tidy
+from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.text.motion import measure, motion_facts, motion_tables
 from balance.taylor_poses.error_curves import Curves
 from balance.taylor_poses.prediction import Predictions
 
 __all__ = ["motion_picture", "motion_page"]
 
-# Ends of the error axis: below is round-off, above are predictions without any worth.
-LOW, HIGH = 1e-16, 1e2
-# Well above the axis: errors beyond this are drawn there, some being too large to be drawn.
-ABOVE = 1e30
-# Low orders are light, high ones dark; what is estimated is warm.
-LIGHT, DARK, WARM = (0x9C, 0xC3, 0xE4), (0x08, 0x26, 0x4A), "#b8550a"
-SHADE, INK = "#f0f1f3", "#1b1e22"
+# Lower end of the error axis: round-off.
+LOWEST_ERROR = 1e-16
+# Upper end of the error axis: such predictions are useless.
+HIGHEST_ERROR = 1e2
+# Larger errors are drawn here, above the axis: Matplotlib cannot draw some of them.
+ERROR_CAP = 1e30
+# Colours: low orders are light, high ones dark, the estimate is orange.
+LIGHT = (0x9C, 0xC3, 0xE4)
+DARK = (0x08, 0x26, 0x4A)
+WARM = "#b8550a"
+SHADE = "#f0f1f3"
+INK = "#1b1e22"
 # Most poses in the table.
-ROWS = 20
+MAX_POSES = 20
 
 
 def _colours(count: int) -> list[str]:
-    """Colours of the orders."""
+    """Compute the colours of the orders."""
     shares = np.linspace(0.0, 1.0, count) if count > 1 else np.ones(1)
     mixed = np.round(np.outer(1.0 - shares, LIGHT) + np.outer(shares, DARK)).astype(int)
     return ["#{:02x}{:02x}{:02x}".format(*rgb) for rgb in mixed.tolist()]
 
 
-def _limits(panels: Sequence[Curves]) -> tuple[float, float]:
-    """Common ends of the error axes."""
+def _axis_limits(panels: Sequence[Curves]) -> tuple[float, float]:
+    """Compute the common limits of the error axes."""
     values = np.concatenate([panel.errors.ravel() for panel in panels])
     values = values[values > 0.0]
     if values.size == 0:
-        return LOW, 1.0
-    return max(LOW, 0.5 * float(values.min())), min(HIGH, 2.0 * float(values.max()))
+        return LOWEST_ERROR, 1.0
+    return max(LOWEST_ERROR, 0.5 * float(values.min())), min(
+        HIGHEST_ERROR, 2.0 * float(values.max())
+    )
 
 
 def motion_picture(found: Predictions, panels: Sequence[Curves], kind: str = "png") -> bytes:
-    """The panels as an image.
+    """Draw the panels as an image.
 
     Args:
         found: the predictions.
         panels: from `balance.taylor_poses.error_curves.error_curves`.
         kind: ``"png"`` or ``"svg"``.
+
+    Returns:
+        The bytes of the image.
 
     Raises:
         PackageError: Matplotlib is missing.
@@ -61,20 +71,20 @@ def motion_picture(found: Predictions, panels: Sequence[Curves], kind: str = "pn
     columns = min(2, len(panels))
     lines = -(-len(panels) // columns)
     size = (1.5 + 5.0 * columns, 1.2 + 3.2 * lines)
-    return image(size, kind, partial(_drawn, found, panels, (lines, columns)))
+    return image(size, kind, partial(_draw_panels, found, panels, (lines, columns)))
 
 
-def _drawn(
+def _draw_panels(
     found: Predictions, panels: Sequence[Curves], shape: tuple[int, int], figure: Any
 ) -> None:
-    """The panels on a Matplotlib figure, with one legend below."""
+    """Draw the panels on a Matplotlib figure, with one legend below."""
     axes = figure.subplots(*shape, sharey=True, squeeze=False)
     figure.suptitle(_heading(found), x=0.01, ha="left", fontsize=11)
     for ax in axes.flat[len(panels) :]:
         ax.set_visible(False)
     for ax, panel in zip(axes.flat, panels, strict=False):
-        _draw(ax, panel, f"{panel.axis} ({measure(found)})")
-        ax.set_ylim(_limits(panels))
+        _draw_panel(ax, panel, f"{panel.axis} ({measure(found)})")
+        ax.set_ylim(_axis_limits(panels))
     for ax in axes[:, 0]:
         ax.set_ylabel("error")
     named: dict[str, Any] = {}
@@ -85,12 +95,12 @@ def _drawn(
                   frameon=False, fontsize=8)  # fmt: skip
 
 
-def _draw(ax: Any, panel: Curves, axis: str) -> None:
-    """One panel on Matplotlib axes."""
+def _draw_panel(ax: Any, panel: Curves, axis: str) -> None:
+    """Draw one panel on Matplotlib axes."""
     colours = _colours(len(panel.errors))
     for k, (line, colour) in enumerate(zip(panel.errors, colours, strict=True), 1):
-        seen = np.minimum(line, ABOVE)
-        ax.plot(panel.x, seen, color=colour, linewidth=1.3, label=f"order {k}")
+        capped = np.minimum(line, ERROR_CAP)
+        ax.plot(panel.x, capped, color=colour, linewidth=1.3, label=f"order {k}")
     ax.plot(panel.x, panel.estimate, color=WARM, linewidth=1.6, linestyle=":",
             label=f"order {len(colours)}, estimated")  # fmt: skip
     for first, last in panel.beyond:
@@ -107,29 +117,36 @@ def _draw(ax: Any, panel: Curves, axis: str) -> None:
 
 
 def _heading(found: Predictions) -> str:
-    """Name, order and radius."""
+    """Build the heading: name, orders and radius."""
     radius = found.motion.radius
     circle = f", radius of convergence {radius:.3g}" if np.isfinite(radius) else ""
     return f"{found.linkage.name}: orders 1 to {found.motion.order}{circle}"
 
 
 def motion_page(found: Predictions, panels: Sequence[Curves]) -> str:
-    """The facts, the poses and the panels as the text of one HTML file.
+    """Render predictions of a Taylor motion as one HTML file.
+
+    Args:
+        found: the predictions.
+        panels: from `balance.taylor_poses.error_curves.error_curves`.
+
+    Returns:
+        The text of the file.
 
     Raises:
         PackageError: Plotly is missing.
     """
-    limits, unit = _limits(panels), measure(found)
+    limits, unit = _axis_limits(panels), measure(found)
     figures = [_figure(panel, f"{panel.axis} ({unit})", limits) for panel in panels]
-    return html.render_page(
+    return render_page(
         "motion.html",
         title=found.linkage.name,
         summary=_summary(found),
         report=found.to_dict(),
         data={"figures": figures},
         scripts=["curves"],
-        facts=html.facts_list(motion_facts(found)),
-        poses=_poses(found),
+        facts=facts_list(motion_facts(found)),
+        poses=_pose_sections(found),
         legend=_legend(panels),
         curves="\n".join(
             f'<div class="traces low" id="traces{k}" role="img" aria-label="Error of every '
@@ -140,38 +157,38 @@ def motion_page(found: Predictions, panels: Sequence[Curves]) -> str:
 
 
 def _summary(found: Predictions) -> str:
-    """The page in a sentence."""
+    """Summarise the page in one sentence."""
     count = found.motion.scales.size
     size = f"{count} coordinate{'' if count == 1 else 's'}"
     degree = found.motion.order
     return f"All joints as polynomials of degree {degree} in {size}, and their error."
 
 
-def _poses(found: Predictions) -> str:
-    """The joints of the one pose, or the first poses of a path and their joints."""
-    whole = motion_tables(found, ROWS)
+def _pose_sections(found: Predictions) -> str:
+    """Render the joints of the one pose, or the first poses of a path and their joints."""
+    tables = motion_tables(found, MAX_POSES)
     titles = ["Joints at the target"]
     if found.line and found.poses[0].reason:
         titles = ["Joints at the furthest pose on the way to the target"]
-    elif not found.line and whole:
-        count = len(whole[0]) - 1
+    elif not found.line and tables:
+        count = len(tables[0]) - 1
         titles = [f"Poses of the path: {count} of {len(found.poses)}", "Joints at these poses"]
     firsts = [2] if found.line else [1, 2]
-    sections = zip(titles, whole, firsts, strict=False)
+    sections = zip(titles, tables, firsts, strict=False)
     return "\n".join(_section(title, table, first) for title, table, first in sections)
 
 
 def _section(title: str, table: Sequence[Sequence[str]], first: int) -> str:
-    """A table under its title; its columns from the first one on hold numbers."""
+    """Render a table under its title; columns from index ``first`` on hold numbers."""
     head, *lines = table
     cells = [[escape(name), *(x.strip().replace("-", "−") for x in rest)]
              for name, *rest in lines]  # fmt: skip
-    body = html.html_table([escape(x) for x in head], cells, range(first, len(head)))
+    body = html_table([escape(x) for x in head], cells, range(first, len(head)))
     return f'<section>\n<h2>{title}</h2>\n<div class="scroll wide">\n{body}\n</div>\n</section>'
 
 
 def _legend(panels: Sequence[Curves]) -> str:
-    """What lines and shades mean, as items of a list."""
+    """Render the legend of lines and shades as list items."""
     count = len(panels[0].errors)
     marks = [(f"order {k}", colour, "") for k, colour in enumerate(_colours(count), 1)]
     marks.append((f"order {count}, estimated", WARM, "2 3"))
@@ -191,7 +208,7 @@ def _legend(panels: Sequence[Curves]) -> str:
 
 
 def _figure(panel: Curves, axis: str, limits: tuple[float, float]) -> dict[str, object]:
-    """Traces and layout of Plotly for one panel."""
+    """Build traces and layout of Plotly for one panel."""
     x, colours = short(panel.x), _colours(len(panel.errors))
     lines = enumerate(zip(panel.errors, colours, strict=True), 1)
     kinds = [(f"order {k}", line, colour, "solid") for k, (line, colour) in lines]
@@ -221,6 +238,6 @@ def _figure(panel: Curves, axis: str, limits: tuple[float, float]) -> dict[str, 
 
 
 def _shape(kind: str, first: float, last: float, **style: object) -> dict[str, object]:
-    """What spans the panel from bottom to top."""
+    """Build a Plotly shape that spans the panel from bottom to top."""
     place = {"x0": first, "x1": last, "yref": "paper", "y0": 0, "y1": 1}
     return {"type": kind, **place, **style}

@@ -1,4 +1,4 @@
-"""What all curves share: one style, for Matplotlib and for Plotly."""
+"""Plot style of all curves, for Matplotlib and for Plotly."""
 
 from __future__ import annotations
 
@@ -24,12 +24,15 @@ LAYOUT: dict[str, Any] = {
 
 
 def image(size: tuple[float, float], kind: str, draw: Callable[[Any], None]) -> bytes:
-    """A Matplotlib figure as a file, the same bytes for the same figure.
+    """Draw a Matplotlib figure into a file, with the same bytes for the same figure.
 
     Args:
         size: width and height, inches.
         kind: ``"png"`` or ``"svg"``.
-        draw: fills the figure.
+        draw: function that draws into the figure.
+
+    Returns:
+        The bytes of the file.
 
     Raises:
         PackageError: Matplotlib is missing.
@@ -49,11 +52,11 @@ def image(size: tuple[float, float], kind: str, draw: Callable[[Any], None]) -> 
 
 
 def tidy(ax: Any) -> None:
-    """Matplotlib axes with a light grid and no frame."""
+    """Give Matplotlib axes a light grid and no frame."""
     ax.grid(color=GRID, linewidth=0.6)
     ax.spines[["top", "right"]].set_visible(False)
 
 
 def short(values: Array) -> list[float | None]:
-    """Numbers of six digits for JSON; what is not finite is a gap."""
+    """Round numbers to six digits for JSON; numbers that are not finite become None."""
     return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values]

@@ -1,7 +1,7 @@
-"""What all pages are made of: one frame, templates with places to fill, data as JSON.
+"""Render HTML pages from a frame, templates with placeholders, and data as JSON.
 
-A page needs no network: its style, its scripts, the library that draws and the data are all
-in it, and a policy in its head forbids the browser to fetch anything else.
+A page needs no network. It contains its style, its scripts, the plotting library and the data,
+and its content security policy forbids the browser to fetch anything else.
 """
 
 from __future__ import annotations
@@ -27,54 +27,54 @@ def render_page(
     scripts: Sequence[str],
     **parts: str,
 ) -> str:
-    """A page as the text of one HTML file.
+    """Render a page as the text of one HTML file.
 
     Args:
-        template: name of the file that holds what stands between head and footer.
-        title: name of the page; any text.
-        summary: the page in a sentence; any text.
-        report: all numbers, for the reader and as JSON in the element ``report``.
+        template: name of the template file for the content between head and footer.
+        title: title of the page, any text.
+        summary: summary of the page in one sentence, any text.
+        report: all numbers, as JSON in the element ``report``.
         data: further data for the scripts, each as JSON in an element of its name.
         scripts: names of scripts, without suffix, in the order in which they run.
-        parts: HTML for the places ``{{name}}`` of the template.
+        parts: HTML for the placeholders ``{{name}}`` of the template.
 
     Raises:
         PackageError: Plotly is missing.
     """
-    elements = {"report": _json(report, indent=2)}
-    elements |= {name: _json(value) for name, value in data.items()}
-    return _filled("frame.html", {
+    elements = {"report": _script_json(report, indent=2)}
+    elements |= {name: _script_json(value) for name, value in data.items()}
+    return _fill_template("frame.html", {
         "title": escape(title),
         "summary": escape(summary),
-        "style": _source("page.css"),
-        "content": _filled(template, parts),
+        "style": _read_static("page.css"),
+        "content": _fill_template(template, parts),
         "data": "\n".join(
             f'<script type="application/json" id="{name}">{text}</script>'
             for name, text in elements.items()
         ),
-        "plotly": _plotly(),
-        "script": "\n".join(_source(f"{name}.js") for name in ("frame", *scripts)),
+        "plotly": _plotly_library(),
+        "script": "\n".join(_read_static(f"{name}.js") for name in ("frame", *scripts)),
     })  # fmt: skip
 
 
-def _filled(template: str, parts: Mapping[str, str]) -> str:
-    """A template with its places filled; what fills them is not searched for places."""
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _source(template))
+def _fill_template(template: str, parts: Mapping[str, str]) -> str:
+    """Fill the placeholders of a template in one pass; inserted text is not searched."""
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read_static(template))
 
 
-def _source(name: str) -> str:
-    """The text of a file that pages are made of."""
+def _read_static(name: str) -> str:
+    """Read a file of the folder ``static``."""
     folder = files("balance").joinpath("report", "html", "static")
     return folder.joinpath(name).read_text(encoding="utf-8")
 
 
-def _json(data: object, indent: int | None = None) -> str:
-    """JSON that may stand in a script element: no ``<`` can end it."""
+def _script_json(data: object, indent: int | None = None) -> str:
+    """Write JSON for a script element, without ``<``, which could end the element."""
     return json_text(data, indent).replace("<", "\\u003c")
 
 
 def facts_list(pairs: Iterable[tuple[str, str]]) -> str:
-    """Pairs of a label and a value as a list of terms."""
+    """Render pairs of label and value as an HTML description list."""
     terms = "\n".join(
         f"<div><dt>{escape(label)}</dt><dd>{escape(value)}</dd></div>" for label, value in pairs
     )
@@ -84,12 +84,12 @@ def facts_list(pairs: Iterable[tuple[str, str]]) -> str:
 def html_table(
     head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()
 ) -> str:
-    """A table of HTML cells; on a narrow screen each cell names its column.
+    """Render an HTML table; on a narrow screen each cell names its column.
 
     Args:
         head: names of the columns, HTML.
         rows: cells, HTML.
-        numbers: columns that are set flush right.
+        numbers: indices of the columns that are aligned right.
     """
     kinds = ['class="number"' if i in numbers else "" for i in range(len(head))]
     columns = list(zip(head, kinds, strict=True))
@@ -106,15 +106,15 @@ def html_table(
 
 
 def bullets(items: Iterable[str]) -> str:
-    """Texts as a list."""
+    """Render texts as an HTML list."""
     return f"<ul>{''.join(f'<li>{escape(item)}</li>' for item in items)}</ul>"
 
 
-def _plotly() -> str:
-    """The library that draws.
+def _plotly_library() -> str:
+    """Read the JavaScript library of Plotly.
 
     Raises:
-        PackageError: it is missing.
+        PackageError: Plotly is missing.
     """
     try:
         from plotly.offline import get_plotlyjs

@@ -1,6 +1,6 @@
-"""What a design says, as text; nothing here prints.
+"""Text of a design for ``balance design``.
 
-The same as data is `Design.to_dict`, the contract of ``balance design --json``.
+`Design.to_dict` has the same content as data for ``--json``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ DIGITS = 6
 
 
 def design_facts(design: Design) -> list[tuple[str, str]]:
-    """The outcome without its table, as pairs of a label and a value."""
+    """List the facts on a design, without the table of bodies, as pairs of label and value."""
     space = design.space
     algebra = "planar" if space.planar else "spatial"
     pairs = [("linkage", f"{space.linkage.name}, {algebra}, {space.balance} balance")]
@@ -41,9 +41,9 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     if design.keep:
         pairs.append(("kept", ", ".join(design.keep)))
     if design.bounds:
-        limits = (f"{name} {_range(*pair)} kg" for name, pair in design.bounds.items())
+        limits = (f"{name} {_mass_range(*pair)} kg" for name, pair in design.bounds.items())
         pairs.append(("bounds", ", ".join(limits)))
-    pairs.append(("limits", _limits(design)))
+    pairs.append(("limits", _region_text(design)))
     if design.residuals:
         named = [item for item in design.residuals._asdict().items() if item[0] != "accepted"]
         pairs.append(("residuals", ", ".join(f"{name} {x:.1e}" for name, x in named)))
@@ -51,13 +51,13 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
 
 
 def body_rows(bodies: Sequence[BodyInertia]) -> list[tuple[str, ...]]:
-    """The bodies as a table, its head first."""
+    """Build the table of bodies, its head first."""
     head = ("body", "mass (kg)", "centre of mass, link frame (m)", "principal moments (kg m²)")
     return [head, *(_row(body) for body in bodies)]
 
 
 def design_text(design: Design) -> str:
-    """The outcome as plain text."""
+    """Write a design as plain text."""
     lines = [f"{label:<13} {value}" for label, value in design_facts(design)]
     if design.bodies:
         table = body_rows(design.bodies)
@@ -68,8 +68,8 @@ def design_text(design: Design) -> str:
     return "\n".join(lines)
 
 
-def _limits(design: Design) -> str:
-    """Where masses were to be."""
+def _region_text(design: Design) -> str:
+    """Describe the balls that must contain the masses."""
     if design.within is None:
         return "none: masses may be anywhere"
     flat = ", seen in the plane" if design.space.planar else ""
@@ -80,7 +80,7 @@ def _limits(design: Design) -> str:
 
 
 def _unit(design: Design) -> str:
-    """The unit of the value of a design, after a blank."""
+    """Return the unit of the objective, after a blank."""
     assert design.minimise is not None
     space, unit = design.space, UNITS[design.minimise]
     slides = [
@@ -93,15 +93,15 @@ def _unit(design: Design) -> str:
     return unit
 
 
-def _range(low: float, high: float) -> str:
-    """Limits of a mass."""
+def _mass_range(low: float, high: float) -> str:
+    """Describe the limits of a mass, kg."""
     if np.isinf(high):
         return f"at least {low:g}"
     return f"{low:g} to {high:g}" if low else f"at most {high:g}"
 
 
 def _row(body: BodyInertia) -> tuple[str, ...]:
-    """One body; its principal moments are those about its centre of mass."""
+    """Build the row of one body, with principal moments about its centre of mass."""
     com = "" if body.link_com is None else _vector(body.link_com)
     inertia = body.link_inertia
     moments = "" if inertia is None else _vector(np.asarray(np.linalg.eigvalsh(inertia)))
@@ -109,7 +109,7 @@ def _row(body: BodyInertia) -> tuple[str, ...]:
 
 
 def _vector(vector: Array) -> str:
-    """Numbers, all to the place of the last digit of the largest."""
+    """Format numbers to the last decimal place of the largest one."""
     largest = float(np.abs(vector).max())
     place = DIGITS - 1 - int(np.floor(np.log10(largest))) if largest else 0
     return ", ".join(f"{x + 0.0:.{DIGITS}g}" for x in np.round(vector, place))

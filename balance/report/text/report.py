@@ -1,6 +1,6 @@
-"""What a design space says, as text; nothing here prints.
+"""Text of a design space for ``balance report``.
 
-The same as data is `balance.report.data`.
+`balance.report.data` has the same content as data for ``--json``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = [
 
 
 def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str]]:
-    """The report without its table, as pairs of a label and a value.
+    """List the facts on a design space, without the table, as pairs of label and value.
 
     Args:
         space: the design space.
@@ -49,28 +49,28 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     verdict = "balanced" if given.balanced else "not balanced"
     return [
         *lines,
-        ("conditions", f"{space.rank}, {_state(space)}"),
-        ("design space", f"{space.nullity} of {count} dimensions: {_parts(space)}"),
+        ("conditions", f"{space.rank}, {_completeness(space)}"),
+        ("design space", f"{space.nullity} of {count} dimensions: {_parts_text(space)}"),
         ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
-        *([("near-special", _nearness(change))] if change < inf else []),
+        *([("near-special", _distance_text(change))] if change < inf else []),
         ("certainty", space.assurance),
         *(("in doubt", doubt) for doubt in space.doubts),
         ("as given", f"{verdict} (residual {given.residual:.1e})"),
     ]
 
 
-def _nearness(change: float) -> str:
-    """How far the next linkage of lower rank is."""
+def _distance_text(change: float) -> str:
+    """Describe the distance to the nearest linkage of lower rank."""
     return f"to first order, a change by {change:.1e} of the size lowers the rank"
 
 
-def _parts(space: DesignSpace) -> str:
-    """How the design space is made up."""
+def _parts_text(space: DesignSpace) -> str:
+    """Describe the serial and the parallel part of the design space."""
     return f"{space.serial.shape[1]} serial + {space.parallel.shape[1]} parallel"
 
 
-def _state(space: DesignSpace) -> str:
-    """Whether the conditions are all there are."""
+def _completeness(space: DesignSpace) -> str:
+    """Describe whether the conditions are complete, and at which order."""
     last = space.orders[-1].order
     if space.settled:
         if space.kmax is None:
@@ -81,7 +81,12 @@ def _state(space: DesignSpace) -> str:
 
 
 def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[str, ...]]:
-    """Rows of the table by order, its head first."""
+    """Build the table of rank and nullity by order, its head first.
+
+    Args:
+        space: the design space.
+        exact: result of `balance.exact_ranks`, for a column of its own; None without it.
+    """
     if exact is None:
         rows = ((str(o.order), str(o.rank), str(o.nullity)) for o in space.orders)
         return [("order", "rank", "nullity"), *rows]
@@ -98,7 +103,14 @@ def report_text(
     exact: Exact | None = None,
     change: float = inf,
 ) -> str:
-    """The report as plain text; see `balance.report.data` for the arguments."""
+    """Write the report on a design space as plain text.
+
+    Args:
+        space: the design space.
+        explanation: result of `balance.explain`; None without it.
+        exact: result of `balance.exact_ranks`; None without it.
+        change: result of `balance.distance_to_rank_drop`; infinite without it.
+    """
     lines = [f"{label:<13} {value}" for label, value in report_facts(space, change)]
     rows = ["".join(f"{cell:>8}" for cell in row) for row in report_table(space, exact)]
     found = ["\n".join([*lines, "", *rows])]
@@ -109,12 +121,12 @@ def report_text(
 
 
 def explanation_sections(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Sections of the explanation: a title, and pairs of what and how."""
-    moved = [(item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers]
-    freed = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
+    """List the sections of an explanation: a title, and pairs of label and text."""
+    moves = [(item.title, f"{item.dimension}: {item.words}") for item in explanation.transfers]
+    freedoms = [(str(k), f.words) for k, f in enumerate(explanation.freedoms, 1)]
     sections = [
-        ("may be moved across each joint", moved),
-        ("freed by what couples the joints", freed),
+        ("may be moved across each joint", moves),
+        ("freed by what couples the joints", freedoms),
     ]
     return [(title, pairs) for title, pairs in sections if pairs]
 
@@ -125,7 +137,14 @@ def report_for_terminal(
     exact: Exact | None = None,
     change: float = inf,
 ) -> str:
-    """The report for a terminal; see `balance.report.data` for the arguments."""
+    """Write the report on a design space with the styles of a terminal.
+
+    Args:
+        space: the design space.
+        explanation: result of `balance.explain`; None without it.
+        exact: result of `balance.exact_ranks`; None without it.
+        change: result of `balance.distance_to_rank_drop`; infinite without it.
+    """
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table

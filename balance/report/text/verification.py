@@ -1,6 +1,6 @@
-"""The text of ``balance verify``: nothing here prints.
+"""Text of a verification for ``balance verify``.
 
-The same as data is `Verification.to_dict`, the contract of ``balance verify --json``.
+`Verification.to_dict` has the same content as data for ``--json``.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ __all__ = ["verification_facts", "verification_text"]
 
 
 def verification_facts(found: Verification) -> list[tuple[str, str]]:
-    """The report as pairs of a label and a value."""
+    """List the facts on a verification as pairs of label and value."""
     ratio = f"{found.force_ratio:.1e} (force), {found.moment_ratio:.1e} (moment)"
     joint = found.most_loaded()
-    force, moment = (_shaking(found, part) for part in ("force", "moment"))
+    force, moment = (_peak_text(found, part) for part in ("force", "moment"))
     return [
         ("linkage", f"{found.model}, {found.balance} balance"),
         ("file", found.linkage.source),
         *([("pose", found.linkage.pose)] if found.linkage.at else []),
         ("inputs", first_names(found.linkage.inputs)),
-        *_motions(found),
+        *_motion_facts(found),
         ("shaking force", f"{force}; {found.force_residual:.1e} of inertia"),
         ("shaking moment", f"{moment}; {found.moment_residual:.1e} of inertia"),
         ("inertia", f"{found.scale:.3g} N, the bodies' own at its peak"),
@@ -36,8 +36,8 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
     ]
 
 
-def _motions(found: Verification) -> list[tuple[str, str]]:
-    """The motions: how many, how long and how far, and which one is plotted."""
+def _motion_facts(found: Verification) -> list[tuple[str, str]]:
+    """List the facts on the motions: number, duration, amplitude, and the plotted one."""
     samples = sum(run.trajectory.time.size for run in found.runs)
     if found.crank is not None:
         crank = found.crank
@@ -50,18 +50,18 @@ def _motions(found: Verification) -> list[tuple[str, str]]:
     origin = "given" if found.seed is None else f"random, seed {found.seed}"
     units = {joint.name: "m" if joint.kind == "prismatic" else "rad"
              for joint in found.linkage.joints}  # fmt: skip
-    ways = [f"{name} {far:.3g} {units[name]}" for name, far in found.amplitude.items()]
+    amplitudes = [f"{name} {size:.3g} {units[name]}" for name, size in found.amplitude.items()]
     force, moment = (found.runs[number].peak(part) for part in ("force", "moment"))
     return [
         ("motions", f"{count} {origin}; {samples} samples"),
         ("duration", f"{found.duration:.4g} s" + (" each" if count > 1 else "")),
-        ("amplitude", first_names(ways)),
+        ("amplitude", first_names(amplitudes)),
         ("plotted", f"motion {number + 1} of {count}: {force:.3g} N, {moment:.3g} N m"),
     ]
 
 
-def _shaking(found: Verification, part: str) -> str:
-    """The peak of the shaking force or moment, and where it is."""
+def _peak_text(found: Verification, part: str) -> str:
+    """Describe the peak of the shaking force or moment, and where it occurs."""
     unit = "N" if part == "force" else "N m"
     number = found.worst(part)
     run = found.runs[number]
@@ -74,7 +74,12 @@ def _shaking(found: Verification, part: str) -> str:
 
 
 def verification_text(first: Verification, second: Verification | None = None) -> str:
-    """The report as plain text; a second linkage has a column of its own."""
+    """Write verifications as plain text.
+
+    Args:
+        first: a verification.
+        second: the verification of a second linkage, for a second column; None without it.
+    """
     if second is None:
         return "\n".join(f"{label:<15} {value}" for label, value in verification_facts(first))
     notes = [("note", f"{one.model}: {note}") for one in (first, second)

@@ -17,19 +17,15 @@ from random_requests import asked, check, meant, run, strict, validator
 from request_words import GOOD, WORDS, names_of, options, parsers
 from sidecar_text import PAIR
 
-from balance.cli import design as designing
-from balance.cli import models
-from balance.cli import motion as moving
-from balance.cli import report as reporting
-from balance.cli import verify as verifying
+from balance.cli import design, models, motion, report, verify
 from balance.json_text import json_text, plain_data
 from kinematics import gallery
 
 COMMANDS = {
-    "report": reporting,
-    "design": designing,
-    "verify": verifying,
-    "motion": moving,
+    "report": report,
+    "design": design,
+    "verify": verify,
+    "motion": motion,
     "models": models,
 }
 MODELS = ("five_bar", "four_bar_kite_balanced", "hprs", "bennett")

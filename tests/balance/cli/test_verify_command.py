@@ -19,7 +19,6 @@ from test_verify import off_axis
 
 import kinematics
 from balance import mass_properties
-from balance.cli import verify as verifying
 from balance.cli.main import main
 from balance.report.html.verification import (
     LINES,
@@ -61,7 +60,7 @@ def test_exit_codes_tell_the_verdict(capsys, monkeypatch):
     assert main(["verify", "three_rsr", *FEW, "--motion", "u2=u3"]) == 0
     assert main(["verify", "three_rsr", *FEW, "--balance", "force"]) == 0
     capsys.readouterr()
-    monkeypatch.setattr("balance.verification.result.AGREE", 0.0)
+    monkeypatch.setattr("balance.verification.result.AGREEMENT_RELATIVE", 0.0)
     assert main(["verify", BALANCED, *FEW]) == 4
     assert "no verdict" in capsys.readouterr().out
 
@@ -235,11 +234,11 @@ def test_the_page_holds_the_report_and_escapes_names():
 
 
 def test_a_bar_appears_when_it_takes_long(monkeypatch, capsys):
-    monkeypatch.setattr(verifying, "PATIENCE", -1.0)
+    monkeypatch.setattr("balance.cli.verify.PATIENCE", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
     assert main(["verify", BALANCED, "--trajectories", "2"]) == 0
     streams = capsys.readouterr()
     assert "motions" in streams.err and "motions" not in streams.out.partition("motions  ")[0]
-    monkeypatch.setattr(verifying, "PATIENCE", 1e9)
+    monkeypatch.setattr("balance.cli.verify.PATIENCE", 1e9)
     assert main(["verify", BALANCED, *FEW]) == 0
     assert capsys.readouterr().err == ""

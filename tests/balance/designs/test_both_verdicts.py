@@ -59,7 +59,7 @@ def test_both_verdicts_are_told():
     assert found.words.startswith("infeasible within 1.5 link lengths: with what is kept")
     beyond = found.anywhere
     assert beyond.verdict == "feasible" and beyond.within is None and beyond.anywhere is None
-    assert check_design(found.space, beyond.z, beyond.asked).accepted
+    assert check_design(found.space, beyond.z, beyond.constraints).accepted
     # The one that is furthest beyond its ball.
     ratios = {}
     for name, ball in found.balls.items():
@@ -184,7 +184,7 @@ def test_certificates_exclude_what_is_in_the_balls(model, within):
             assert one > -1e-12 * np.abs(value).max()
             total += one
     assert total > 0.0
-    asked = found.asked
+    asked = found.constraints
     assert check_certificate(space, Z, asked, spare).accepted
     wider = constraints_of(space, [], {}, 1.001 * within)
     wrong = [(Z, asked, None), (Z, asked, -spare), (Z, asked, 1.0001 * spare),
@@ -197,13 +197,14 @@ def test_certificates_exclude_what_is_in_the_balls(model, within):
 
 def test_a_multiplier_of_a_link_that_is_kept_proves_nothing():
     found = clashing()
-    assert check_certificate(found.space, found.certificate, found.asked,
+    assert check_certificate(found.space, found.certificate, found.constraints,
                              found.multipliers).accepted  # fmt: skip
     kept = found.space.bodies.index("coupler")
     assert found.multipliers[kept] == 0.0 and found.multipliers.any()
     spare = found.multipliers.copy()
     spare[kept] = 1e-9
-    assert not check_certificate(found.space, found.certificate, found.asked, spare).accepted
+    check = check_certificate(found.space, found.certificate, found.constraints, spare)
+    assert not check.accepted
 
 
 def test_a_multiplier_that_is_negative_proves_nothing():

@@ -16,8 +16,8 @@ from balance.atomic_files import open_atomic
 from balance.designs.write_urdf import replace_inertials
 from kinematics.errors import FileError
 from kinematics.model_gallery import gallery
-from kinematics.urdf import read as urdf
 from kinematics.urdf.input_files import ReadOptions
+from kinematics.urdf.read import read, read_loaded_model
 
 ELEMENT = "<inertial>\n  <mass/>\n</inertial>"
 ANY = re.compile(rb"[\r\n]*[ \t]*<inertial\b[^>]*(?:/>|>.*?</inertial\s*>)", re.DOTALL)
@@ -87,12 +87,12 @@ def close(bodies, expected):
 def robot(tmp_path):
     """Write a text or bytes to a file and return the draft of it."""
 
-    def read(text, **options):
+    def read_text(text, **options):
         path = tmp_path / "robot.urdf"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return urdf.read(path, None, ReadOptions(**options))
+        return read(path, None, ReadOptions(**options))
 
-    return read
+    return read_text
 
 
 @pytest.mark.parametrize("case", LAYOUTS)
@@ -120,11 +120,11 @@ def test_encodings_keep_their_bytes(robot, encoding):
 
 @pytest.mark.parametrize("model", gallery())
 def test_what_is_read_again_is_what_was_meant(model, tmp_path):
-    draft = urdf.read(gallery()[model])
+    draft = read(gallery()[model])
     elements, expected = redrawn(draft, len(model))
     path = tmp_path / "out.urdf"
     path.write_bytes(replace_inertials(draft, elements))
-    close(urdf.read(path).bodies, expected)
+    close(read(path).bodies, expected)
     rest = ANY.sub(b"", path.read_bytes())
     assert rest == ANY.sub(b"", gallery()[model].read_bytes())
 
@@ -205,4 +205,4 @@ def test_what_cannot_be_written(robot, tmp_path):
     path.write_text(FOUR_BAR)
     model = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=False)
     with pytest.raises(FileError, match="a model in memory, .*; load .* the path"):
-        replace_inertials(urdf.read_loaded_model(model), {"crank": ELEMENT})
+        replace_inertials(read_loaded_model(model), {"crank": ELEMENT})

@@ -61,12 +61,12 @@ def joint_wrenches_are_right(linkage):
         assert np.abs(along - held.motors).max() <= 1e-11 * size
         assert np.abs(along[:, passive]).max() <= 1e-11 * size
     assert not held.motors[:, chain.dependent].any()
-    twin = PinocchioModel(linkage, z)
-    data = twin.model.createData()
+    model = PinocchioModel(linkage, z)
+    data = model.model.createData()
     for k in range(6):
         near = around(linkage, way, k, STEP)
         energy = [
-            pin.computeKineticEnergy(twin.model, data, q, qd)
+            pin.computeKineticEnergy(model.model, data, q, qd)
             for q, qd in zip(near.q, near.qd, strict=True)
         ]
         # Motors are in units of the chain: mass times length squared over time squared.

@@ -86,9 +86,9 @@ def test_no_motion_comes_near_a_singularity():
     """The kite folds flat within reach of its crank, where a second branch begins."""
     linkage = kinematics.load("four_bar_kite")
     for way in random_motions(linkage, 10):
-        assert way.firmness >= 0.25
+        assert way.conditioning >= 0.25
     far = drive(linkage, *straight(linkage, -0.8))
-    assert far.firmness < 0.1
+    assert far.conditioning < 0.1
 
 
 def straight(linkage, goal):

@@ -47,11 +47,11 @@ def test_three_routes_agree(model):
     linkage = kinematics.load(model)
     z = bodies(linkage)
     way = states(linkage, 20, seed=7)
-    twin = PinocchioModel(linkage, z)
+    model = PinocchioModel(linkage, z)
     ours = shaking(linkage, way.q, way.ud, way.udd, z)
-    theirs = twin.reactions(way)
+    theirs = model.reactions(way)
     by_slope = np.array(
-        [slope(twin.momenta(around(linkage, way, k, STEP)), STEP) for k in range(20)]
+        [slope(model.momenta(around(linkage, way, k, STEP)), STEP) for k in range(20)]
     )
     # Moments about the inertial origin: forces count with their arms.
     frame = linkage.spatial_chain.frame
@@ -68,12 +68,12 @@ def test_loops_are_closed_in_pinocchio(model):
     import pinocchio as pin
 
     linkage = kinematics.load(model)
-    twin = PinocchioModel(linkage, bodies(linkage))
-    data = twin.model.createData()
+    model = PinocchioModel(linkage, bodies(linkage))
+    data = model.model.createData()
     (way,) = random_motions(linkage, 1, 20)
 
     def poses(q, qd):
-        pin.forwardKinematics(twin.model, data, q, qd)
+        pin.forwardKinematics(model.model, data, q, qd)
         return [(M.copy(), M.act(v)) for M, v in zip(data.oMi, data.v, strict=True)]
 
     rest = poses(way.q[0], way.qd[0])
@@ -245,7 +245,7 @@ def test_near_a_singularity_a_remark_says_so():
     u = np.linspace(0.0, -1.2, 300)[:, None]
     near = drive(linkage, np.linspace(0, 1, 300), u, np.full_like(u, -1.2), np.zeros_like(u))
     found = verify(linkage, along=[near])
-    assert near.firmness < 0.02
+    assert near.conditioning < 0.02
     assert any("singularity" in remark for remark in found.remarks)
 
 

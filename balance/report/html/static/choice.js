@@ -1,4 +1,4 @@
-/* The choice of a freedom, and the words beside the figure. */
+/* Select a freedom, and show its text beside the figure. */
 
 function caption() {
   const where = pose === rest ? "at its reference pose" : "away from its reference pose, which is dashed";

@@ -1,4 +1,4 @@
-/* Curves, drawn by Plotly, each figure in its place. */
+/* Draw each figure of curves with Plotly. */
 
 data("figures").forEach((figure, k) => {
   Plotly.newPlot(`traces${k}`, figure.data, figure.layout, {responsive: true, displayModeBar: false});

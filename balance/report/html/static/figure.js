@@ -1,9 +1,9 @@
-/* Figure 1: everything at a pose, drawn by Plotly. */
+/* Figure 1: draw the linkage and its overlays at a pose with Plotly. */
 
 const parts = linkage();
 const rest = scene.parts.map(() => null);
 let pose = rest;
-/* What else is drawn: functions from a pose to traces. */
+/* Overlays: functions from a pose to traces. */
 const layers = [];
 
 function coordinates(vertices, H) {
@@ -38,7 +38,7 @@ const marks = (name, labels, H, symbol, size, fill = "#fff") => ({
   marker: {symbol, size, color: fill, line: {color: INK, width: 2}}, visible: labels.vertices.length > 0,
 });
 
-/* Plotly missizes a text that it first meets in an update, so it meets them all at once. */
+/* Plotly sets a wrong size for texts that first appear in an update: draw all texts first. */
 const everyText = (() => {
   const found = new Labels();
   const names = [...parts.names.vertices, ...parts.joints.vertices].map((vertex) => vertex[2]);
@@ -46,7 +46,7 @@ const everyText = (() => {
   return found;
 })();
 
-/** Names to show: all if they are few, otherwise those that the overlay is about. */
+/** Names to show: all if there are few, otherwise those of the overlay. */
 function named() {
   const few = scene.bodies.length + parts.joints.vertices.length <= 10;
   const bodies = new Labels(), joints = new Labels();
@@ -79,7 +79,7 @@ function traces() {
   ];
 }
 
-/** Every corner, joint and far point of the overlay in every pose. */
+/** Corners, joints and outer points of the overlay in all poses. */
 const cloud = [rest, ...scene.columns.flatMap((column) => column.poses)].flatMap((H) => [
   ...scene.parts.flatMap((part, p) => part.corners.map((corner) => moved(H[p], corner))),
   ...scene.joints.flatMap((joint) => joint.parts.map((p) => moved(H[p], joint.point))),
@@ -88,7 +88,7 @@ const cloud = [rest, ...scene.columns.flatMap((column) => column.poses)].flatMap
 const ends = (axis, points) => points.reduce(
   ([low, high], p) => [Math.min(low, dot(p, axis)), Math.max(high, dot(p, axis))], [Infinity, -Infinity]);
 
-/** The inertial axes, of a round length, below and to the left of all poses. */
+/** Inertial axes of a round length, below and to the left of all poses. */
 function compass() {
   const power = 10 ** Math.floor(Math.log10(0.16 * size));
   const long = [5, 2, 1].map((f) => f * power).find((l) => l <= 0.16 * size * 1.0001);
@@ -117,11 +117,11 @@ function frame() {
 const layout = (() => {
   const seen = [...cloud, ...compass().labels.vertices.map((vertex) => vertex[1])];
   const limits = [0, 1, 2].map((i) => ends([0, 1, 2].map((k) => k === i ? 1 : 0), seen));
-  /* Lines of momentum go on beyond the linkage; what is outside of the box is not drawn. */
+  /* Momentum lines extend beyond the linkage; the box clips them. */
   const low = limits.map((l) => l[0] - 1.5 * size), high = limits.map((l) => l[1] + 1.5 * size);
   const span = high.map((x, i) => x - low[i]), widest = Math.max(...span);
   const middle = scaled(add(low, high), 0.5), margin = 0.07 * size / widest;
-  /* In units of the drawing, as the eye sees it: to the right and upwards. */
+  /* Projected coordinates in units of the drawing: right and up. */
   const right = unit(cross(vertical, sight)), top = cross(sight, right);
   const views = seen.map((p) => {
     const at = scaled(add(p, middle, -1), 1 / widest);
@@ -130,7 +130,7 @@ const layout = (() => {
   const [[x0, x1], [y0, y1]] = [[1, 0, 0], [0, 1, 0]].map((axis) => ends(axis, views));
   const aim = [(x0 + x1) / 2, (y0 + y1) / 2], aspect = frame();
   const reach = ([x, y]) => margin + Math.max(Math.abs(y - aim[1]), Math.abs(x - aim[0]) / aspect);
-  /* Without perspective, Plotly shows one unit upwards and one downwards. */
+  /* In orthographic projection Plotly shows one unit up and one unit down. */
   const zoom = 1 / views.reduce((most, view) => Math.max(most, reach(view)), 0);
   const centre = add(scaled(right, zoom * aim[0]), top, zoom * aim[1]);
   const xyz = ([x, y, z]) => ({x, y, z});
@@ -167,7 +167,7 @@ function draw() {
   });
 }
 
-/** Paper cannot show a canvas: it gets a picture of it. */
+/** Print an image in place of the canvas, which printers cannot show. */
 function picture() {
   if (!byId("plot").clientWidth) return;
   Plotly.toImage("plot", {format: "png", width: 640, height: Math.round(640 / frame()), scale: 3}).then((url) => {

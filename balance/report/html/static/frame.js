@@ -1,8 +1,8 @@
 "use strict";
-/* What every page does: its data, and the report as it was written. */
+/* Common to all pages: read the data, and show the report as JSON. */
 
 const byId = (id) => document.getElementById(id);
 const data = (id) => JSON.parse(byId(id).textContent);
 
-/* As text: numbers of JSON need not fit those of JavaScript. */
+/* Keep the text: numbers of JSON may exceed the precision of JavaScript. */
 byId("json").querySelector("pre").textContent = byId("report").textContent.replaceAll("\\u003c", "<");

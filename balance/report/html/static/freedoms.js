@@ -1,4 +1,4 @@
-/* A freedom of the masses as masses, arrows and rods on their bodies. */
+/* Draw a freedom of the masses as masses, arrows and rods on the bodies. */
 
 const KINDS = {mass: ["point mass", "kg"], displacement: ["displacement", "kg m"], rod: ["rod", "kg m²"]};
 const signed = (x) => (x < 0 ? "−" : "+") + String(Number(Math.abs(x).toPrecision(4)));
@@ -14,13 +14,13 @@ const groups = [
   })),
 ].filter((group) => group.freedoms.length > 0);
 
-/* What is drawn on the linkage: all its texts and far points, and what there is of it now. */
+/* Overlay of the linkage: all texts and outer points, and the current traces. */
 const overlay = {
   texts: groups.flatMap((group) => group.freedoms.flatMap((f) => f.primitives.map((p) => signed(p.value)))),
   points: [], bodies: [], joints: [], traces: () => [],
 };
 
-/** The traces of a freedom at a pose. */
+/** Traces of a freedom at a pose. */
 const glyphs = ({solid, stripes, strokes, open, labels}) => (H) => [
   mesh("plus", solid, H, PLUS),
   mesh("stripes", stripes, H, STRIPE),
@@ -29,7 +29,7 @@ const glyphs = ({solid, stripes, strokes, open, labels}) => (H) => [
   texts("values", labels, H, INK, 15),
 ];
 
-/** The primitives of a freedom as something to draw. */
+/** Drawing data of the primitives of a freedom. */
 function drawn(freedom) {
   const solid = new Mesh(), stripes = new Mesh(), strokes = new Lines(), open = new Lines(), labels = new Labels();
   const largest = {};

@@ -1,15 +1,15 @@
-/* The linkage: links, joints, ground, and their names. */
+/* Draw the linkage: links, joints, ground, and names. */
 
 const up = scene.axes[1], side = scene.axes[0], normal = scene.axes[2];
 const [vertical, horizontal, depth] = scene.planar
   ? [up, side, normal] : [scene.axes[2], scene.axes[0], scene.axes[1]];
 
 const centre = mean(scene.joints.map((joint) => joint.point));
-/* Direction from the linkage to the eye. */
+/* Direction from the linkage to the camera. */
 const sight = scene.planar ? normal
   : unit(add(add(scaled(depth, -0.8), horizontal, 1.15), vertical, 0.85));
 
-/* How far texts keep from what they name: further where the drawing is small. */
+/* Distance of texts from their objects: larger in a small drawing. */
 const gap = 0.055 * size * Math.min(Math.max(640 / (byId("plot").clientWidth || 640), 1), 1.8);
 
 function linkage() {
@@ -51,7 +51,7 @@ function linkage() {
   return {links, plates, rails, axes, ground, base, names, marks, joints: jointNames()};
 }
 
-/** How many axes about which something turns meet here: three make a ball joint. */
+/** Number of rotation axes through this point: three make a ball joint. */
 function turningAt(point) {
   const near = (joint) => norm(add(joint.point, point, -1)) < 1e-6 * size;
   return scene.joints.filter((j) => j.kind === "revolute" && !j.idle && near(j)).length;
@@ -66,20 +66,20 @@ function beside(corners) {
   return scaled(unit(aside), dot(aside, out) < 0 ? -1 : 1);
 }
 
-/** Where a text begins that stands off in a direction: beside the link, if there is room. */
+/** Anchor of a text at a distance in a direction: beside the link, if there is space. */
 function anchor(off) {
   if (byId("plot").clientWidth < 560) return "middle center";
   const right = dot(off, unit(cross(vertical, sight)));
   return Math.abs(right) < 0.6 ? "middle center" : right > 0 ? "middle right" : "middle left";
 }
 
-/** Whether points are not all on one line. */
+/** Whether points are not collinear. */
 function isFlat(points) {
   const a = add(points[points.length - 1], points[0], -1);
   return points.some((p) => norm(cross(a, add(p, points[0], -1))) > 1e-6 * size * size);
 }
 
-/** The sign of the ground: a hatched foot below a joint. */
+/** Ground symbol: a hatched foot below a joint. */
 function drawGround(lines, p) {
   const h = 0.055 * size, w = 0.04 * size, foot = add(p, vertical, -h);
   const feet = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([i, j]) =>
@@ -95,7 +95,7 @@ function drawGround(lines, p) {
 const onGround = (point) =>
   scene.parts[0].corners.some((corner) => norm(add(corner, point, -1)) < 1e-6 * size);
 
-/** One name for each place where joints meet: what their names have in common. */
+/** One name for each point where joints meet: the common part of their names. */
 function jointNames() {
   const places = [], labels = new Labels();
   for (const joint of scene.joints) {

@@ -1,15 +1,15 @@
-/* Masses as ellipsoids on their bodies: as designed, and as in the file. */
+/* Draw masses as ellipsoids on the bodies: of the design, and of the file. */
 
 const COLOURS = {designed: PLUS, given: MINUS};
 const STATES = Object.keys(COLOURS);
 
-/** The ellipsoids of one state: of each body its part, its name and its shape. */
+/** Ellipsoids of one state: part, name and shape of each body. */
 const solids = Object.fromEntries(STATES.map((state) => [state, data("masses")
   .filter((body) => body[state])
   .map((body) => ({part: scene.bodies.find((b) => b.name === body.name).part, name: plain(body.name), ...body[state]}))]));
 const weight = ({name, mass}) => `${name}, ${Number(mass.toPrecision(3))} kg`;
 
-/* What is drawn on the linkage: all its texts and far points, and what there is of it now. */
+/* Overlay of the linkage: all texts and outer points, and the current traces. */
 const overlay = {
   texts: STATES.flatMap((state) => solids[state].map(weight)),
   points: STATES.flatMap((state) => solids[state].flatMap(({part, centre, axes}) =>
@@ -17,7 +17,7 @@ const overlay = {
   bodies: [], joints: [], traces: () => [],
 };
 
-/** Surface, outlines, centres of mass and values of the ellipsoids of one state. */
+/** Surfaces, outlines, centres of mass and values of the ellipsoids of one state. */
 function shapes(state) {
   const surface = new Mesh(), outlines = new Lines(), centres = new Labels(), values = new Labels();
   for (const solid of solids[state]) {

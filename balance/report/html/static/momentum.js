@@ -1,4 +1,4 @@
-/* The momentum of each body as a line in space with a pitch, for masses the reader chooses. */
+/* Draw the momentum of each body as a screw axis with a pitch, for the selected masses. */
 
 const VIOLET = "#7a3b8f";
 const tall = ([x, y, z], last) => [x, y, z, last];
@@ -16,11 +16,11 @@ function pseudo(p) {
   return p.kind === "rod" ? outer(along, along) : sum(outer(along, at), outer(at, along));
 }
 
-/** Pseudo-inertia of each body: what primitives add up to. */
+/** Pseudo-inertia of each body: the sum of its primitives. */
 const gathered = (primitives) => scene.bodies.map(({name}) =>
   primitives.filter((p) => p.body === name).reduce((P, p) => sum(P, pseudo(p), p.value), nothing()));
 
-/** Momentum of a body about the middle of the drawing, and how large it is before it cancels. */
+/** Momentum of a body about the middle of the drawing, and its size before cancellation. */
 function momentum(P, H, twist) {
   const Q = H === null ? P : product(product(square(H), P), transposed(square(H)));
   const w = twist.slice(0, 3), v = twist.slice(3), m = Q[3][3], mc = Q.slice(0, 3).map((row) => row[3]);
@@ -36,7 +36,7 @@ function momentum(P, H, twist) {
   return {force, moment, whole};
 }
 
-/** The lines of all bodies: of a force, of a couple, or none for a body at rest. */
+/** Momentum lines of all bodies: a line, a couple, or none for a body at rest. */
 function screws(masses, H, rates) {
   const found = scene.bodies.map((body, b) =>
     ({body, ...momentum(masses[b], H[body.part], rates[b])}));
@@ -50,7 +50,7 @@ function screws(masses, H, rates) {
   });
 }
 
-/** The point nearest to lines, and how far the farthest misses it; null if they are parallel. */
+/** Point nearest to lines, and its largest distance from one; null if they are parallel. */
 function meeting(lines) {
   if (lines.every(({d}) => norm(cross(d, lines[0].d)) < 1e-6)) return null;
   let A = [[0, 0, 0], [0, 0, 0], [0, 0, 0]], right = [0, 0, 0];
@@ -65,14 +65,14 @@ function meeting(lines) {
   return {point, miss: Math.max(...lines.map((line) => norm(cross(line.d, add(point, line.point, -1)))))};
 }
 
-/** Feet, on two lines, of the line that meets both at right angles. */
+/** Feet of the common normal of two lines. */
 function perpendicular(one, other) {
   const n = cross(other.d, one.d), gap = add(one.point, other.point, -1), square = dot(n, n);
   const foot = (line, d) => add(line.point, line.d, dot(cross(gap, d), n) / square);
   return [foot(one, other.d), foot(other, one.d)];
 }
 
-/** What the lines do, in words, and what of it can be drawn. */
+/** Description of the lines, and its drawing data. */
 function meant(lines, couples, balanced) {
   const count = lines.length;
   if (!balanced) return {words: "These masses are not balanced: the momenta do not cancel."};
@@ -96,7 +96,7 @@ function meant(lines, couples, balanced) {
   };
 }
 
-/** The slider that moves the linkage, the first one at rest, and its place. */
+/** The slider that moves the linkage (the first one at rest), and its value. */
 function rate() {
   const column = scene.columns.find((c) => c.poses.includes(pose)) || scene.columns[0];
   return {column, twists: column.rates[pose === rest ? column.values.indexOf(0) : column.poses.indexOf(pose)]};
@@ -112,7 +112,7 @@ const MASSES = {
   },
 };
 
-/** Traces of the lines at a pose; the words beside the figure are of the same pose. */
+/** Traces of the lines at a pose; updates the text beside the figure. */
 function momentumLines(H) {
   const name = byId("masses").value, {column, twists} = rate();
   const found = name === "none" ? [] : screws(MASSES[name].of(), H, twists);
@@ -168,7 +168,7 @@ function showMomenta(found, column) {
 
 function buildMomenta() {
   const field = byId("momentum"), choice = byId("masses");
-  /* Force balance leaves moments open, and a linkage that stands still has no momentum. */
+  /* Force balance does not constrain moments; a linkage at rest has no momentum. */
   field.hidden = report.balance !== "dynamic" || !scene.columns.length;
   if (field.hidden) return;
   for (const [name, {label}] of Object.entries(MASSES)) {

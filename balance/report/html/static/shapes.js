@@ -1,4 +1,4 @@
-/* Vectors, displacements, and shapes made of vertices that belong to parts. */
+/* Vectors, displacements, and shapes with vertices on parts. */
 
 const report = data("report");
 const scene = data("scene");
@@ -12,14 +12,14 @@ const cross = (a, b) =>
   [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const mean = (points) => scaled(points.reduce((a, b) => add(a, b), [0, 0, 0]), 1 / points.length);
 
-/** Two unit vectors that make a right-handed frame with the unit vector d. */
+/** Two unit vectors that form a right-handed frame with the unit vector d. */
 function across(d) {
   const helper = Math.abs(d[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
   const u = unit(cross(helper, d));
   return [u, cross(d, u)];
 }
 
-/** Where the displacement H (first three rows; null if none) takes the point p. */
+/** Apply the displacement H (first three rows; null if none) to the point p. */
 const moved = (H, p) => H === null ? p : [
   H[0] * p[0] + H[1] * p[1] + H[2] * p[2] + H[3],
   H[4] * p[0] + H[5] * p[1] + H[6] * p[2] + H[7],
@@ -93,15 +93,15 @@ class Mesh {
   }
 }
 
-/** A point of the drawing that carries a text. */
+/** A point with a text. */
 class Labels {
   constructor() { this.vertices = []; }
   put(part, point, text) { this.vertices.push([part, point, text]); }
 }
 
-/* Plotly reads some HTML in texts; names from files are to be shown as they are. */
+/* Plotly interprets some HTML in texts: escape names from files. */
 const plain = (text) => (text.length > 40 ? `${text.slice(0, 40)}…` : text)
   .replace(/</g, "‹").replace(/>/g, "›").replace(/&/g, "＆");
 
-/** A number of four digits. */
+/** Format a number with four digits. */
 const number = (x) => String(Number(x.toPrecision(4))).replace("-", "−");

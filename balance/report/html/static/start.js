@@ -1,4 +1,4 @@
-/* Everything is there: begin. */
+/* Initialise the page. */
 
 buildLegend();
 buildSliders();

@@ -1,6 +1,6 @@
-/* The choice of the masses that are shown, the words below the figure, and the start. */
+/* Select the masses to show, write the text below the figure, and initialise the page. */
 
-/* Bodies are named at their masses, if there is room for that; by the mouse they always are. */
+/* Name bodies at their masses if there is space; hovering always names them. */
 parts.names.vertices = [];
 const roomy = 90 * scene.bodies.length <= byId("plot").clientWidth;
 

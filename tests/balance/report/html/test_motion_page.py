@@ -16,7 +16,7 @@ from test_motion_command import followed
 import kinematics
 from balance.cli.main import main
 from balance.report.html.motion import motion_page
-from balance.taylor_poses.error_curves import FAR, LINES, error_curves
+from balance.taylor_poses.error_curves import LENGTH_IN_RADII, MAX_LINES, error_curves
 from balance.taylor_poses.prediction import Predictions, predict
 from kinematics import taylor_motion
 
@@ -66,14 +66,14 @@ def test_the_way_ends_where_the_linkage_does():
     """A slider-crank of two links of 0.5 m, at x = 0.6 m: stretched at 1 m."""
     motion = expanded("slider_crank", 4, ("q4",))
     edge = float(motion.distance([0.4]))
-    assert motion.radius < edge < FAR * motion.radius
+    assert motion.radius < edge < LENGTH_IN_RADII * motion.radius
     (panel,) = error_curves(foretold(motion))
     assert panel.closed == pytest.approx((edge,), rel=1e-3)
     assert panel.x[-1] == panel.closed[0]
-    assert panel.x[0] == pytest.approx(-FAR * motion.radius, rel=1e-9)
+    assert panel.x[0] == pytest.approx(-LENGTH_IN_RADII * motion.radius, rel=1e-9)
     assert panel.beyond == (
-        (pytest.approx(-FAR * motion.radius), -motion.radius),
-        (motion.radius, pytest.approx(FAR * motion.radius)),
+        (pytest.approx(-LENGTH_IN_RADII * motion.radius), -motion.radius),
+        (motion.radius, pytest.approx(LENGTH_IN_RADII * motion.radius)),
     )
 
 
@@ -82,7 +82,7 @@ def test_a_line_leads_to_its_target_and_past_the_radius():
     y = np.array([0.06, 0.08])
     (panel,) = error_curves(foretold(motion, y, line=True))
     assert panel.target == pytest.approx(0.1)
-    assert (panel.x[0], panel.x[-1]) == (0.0, pytest.approx(FAR * motion.radius))
+    assert (panel.x[0], panel.x[-1]) == (0.0, pytest.approx(LENGTH_IN_RADII * motion.radius))
     at = int(np.argmin(np.abs(panel.x - 0.1)))
     error = predict(motion, y / 0.1 * panel.x[at]).difference
     assert panel.errors[-1, at] == pytest.approx(error, rel=1e-3)
@@ -113,7 +113,7 @@ def test_a_restricted_motion_has_a_panel_for_each_freedom():
     ]  # fmt: skip
     open_chain = foretold(expanded("hprs", 2))
     panels = error_curves(open_chain)
-    assert len(panels) == LINES and all(panel.beyond == () for panel in panels)
+    assert len(panels) == MAX_LINES and all(panel.beyond == () for panel in panels)
     assert max(panel.errors.max() for panel in panels) < 1e-14
 
 

@@ -19,9 +19,9 @@ from kinematics.building.numbers import (
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.screws import exp, prismatic, revolute
+from kinematics.tolerances import ANGLE_ROUND_OFF, RIGHT_ANGLE_ENTRY
 from kinematics.urdf.rounded_angles import (
     ANGLE_READINGS,
-    ROUND_OFF,
     ROUNDED_ANGLES,
     Rounded,
     describe_rounded_angles,
@@ -39,8 +39,6 @@ Array = NDArray[np.float64]
 CONVENTIONS = ("standard", "modified")
 KINDS = ("revolute", "prismatic")
 COLUMNS = ("theta", "d", "a", "alpha")
-# Sines and cosines that are nearer to 0 or 1 are those of multiples of a right angle.
-EXACT = 1e-15
 _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 _CENTRE = (0.0, 0.0, 0.0)
 
@@ -131,7 +129,7 @@ def _about(axis: ArrayLike, angle: float) -> Array:
     """Rotation (4, 4) about an axis through the origin, exact for right angles."""
     H = exp(revolute(axis, _CENTRE), angle)
     near = np.round(H)
-    return np.where(np.abs(H - near) <= EXACT, near, H)
+    return np.where(np.abs(H - near) <= RIGHT_ANGLE_ENTRY, near, H)
 
 
 def _check_option(option: str, value: str, known: Sequence[str]) -> None:
@@ -193,7 +191,7 @@ def _meant(rows: Array, titles: Sequence[str], angles: str) -> tuple[Array, list
             word = repr(float(rows[i, k]))
             multiple = nearest_twelfth(word)
             angle = multiple * math.pi / 12
-            if multiple and abs(rows[i, k] - angle) > ROUND_OFF:
+            if multiple and abs(rows[i, k] - angle) > ANGLE_ROUND_OFF:
                 meant[i, k] = angle
                 found.append(Rounded(find_by_name("joint", title), COLUMNS[k], word))
     return (meant if angles == "nominal" else rows), found

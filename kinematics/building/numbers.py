@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.error_text import clean, closest_names
+from kinematics.tolerances import INERTIA_ASYMMETRY
 from kinematics.urdf.input_files import ReadOptions
 from kinematics.urdf.validate_fields import MAX_NUMBER, SMALLEST_AXIS
 from kinematics.urdf.xml_tree import Refusal
@@ -110,7 +111,7 @@ def bodies_by_link(
             problem = f"{clean(repr(body), 60)} is not mass, centre of mass and inertia"
             raise Refusal(label, problem, "give (kg, 3 numbers, 3 by 3 numbers)") from None
         tensor = checked_array(label, "inertia", inertia, (3, 3))
-        if np.abs(tensor - tensor.T).max() > 1e-12 * np.abs(tensor).max():
+        if np.abs(tensor - tensor.T).max() > INERTIA_ASYMMETRY * np.abs(tensor).max():
             problem = "inertia is not symmetric"
             raise Refusal(label, problem, "give the tensor about the centre of mass")
         found[name] = (

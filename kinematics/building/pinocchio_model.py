@@ -16,6 +16,7 @@ from kinematics.building.assembled import assemble_elements, faults_of
 from kinematics.building.numbers import find_by_name
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
+from kinematics.tolerances import IDENTITY_POSE_ENTRY, PINOCCHIO_AXES_COSINE
 from kinematics.urdf.input_files import ReadOptions
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
@@ -34,8 +35,6 @@ _NEEDED = ("joints", "names", "parents", "jointPlacements", "inertias", "frames"
 _SEVERAL = {"JointModelSpherical": "spherical", "JointModelSphericalZYX": "spherical",
             "JointModelPlanar": "planar", "JointModelFreeFlyer": "floating"}  # fmt: skip
 _LOOPS = {"CONTACT_6D": "fixed", "CONTACT_3D": "spherical"}
-# Entries of a pose that should be the identity.
-IDENTITY = 1e-12
 
 
 class _Step(NamedTuple):
@@ -216,7 +215,7 @@ def _parts(label: str, joint: Any, q: Array) -> list[_Step]:
         return [_Step("prismatic", np.eye(4), (number_words(axis), "")) for axis in np.eye(3)]
     if kind == "JointModelUniversal":
         axes = number_words(own.axis1), number_words(own.axis2)
-        if abs(own.axis1 @ own.axis2) <= IDENTITY:
+        if abs(own.axis1 @ own.axis2) <= PINOCCHIO_AXES_COSINE:
             return [_Step("universal", np.eye(4), axes)]
         return [_Step("continuous", np.eye(4), (axis, "")) for axis in axes]
     if kind == "JointModelComposite":
@@ -255,7 +254,7 @@ def _pose(placement: Any) -> Array:
 
 
 def _is_identity(pose: Array) -> bool:
-    return bool(np.abs(pose - np.eye(4)).max() <= IDENTITY)
+    return bool(np.abs(pose - np.eye(4)).max() <= IDENTITY_POSE_ENTRY)
 
 
 def _inertial(inertia: Any) -> Element | None:

@@ -22,7 +22,7 @@ from kinematics.building.numbers import (
 from kinematics.error_text import clean, closest_names
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.screws import twist_axis
-from kinematics.urdf.validate_fields import PERPENDICULAR
+from kinematics.tolerances import AXES_PERPENDICULAR_COSINE, ROTATION_PITCH
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
@@ -35,8 +35,6 @@ Array = NDArray[np.float64]
 
 # Types of the file, and screw joints by a name of their own.
 KINDS = (*DEGREES_OF_FREEDOM, "helical")
-# A screw whose pitch is smaller, relative to the length of v, is a rotation.
-ROTATION = 1e-13
 
 
 class ScrewJoint(NamedTuple):
@@ -222,7 +220,7 @@ def _second(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
         raise Refusal(label, f"axis2 of a {joint.kind} joint", "give it to universal ones only")
     axis2 = checked_direction(label, "axis2", joint.axis2)
     size = float(np.linalg.norm(axis) * np.linalg.norm(axis2))
-    if abs(float(axis @ axis2)) > PERPENDICULAR * size:
+    if abs(float(axis @ axis2)) > AXES_PERPENDICULAR_COSINE * size:
         problem = "axis2 is not perpendicular to the axis"
         raise Refusal(label, problem, "correct it, or use two revolute joints")
     return axis2
@@ -248,7 +246,7 @@ def _of_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _Drawn:
     axis = checked_direction(label, "screw", screw[:3] if turning else screw[3:])
     if not turning:
         return _Drawn(joint, "prismatic", axis, None, _point(label, joint), 0.0)
-    line = twist_axis(screw, ROTATION)
+    line = twist_axis(screw, ROTATION_PITCH)
     return _Drawn(joint, "continuous", axis, None, line.point, line.pitch)
 
 

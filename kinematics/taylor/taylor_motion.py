@@ -26,14 +26,13 @@ from kinematics.model.motion import Motion, motion_of
 from kinematics.taylor.expansion_kernels import polynomials
 from kinematics.taylor.layout import packed_layout
 from kinematics.taylor.monomials import Monomials, monomial_powers, monomial_table
+from kinematics.tolerances import CLOSURE_CONDITION
 from kinematics.wording import count_noun, first_names, repr_lines
 
 __all__ = ["TaylorMotion", "scaled_chain", "taylor_motion"]
 
 Array = NDArray[np.float64]
 
-# Condition number of the closure equations beyond which they determine no motion.
-SINGULAR = 1e9
 # Order of the series from which the radius of convergence is read; a singularity that hardly
 # shows in so many terms escapes it.
 FAR = 24
@@ -278,7 +277,7 @@ def taylor_motion(
     table = monomial_table(chain.width, order)
     chosen = None if equations is None else freeze(equations, np.int64)
     found, condition = polynomials(chain.screws, packed_layout(chain, table, chosen))
-    if not condition < SINGULAR:
+    if not condition < CLOSURE_CONDITION:
         raise MobilityError(
             f"{linkage.source}: the closure equations hardly determine the other joints "
             f"(condition number {condition:.1g}); choose other inputs or equations"

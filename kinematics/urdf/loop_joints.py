@@ -20,6 +20,11 @@ from kinematics.model.arrays import freeze
 from kinematics.model.chain import loop_joints
 from kinematics.model.linkage import GROUND, Joint, LinkPose, Loop
 from kinematics.spatial.screws import exp, prismatic, revolute
+from kinematics.tolerances import (
+    LOOP_FRAME_DISTANCE,
+    LOOP_FRAME_ROUND_OFF,
+    UNIVERSAL_AXES_PARALLEL_SINE,
+)
 from kinematics.urdf.robot_tree import pose_matrix
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import coordinate_names
@@ -27,11 +32,6 @@ from kinematics.urdf_elements.joint_types import coordinate_names
 __all__ = ["FREEDOMS", "attach_loop", "freedoms_of_joint", "perpendicular_to", "unit_vector"]
 
 Array = NDArray[np.float64]
-
-# Frames nearer than the first, in radians and in parts of the size of the loop, coincide: the
-# rest is round-off of the products of rotations that placed them. The second adds the round-off
-# of coordinates, in parts of the extent of the linkage.
-ROUND_OFF, LOST = 1e-12, 1e-14
 
 FREEDOMS = {
     "fixed": (),
@@ -122,7 +122,8 @@ def attach_loop(
         reached[:3, :3] = upright @ after[:3, :3]
         u = _across(n, upright @ second)
     centre = reached[:3, 3] if kind == "planar" else before[:3, 3]
-    size = ROUND_OFF * _size(before_it, start, end, centre) + LOST * extent
+    size = LOOP_FRAME_DISTANCE * _size(before_it, start, end, centre)
+    size += LOOP_FRAME_ROUND_OFF * extent
     joints: list[Joint] = []
     first = len(before_it)
     steps = freedoms_of_joint(kind, n, u, centre)
@@ -150,7 +151,7 @@ def _direction(loop: Element, tag: str, default: Array) -> Array:
 
 def _across(n: Array, second: Array) -> Array:
     """``second``, made perpendicular to ``n``; any perpendicular if it is along ``n``."""
-    along = np.linalg.norm(np.cross(n, second)) <= ROUND_OFF
+    along = np.linalg.norm(np.cross(n, second)) <= UNIVERSAL_AXES_PARALLEL_SINE
     return perpendicular_to(n) if along else perpendicular_to(n, second)
 
 
@@ -197,7 +198,7 @@ def _gap(here: Array, there: Array, size: float) -> Array:
     D[:3, :3] = there[:3, :3] @ here[:3, :3].T
     distance = np.abs(there[:3, 3] - here[:3, 3]).max()
     angle = np.abs(D[:3, :3] - np.eye(3)).max()
-    if distance <= size and angle <= ROUND_OFF:
+    if distance <= size and angle <= LOOP_FRAME_DISTANCE:
         return freeze(np.eye(4))
     D[:3, 3] = there[:3, 3] - D[:3, :3] @ here[:3, 3]
     return freeze(D)

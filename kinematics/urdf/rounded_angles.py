@@ -17,6 +17,13 @@ from typing import NamedTuple
 
 from kinematics.error_text import clean
 from kinematics.linalg.rational import MAX_DIGITS, decimal, pi
+from kinematics.tolerances import (
+    ANGLE_ROUND_OFF,
+    EXACT_ANGLE_ERROR,
+    ROUNDED_ANGLE_DIGITS,
+    ROUNDED_ANGLE_ERROR,
+    SINGLE_PRECISION_ANGLE,
+)
 from kinematics.urdf_elements.element import Element
 
 __all__ = [
@@ -35,18 +42,8 @@ ANGLE_READINGS = ("nominal", "as_written")
 ROUNDED_ANGLES = "rounded_angles"
 """The code of the remark on such angles."""
 
-# Rounded angles are nearer than this to what they stand for, in radians.
-NEAR = 1e-4
-# Nearer than this, as the twelve digits of many programs are, both readings are the same.
-ROUND_OFF = 1e-11
-# A rounded angle is off by a unit of its last digit, or by two if π was rounded before half
-# of it was taken (1.570795); or by what single precision leaves.
-UNITS = 2.0
-SINGLE = 1e-6
 # Angles beyond this are not multiples of anything that somebody had in mind.
 LARGEST = 1e3
-# Exact arithmetic takes what is nearer to a multiple for the multiple itself.
-MEANT = Fraction(1, 10**12)
 # How many angles a remark names.
 NAMED = 3
 
@@ -81,7 +78,8 @@ def nearest_twelfth(word: str) -> int:
     mantissa, _, exponent = word.lower().partition("e")
     digits = mantissa.partition(".")[2].rstrip("0")
     unit = 10.0 ** (int(exponent or 0) - len(digits))
-    return k if abs(x - k * _TWELFTH) <= min(NEAR, max(UNITS * unit, SINGLE)) else 0
+    written = max(ROUNDED_ANGLE_DIGITS * unit, SINGLE_PRECISION_ANGLE)
+    return k if abs(x - k * _TWELFTH) <= min(ROUNDED_ANGLE_ERROR, written) else 0
 
 
 def find_rounded_angles(tree: Element) -> list[Rounded]:
@@ -94,7 +92,7 @@ def find_rounded_angles(tree: Element) -> list[Rounded]:
         Rounded(owner.label, attribute, word)
         for owner, item, attribute in _places(tree)
         for word in item.attributes[attribute].split()
-        if (k := nearest_twelfth(word)) and abs(float(word) - k * _TWELFTH) > ROUND_OFF
+        if (k := nearest_twelfth(word)) and abs(float(word) - k * _TWELFTH) > ANGLE_ROUND_OFF
     ]
 
 
@@ -134,7 +132,7 @@ def exact_angle(word: str) -> Fraction:
     """
     value = decimal(word)
     multiple = round(value / (pi() / 12)) * pi() / 12
-    return multiple if abs(value - multiple) <= MEANT else value
+    return multiple if abs(value - multiple) <= EXACT_ANGLE_ERROR else value
 
 
 def _written(k: int) -> str:

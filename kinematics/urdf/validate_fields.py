@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from operator import mul
 
 from kinematics.error_text import clean
+from kinematics.tolerances import AXES_PERPENDICULAR_COSINE
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM
 
 __all__ = [
     "MAX_NUMBER",
-    "PERPENDICULAR",
     "SMALLEST_AXIS",
     "MAX_LENGTH",
     "check_link",
@@ -35,8 +35,6 @@ MAX_NUMBER = 1e30
 SMALLEST_AXIS = 1e-100
 # Beyond this many radians the digits that tell the direction are lost.
 MAX_LENGTH = 1e4
-# Cosine of the angle between the axes of a universal joint, in files of six digits.
-PERPENDICULAR = 1e-6
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _TURNING = ("revolute", "continuous")
@@ -165,7 +163,8 @@ def _check_second_axis(joint: Element) -> None:
     if second is not None:
         a = first.vector("xyz", "") if first else [1.0, 0.0, 0.0]
         b = second.vector("xyz", "")
-        if abs(sum(map(mul, a, b))) > PERPENDICULAR * math.hypot(*a) * math.hypot(*b):
+        size = math.hypot(*a) * math.hypot(*b)
+        if abs(sum(map(mul, a, b))) > AXES_PERPENDICULAR_COSINE * size:
             problem = f"<axis2> (line {second.line}) is not perpendicular to the axis"
             raise Refusal(joint.label, problem, "correct it, or use two revolute joints")
 

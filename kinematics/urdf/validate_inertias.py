@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kinematics.error_text import clean
+from kinematics.tolerances import INERTIA_INEQUALITY_EXCESS
 from kinematics.urdf_elements.element import Element
 
 __all__ = ["UNPHYSICAL", "tensor", "find_unphysical"]
@@ -16,8 +17,6 @@ __all__ = ["UNPHYSICAL", "tensor", "find_unphysical"]
 UNPHYSICAL = "unphysical"
 """The code of the remark."""
 
-# Files of six digits may break an inequality by so much, relative to the largest moment.
-DIGITS = 1e-5
 # How many links a remark names.
 NAMED = 4
 
@@ -62,7 +61,7 @@ def _broken(link: Element) -> Iterator[str]:
         import numpy as np
 
         first, second, third = np.linalg.eigvalsh(tensor(inertia))
-        slack = DIGITS * max(abs(first), abs(third))
+        slack = INERTIA_INEQUALITY_EXCESS * max(abs(first), abs(third))
         if first < -slack:
             yield f"principal moment {first:.6g} kg m² of its inertia breaks I₁ ≥ 0"
         elif third > first + second + slack:

@@ -20,6 +20,7 @@ from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.screws import exp, revolute
+from kinematics.tolerances import COORDINATE_AXIS_DIFFERENCE
 from kinematics.urdf.edit_xml import Splice, Text, read_source
 from kinematics.urdf.loop_joints import freedoms_of_joint, perpendicular_to, unit_vector
 from kinematics.urdf.robot_tree import pose_matrix
@@ -30,9 +31,6 @@ from kinematics.urdf_elements.write_numbers import roll_pitch_yaw
 __all__ = ["Posed", "write_at_reference_pose"]
 
 Array = NDArray[np.float64]
-
-# Directions that coincide.
-SAME = 1e-15
 
 
 class Posed(NamedTuple):
@@ -134,7 +132,7 @@ def _turned(words: list[str], n: Array, angle: float) -> list[str] | None:
     pitched = exp(revolute(np.eye(3)[1], np.zeros(3)), pitch)[:3, :3] @ rolled
     for k, direction in enumerate((n, rolled, pitched)):
         along = np.abs(direction) - np.eye(3)[k]
-        if np.abs(along).max() <= SAME:
+        if np.abs(along).max() <= COORDINATE_AXIS_DIFFERENCE:
             with localcontext() as context:
                 context.prec = 60
                 total = Decimal(words[k]) + Decimal(repr(float(angle * direction[k])))

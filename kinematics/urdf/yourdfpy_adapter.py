@@ -11,6 +11,7 @@ import numpy as np
 
 from kinematics.error_text import clean
 from kinematics.errors import FileError
+from kinematics.tolerances import ROTATION_ORTHOGONALITY
 from kinematics.urdf.robot_tree import Robot
 from kinematics.urdf.validate_fields import MAX_NUMBER
 from kinematics.urdf_elements.element import Element
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from yourdfpy import urdf as yourdf
 
 __all__ = ["tree_of", "set_poses"]
-
-# Entries of RᵀR - 1 of a pose, above which it is no rotation; files have six digits or more.
-ORTHOGONAL = 1e-5
 
 
 def set_poses(robot: Robot, model: URDF) -> Robot:
@@ -69,7 +67,7 @@ def _check_pose(source: str, name: str, pose: np.ndarray | None) -> None:
     R = pose[:3, :3]
     if not (
         np.all(np.abs(pose) <= MAX_NUMBER)
-        and np.all(np.abs(R.T @ R - np.eye(3)) <= ORTHOGONAL)
+        and np.all(np.abs(R.T @ R - np.eye(3)) <= ROTATION_ORTHOGONALITY)
         and np.linalg.det(R) > 0.0
     ):
         label, remedy = f"origin of '{clean(name)}'", "give it a rotation and a finite position"

@@ -18,6 +18,7 @@ from test_house import MODULES, PACKAGES, PRODUCT, ROOT, imports, label, tree
 # Rooms of a package, lowest first: a module imports from its own room and from those before it.
 # Rooms on one line do not import each other.
 LAYERS = """
+kinematics.tolerances
 kinematics.version kinematics.errors kinematics.error_text kinematics.wording
 kinematics.compiled
 kinematics.linalg kinematics.spatial

@@ -1,4 +1,4 @@
-"""Serial linkages from Denavit-Hartenberg rows, of either convention."""
+"""Build serial linkages from Denavit-Hartenberg parameters, standard or modified."""
 
 from __future__ import annotations
 
@@ -37,6 +37,7 @@ __all__ = ["CONVENTIONS", "from_dh", "transformations"]
 Array = NDArray[np.float64]
 
 CONVENTIONS = ("standard", "modified")
+"""The conventions of Denavit-Hartenberg parameters."""
 KINDS = ("revolute", "prismatic")
 COLUMNS = ("theta", "d", "a", "alpha")
 _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -53,37 +54,38 @@ def from_dh(
     angles: str = "nominal",
     name: str = "arm",
 ) -> Linkage:
-    """Build a serial linkage from Denavit-Hartenberg rows.
+    """Build a serial linkage from Denavit-Hartenberg parameters.
 
-    Row i takes frame i-1 to frame i by
+    Row i displaces frame i-1 to frame i by
 
         standard: ``T_i = Rz(θ_i) Tz(d_i) Tx(a_i) Rx(α_i)``, joint i along z of frame i-1;
         modified: ``T_i = Rx(α_i) Tx(a_i) Rz(θ_i) Tz(d_i)``, joint i along z of frame i.
 
-    In the modified convention α and a of row i are those that Craig calls α_(i-1), a_(i-1).
-    Coordinates of joints add to θ (revolute) or d (prismatic); the rows are the reference
-    pose. Frame 0 is the inertial frame and that of the link ``base``. Joint i carries the link
-    ``link<i>``. In the modified convention its frame is frame i. In the standard one it is
-    frame i-1 at the reference pose, for the axis of its joint passes through it, and frame n
-    is that of a further link ``tool``, which is fixed to the last.
+    Craig numbers α and a of row i (modified) as α_(i-1), a_(i-1). Joint coordinates add to θ
+    (revolute) or d (prismatic); the rows are the reference pose. Frame 0 is the inertial frame
+    and that of ``base``. The frame of ``link<i>``, which joint i carries, is frame i if modified
+    or frame i-1 at the reference pose if standard, where a link ``tool`` has frame n.
 
     Args:
-        rows: columns θ, d, a, α (n, 4), in radians and metres; the order of both conventions.
+        rows: columns θ, d, a, α (n, 4), rad and m; one order for both conventions.
         convention: ``"standard"`` or ``"modified"``.
-        kinds: ``"revolute"`` or ``"prismatic"`` of all joints, or of each (n).
-        bodies: mass (kg), centre of mass (3,) in frame i, and inertia tensor about that centre
+        kinds: ``"revolute"`` or ``"prismatic"``, of all joints, or of each (n).
+        bodies: mass (kg), centre of mass (3,) in frame i (m), and inertia tensor about it
             (3, 3), along the axes of frame i (kg m²), by the name of the link; others carry
             no parameters. By default every link carries parameters, of mass 0.
-        names: of the joints (n); by default ``q1``, ``q2`` ….
-        angles: ``"nominal"`` reads an angle such as 1.5708, which looks rounded, as the
-            multiple of π/12 that it stands for, with a notice; ``"as_written"`` does not.
-        name: of the linkage, in messages and in its file.
+        names: names of the joints (n); by default ``q1``, ``q2`` ….
+        angles: ``"nominal"`` replaces an angle that looks rounded, such as 1.5708, by the
+            multiple of π/12 nearby, with a notice; ``"as_written"`` keeps it.
+        name: name of the linkage, in messages and in its file.
 
     Returns:
         The linkage; its inputs are all its joints.
 
     Raises:
-        FileError: the rows cannot be a linkage; the message says where, why and what to do.
+        FileError: the rows do not form a linkage; the message has reason and remedy.
+
+    Source:
+        J. Denavit and R. S. Hartenberg, 1955; J. J. Craig, "Introduction to Robotics".
 
     Example:
         >>> import math, kinematics
@@ -99,12 +101,9 @@ def from_dh(
         titles = _titles(names, len(numbers))
         numbers, found = _meant(numbers, titles, angles)
         robot = _robot(name, numbers, convention, _kinds(kinds, titles), titles, bodies)
-    told = (
-        [(ROUNDED_ANGLES, f"{source}: {describe_rounded_angles(found, angles)}")]
-        if found
-        else []
-    )
-    return assemble_elements(robot, source, titles, links_and_joints(bodies), told)
+    text = f"{source}: {describe_rounded_angles(found, angles)}"
+    remarks = [(ROUNDED_ANGLES, text)] if found else []
+    return assemble_elements(robot, source, titles, links_and_joints(bodies), remarks)
 
 
 def transformations(row: ArrayLike, convention: str) -> tuple[Array, Array]:

@@ -1,7 +1,7 @@
-"""Linkages from a model of Pinocchio, and from its constraints.
+"""Build linkages from a Pinocchio model and its constraints.
 
-The model is only asked for its attributes: Pinocchio itself is not imported. It puts linear
-parts first in motions and forces; the angular part is first here.
+Only attributes of the model are read: Pinocchio itself is not imported. It puts linear parts
+first in motions and forces; the angular part is first here.
 """
 
 from __future__ import annotations
@@ -55,36 +55,39 @@ def from_pinocchio(
     fix_base: bool = False,
     bodies: str = "given",
 ) -> Linkage:
-    """Build a linkage from a model of Pinocchio.
+    """Build a linkage from a Pinocchio model.
 
-    The reference pose is Pinocchio's neutral one. A body is named after its first frame of
-    type BODY that coincides with the frame of its joint, or after the joint if there is none;
-    further such frames are links that are fixed to it. The inertial
-    frame is that of the universe. Limits, friction, gravity and rotor inertia are left out.
+    The reference pose is Pinocchio's neutral one, and the inertial frame that of the universe.
+    A body is named after its first frame of type BODY that coincides with the frame of its
+    joint, or after the joint if there is none; further such frames are links fixed to it.
+    Limits, friction, gravity and rotor inertia are left out.
 
-    Joints that turn or slide (also without bounds, helical, mimic), universal, spherical and
-    planar joints are taken as they are, composite joints and translations as chains of single
-    joints ``name.0``, ``name.1`` … with links of no mass between them. Coordinates of a
-    spherical joint are turns about axes of its own, not Pinocchio's quaternion. A
-    ``CONTACT_6D`` constraint is a weld of two frames, a ``CONTACT_3D`` constraint a spherical
-    joint at their origins.
+    Revolute, prismatic, helical, mimic, universal, spherical and planar joints keep their
+    type. Composite joints and translations become chains of single joints ``name.0``,
+    ``name.1`` … with massless links between them. Coordinates of a spherical joint are turns
+    about its own axes, not Pinocchio's quaternion. A ``CONTACT_6D`` constraint becomes a weld
+    of two frames, a ``CONTACT_3D`` constraint a spherical joint at their origins.
 
     Args:
         model: the model.
         constraints: the loops, each a ``RigidConstraintModel``.
-        inputs: names of joints to use as independent coordinates.
-        fix_base: turn a free flyer on the universe into a fixed joint.
+        inputs: names of joints to use as independent coordinates; by default a
+            well-conditioned set is chosen.
+        fix_base: change a free flyer on the universe into a fixed joint.
         bodies: ``"given"``: links with mass or inertia carry parameters; ``"all"``: every
             moving link does.
 
     Returns:
-        The linkage, as `kinematics.load` returns it for a file. Rotations are taken from the
-        matrices of the model, as they are.
+        The linkage, as `kinematics.load` returns it for a file, with the rotation matrices of
+        the model. All quantities are in the inertial frame, in SI units.
 
     Raises:
-        FileError: a joint or a constraint cannot be taken; the message names it.
+        FileError: a joint or a constraint is not supported; the message names it.
         LinkageError: as for `kinematics.load`.
-        TypeError: it is no model of Pinocchio.
+        TypeError: ``model`` is not a Pinocchio model.
+
+    Source:
+        J. Carpentier et al., "The Pinocchio C++ library", 2019 (the model).
 
     Example:
         >>> import pinocchio

@@ -1,4 +1,4 @@
-"""Linkages from joint screws: no frames, only axes and points in the inertial frame."""
+"""Build linkages from joint screws: axes and points in the inertial frame."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ScrewJoint(NamedTuple):
     """A joint between two links, in the inertial frame at the reference pose.
 
     Attributes:
-        name: of the joint; unique among joints and loops.
+        name: name of the joint, unique among joints and loops.
         parent: name of the link that carries it; of a loop, its predecessor.
         child: name of the link that it carries; of a loop, its successor.
         axis: direction of the axis (3,), of any length; z if neither it nor ``screw`` is
@@ -49,7 +49,7 @@ class ScrewJoint(NamedTuple):
         point: a point of the axis (3,), metres; the centre of a spherical or universal joint.
         kind: ``revolute``, ``prismatic``, ``helical``, ``universal``, ``cylindrical``,
             ``planar``, ``spherical`` or ``fixed``.
-        pitch: of a helical joint, metres per radian.
+        pitch: pitch of a helical joint, metres per radian.
         axis2: second axis (3,) of a universal joint, perpendicular to the first.
         screw: in place of axis, point, kind and pitch: ``[ω; v]`` (6,) of any length, with v
             the velocity of the body point at the origin. Revolute or helical with pitch
@@ -70,7 +70,7 @@ class ScrewJoint(NamedTuple):
     mimic: tuple[str, float] | None = None
 
     def __repr__(self) -> str:
-        """One line: kind, and the links that it joins."""
+        """One line with the kind and the two links."""
         kind = self.kind if self.screw is None else "screw"
         return f"ScrewJoint {self.name}: {kind} from {self.parent} to {self.child}"
 
@@ -103,31 +103,33 @@ def from_screws(
 ) -> Linkage:
     """Build a linkage from the screws of its joints.
 
-    A joint with axis n through r has the screw ``[n; r × n + λ n]``, a prismatic one
-    ``[0; n]``. Everything is given in the inertial frame, at the reference pose. The frame of
-    a link has its origin at the point of the joint that carries it, and axes parallel to the
-    inertial frame; that of the base is the inertial frame. The base is the one link that no
-    joint carries.
+    A joint with axis n through r and pitch λ has the screw ``[n; r × n + λ n]``, a prismatic
+    one ``[0; n]``, in the inertial frame at the reference pose. The frame of a link has its
+    origin at the point of the joint that carries it, and axes parallel to the inertial frame.
+    The base is the one link that no joint carries; its frame is the inertial frame.
 
     Args:
-        joints: those of the tree, in any order.
-        loops: joints that close loops, from predecessor to successor; type ``fixed`` welds.
-        bodies: mass (kg), centre of mass (3,) in the inertial frame, and inertia tensor about
-            that centre (3, 3), along inertial axes (kg m²), by the name of the link. Links
-            that are not named carry no inertial parameters. By default every link that moves
-            carries parameters, of mass 0.
-        inputs: names of joints to use as independent coordinates; by default well-conditioned
-            ones are chosen.
-        name: of the linkage, in messages and in the file.
+        joints: joints of the tree, in any order.
+        loops: joints that close loops, from predecessor to successor; kind ``fixed`` welds.
+        bodies: mass (kg), centre of mass (3,) in the inertial frame (m), and inertia tensor
+            about that centre (3, 3), along inertial axes (kg m²), by the name of the link.
+            Links without an entry carry no inertial parameters. By default every link that
+            moves carries parameters, of mass 0.
+        inputs: names of joints to use as independent coordinates; by default a
+            well-conditioned set is chosen.
+        name: name of the linkage, in messages and in its file.
 
     Returns:
         The linkage, as `kinematics.load` returns it for a file. Where the decimals of the
-        numbers close its loops, exact arithmetic finds them closed.
+        numbers close its loops, the loops are closed in exact arithmetic too.
 
     Raises:
-        FileError: the joints cannot be a linkage; the message names the joint, what is wrong
-            with it and what to do.
+        FileError: the joints do not form a linkage; the message names the joint, the problem
+            and the remedy.
         LinkageError: as for `kinematics.load`.
+
+    Source:
+        R. W. Brockett, "Robotic manipulators and the product of exponentials formula", 1984.
 
     Example:
         >>> from kinematics import ScrewJoint, from_screws

@@ -1,4 +1,4 @@
-"""Taylor motions: all joint positions as polynomials in the inputs, of any order.
+"""Taylor expansion of closed motions: joint positions as polynomials in the inputs.
 
     q(u) = Σ_α c_α u^α          ∂^α q(0) = α! c_α
 
@@ -254,20 +254,40 @@ def taylor_motion(
     *,
     equations: Sequence[int] | None = None,
 ) -> TaylorMotion:
-    """Expand the closed motion of a linkage about its reference pose.
+    """Compute the Taylor expansion of the closed motion about the reference pose.
+
+    ``q(u) = Σ_α c_α u^α`` with the joint positions q, displacements u of the inputs, and
+    coefficients c up to a degree.
 
     Args:
         linkage: an assembled linkage; see `kinematics.tool` for its inverse kinematics.
         order: highest degree, at least 1.
         motion: restriction of the inputs, as relations or as a `Motion`.
-        equations: rows of the loop closure equations that are solved: six for each loop,
+        equations: numbers of the loop closure equations to solve: six for each loop,
             ``[ω; v]``, or three in a plane, then one for each mimic joint. By default all
-            are, in the least-squares sense, which is better conditioned than any choice.
+            are solved by least squares, which is better conditioned than any selection.
+
+    Returns:
+        The polynomials, in radians and metres.
 
     Raises:
         MotionError: the motion is not one of this linkage's inputs.
-        MobilityError: the linkage cannot follow it, or the equations do not determine it.
+        MobilityError: the linkage cannot follow the motion, or the equations do not determine
+            it.
         LinkageError: there are too many coefficients.
+        ValueError: the order is less than 1.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, 2019, Eq. 4.30 (derivatives of the
+        closed motion); the recursion is in `kinematics.taylor.expansion_kernels`.
+
+    Example:
+        >>> import kinematics
+        >>> motion = kinematics.taylor_motion(kinematics.load("robot.urdf"), order=3)
+        >>> motion.joints
+        ('u1', 'q2', 'q4', 'q3')
+        >>> motion.evaluate([0.1]).round(4).tolist()
+        [0.1, -0.1192, 0.0329, 0.0521]
     """
     if order < 1:
         raise ValueError(f"the order is at least 1, not {order}")
@@ -282,20 +302,15 @@ def taylor_motion(
             f"{linkage.source}: the closure equations hardly determine the other joints "
             f"(condition number {condition:.1g}); choose other inputs or equations"
         )
+    coefficients = _to_si(found, chain, scales, table, len(linkage.joints))
     return TaylorMotion(
-        linkage=linkage,
-        motion=motion,
-        joints=names_of(linkage.joints),
-        exponents=table.exponents,
-        coefficients=_in_si(found, chain, scales, table, len(linkage.joints)),
-        condition=condition,
-        chain=chain,
-        scales=scales,
-    )
+        linkage, motion, names_of(linkage.joints), table.exponents, coefficients, condition,
+        chain, scales,
+    )  # fmt: skip
 
 
-def _in_si(found: Array, chain: Chain, scales: Array, table: Monomials, joints: int) -> Array:
-    """Coefficients of all joints in SI units, from those of the moving joints."""
+def _to_si(found: Array, chain: Chain, scales: Array, table: Monomials, joints: int) -> Array:
+    """Convert coefficients of the moving joints to those of all joints in SI units."""
     coefficients = np.zeros((len(found), joints))
     units = monomial_powers(table.exponents, 1.0 / scales)
     coefficients[:, chain.joints] = found * units[:, None] * chain.units

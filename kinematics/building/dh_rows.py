@@ -63,8 +63,8 @@ def from_dh(
 
     Craig numbers α and a of row i (modified) as α_(i-1), a_(i-1). Joint coordinates add to θ
     (revolute) or d (prismatic); the rows are the reference pose. Frame 0 is the inertial frame
-    and that of ``base``. The frame of ``link<i>``, which joint i carries, is frame i if modified
-    or frame i-1 at the reference pose if standard, where a link ``tool`` has frame n.
+    and that of ``base``. The frame of ``link<i>``, after joint i, is frame i if modified, and
+    frame i-1 at the reference pose if standard; there a link ``tool`` has frame n.
 
     Args:
         rows: columns θ, d, a, α (n, 4), rad and m; one order for both conventions.

@@ -233,10 +233,15 @@ def _radius(terms: Array) -> float:
 
 
 def scaled_chain(chain: Chain, linkage: Linkage, motion: Motion) -> tuple[Chain, Array]:
-    """The chain with the coordinates of a motion as its columns, each of unit size.
+    """Change the columns of a chain to the coordinates of a motion, scaled to unit size.
+
+    Args:
+        chain: the moving joints as arrays.
+        linkage: the linkage.
+        motion: relations between its inputs.
 
     Returns:
-        The chain, and what each column is in SI units of its coordinate (w,).
+        The chain, and the scale of each coordinate (w,): the SI value of one unit.
     """
     at = {joint: j for j, joint in enumerate(chain.joints.tolist())}
     inputs = linkage.positions_of(motion.inputs).tolist()

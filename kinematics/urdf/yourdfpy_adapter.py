@@ -1,6 +1,6 @@
-"""The border to yourdfpy: a model that it has loaded, as a tree and the poses for it.
+"""Convert a model that yourdfpy has loaded to a tree and its poses.
 
-Such a model passes the same checks as a file. No file is read by yourdfpy.
+The model passes the same checks as a file. No file is read by yourdfpy here.
 """
 
 from __future__ import annotations
@@ -25,15 +25,18 @@ __all__ = ["tree_of", "set_poses"]
 
 
 def set_poses(robot: Robot, model: URDF) -> Robot:
-    """The robot with the poses of a loaded model, which has no angles to read them from.
+    """Set the poses of a robot to those of a loaded model, which holds matrices, not angles.
 
     Args:
-        robot: made from :func:`tree_of` of the model.
+        robot: description of the tree that `tree_of` makes of the model.
         model: the model.
+
+    Returns:
+        The robot with the origins (4, 4) of its joints and inertias, metres.
     """
-    weighed = {link.name: link.inertial for link in model.robot.links}
+    inertials = {link.name: link.inertial for link in model.robot.links}
     links = {
-        name: inertial and inertial._replace(origin=_pose(weighed[name]))
+        name: inertial and inertial._replace(origin=_pose(inertials[name]))
         for name, inertial in robot.links.items()
     }
     pairs = zip(robot.joints, model.robot.joints, strict=True)
@@ -46,10 +49,10 @@ def _pose(item: yourdf.Joint | yourdf.Inertial) -> np.ndarray:
 
 
 def tree_of(model: URDF) -> Element:
-    """The links and joints of a loaded model, as a tree that the guard can check.
+    """Convert the links and joints of a loaded model to a tree for the checks.
 
-    Rotations are left out of it: roll, pitch and yaw would lose digits where pitch is near
-    a right angle.
+    The tree has no rotations: roll, pitch and yaw would lose digits where pitch is near a
+    right angle.
 
     Raises:
         FileError: a pose in the model is not a rigid displacement.

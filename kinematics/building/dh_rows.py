@@ -27,7 +27,7 @@ from kinematics.urdf.rounded_angles import (
     describe_rounded_angles,
     nearest_twelfth,
 )
-from kinematics.urdf.validate_fields import MAX_LENGTH, MAX_NUMBER
+from kinematics.urdf.validate_fields import MAX_ANGLE, MAX_NUMBER
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
@@ -150,7 +150,7 @@ def _rows(rows: ArrayLike) -> Array:
         raise Refusal("", problem, "give θ, d, a, α of each joint")
     for i, row in enumerate(found):
         for column, value in zip(COLUMNS, row.tolist(), strict=True):
-            most = MAX_LENGTH if column in ("theta", "alpha") else MAX_NUMBER
+            most = MAX_ANGLE if column in ("theta", "alpha") else MAX_NUMBER
             if not abs(value) <= most:
                 problem = f"{column} = {value!r} is not a finite number of at most {most:g}"
                 raise Refusal(f"row {i + 1}", problem, "give radians and metres")

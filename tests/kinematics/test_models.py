@@ -13,7 +13,7 @@ from kinematics import gallery
 from kinematics import model_gallery as models
 from kinematics.errors import FileError, LinkageError
 from kinematics.urdf import read as urdf
-from kinematics.urdf.read import Options
+from kinematics.urdf.input_files import ReadOptions
 
 
 def arm(*kinds, first="base", extra=""):
@@ -140,8 +140,8 @@ def test_a_loaded_model_takes_loops_and_options(robot, tmp_path):
     model = loaded(robot(text))
     yaml = tmp_path / "robot.yaml"
     yaml.write_text("closed_loop: [[l3, world]]\ntype: [3d]\n")
-    assert urdf.read_loaded_model(model, None, Options(fix_base=True)).loops == ()
-    draft = urdf.read_loaded_model(model, yaml, Options(fix_base=True, massless=("l2",)))
+    assert urdf.read_loaded_model(model, None, ReadOptions(fix_base=True)).loops == ()
+    draft = urdf.read_loaded_model(model, yaml, ReadOptions(fix_base=True, massless=("l2",)))
     assert [w.name for w in draft.loops] == ["l3/world"]
     assert [b.name for b in draft.bodies] == ["l3"]
     with pytest.raises(FileError, match="arm: joint 'j1': a floating joint.*--fix-base"):

@@ -8,6 +8,7 @@ from kinematics import gallery
 from kinematics import model_gallery as models
 from kinematics.errors import FileError
 from kinematics.urdf import read as urdf
+from kinematics.urdf.input_files import ReadOptions
 from kinematics.urdf.robot_tree import describe_robot
 from kinematics.urdf.validate import validate_file
 
@@ -136,7 +137,7 @@ def test_random_files(tmp_path):
 
 def test_both_sources_make_the_same_draft(tmp_path):
     """A model that yourdfpy has loaded gives the screws and inertias of its file."""
-    options = urdf.Options(bodies="all", angles="as_written")
+    options = ReadOptions(bodies="all", angles="as_written")
     for seed in range(300, 400):
         path = random_file(tmp_path, seed)
         one = urdf.read(path, None, options)

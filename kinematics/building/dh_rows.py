@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 
 CONVENTIONS = ("standard", "modified")
 """The conventions of Denavit-Hartenberg parameters."""
+# Kinds of joints, and names of the columns.
 KINDS = ("revolute", "prismatic")
 COLUMNS = ("theta", "d", "a", "alpha")
 _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -97,17 +98,17 @@ def from_dh(
     with faults_of(source):
         _check_option("convention", convention, CONVENTIONS)
         _check_option("angles", angles, ANGLE_READINGS)
-        numbers = _rows(rows)
-        titles = _titles(names, len(numbers))
-        numbers, found = _meant(numbers, titles, angles)
-        robot = _robot(name, numbers, convention, _kinds(kinds, titles), titles, bodies)
+        numbers = _check_rows(rows)
+        titles = _joint_names(names, len(numbers))
+        numbers, found = _replace_rounded(numbers, titles, angles)
+        robot = _robot(name, numbers, convention, _joint_kinds(kinds, titles), titles, bodies)
     text = f"{source}: {describe_rounded_angles(found, angles)}"
     remarks = [(ROUNDED_ANGLES, text)] if found else []
     return assemble_elements(robot, source, titles, links_and_joints(bodies), remarks)
 
 
 def transformations(row: ArrayLike, convention: str) -> tuple[Array, Array]:
-    """The factors (4, 4) of ``T_i`` before and after the motion of joint i.
+    """Compute the factors (4, 4) of ``T_i`` before and after the motion of joint i.
 
     Standard: ``1`` and ``Rz(θ) Tz(d) Tx(a) Rx(α)``; modified: the whole product and ``1``,
     since motions along z commute with ``Rz(θ) Tz(d)``.
@@ -115,6 +116,9 @@ def transformations(row: ArrayLike, convention: str) -> tuple[Array, Array]:
     Args:
         row: θ, d, a, α (4,), in radians and metres.
         convention: ``"standard"`` or ``"modified"``.
+
+    Returns:
+        Both factors, lengths in metres.
     """
     theta, d, a, alpha = np.asarray(row, dtype=np.float64).tolist()
     along_z = _about(_Z, theta) @ exp(prismatic(_Z), d)
@@ -132,13 +136,14 @@ def _about(axis: ArrayLike, angle: float) -> Array:
 
 
 def _check_option(option: str, value: str, known: Sequence[str]) -> None:
+    """Reject an unknown value of an option."""
     if value not in known:
         problem = f"unknown {option} '{clean(str(value))}'"
         raise Refusal("", problem, f"choose from {', '.join(known)}")
 
 
-def _rows(rows: ArrayLike) -> Array:
-    """The rows (n, 4), checked."""
+def _check_rows(rows: ArrayLike) -> Array:
+    """Convert the rows to an array (n, 4), and check it."""
     try:
         found = np.array(rows, dtype=np.float64)
     except (TypeError, ValueError):
@@ -157,7 +162,7 @@ def _rows(rows: ArrayLike) -> Array:
     return found
 
 
-def _titles(names: Sequence[str] | None, count: int) -> list[str]:
+def _joint_names(names: Sequence[str] | None, count: int) -> list[str]:
     """Names of the joints."""
     if names is None:
         return [f"q{i + 1}" for i in range(count)]
@@ -167,7 +172,7 @@ def _titles(names: Sequence[str] | None, count: int) -> list[str]:
     return [checked_name(f"row {i + 1}", "name", each) for i, each in enumerate(names)]
 
 
-def _kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
+def _joint_kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
     """Kinds of the joints."""
     found = [kinds] * len(titles) if isinstance(kinds, str) else list(kinds)
     if len(found) != len(titles):
@@ -182,25 +187,27 @@ def _kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
     return found
 
 
-def _meant(rows: Array, titles: Sequence[str], angles: str) -> tuple[Array, list[Rounded]]:
-    """The rows with angles as the user wants them read, and the angles that look rounded."""
-    meant, found = rows.copy(), []
+def _replace_rounded(
+    rows: Array, titles: Sequence[str], angles: str
+) -> tuple[Array, list[Rounded]]:
+    """Replace angles that look rounded, if wanted, and list them."""
+    replaced, found = rows.copy(), []
     for i, title in enumerate(titles):
         for k in (COLUMNS.index("theta"), COLUMNS.index("alpha")):
             word = repr(float(rows[i, k]))
             multiple = nearest_twelfth(word)
             angle = multiple * math.pi / 12
             if multiple and abs(rows[i, k] - angle) > ANGLE_ROUND_OFF:
-                meant[i, k] = angle
+                replaced[i, k] = angle
                 found.append(Rounded(find_by_name("joint", title), COLUMNS[k], word))
-    return (meant if angles == "nominal" else rows), found
+    return (replaced if angles == "nominal" else rows), found
 
 
 def _robot(
     name: str, rows: Array, convention: str, kinds: Sequence[str], titles: Sequence[str],
     bodies: Mapping[str, BodyLike] | None,
 ) -> Element:  # fmt: skip
-    """The elements of the linkage."""
+    """Make the elements of the linkage."""
     checked_name("<robot>", "name", name)
     links = ["base", *(f"link{i + 1}" for i in range(len(rows)))]
     masses = bodies_by_link(bodies, dict.fromkeys(links, _CENTRE))
@@ -223,7 +230,7 @@ def _robot(
 
 
 def _inertial(body: tuple[float, Array, Array] | None, frame: Array) -> Element | None:
-    """The ``<inertial>`` of a body that is given in a frame with a pose (4, 4) in its link."""
+    """Make the ``<inertial>`` of a body from its frame (4, 4) in its link."""
     if body is None:
         return None
     mass, com, inertia = body

@@ -33,7 +33,7 @@ __all__ = ["ScrewJoint", "from_screws"]
 
 Array = NDArray[np.float64]
 
-# Types of the file, and screw joints by a name of their own.
+# Types of the file, and screw joints.
 KINDS = (*DEGREES_OF_FREEDOM, "helical")
 
 
@@ -75,8 +75,8 @@ class ScrewJoint(NamedTuple):
         return f"ScrewJoint {self.name}: {kind} from {self.parent} to {self.child}"
 
 
-class _Drawn(NamedTuple):
-    """A joint whose numbers are checked: type in the file, axes (or None), point, pitch."""
+class _CheckedJoint(NamedTuple):
+    """A joint with checked numbers: type in the file, axes (or None), point, pitch."""
 
     joint: ScrewJoint
     kind: str
@@ -87,7 +87,7 @@ class _Drawn(NamedTuple):
 
     @property
     def axes(self) -> tuple[str, str]:
-        """The words of both axes."""
+        """Both axes as text."""
         if self.kind == "fixed":
             return "", ""
         return number_words(self.axis), "" if self.axis2 is None else number_words(self.axis2)
@@ -151,12 +151,12 @@ def _robot(
     name: str, joints: Sequence[ScrewJoint], loops: Sequence[ScrewJoint],
     bodies: Mapping[str, BodyLike] | None,
 ) -> Element:  # fmt: skip
-    """The elements of the linkage."""
+    """Make the elements of the linkage."""
     checked_name("<robot>", "name", name)
-    drawn = [_drawn("joint", joint) for joint in joints]
-    if not drawn:
+    checked = [_check_joint("joint", joint) for joint in joints]
+    if not checked:
         raise Refusal("", "no joints", "give at least one joint")
-    points = _points(drawn)
+    points = _points(checked)
     masses = bodies_by_link(bodies, points)
     parts = []
     for link, point in points.items():
@@ -166,16 +166,16 @@ def _robot(
             at = Element("origin", {"xyz": exact_differences(body[1], point)})
             inertial = make_elements.inertial(body[0], body[2], at)
         parts.append(make_elements.link(link, inertial))
-    parts += [_joint(each, points) for each in drawn]
-    parts += [_loop(_drawn("loop", loop), points) for loop in loops]
+    parts += [_joint_element(each, points) for each in checked]
+    parts += [_loop_element(_check_joint("loop", loop), points) for loop in loops]
     return make_elements.robot(name, parts)
 
 
-def _points(joints: Sequence[_Drawn]) -> dict[str, Array]:
+def _points(joints: Sequence[_CheckedJoint]) -> dict[str, Array]:
     """Origins (3,) of all links by their names, the base first.
 
     Raises:
-        Refusal: a parent is neither the base nor carried by a joint.
+        Refusal: a parent is neither the base nor the child of a joint.
     """
     carried = {each.joint.child: each.point for each in joints}
     bases = [x.joint for x in joints if x.joint.parent not in carried]
@@ -190,8 +190,8 @@ def _points(joints: Sequence[_Drawn]) -> dict[str, Array]:
     return known
 
 
-def _drawn(word: str, joint: object) -> _Drawn:
-    """A joint or a loop with its numbers checked."""
+def _check_joint(word: str, joint: object) -> _CheckedJoint:
+    """Check the numbers of a joint or of a loop."""
     if not isinstance(joint, ScrewJoint):
         problem = f"{clean(repr(joint), 60)} is not a ScrewJoint"
         raise Refusal(f"{word}s", problem, "write ScrewJoint(name, parent, child, …)")
@@ -202,19 +202,21 @@ def _drawn(word: str, joint: object) -> _Drawn:
         problem = f"unknown kind '{clean(str(joint.kind))}'"
         raise Refusal(label, problem, f"choose from {', '.join(KINDS)}")
     if joint.screw is not None:
-        return _of_screw(label, joint, joint.screw)
+        return _check_screw(label, joint, joint.screw)
     axis = checked_direction(
         label, "axis", (0.0, 0.0, 1.0) if joint.axis is None else joint.axis
     )
-    axis2 = _second(label, joint, axis)
+    axis2 = _second_axis(label, joint, axis)
     pitch = float(checked_array(label, "pitch", joint.pitch, ()))
     if pitch and (joint.kind != "helical" or word == "loop"):
         problem = f"a pitch on a {joint.kind} {word}"
         raise Refusal(label, problem, 'use kind="helical" on a joint of the tree')
-    return _Drawn(joint, _kind(joint.kind), axis, axis2, _point(label, joint), pitch)
+    return _CheckedJoint(
+        joint, _file_type(joint.kind), axis, axis2, _point(label, joint), pitch
+    )
 
 
-def _second(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
+def _second_axis(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
     """The second axis of a universal joint, if one is given."""
     if joint.axis2 is None:
         return None
@@ -228,17 +230,18 @@ def _second(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
     return axis2
 
 
-def _kind(kind: str) -> str:
-    """The type in the file: rotations have no limits."""
+def _file_type(kind: str) -> str:
+    """The type in the file; rotations have no limits."""
     return "continuous" if kind in ("revolute", "helical") else kind
 
 
 def _point(label: str, joint: ScrewJoint) -> Array:
+    """The point of a joint (3,), metres."""
     return checked_array(label, "point", joint.point, (3,))
 
 
-def _of_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _Drawn:
-    """A joint that is given by its screw; its point is the one nearest to the origin."""
+def _check_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _CheckedJoint:
+    """Check a joint given by its screw; its point is the one nearest to the origin."""
     others = (joint.axis, joint.axis2, joint.pitch or None)
     if any(other is not None for other in others) or joint.kind != "revolute":
         problem = "a screw, and beside it an axis, a pitch or a kind"
@@ -247,13 +250,13 @@ def _of_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _Drawn:
     turning = bool(np.any(screw[:3]))
     axis = checked_direction(label, "screw", screw[:3] if turning else screw[3:])
     if not turning:
-        return _Drawn(joint, "prismatic", axis, None, _point(label, joint), 0.0)
+        return _CheckedJoint(joint, "prismatic", axis, None, _point(label, joint), 0.0)
     line = twist_axis(screw, ROTATION_PITCH)
-    return _Drawn(joint, "continuous", axis, None, line.point, line.pitch)
+    return _CheckedJoint(joint, "continuous", axis, None, line.point, line.pitch)
 
 
-def _joint(each: _Drawn, points: Mapping[str, Array]) -> Element:
-    """The ``<joint>`` element."""
+def _joint_element(each: _CheckedJoint, points: Mapping[str, Array]) -> Element:
+    """Make the ``<joint>`` element."""
     joint = each.joint
     at = Element(
         "origin", {"xyz": exact_differences(points[joint.child], points[joint.parent])}
@@ -265,6 +268,7 @@ def _joint(each: _Drawn, points: Mapping[str, Array]) -> Element:
 
 
 def _mimic(joint: ScrewJoint) -> tuple[str, float, float] | None:
+    """Source, ratio and offset of a mimic joint."""
     if joint.mimic is None:
         return None
     label = find_by_name("joint", joint.name)
@@ -280,8 +284,8 @@ def _mimic(joint: ScrewJoint) -> tuple[str, float, float] | None:
     )
 
 
-def _loop(each: _Drawn, points: Mapping[str, Array]) -> Element:
-    """The ``<loop>`` element; both sides have axes parallel to the inertial frame."""
+def _loop_element(each: _CheckedJoint, points: Mapping[str, Array]) -> Element:
+    """Make the ``<loop>`` element; both sides have axes parallel to the inertial frame."""
     loop = each.joint
     if loop.mimic is not None or each.pitch:
         problem = "a loop cannot mimic another joint, or have a pitch"
@@ -292,7 +296,9 @@ def _loop(each: _Drawn, points: Mapping[str, Array]) -> Element:
     )  # fmt: skip
 
 
-def _side(each: _Drawn, link: str, points: Mapping[str, Array]) -> tuple[str, Element | None]:
+def _side(
+    each: _CheckedJoint, link: str, points: Mapping[str, Array]
+) -> tuple[str, Element | None]:
     """A link, known or not, and the ``<origin>`` of the loop in its frame."""
     at = Element(
         "origin", {"xyz": exact_differences(each.point, points.get(link, np.zeros(3)))}

@@ -1,4 +1,4 @@
-"""Finding and loading linkages: by path, or by name from the gallery or example-robot-data."""
+"""Load linkages: by path, or by name from the gallery or from example-robot-data."""
 
 from __future__ import annotations
 
@@ -21,12 +21,21 @@ if TYPE_CHECKING:
 __all__ = ["LinkageLike", "as_linkage", "describe", "find", "gallery", "load", "robots"]
 
 BODIES = ("given", "all")
-# What stands for a linkage: see `as_linkage`.
 LinkageLike: TypeAlias = "Linkage | str | PathLike[str] | URDF"
+"""A linkage, or an argument of `load`; see `as_linkage`."""
 
 
 def gallery() -> dict[str, Path]:
-    """Paths of the linkages that come with the package, by name."""
+    """List the linkages that come with the package.
+
+    Returns:
+        The path of each URDF file, by name.
+
+    Example:
+        >>> import kinematics
+        >>> {path.suffix for path in kinematics.gallery().values()}
+        {'.urdf'}
+    """
     import urdf_models
 
     folder = Path(next(iter(urdf_models.__path__)))
@@ -34,10 +43,13 @@ def gallery() -> dict[str, Path]:
 
 
 def robots() -> dict[str, Path]:
-    """Paths of the robots of example-robot-data, by name, if it is installed.
+    """List the robots of example-robot-data, if it is installed.
 
-    A robot goes by the stem of its file without ``_robot``. Where files in several folders
-    share that name, each goes by the name of its folder without ``_description``.
+    The name of a robot is the stem of its file without ``_robot``. Where files in several
+    folders share that name, it is the name of the folder without ``_description``.
+
+    Returns:
+        The path of each URDF file, by name.
     """
     found: dict[str, dict[str, Path]] = {}
     for folder in _shares():
@@ -53,7 +65,7 @@ def robots() -> dict[str, Path]:
 
 
 def _shares() -> Iterator[Path]:
-    """Folders where example-robot-data keeps its robots: it has no Python module."""
+    """Folders of the robots of example-robot-data, which has no Python module."""
     prefixes = [Path(entry) / "cmeel.prefix" for entry in sys.path if entry]
     for prefix in [*prefixes, Path(sys.prefix)]:
         folder = prefix / "share" / "example-robot-data" / "robots"
@@ -62,16 +74,22 @@ def _shares() -> Iterator[Path]:
 
 
 def describe(path: Path) -> str:
-    """First sentence of the comment at the head of a model's file."""
+    """Read the first sentence of the comment at the head of a model's file."""
     text = path.read_text(encoding="utf-8")
     comment = text.partition("<!--")[2].partition("-->")[0]
     return " ".join(comment.split()).partition(". ")[0].rstrip(".")
 
 
 def find(model: str | PathLike[str]) -> Path:
-    """Path of a model given by path, or by its name in the gallery or among the robots.
+    """Find the file of a model by path, or by name in the gallery or among the robots.
 
-    A file that exists comes first, then the gallery.
+    A file that exists takes precedence, then the gallery.
+
+    Args:
+        model: a path, or a name.
+
+    Returns:
+        The path of the file.
 
     Raises:
         FileError: there is no such file and no such name.
@@ -111,64 +129,79 @@ def load(
 ) -> Linkage:
     """Read a linkage from a URDF file, close its loops and choose its coordinates.
 
+    A loop closes where the poses of its frame on both links agree, ``T_P = T_S``, up to a
+    motion that its joint allows.
+
     Args:
         model: path of a URDF file, name of a model in the gallery or of a robot in
-            example-robot-data, or a model that yourdfpy has loaded. A file may come through
-            a pipe, or ``-``, standard input; no other file is then looked for beside it.
-        loops: path of a YAML file that describes the loops; by default they are ``<loop>``
-            elements of the URDF file, or in a YAML file next to it with the same stem.
-        inputs: names of joints to use as independent coordinates.
-        fix_base: turn a floating joint between ground and base into a fixed one.
+            example-robot-data, or a model that yourdfpy has loaded (its rotation matrices are
+            read as they are). The file may come through a pipe, or ``-``, standard input.
+        loops: path of a YAML file with the loops; by default ``<loop>`` elements of the URDF
+            file, or a YAML file beside a file on disk, with the same stem.
+        inputs: names of joints to use as independent coordinates; by default a
+            well-conditioned set is chosen.
+        fix_base: change a floating joint between ground and base into a fixed one.
         bodies: ``"given"``: links with mass or inertia in the file carry parameters;
             ``"all"``: every moving link does.
-        massless: names of links that carry no parameters whatever the file says.
-        angles: what is meant by an angle that looks rounded, such as 1.5708. ``"nominal"``:
+        massless: names of links that carry no parameters, even with mass in the file.
+        angles: interpretation of an angle that looks rounded, such as 1.5708. ``"nominal"``:
             the multiple of π/12 within 1e-4 rad of it. ``"as_written"``: its digits, and no
-            axis is moved to close loops that close only to rounding. A notice names such
-            angles. A model that yourdfpy has loaded holds matrices in place of angles, and
-            they are taken as they are.
-        at: coordinates of inputs at another reference pose than that of the file, such as
-            ``{"u1": 0.3}``: counted from the pose of the file, in radians and metres. Inputs
-            that are not named stay; all other joints follow, without a change of branch.
+            axis is moved to close loops that close only to rounding. A notice names them.
+        at: coordinates of inputs at another reference pose, such as ``{"u1": 0.3}``, relative
+            to the pose of the file, rad and m. Other inputs keep their positions; all other
+            joints follow, on the same branch.
 
     Returns:
-        The linkage at its reference pose: that of the file with its loops closed, or ``at``.
+        The linkage at its reference pose, in the frame of its root link, SI units.
 
     Raises:
-        LinkageError: the file or the linkage cannot be used; the subclass says why. A note
-            on an error of closure or mobility names the angles that look rounded.
+        LinkageError: the file or the linkage cannot be used; the subclass gives the reason.
+            A note on an error of closure or mobility names the angles that look rounded.
+        TypeError: ``model`` is neither a path, a name nor a model of yourdfpy.
+
+    Source:
+        ROS, URDF specification (extended by ``<loop>``); Gepetto, example-parallel-robots.
+
+    Example:
+        >>> import kinematics
+        >>> linkage = kinematics.load("robot.urdf")
+        >>> linkage.inputs, linkage.mobility, linkage.planar
+        (('u1',), 1, True)
     """
-    from kinematics.error_text import clean
     from kinematics.urdf.input_files import ReadOptions
-    from kinematics.urdf.rounded_angles import ANGLE_READINGS, ROUNDED_ANGLES
+
+    _check_options(bodies, angles)
+    names = (massless,) if isinstance(massless, str) else tuple(massless)
+    draft = _read(model, loops, ReadOptions(fix_base, bodies, names, angles))
+    return _assemble(draft, inputs, at, angles == "as_written")
+
+
+def _check_options(bodies: str, angles: str) -> None:
+    """Refuse unknown values of options."""
+    from kinematics.error_text import clean
+    from kinematics.urdf.rounded_angles import ANGLE_READINGS
 
     for option, value, known in (
         ("bodies", bodies, BODIES),
         ("angles", angles, ANGLE_READINGS),
     ):
         if value not in known:
-            wrong = f"{option} '{clean(str(value))}' unknown"
-            raise LinkageError(f"{wrong}; choose from {', '.join(known)}")
-    closed = (massless,) if isinstance(massless, str) else tuple(massless)
-    draft = _draft(model, loops, ReadOptions(fix_base, bodies, closed, angles))
-    try:
-        return _assembled(draft, inputs, at, angles == "as_written")
-    except (OpenLoopError, MobilityError) as error:
-        for notice in draft.notices:
-            if notice.code == ROUNDED_ANGLES:
-                error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
-        raise
+            problem = f"{option} '{clean(str(value))}' unknown"
+            raise LinkageError(f"{problem}; choose from {', '.join(known)}")
 
 
 def as_linkage(model: LinkageLike) -> Linkage:
-    """The linkage that an argument stands for: itself, or what `load` reads.
+    """Convert an argument to a linkage: itself, or the result of `load`.
 
     Args:
         model: a linkage, or a path, a name or a model as `load` accepts them.
 
+    Returns:
+        The linkage.
+
     Raises:
         LinkageError: the file or the linkage cannot be used.
-        TypeError: it is something else.
+        TypeError: the argument is of another type.
     """
     from kinematics.model.linkage import Linkage
 
@@ -182,29 +215,40 @@ def as_linkage(model: LinkageLike) -> Linkage:
     return load(model)
 
 
-def _assembled(
+def _assemble(
     draft: UnassembledLinkage,
     inputs: Sequence[str] | None,
     at: Mapping[str, float] | None,
     exactly: bool,
 ) -> Linkage:
-    """The linkage of a draft, at its own pose or at another."""
+    """Assemble a linkage, at its own pose or at another.
+
+    Errors of closure and mobility get a note on the angles that look rounded.
+    """
     from kinematics.assembly.assemble import assemble
+    from kinematics.error_text import clean
+    from kinematics.urdf.rounded_angles import ROUNDED_ANGLES
 
-    linkage = assemble(draft, inputs, exactly=exactly)
-    if not at:
-        return linkage
-    from kinematics.assembly.reference_pose import move_reference_pose
+    try:
+        linkage = assemble(draft, inputs, exactly=exactly)
+        if not at:
+            return linkage
+        from kinematics.assembly.reference_pose import move_reference_pose
 
-    return move_reference_pose(linkage, at, exactly=exactly)
+        return move_reference_pose(linkage, at, exactly=exactly)
+    except (OpenLoopError, MobilityError) as error:
+        for notice in draft.notices:
+            if notice.code == ROUNDED_ANGLES:
+                error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
+        raise
 
 
-def _draft(
+def _read(
     model: str | PathLike[str] | Document | URDF,
     loops: str | PathLike[str] | None,
     options: ReadOptions,
 ) -> UnassembledLinkage:
-    """The linkage as its file, or a loaded model, describes it."""
+    """Read a linkage from a file or a loaded model, its loops not yet closed."""
     from kinematics.urdf.input_files import read_files
     from kinematics.urdf.input_streams import read_stream
     from kinematics.urdf_elements.element import Document
@@ -213,7 +257,7 @@ def _draft(
         model = read_stream(model) or find(model)
     if isinstance(model, (Document, Path)):
         side = read_files(model, loops, options)
-        # The file has been accepted; only now is it worth loading libraries.
+        # Libraries are loaded only for a file that was accepted.
         from kinematics.urdf.read import read_linkage
 
         return read_linkage(model, side, options)

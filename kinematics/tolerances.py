@@ -14,23 +14,34 @@ from fractions import Fraction
 
 __all__ = [
     "ALMOST_CLOSED_RESIDUAL",
+    "ANGLE_ROUND_OFF",
+    "AXES_PERPENDICULAR_COSINE",
     "AXIS_ROUNDING",
     "BRANCH_DISTANCE_SQUARED",
     "CLOSED_TO_ROUND_OFF",
     "CLOSING_STEP_RELATIVE",
+    "CLOSURE_CONDITION",
     "CLOSURE_RESIDUAL",
     "COINCIDENT_JOINTS_RELATIVE",
     "COMPONENT_SIZE_RELATIVE",
+    "COORDINATE_AXIS_DIFFERENCE",
     "DECIMAL_ROUND_OFF",
     "ELIMINATION_ROUND_OFF",
+    "EXACT_ANGLE_ERROR",
+    "EXACT_SCREW_DIFFERENCE",
     "FIT_CONVERGED",
     "FIT_RESIDUAL",
     "FIT_STEP_RELATIVE_MAX",
     "FIT_STEP_RELATIVE_MIN",
     "FOLLOWED_POSE_RESIDUAL",
     "GIVEN_POSE_RESIDUAL",
+    "IDENTITY_POSE_ENTRY",
     "IDLE_JOINT_RELATIVE",
+    "INERTIA_ASYMMETRY",
+    "INERTIA_INEQUALITY_EXCESS",
     "JOINT_AXES_MEET",
+    "LOOP_FRAME_DISTANCE",
+    "LOOP_FRAME_ROUND_OFF",
     "LOOP_RANK_OF_FILE",
     "LOOP_RANK_RELATIVE",
     "LOOP_RANK_RELATIVE_SOLVED",
@@ -48,18 +59,27 @@ __all__ = [
     "NEWTON_STALL_RESIDUAL",
     "ORTHONORMAL_ROUND_OFF",
     "OTHER_POSE_DISTANCE",
+    "PINOCCHIO_AXES_COSINE",
     "PLANAR_DEVIATION",
     "RANK_MARGIN",
     "RANK_RELATIVE",
     "RANK_RELATIVE_PER_LENGTH",
     "RELATION_ROUND_OFF",
     "REMAINING_FREEDOM",
+    "RIGHT_ANGLE_ENTRY",
+    "ROTATION_ORTHOGONALITY",
+    "ROTATION_PITCH",
     "ROTATION_ROUND_OFF",
+    "ROUNDED_ANGLE_DIGITS",
+    "ROUNDED_ANGLE_ERROR",
     "SAME_POSE_RELATIVE",
     "SCREW_PART_RELATIVE",
     "SERIES_RESIDUAL",
+    "SINGLE_PRECISION_ANGLE",
     "SINGULAR_CONDITIONING",
     "STANDSTILL_RELATIVE",
+    "UNIT_AXIS_SQUARED_LENGTH",
+    "UNIVERSAL_AXES_PARALLEL_SINE",
     "UNMOVED_DISTANCE",
     "WRITTEN_AS_ZERO",
 ]
@@ -198,3 +218,62 @@ MAX_TRIED_AXIS_CHANGE = 1e-2
 # between it is a hundred times the residual.
 FIT_STEP_RELATIVE_MIN = 1e-9
 FIT_STEP_RELATIVE_MAX = 1e-5
+
+# --- urdf: numbers and angles of a file
+
+# Cosine of the angle between the axes of a universal joint that are perpendicular: files of
+# six digits leave as much.
+AXES_PERPENDICULAR_COSINE = 1e-6
+# Excess of a principal moment over its bound, relative to the largest moment: files of six
+# digits may break an inequality by as much.
+INERTIA_INEQUALITY_EXCESS = 1e-5
+# Entries of RᵀR - 1 of a pose that a loaded model gives: files have six digits or more.
+ROTATION_ORTHOGONALITY = 1e-5
+# Distance of a rounded angle from the multiple of π/12 that it stands for, rad.
+ROUNDED_ANGLE_ERROR = 1e-4
+# The same distance, in units of its last digit: one if the angle was rounded, two if π was
+# rounded before half of it was taken (1.570795).
+ROUNDED_ANGLE_DIGITS = 2.0
+# The same distance of an angle in single precision, rad.
+SINGLE_PRECISION_ANGLE = 1e-6
+# Distance of two angles that are one, rad: many programs write twelve digits.
+ANGLE_ROUND_OFF = 1e-11
+# Distance of an angle from the multiple of π/12 that replaces it in exact arithmetic, rad.
+EXACT_ANGLE_ERROR = Fraction(1, 10**12)
+# Difference of joint screws from those of the reference pose, relative to the largest entry:
+# exact arithmetic refuses screws of another pose.
+EXACT_SCREW_DIFFERENCE = 1e-12
+# Difference of the squared length of an axis from 1: within it, a unit vector was rounded.
+UNIT_AXIS_SQUARED_LENGTH = Fraction(1, 10**4)
+# Entries of the difference of an axis from a coordinate axis: a turn about it adds to one of
+# roll, pitch and yaw.
+COORDINATE_AXIS_DIFFERENCE = 1e-15
+
+# --- urdf: frames of loops
+
+# Distance of the two frames of a loop that coincide: angles in rad, and lengths in parts of
+# the size of the loop. The rest is round-off of the products of rotations.
+LOOP_FRAME_DISTANCE = 1e-12
+# The same in parts of the extent of the linkage: the round-off of coordinates.
+LOOP_FRAME_ROUND_OFF = 1e-14
+# Sine of the angle between the axes of a universal loop that are parallel.
+UNIVERSAL_AXES_PARALLEL_SINE = 1e-12
+
+# --- building
+
+# Distance of a sine or cosine from 0 or 1: within it, the angle is a multiple of π/2.
+RIGHT_ANGLE_ENTRY = 1e-15
+# Asymmetry of an inertia tensor, relative to its largest entry: the round-off of a product.
+INERTIA_ASYMMETRY = 1e-12
+# Entries of the difference of a pose from the identity, in 1 and metres.
+IDENTITY_POSE_ENTRY = 1e-12
+# Cosine of the angle between the axes of a universal joint of Pinocchio that are
+# perpendicular: they are unit vectors in double precision.
+PINOCCHIO_AXES_COSINE = 1e-12
+# Pitch of a screw that is a rotation, relative to the length of its linear part.
+ROTATION_PITCH = 1e-13
+
+# --- taylor
+
+# Condition number of the closure equations beyond which they determine no motion.
+CLOSURE_CONDITION = 1e9

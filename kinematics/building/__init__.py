@@ -1,9 +1,8 @@
-"""Linkages without a file, and the file of a linkage.
+"""Build linkages without a file.
 
 ``screw_joints``, ``dh_rows`` and ``pinocchio_model`` make the elements of a URDF file from
-joint screws, Denavit-Hartenberg rows and a model of Pinocchio; ``elements`` makes single
-elements; ``assembled`` has them checked, read and assembled like those of a file;
-``urdf_text`` writes the file of any linkage.
+joint screws, Denavit-Hartenberg parameters and a Pinocchio model; ``numbers`` checks their
+numbers; ``assembled`` checks, reads and assembles the elements like those of a file.
 """
 
 __all__: list[str] = []

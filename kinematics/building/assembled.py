@@ -1,7 +1,7 @@
-"""From the elements of a linkage that has no file to the linkage, as from those of a file.
+"""Assemble a linkage from elements that a program made, as from those of a file.
 
-The elements pass the checks of the reader and take its way from there on. Their text is kept
-as the document of the linkage, so that whatever works from a file works from it.
+The elements pass the checks of the reader and its later steps. Their text becomes the document
+of the linkage, so that functions which need a file work on it.
 """
 
 from __future__ import annotations
@@ -32,14 +32,17 @@ def assemble_elements(
     """Check the elements of a linkage, close its loops and choose its coordinates.
 
     Args:
-        robot: the ``<robot>`` element; its angles are taken as they are.
-        source: how messages call the linkage.
+        robot: the ``<robot>`` element; its angles are read as they are.
+        source: name of the linkage in messages.
         inputs: names of joints to use as independent coordinates.
-        options: what to change about it.
-        remarks: code and message of what there is to tell.
+        options: changes to the elements.
+        remarks: code and message of each remark for the user.
+
+    Returns:
+        The linkage at its reference pose, SI units.
 
     Raises:
-        LinkageError: the linkage cannot be used; the subclass says why.
+        LinkageError: the linkage cannot be used; the subclass gives the reason.
     """
     options = options or ReadOptions()
     with faults_of(source):
@@ -53,7 +56,7 @@ def assemble_elements(
 
 @contextmanager
 def faults_of(source: str) -> Iterator[None]:
-    """Turns a `Refusal` inside into the error of a linkage, in words for Python."""
+    """Convert a `Refusal` inside the block to a `FileError`, with remedies for Python."""
     try:
         with name_file(source):
             yield

@@ -1,4 +1,4 @@
-"""Serial linkages from Denavit-Hartenberg rows, of either convention."""
+"""Build serial linkages from Denavit-Hartenberg parameters, standard or modified."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from kinematics.building.numbers import (
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.screws import exp, prismatic, revolute
+from kinematics.tolerances import ANGLE_ROUND_OFF, RIGHT_ANGLE_ENTRY
 from kinematics.urdf.rounded_angles import (
     ANGLE_READINGS,
-    ROUND_OFF,
     ROUNDED_ANGLES,
     Rounded,
     describe_rounded_angles,
     nearest_twelfth,
 )
-from kinematics.urdf.validate_fields import MAX_LENGTH, MAX_NUMBER
+from kinematics.urdf.validate_fields import MAX_ANGLE, MAX_NUMBER
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
@@ -37,10 +37,10 @@ __all__ = ["CONVENTIONS", "from_dh", "transformations"]
 Array = NDArray[np.float64]
 
 CONVENTIONS = ("standard", "modified")
+"""The conventions of Denavit-Hartenberg parameters."""
+# Kinds of joints, and names of the columns.
 KINDS = ("revolute", "prismatic")
 COLUMNS = ("theta", "d", "a", "alpha")
-# Sines and cosines that are nearer to 0 or 1 are those of multiples of a right angle.
-EXACT = 1e-15
 _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 _CENTRE = (0.0, 0.0, 0.0)
 
@@ -55,37 +55,38 @@ def from_dh(
     angles: str = "nominal",
     name: str = "arm",
 ) -> Linkage:
-    """Build a serial linkage from Denavit-Hartenberg rows.
+    """Build a serial linkage from Denavit-Hartenberg parameters.
 
-    Row i takes frame i-1 to frame i by
+    Row i displaces frame i-1 to frame i by
 
         standard: ``T_i = Rz(θ_i) Tz(d_i) Tx(a_i) Rx(α_i)``, joint i along z of frame i-1;
         modified: ``T_i = Rx(α_i) Tx(a_i) Rz(θ_i) Tz(d_i)``, joint i along z of frame i.
 
-    In the modified convention α and a of row i are those that Craig calls α_(i-1), a_(i-1).
-    Coordinates of joints add to θ (revolute) or d (prismatic); the rows are the reference
-    pose. Frame 0 is the inertial frame and that of the link ``base``. Joint i carries the link
-    ``link<i>``. In the modified convention its frame is frame i. In the standard one it is
-    frame i-1 at the reference pose, for the axis of its joint passes through it, and frame n
-    is that of a further link ``tool``, which is fixed to the last.
+    Craig numbers α and a of row i (modified) as α_(i-1), a_(i-1). Joint coordinates add to θ
+    (revolute) or d (prismatic); the rows are the reference pose. Frame 0 is the inertial frame
+    and that of ``base``. The frame of ``link<i>``, after joint i, is frame i if modified, and
+    frame i-1 at the reference pose if standard; there a link ``tool`` has frame n.
 
     Args:
-        rows: columns θ, d, a, α (n, 4), in radians and metres; the order of both conventions.
+        rows: columns θ, d, a, α (n, 4), rad and m; one order for both conventions.
         convention: ``"standard"`` or ``"modified"``.
-        kinds: ``"revolute"`` or ``"prismatic"`` of all joints, or of each (n).
-        bodies: mass (kg), centre of mass (3,) in frame i, and inertia tensor about that centre
+        kinds: ``"revolute"`` or ``"prismatic"``, of all joints, or of each (n).
+        bodies: mass (kg), centre of mass (3,) in frame i (m), and inertia tensor about it
             (3, 3), along the axes of frame i (kg m²), by the name of the link; others carry
             no parameters. By default every link carries parameters, of mass 0.
-        names: of the joints (n); by default ``q1``, ``q2`` ….
-        angles: ``"nominal"`` reads an angle such as 1.5708, which looks rounded, as the
-            multiple of π/12 that it stands for, with a notice; ``"as_written"`` does not.
-        name: of the linkage, in messages and in its file.
+        names: names of the joints (n); by default ``q1``, ``q2`` ….
+        angles: ``"nominal"`` replaces an angle that looks rounded, such as 1.5708, by the
+            multiple of π/12 nearby, with a notice; ``"as_written"`` keeps it.
+        name: name of the linkage, in messages and in its file.
 
     Returns:
         The linkage; its inputs are all its joints.
 
     Raises:
-        FileError: the rows cannot be a linkage; the message says where, why and what to do.
+        FileError: the rows do not form a linkage; the message has reason and remedy.
+
+    Source:
+        J. Denavit and R. S. Hartenberg, 1955; J. J. Craig, "Introduction to Robotics".
 
     Example:
         >>> import math, kinematics
@@ -97,20 +98,17 @@ def from_dh(
     with faults_of(source):
         _check_option("convention", convention, CONVENTIONS)
         _check_option("angles", angles, ANGLE_READINGS)
-        numbers = _rows(rows)
-        titles = _titles(names, len(numbers))
-        numbers, found = _meant(numbers, titles, angles)
-        robot = _robot(name, numbers, convention, _kinds(kinds, titles), titles, bodies)
-    told = (
-        [(ROUNDED_ANGLES, f"{source}: {describe_rounded_angles(found, angles)}")]
-        if found
-        else []
-    )
-    return assemble_elements(robot, source, titles, links_and_joints(bodies), told)
+        numbers = _check_rows(rows)
+        titles = _joint_names(names, len(numbers))
+        numbers, found = _replace_rounded(numbers, titles, angles)
+        robot = _robot(name, numbers, convention, _joint_kinds(kinds, titles), titles, bodies)
+    text = f"{source}: {describe_rounded_angles(found, angles)}"
+    remarks = [(ROUNDED_ANGLES, text)] if found else []
+    return assemble_elements(robot, source, titles, links_and_joints(bodies), remarks)
 
 
 def transformations(row: ArrayLike, convention: str) -> tuple[Array, Array]:
-    """The factors (4, 4) of ``T_i`` before and after the motion of joint i.
+    """Compute the factors (4, 4) of ``T_i`` before and after the motion of joint i.
 
     Standard: ``1`` and ``Rz(θ) Tz(d) Tx(a) Rx(α)``; modified: the whole product and ``1``,
     since motions along z commute with ``Rz(θ) Tz(d)``.
@@ -118,6 +116,9 @@ def transformations(row: ArrayLike, convention: str) -> tuple[Array, Array]:
     Args:
         row: θ, d, a, α (4,), in radians and metres.
         convention: ``"standard"`` or ``"modified"``.
+
+    Returns:
+        Both factors, lengths in metres.
     """
     theta, d, a, alpha = np.asarray(row, dtype=np.float64).tolist()
     along_z = _about(_Z, theta) @ exp(prismatic(_Z), d)
@@ -131,17 +132,18 @@ def _about(axis: ArrayLike, angle: float) -> Array:
     """Rotation (4, 4) about an axis through the origin, exact for right angles."""
     H = exp(revolute(axis, _CENTRE), angle)
     near = np.round(H)
-    return np.where(np.abs(H - near) <= EXACT, near, H)
+    return np.where(np.abs(H - near) <= RIGHT_ANGLE_ENTRY, near, H)
 
 
 def _check_option(option: str, value: str, known: Sequence[str]) -> None:
+    """Reject an unknown value of an option."""
     if value not in known:
         problem = f"unknown {option} '{clean(str(value))}'"
         raise Refusal("", problem, f"choose from {', '.join(known)}")
 
 
-def _rows(rows: ArrayLike) -> Array:
-    """The rows (n, 4), checked."""
+def _check_rows(rows: ArrayLike) -> Array:
+    """Convert the rows to an array (n, 4), and check it."""
     try:
         found = np.array(rows, dtype=np.float64)
     except (TypeError, ValueError):
@@ -153,14 +155,14 @@ def _rows(rows: ArrayLike) -> Array:
         raise Refusal("", problem, "give θ, d, a, α of each joint")
     for i, row in enumerate(found):
         for column, value in zip(COLUMNS, row.tolist(), strict=True):
-            most = MAX_LENGTH if column in ("theta", "alpha") else MAX_NUMBER
+            most = MAX_ANGLE if column in ("theta", "alpha") else MAX_NUMBER
             if not abs(value) <= most:
                 problem = f"{column} = {value!r} is not a finite number of at most {most:g}"
                 raise Refusal(f"row {i + 1}", problem, "give radians and metres")
     return found
 
 
-def _titles(names: Sequence[str] | None, count: int) -> list[str]:
+def _joint_names(names: Sequence[str] | None, count: int) -> list[str]:
     """Names of the joints."""
     if names is None:
         return [f"q{i + 1}" for i in range(count)]
@@ -170,7 +172,7 @@ def _titles(names: Sequence[str] | None, count: int) -> list[str]:
     return [checked_name(f"row {i + 1}", "name", each) for i, each in enumerate(names)]
 
 
-def _kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
+def _joint_kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
     """Kinds of the joints."""
     found = [kinds] * len(titles) if isinstance(kinds, str) else list(kinds)
     if len(found) != len(titles):
@@ -185,25 +187,27 @@ def _kinds(kinds: str | Sequence[str], titles: Sequence[str]) -> list[str]:
     return found
 
 
-def _meant(rows: Array, titles: Sequence[str], angles: str) -> tuple[Array, list[Rounded]]:
-    """The rows with angles as the user wants them read, and the angles that look rounded."""
-    meant, found = rows.copy(), []
+def _replace_rounded(
+    rows: Array, titles: Sequence[str], angles: str
+) -> tuple[Array, list[Rounded]]:
+    """Replace angles that look rounded, if wanted, and list them."""
+    replaced, found = rows.copy(), []
     for i, title in enumerate(titles):
         for k in (COLUMNS.index("theta"), COLUMNS.index("alpha")):
             word = repr(float(rows[i, k]))
             multiple = nearest_twelfth(word)
             angle = multiple * math.pi / 12
-            if multiple and abs(rows[i, k] - angle) > ROUND_OFF:
-                meant[i, k] = angle
+            if multiple and abs(rows[i, k] - angle) > ANGLE_ROUND_OFF:
+                replaced[i, k] = angle
                 found.append(Rounded(find_by_name("joint", title), COLUMNS[k], word))
-    return (meant if angles == "nominal" else rows), found
+    return (replaced if angles == "nominal" else rows), found
 
 
 def _robot(
     name: str, rows: Array, convention: str, kinds: Sequence[str], titles: Sequence[str],
     bodies: Mapping[str, BodyLike] | None,
 ) -> Element:  # fmt: skip
-    """The elements of the linkage."""
+    """Make the elements of the linkage."""
     checked_name("<robot>", "name", name)
     links = ["base", *(f"link{i + 1}" for i in range(len(rows)))]
     masses = bodies_by_link(bodies, dict.fromkeys(links, _CENTRE))
@@ -226,7 +230,7 @@ def _robot(
 
 
 def _inertial(body: tuple[float, Array, Array] | None, frame: Array) -> Element | None:
-    """The ``<inertial>`` of a body that is given in a frame with a pose (4, 4) in its link."""
+    """Make the ``<inertial>`` of a body from its frame (4, 4) in its link."""
     if body is None:
         return None
     mass, com, inertia = body

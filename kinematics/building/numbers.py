@@ -1,4 +1,4 @@
-"""Numbers that a program gives for a linkage: checked, and told apart exactly."""
+"""Check the numbers and names of a linkage that a program builds."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.error_text import clean, closest_names
+from kinematics.tolerances import INERTIA_ASYMMETRY
 from kinematics.urdf.input_files import ReadOptions
 from kinematics.urdf.validate_fields import MAX_NUMBER, SMALLEST_AXIS
 from kinematics.urdf.xml_tree import Refusal
@@ -26,16 +27,33 @@ __all__ = [
 
 Array = NDArray[np.float64]
 BodyLike = tuple[float, ArrayLike, ArrayLike]
-"""Mass (kg), centre of mass (3,) and inertia tensor about that centre (3, 3)."""
+"""Mass (kg), centre of mass (3,) (m) and inertia about that centre (3, 3) (kg m²)."""
 
 
 def find_by_name(kind: str, name: object) -> str:
-    """How messages call an item, such as ``joint 'j1'``."""
+    """Compose the label of an item for messages, such as ``joint 'j1'``.
+
+    Args:
+        kind: kind of the item.
+        name: its name, of any type.
+
+    Returns:
+        The label, free of unprintable characters.
+    """
     return f"{kind} '{clean(str(name))}'"
 
 
 def checked_name(label: str, what: str, value: object) -> str:
-    """A name, which must be a text that is not empty."""
+    """Return a name, which must be a text that is not empty.
+
+    Args:
+        label: item in messages.
+        what: attribute of the item in messages.
+        value: the name.
+
+    Raises:
+        Refusal: it is empty, or no text.
+    """
     if not isinstance(value, str) or not value.strip():
         text = clean(repr(value), 40)
         raise Refusal(label, f"{what} is {text}, not a name", f"give {what} as a text")
@@ -43,10 +61,16 @@ def checked_name(label: str, what: str, value: object) -> str:
 
 
 def checked_array(label: str, what: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    """Finite numbers of a shape.
+    """Convert numbers to an array of a given shape, all of them finite.
+
+    Args:
+        label: item in messages.
+        what: attribute of the item in messages.
+        value: the numbers.
+        shape: their shape.
 
     Raises:
-        Refusal: they are not; ``label`` says of what, and ``what`` which numbers.
+        Refusal: the shape is another one, or a number is not finite.
     """
     count = " by ".join(map(str, shape)) if shape else "one"
     try:
@@ -61,7 +85,16 @@ def checked_array(label: str, what: str, value: ArrayLike, shape: tuple[int, ...
 
 
 def checked_direction(label: str, what: str, value: ArrayLike) -> Array:
-    """A direction (3,) of any length but zero."""
+    """Convert a direction to an array (3,), of any length but zero.
+
+    Args:
+        label: item in messages.
+        what: attribute of the item in messages.
+        value: the direction (3,).
+
+    Raises:
+        Refusal: it is zero, or not three finite numbers.
+    """
     axis = checked_array(label, what, value, (3,))
     if np.linalg.norm(axis) < SMALLEST_AXIS:
         raise Refusal(label, f"{what} is zero", f"give {what} a direction, such as (0, 0, 1)")
@@ -69,10 +102,17 @@ def checked_direction(label: str, what: str, value: ArrayLike) -> Array:
 
 
 def exact_differences(ends: Iterable[float], starts: Iterable[float]) -> str:
-    """The words of ``end - start``, exact in the decimals of the numbers.
+    """Compute ``end - start`` as text, exact in the decimals of the numbers.
 
     0.3 - 0.1 is 0.2, where floating-point arithmetic finds 0.19999999999999998: loops that
     close in the decimals of the user close exactly.
+
+    Args:
+        ends: numbers (n,).
+        starts: numbers (n,), in the same unit.
+
+    Returns:
+        The differences as decimals, separated by blanks.
     """
     with localcontext() as context:
         context.prec = 60
@@ -82,18 +122,22 @@ def exact_differences(ends: Iterable[float], starts: Iterable[float]) -> str:
 
 
 def links_and_joints(bodies: Mapping[str, BodyLike] | None) -> ReadOptions:
-    """Which bodies carry parameters: those that are named, or all if none is given."""
+    """Choose the bodies that carry parameters: those with an entry, or all without entries."""
     return ReadOptions(bodies="all" if bodies is None else "given")
 
 
 def bodies_by_link(
     bodies: Mapping[str, BodyLike] | None, frames: Mapping[str, ArrayLike]
 ) -> dict[str, tuple[float, Array, Array]]:
-    """Masses, centres of mass and inertias of links, checked.
+    """Check masses, centres of mass and inertias of links.
 
     Args:
-        bodies: by the name of the link.
-        frames: what the links are; only names count.
+        bodies: mass, centre of mass and inertia by the name of the link.
+        frames: the links; only their names count.
+
+    Returns:
+        Mass (kg), centre of mass (3,) (m) and inertia about that centre (3, 3) (kg m²), in the
+        frames in which they were given.
 
     Raises:
         Refusal: there is no such link, or a number is missing or not finite.
@@ -110,7 +154,7 @@ def bodies_by_link(
             problem = f"{clean(repr(body), 60)} is not mass, centre of mass and inertia"
             raise Refusal(label, problem, "give (kg, 3 numbers, 3 by 3 numbers)") from None
         tensor = checked_array(label, "inertia", inertia, (3, 3))
-        if np.abs(tensor - tensor.T).max() > 1e-12 * np.abs(tensor).max():
+        if np.abs(tensor - tensor.T).max() > INERTIA_ASYMMETRY * np.abs(tensor).max():
             problem = "inertia is not symmetric"
             raise Refusal(label, problem, "give the tensor about the centre of mass")
         found[name] = (

@@ -1,7 +1,7 @@
-"""Linkages from a model of Pinocchio, and from its constraints.
+"""Build linkages from a Pinocchio model and its constraints.
 
-The model is only asked for its attributes: Pinocchio itself is not imported. It puts linear
-parts first in motions and forces; the angular part is first here.
+Only attributes of the model are read: Pinocchio itself is not imported. It puts linear parts
+first in motions and forces; the angular part is first here.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from kinematics.building.assembled import assemble_elements, faults_of
 from kinematics.building.numbers import find_by_name
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
+from kinematics.tolerances import IDENTITY_POSE_ENTRY, PINOCCHIO_AXES_COSINE
 from kinematics.urdf.input_files import ReadOptions
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
@@ -30,16 +31,14 @@ __all__ = ["from_pinocchio"]
 Array = NDArray[np.float64]
 
 _NEEDED = ("joints", "names", "parents", "jointPlacements", "inertias", "frames")
-# Joints of the file that move as joints of Pinocchio with several degrees of freedom do.
+# Types of the file for Pinocchio joints with several degrees of freedom.
 _SEVERAL = {"JointModelSpherical": "spherical", "JointModelSphericalZYX": "spherical",
             "JointModelPlanar": "planar", "JointModelFreeFlyer": "floating"}  # fmt: skip
 _LOOPS = {"CONTACT_6D": "fixed", "CONTACT_3D": "spherical"}
-# Entries of a pose that should be the identity.
-IDENTITY = 1e-12
 
 
 class _Step(NamedTuple):
-    """A joint of the file: type, origin (4, 4) in the one before, and the rest of it."""
+    """A joint of the file: type, origin (4, 4) in the frame before, axes, pitch and mimic."""
 
     kind: str
     at: Array
@@ -56,36 +55,39 @@ def from_pinocchio(
     fix_base: bool = False,
     bodies: str = "given",
 ) -> Linkage:
-    """Build a linkage from a model of Pinocchio.
+    """Build a linkage from a Pinocchio model.
 
-    The reference pose is Pinocchio's neutral one. A body is named after its first frame of
-    type BODY that coincides with the frame of its joint, or after the joint if there is none;
-    further such frames are links that are fixed to it. The inertial
-    frame is that of the universe. Limits, friction, gravity and rotor inertia are left out.
+    The reference pose is Pinocchio's neutral one, and the inertial frame that of the universe.
+    A body is named after its first frame of type BODY that coincides with the frame of its
+    joint, or after the joint if there is none; further such frames are links fixed to it.
+    Limits, friction, gravity and rotor inertia are left out.
 
-    Joints that turn or slide (also without bounds, helical, mimic), universal, spherical and
-    planar joints are taken as they are, composite joints and translations as chains of single
-    joints ``name.0``, ``name.1`` … with links of no mass between them. Coordinates of a
-    spherical joint are turns about axes of its own, not Pinocchio's quaternion. A
-    ``CONTACT_6D`` constraint is a weld of two frames, a ``CONTACT_3D`` constraint a spherical
-    joint at their origins.
+    Revolute, prismatic, helical, mimic, universal, spherical and planar joints keep their
+    type. Composite joints and translations become chains of single joints ``name.0``,
+    ``name.1`` … with massless links between them. Coordinates of a spherical joint are turns
+    about its own axes, not Pinocchio's quaternion. A ``CONTACT_6D`` constraint becomes a weld
+    of two frames, a ``CONTACT_3D`` constraint a spherical joint at their origins.
 
     Args:
         model: the model.
         constraints: the loops, each a ``RigidConstraintModel``.
-        inputs: names of joints to use as independent coordinates.
-        fix_base: turn a free flyer on the universe into a fixed joint.
+        inputs: names of joints to use as independent coordinates; by default a
+            well-conditioned set is chosen.
+        fix_base: change a free flyer on the universe into a fixed joint.
         bodies: ``"given"``: links with mass or inertia carry parameters; ``"all"``: every
             moving link does.
 
     Returns:
-        The linkage, as `kinematics.load` returns it for a file. Rotations are taken from the
-        matrices of the model, as they are.
+        The linkage, as `kinematics.load` returns it for a file, with the rotation matrices of
+        the model. All quantities are in the inertial frame, in SI units.
 
     Raises:
-        FileError: a joint or a constraint cannot be taken; the message names it.
+        FileError: a joint or a constraint is not supported; the message names it.
         LinkageError: as for `kinematics.load`.
-        TypeError: it is no model of Pinocchio.
+        TypeError: ``model`` is not a Pinocchio model.
+
+    Source:
+        J. Carpentier et al., "The Pinocchio C++ library", 2019 (the model).
 
     Example:
         >>> import pinocchio
@@ -105,10 +107,10 @@ def from_pinocchio(
 
 
 class _Model:
-    """A model, and the links at each joint, the first of which has the frame of the joint."""
+    """A model and the links of each joint; the first link has the frame of the joint."""
 
     def __init__(self, model: Any) -> None:
-        """Find the links: frames of type BODY, or else one named after the joint."""
+        """Find the links: frames of type BODY, otherwise one named after the joint."""
         self.model = model
         self.links: list[list[tuple[str, Array]]] = [[] for _ in model.joints]
         for frame in model.frames:
@@ -118,10 +120,10 @@ class _Model:
         for joint, own in enumerate(self.links):
             own.sort(key=lambda link: not _is_identity(link[1]))
             if not own or not _is_identity(own[0][1]):
-                own.insert(0, (self._fresh(model.names[joint]), np.eye(4)))
+                own.insert(0, (self._new_name(model.names[joint]), np.eye(4)))
         self.between: list[str] = []
 
-    def _fresh(self, name: str) -> str:
+    def _new_name(self, name: str) -> str:
         """A name that no link has yet."""
         while name in self.taken:
             name += "_"
@@ -129,20 +131,20 @@ class _Model:
         return name
 
     def robot(self, constraints: Iterable[Any]) -> Element:
-        """The elements of the linkage, the base first."""
+        """Make the elements of the linkage, the base first."""
         model, links = self.model, []
         for own, inertia in zip(self.links, model.inertias, strict=True):
             (first, _), *others = own
             links.append(make_elements.link(first, _inertial(inertia)))
             links += [make_elements.link(name) for name, _ in others]
-        joints = [each for i in range(1, len(model.joints)) for each in self._joint(i)]
-        joints += self._fixed()
-        loops = [self._loop(k, each) for k, each in enumerate(constraints, 1)]
+        joints = [each for i in range(1, len(model.joints)) for each in self._joints_of(i)]
+        joints += self._fixed_joints()
+        loops = [self._make_loop(k, each) for k, each in enumerate(constraints, 1)]
         links += [make_elements.link(name) for name in self.between]
         return make_elements.robot(model.name or "model", [*links, *joints, *loops])
 
-    def _joint(self, index: int) -> Iterator[Element]:
-        """The joints of the file that make up a joint of the model."""
+    def _joints_of(self, index: int) -> Iterator[Element]:
+        """Make the joints of the file that form a joint of the model."""
         model, name = self.model, self.model.names[index]
         steps = _steps(model, index)
         parent, at = self.links[model.parents[index]][0][0], _pose(model.jointPlacements[index])
@@ -150,14 +152,14 @@ class _Model:
             title = name if len(steps) == 1 else f"{name}.{k}"
             child = self.links[index][0][0]
             if k < len(steps) - 1:
-                child = self._fresh(title)
+                child = self._new_name(title)
                 self.between.append(child)
             origin = make_elements.origin(at @ step.at)
             yield make_elements.joint(title, step.kind, parent, child, origin, *step[2:])
             parent, at = child, np.eye(4)
 
-    def _fixed(self) -> Iterator[Element]:
-        """Joints that fix further links of a body to its first."""
+    def _fixed_joints(self) -> Iterator[Element]:
+        """Make the joints that fix further links of a body to its first."""
         known = set(self.model.names)
         for (first, _), *others in self.links:
             for name, pose in others:
@@ -168,8 +170,8 @@ class _Model:
                 origin = make_elements.origin(pose)
                 yield make_elements.joint(title, "fixed", first, name, origin)
 
-    def _loop(self, number: int, constraint: Any) -> Element:
-        """The ``<loop>`` of a constraint."""
+    def _make_loop(self, number: int, constraint: Any) -> Element:
+        """Make the ``<loop>`` of a constraint."""
         label, known = f"constraint {number}", " or ".join(_LOOPS)
         kind = _LOOPS.get(getattr(getattr(constraint, "type", None), "name", ""))
         if kind is None:
@@ -189,26 +191,26 @@ class _Model:
 
 
 def _steps(model: Any, index: int) -> list[_Step]:
-    """What a joint of the model is in the file; single joints one after the other.
+    """Convert a joint of the model to joints of the file, in series.
 
     Raises:
-        Refusal: it can be no joint of the file.
+        Refusal: the file has no such joint.
     """
     label, joint = find_by_name("joint", model.names[index]), model.joints[index]
     if joint.shortname() != "JointModelMimic":
-        return _parts(label, joint, np.zeros(model.nq))
+        return _convert_joint(label, joint, np.zeros(model.nq))
     own = joint.extract()
     if own.scaling == 0.0:
         problem = "a mimic joint whose ratio is 0"
         raise Refusal(label, problem, "fix it, or give it another ratio")
     at = model.mimicking_joints.tolist().index(index)
     source = model.names[model.mimicked_joints[at]]
-    step = _single(_subspace(joint, np.zeros(model.nq)) / own.scaling)
+    step = _single_step(_subspace(joint, np.zeros(model.nq)) / own.scaling)
     return [step._replace(mimic=(source, own.scaling, own.offset))]
 
 
-def _parts(label: str, joint: Any, q: Array) -> list[_Step]:
-    """What a joint that is no mimic is in the file; ``q`` are zeros (nq of the model)."""
+def _convert_joint(label: str, joint: Any, q: Array) -> list[_Step]:
+    """Convert a joint that is no mimic joint; ``q`` are zeros (nq of the model)."""
     kind, own = joint.shortname(), joint.extract() if hasattr(joint, "extract") else joint
     if kind in _SEVERAL:
         return [_Step(_SEVERAL[kind], np.eye(4), ("0 0 1", ""))]
@@ -216,23 +218,23 @@ def _parts(label: str, joint: Any, q: Array) -> list[_Step]:
         return [_Step("prismatic", np.eye(4), (number_words(axis), "")) for axis in np.eye(3)]
     if kind == "JointModelUniversal":
         axes = number_words(own.axis1), number_words(own.axis2)
-        if abs(own.axis1 @ own.axis2) <= IDENTITY:
+        if abs(own.axis1 @ own.axis2) <= PINOCCHIO_AXES_COSINE:
             return [_Step("universal", np.eye(4), axes)]
         return [_Step("continuous", np.eye(4), (axis, "")) for axis in axes]
     if kind == "JointModelComposite":
         found = []
         for part, placement in zip(own.joints, own.jointPlacements, strict=True):
-            first, *others = _parts(label, part, q)
+            first, *others = _convert_joint(label, part, q)
             found += [first._replace(at=_pose(placement) @ first.at), *others]
         return found
     if joint.nv == 1:
-        return [_single(_subspace(joint, q))]
+        return [_single_step(_subspace(joint, q))]
     problem = f"a {clean(kind)}, for which there is no joint of the file"
     raise Refusal(label, problem, "replace it by joints that turn or slide")
 
 
 def _subspace(joint: Any, q: Array) -> Array:
-    """The motion ``[v; ω]`` (6,) of a joint of one degree of freedom in its own frame.
+    """Compute the motion ``[v; ω]`` (6,) of a joint of one degree of freedom in its frame.
 
     It is the same at all positions ``q``.
     """
@@ -241,8 +243,8 @@ def _subspace(joint: Any, q: Array) -> Array:
     return np.asarray(data.S, dtype=np.float64).reshape(6)
 
 
-def _single(motion: Array) -> _Step:
-    """A joint with the motion ``[λ n; n]``, or ``[n; 0]`` if it slides."""
+def _single_step(motion: Array) -> _Step:
+    """Convert a motion ``[λ n; n]`` to a turning joint, or ``[n; 0]`` to a sliding one."""
     v, n = motion[:3], motion[3:]
     if not n.any():
         return _Step("prismatic", np.eye(4), (number_words(v), ""))
@@ -255,11 +257,12 @@ def _pose(placement: Any) -> Array:
 
 
 def _is_identity(pose: Array) -> bool:
-    return bool(np.abs(pose - np.eye(4)).max() <= IDENTITY)
+    """Whether a pose (4, 4) is the identity."""
+    return bool(np.abs(pose - np.eye(4)).max() <= IDENTITY_POSE_ENTRY)
 
 
 def _inertial(inertia: Any) -> Element | None:
-    """The ``<inertial>`` of a ``pinocchio.Inertia``; None if all of it is zero."""
+    """Make the ``<inertial>`` of a ``pinocchio.Inertia``; None if all of it is zero."""
     tensor, at = np.array(inertia.inertia), np.eye(4)
     if inertia.mass == 0.0 and not tensor.any():
         return None

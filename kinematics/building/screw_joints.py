@@ -1,4 +1,4 @@
-"""Linkages from joint screws: no frames, only axes and points in the inertial frame."""
+"""Build linkages from joint screws: axes and points in the inertial frame."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from kinematics.building.numbers import (
 from kinematics.error_text import clean, closest_names
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.screws import twist_axis
-from kinematics.urdf.validate_fields import PERPENDICULAR
+from kinematics.tolerances import AXES_PERPENDICULAR_COSINE, ROTATION_PITCH
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
@@ -33,17 +33,15 @@ __all__ = ["ScrewJoint", "from_screws"]
 
 Array = NDArray[np.float64]
 
-# Types of the file, and screw joints by a name of their own.
+# Types of the file, and screw joints.
 KINDS = (*DEGREES_OF_FREEDOM, "helical")
-# A screw whose pitch is smaller, relative to the length of v, is a rotation.
-ROTATION = 1e-13
 
 
 class ScrewJoint(NamedTuple):
     """A joint between two links, in the inertial frame at the reference pose.
 
     Attributes:
-        name: of the joint; unique among joints and loops.
+        name: name of the joint, unique among joints and loops.
         parent: name of the link that carries it; of a loop, its predecessor.
         child: name of the link that it carries; of a loop, its successor.
         axis: direction of the axis (3,), of any length; z if neither it nor ``screw`` is
@@ -51,7 +49,7 @@ class ScrewJoint(NamedTuple):
         point: a point of the axis (3,), metres; the centre of a spherical or universal joint.
         kind: ``revolute``, ``prismatic``, ``helical``, ``universal``, ``cylindrical``,
             ``planar``, ``spherical`` or ``fixed``.
-        pitch: of a helical joint, metres per radian.
+        pitch: pitch of a helical joint, metres per radian.
         axis2: second axis (3,) of a universal joint, perpendicular to the first.
         screw: in place of axis, point, kind and pitch: ``[ω; v]`` (6,) of any length, with v
             the velocity of the body point at the origin. Revolute or helical with pitch
@@ -72,13 +70,13 @@ class ScrewJoint(NamedTuple):
     mimic: tuple[str, float] | None = None
 
     def __repr__(self) -> str:
-        """One line: kind, and the links that it joins."""
+        """One line with the kind and the two links."""
         kind = self.kind if self.screw is None else "screw"
         return f"ScrewJoint {self.name}: {kind} from {self.parent} to {self.child}"
 
 
-class _Drawn(NamedTuple):
-    """A joint whose numbers are checked: type in the file, axes (or None), point, pitch."""
+class _CheckedJoint(NamedTuple):
+    """A joint with checked numbers: type in the file, axes (or None), point, pitch."""
 
     joint: ScrewJoint
     kind: str
@@ -89,7 +87,7 @@ class _Drawn(NamedTuple):
 
     @property
     def axes(self) -> tuple[str, str]:
-        """The words of both axes."""
+        """Both axes as text."""
         if self.kind == "fixed":
             return "", ""
         return number_words(self.axis), "" if self.axis2 is None else number_words(self.axis2)
@@ -105,31 +103,33 @@ def from_screws(
 ) -> Linkage:
     """Build a linkage from the screws of its joints.
 
-    A joint with axis n through r has the screw ``[n; r × n + λ n]``, a prismatic one
-    ``[0; n]``. Everything is given in the inertial frame, at the reference pose. The frame of
-    a link has its origin at the point of the joint that carries it, and axes parallel to the
-    inertial frame; that of the base is the inertial frame. The base is the one link that no
-    joint carries.
+    A joint with axis n through r and pitch λ has the screw ``[n; r × n + λ n]``, a prismatic
+    one ``[0; n]``, in the inertial frame at the reference pose. The frame of a link has its
+    origin at the point of the joint that carries it, and axes parallel to the inertial frame.
+    The base is the one link that no joint carries; its frame is the inertial frame.
 
     Args:
-        joints: those of the tree, in any order.
-        loops: joints that close loops, from predecessor to successor; type ``fixed`` welds.
-        bodies: mass (kg), centre of mass (3,) in the inertial frame, and inertia tensor about
-            that centre (3, 3), along inertial axes (kg m²), by the name of the link. Links
-            that are not named carry no inertial parameters. By default every link that moves
-            carries parameters, of mass 0.
-        inputs: names of joints to use as independent coordinates; by default well-conditioned
-            ones are chosen.
-        name: of the linkage, in messages and in the file.
+        joints: joints of the tree, in any order.
+        loops: joints that close loops, from predecessor to successor; kind ``fixed`` welds.
+        bodies: mass (kg), centre of mass (3,) in the inertial frame (m), and inertia tensor
+            about that centre (3, 3), along inertial axes (kg m²), by the name of the link.
+            Links without an entry carry no inertial parameters. By default every link that
+            moves carries parameters, of mass 0.
+        inputs: names of joints to use as independent coordinates; by default a
+            well-conditioned set is chosen.
+        name: name of the linkage, in messages and in its file.
 
     Returns:
         The linkage, as `kinematics.load` returns it for a file. Where the decimals of the
-        numbers close its loops, exact arithmetic finds them closed.
+        numbers close its loops, the loops are closed in exact arithmetic too.
 
     Raises:
-        FileError: the joints cannot be a linkage; the message names the joint, what is wrong
-            with it and what to do.
+        FileError: the joints do not form a linkage; the message names the joint, the problem
+            and the remedy.
         LinkageError: as for `kinematics.load`.
+
+    Source:
+        R. W. Brockett, "Robotic manipulators and the product of exponentials formula", 1984.
 
     Example:
         >>> from kinematics import ScrewJoint, from_screws
@@ -151,12 +151,12 @@ def _robot(
     name: str, joints: Sequence[ScrewJoint], loops: Sequence[ScrewJoint],
     bodies: Mapping[str, BodyLike] | None,
 ) -> Element:  # fmt: skip
-    """The elements of the linkage."""
+    """Make the elements of the linkage."""
     checked_name("<robot>", "name", name)
-    drawn = [_drawn("joint", joint) for joint in joints]
-    if not drawn:
+    checked = [_check_joint("joint", joint) for joint in joints]
+    if not checked:
         raise Refusal("", "no joints", "give at least one joint")
-    points = _points(drawn)
+    points = _points(checked)
     masses = bodies_by_link(bodies, points)
     parts = []
     for link, point in points.items():
@@ -166,16 +166,16 @@ def _robot(
             at = Element("origin", {"xyz": exact_differences(body[1], point)})
             inertial = make_elements.inertial(body[0], body[2], at)
         parts.append(make_elements.link(link, inertial))
-    parts += [_joint(each, points) for each in drawn]
-    parts += [_loop(_drawn("loop", loop), points) for loop in loops]
+    parts += [_joint_element(each, points) for each in checked]
+    parts += [_loop_element(_check_joint("loop", loop), points) for loop in loops]
     return make_elements.robot(name, parts)
 
 
-def _points(joints: Sequence[_Drawn]) -> dict[str, Array]:
+def _points(joints: Sequence[_CheckedJoint]) -> dict[str, Array]:
     """Origins (3,) of all links by their names, the base first.
 
     Raises:
-        Refusal: a parent is neither the base nor carried by a joint.
+        Refusal: a parent is neither the base nor the child of a joint.
     """
     carried = {each.joint.child: each.point for each in joints}
     bases = [x.joint for x in joints if x.joint.parent not in carried]
@@ -190,8 +190,8 @@ def _points(joints: Sequence[_Drawn]) -> dict[str, Array]:
     return known
 
 
-def _drawn(word: str, joint: object) -> _Drawn:
-    """A joint or a loop with its numbers checked."""
+def _check_joint(word: str, joint: object) -> _CheckedJoint:
+    """Check the numbers of a joint or of a loop."""
     if not isinstance(joint, ScrewJoint):
         problem = f"{clean(repr(joint), 60)} is not a ScrewJoint"
         raise Refusal(f"{word}s", problem, "write ScrewJoint(name, parent, child, …)")
@@ -202,19 +202,21 @@ def _drawn(word: str, joint: object) -> _Drawn:
         problem = f"unknown kind '{clean(str(joint.kind))}'"
         raise Refusal(label, problem, f"choose from {', '.join(KINDS)}")
     if joint.screw is not None:
-        return _of_screw(label, joint, joint.screw)
+        return _check_screw(label, joint, joint.screw)
     axis = checked_direction(
         label, "axis", (0.0, 0.0, 1.0) if joint.axis is None else joint.axis
     )
-    axis2 = _second(label, joint, axis)
+    axis2 = _second_axis(label, joint, axis)
     pitch = float(checked_array(label, "pitch", joint.pitch, ()))
     if pitch and (joint.kind != "helical" or word == "loop"):
         problem = f"a pitch on a {joint.kind} {word}"
         raise Refusal(label, problem, 'use kind="helical" on a joint of the tree')
-    return _Drawn(joint, _kind(joint.kind), axis, axis2, _point(label, joint), pitch)
+    return _CheckedJoint(
+        joint, _file_type(joint.kind), axis, axis2, _point(label, joint), pitch
+    )
 
 
-def _second(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
+def _second_axis(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
     """The second axis of a universal joint, if one is given."""
     if joint.axis2 is None:
         return None
@@ -222,23 +224,24 @@ def _second(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
         raise Refusal(label, f"axis2 of a {joint.kind} joint", "give it to universal ones only")
     axis2 = checked_direction(label, "axis2", joint.axis2)
     size = float(np.linalg.norm(axis) * np.linalg.norm(axis2))
-    if abs(float(axis @ axis2)) > PERPENDICULAR * size:
+    if abs(float(axis @ axis2)) > AXES_PERPENDICULAR_COSINE * size:
         problem = "axis2 is not perpendicular to the axis"
         raise Refusal(label, problem, "correct it, or use two revolute joints")
     return axis2
 
 
-def _kind(kind: str) -> str:
-    """The type in the file: rotations have no limits."""
+def _file_type(kind: str) -> str:
+    """The type in the file; rotations have no limits."""
     return "continuous" if kind in ("revolute", "helical") else kind
 
 
 def _point(label: str, joint: ScrewJoint) -> Array:
+    """The point of a joint (3,), metres."""
     return checked_array(label, "point", joint.point, (3,))
 
 
-def _of_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _Drawn:
-    """A joint that is given by its screw; its point is the one nearest to the origin."""
+def _check_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _CheckedJoint:
+    """Check a joint given by its screw; its point is the one nearest to the origin."""
     others = (joint.axis, joint.axis2, joint.pitch or None)
     if any(other is not None for other in others) or joint.kind != "revolute":
         problem = "a screw, and beside it an axis, a pitch or a kind"
@@ -247,13 +250,13 @@ def _of_screw(label: str, joint: ScrewJoint, given: ArrayLike) -> _Drawn:
     turning = bool(np.any(screw[:3]))
     axis = checked_direction(label, "screw", screw[:3] if turning else screw[3:])
     if not turning:
-        return _Drawn(joint, "prismatic", axis, None, _point(label, joint), 0.0)
-    line = twist_axis(screw, ROTATION)
-    return _Drawn(joint, "continuous", axis, None, line.point, line.pitch)
+        return _CheckedJoint(joint, "prismatic", axis, None, _point(label, joint), 0.0)
+    line = twist_axis(screw, ROTATION_PITCH)
+    return _CheckedJoint(joint, "continuous", axis, None, line.point, line.pitch)
 
 
-def _joint(each: _Drawn, points: Mapping[str, Array]) -> Element:
-    """The ``<joint>`` element."""
+def _joint_element(each: _CheckedJoint, points: Mapping[str, Array]) -> Element:
+    """Make the ``<joint>`` element."""
     joint = each.joint
     at = Element(
         "origin", {"xyz": exact_differences(points[joint.child], points[joint.parent])}
@@ -265,6 +268,7 @@ def _joint(each: _Drawn, points: Mapping[str, Array]) -> Element:
 
 
 def _mimic(joint: ScrewJoint) -> tuple[str, float, float] | None:
+    """Source, ratio and offset of a mimic joint."""
     if joint.mimic is None:
         return None
     label = find_by_name("joint", joint.name)
@@ -280,8 +284,8 @@ def _mimic(joint: ScrewJoint) -> tuple[str, float, float] | None:
     )
 
 
-def _loop(each: _Drawn, points: Mapping[str, Array]) -> Element:
-    """The ``<loop>`` element; both sides have axes parallel to the inertial frame."""
+def _loop_element(each: _CheckedJoint, points: Mapping[str, Array]) -> Element:
+    """Make the ``<loop>`` element; both sides have axes parallel to the inertial frame."""
     loop = each.joint
     if loop.mimic is not None or each.pitch:
         problem = "a loop cannot mimic another joint, or have a pitch"
@@ -292,7 +296,9 @@ def _loop(each: _Drawn, points: Mapping[str, Array]) -> Element:
     )  # fmt: skip
 
 
-def _side(each: _Drawn, link: str, points: Mapping[str, Array]) -> tuple[str, Element | None]:
+def _side(
+    each: _CheckedJoint, link: str, points: Mapping[str, Array]
+) -> tuple[str, Element | None]:
     """A link, known or not, and the ``<origin>`` of the loop in its frame."""
     at = Element(
         "origin", {"xyz": exact_differences(each.point, points.get(link, np.zeros(3)))}

@@ -1,4 +1,4 @@
-"""The closed motion as polynomials in the inputs: the compiled kernel of Taylor expansions.
+"""Compiled kernel of the Taylor expansion of closed motions in the inputs.
 
 Every quantity is a power series in the independent coordinates u, sorted by degree. The
 radial derivative ``D = Σ u_i ∂/∂u_i`` multiplies degree k by k, so that the recursion along a
@@ -207,7 +207,7 @@ def polynomials(screws: Array, which: Layout) -> tuple[Array, float]:
 
     Args:
         screws: unit screws of the chain's joints (n, 6 or 3), in its units.
-        which: all else, from `layout`.
+        which: all other data, from `packed_layout`.
 
     Returns:
         Coefficients of the positions, in the units of the chain (M, n), and the condition

@@ -1,10 +1,10 @@
-"""What does not depend on the geometry of a chain, for `kinematics.taylor.expansion_kernels`.
+"""Pack the geometry-independent data of a chain for `kinematics.taylor.expansion_kernels`.
 
 Turning links carry vectors, which change as they turn: the axes of joints, and arms between
 their points. Which these are, and in which loops they count, follows from how joints are
-connected, and from which of them turn and which slide.
+connected, and from their kinds, turning or sliding.
 
-The kernels (`kinematics.compiled.jit`) take all of it as one array of integers and one of
+The kernels (`kinematics.compiled.jit`) take the data as one array of integers and one of
 numbers, cut into sections, because every array argument adds call overhead: a dozen more take
 as long as the expansion of a five-bar to order 5. The integers begin with the place of each
 section and the end of the last one; section s, a number of `SECTION`, is ``whole[whole[s] :
@@ -152,13 +152,15 @@ class _Vectors(NamedTuple):
 
 
 def packed_layout(chain: Chain, table: Monomials, equations: IntArray | None = None) -> Layout:
-    """Lay out the data of the kernel for a chain.
+    """Pack the data of the kernel for a chain.
 
     Args:
         chain: the linkage as arrays; its screws may change later, but for their kinds.
-        table: the monomials of as many variables as the chain has columns.
-        equations: rows of the loop matrix that are solved, in the least-squares sense; all
-            by default.
+        table: the monomials, with one variable for each column of the chain.
+        equations: rows of the loop matrix to solve by least squares; all by default.
+
+    Returns:
+        Both arrays, and the shape of the result.
     """
     n, dim = chain.screws.shape
     rows = len(chain.ends) * dim + len(chain.mimics)

@@ -1,4 +1,4 @@
-"""Polynomials in several variables, many at once: the arithmetic of Taylor expansions.
+"""Multiply and evaluate polynomials in several variables, for Taylor expansions.
 
 A polynomial is a row of coefficients, one for each monomial ``u^α = Π u_i^{α_i}``: those of
 degree 0, then of degree 1, and so on up to the order; within a degree u_1 comes first, as in
@@ -24,7 +24,7 @@ __all__ = ["Monomials", "monomial_table", "multiply_polynomials", "monomial_powe
 
 Array = NDArray[np.float64]
 
-# Products of coefficients that a table may have: it lists half of them, as pairs of 16 bytes.
+# Largest number of products in a table, which lists half of them as pairs of 16 bytes.
 MAX_PRODUCTS = 5_000_000
 
 
@@ -52,8 +52,11 @@ def monomial_table(width: int, order: int) -> Monomials:
         width: number of variables.
         order: highest degree.
 
+    Returns:
+        Exponents and products.
+
     Raises:
-        LinkageError: there are too many of them.
+        LinkageError: there are too many products.
     """
     products = comb(2 * width + order, order)
     if products > MAX_PRODUCTS:

@@ -1,4 +1,4 @@
-"""Taylor motions: all joint positions as polynomials in the inputs, of any order.
+"""Taylor expansion of closed motions: joint positions as polynomials in the inputs.
 
     q(u) = Σ_α c_α u^α          ∂^α q(0) = α! c_α
 
@@ -26,25 +26,24 @@ from kinematics.model.motion import Motion, motion_of
 from kinematics.taylor.expansion_kernels import polynomials
 from kinematics.taylor.layout import packed_layout
 from kinematics.taylor.monomials import Monomials, monomial_powers, monomial_table
+from kinematics.tolerances import CLOSURE_CONDITION
 from kinematics.wording import count_noun, first_names, repr_lines
 
 __all__ = ["TaylorMotion", "scaled_chain", "taylor_motion"]
 
 Array = NDArray[np.float64]
 
-# Condition number of the closure equations beyond which they determine no motion.
-SINGULAR = 1e9
-# Order of the series from which the radius of convergence is read; a singularity that hardly
-# shows in so many terms escapes it.
-FAR = 24
-# Directions for every input along which the radius is looked for.
-DIRECTIONS = 6
-# How far these spread around the worst one found so far, of length 1: all around at first.
-SPREADS = (1.0, 0.3, 0.1)
-# Directions in between may be worse: the smallest radius found is taken smaller by this.
-MARGIN = 0.9
-# Of the random directions: the same linkage has the same radius every time.
-SEED = 7
+# Order of the series from which the radius of convergence is estimated: a singularity with
+# little effect on 24 terms is missed.
+RADIUS_ORDER = 24
+# Directions for every input in the search for the radius.
+DIRECTIONS_PER_INPUT = 6
+# Spread of the directions around the worst one found so far, of length 1, round by round.
+DIRECTION_SPREADS = (1.0, 0.3, 0.1)
+# Safety factor on the smallest radius found: directions in between may have a smaller one.
+RADIUS_SAFETY = 0.9
+# Seed of the random directions: a linkage has the same radius every time.
+DIRECTION_SEED = 7
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +75,7 @@ class TaylorMotion:
     scales: Array
 
     def __repr__(self) -> str:
-        """Three lines: order, inputs, radius of convergence."""
+        """Three lines with order, inputs and radius of convergence."""
         return repr_lines(
             f"TaylorMotion of {self.linkage.name}: order {self.order}, "
             f"{count_noun(len(self.joints), 'joint')}, "
@@ -91,23 +90,27 @@ class TaylorMotion:
         return int(self.exponents.sum(axis=1).max())
 
     def evaluate(self, u: ArrayLike) -> Array:
-        """Positions of all joints at points u (..., w); shape (..., n).
+        """Compute the positions of all joints at points u (..., w), rad and m.
 
-        They are not finite where they are too large to be numbers, far beyond the radius.
+        Returns:
+            Shape (..., n), rad and m; not finite far beyond the radius, where they overflow.
         """
         with np.errstate(over="ignore", invalid="ignore"):
             found: Array = monomial_powers(self.exponents, self._points(u)) @ self.coefficients
         return found
 
     def derivatives(self, alpha: ArrayLike, u: ArrayLike | None = None) -> Array:
-        """Mixed partial derivative ``∂^α q`` of all joint positions.
+        """Compute the mixed partial derivative ``∂^α q`` of all joint positions.
 
         Args:
             alpha: multi-index (w,), such as ``(2, 1)``.
             u: points (..., w); the reference pose by default, where it is ``α! c_α``.
 
         Returns:
-            Shape (..., n); all derivatives beyond the order are 0.
+            Shape (..., n), SI units; all derivatives beyond the order are 0.
+
+        Raises:
+            ValueError: ``alpha`` is not a multi-index.
         """
         alpha = np.asarray(alpha)
         if alpha.shape != self.scales.shape or not (alpha == np.abs(alpha).astype(int)).all():
@@ -125,36 +128,41 @@ class TaylorMotion:
     def radius(self) -> float:
         """Estimated radius of convergence: `distance` within which the series converges.
 
-        Terms of a series fall like ``ρ^-k k^(-3/2)`` if it ends, as they mostly do, at a
-        square root. ρ is read off the growth of the terms of high order along many
-        directions; the least counts. Infinite if the motion is linear. A singularity that
-        hardly shows in 24 terms escapes it, as that of a four-bar which is almost a kite.
+        Terms decrease like ``ρ^-k k^(-3/2)`` if the nearest singularity is a square root, as
+        is usual. ρ is estimated from the growth of the terms of high order along many
+        directions, and the least value counts. The radius is infinite if the motion is
+        linear. A singularity with little effect on 24 terms is missed, such as that of a
+        four-bar which is almost a kite.
         """
-        width = self.scales.size
-        normals = np.random.default_rng(SEED).standard_normal((DIRECTIONS * width, width))
+        width, rng = self.scales.size, np.random.default_rng(DIRECTION_SEED)
+        normals = rng.standard_normal((DIRECTIONS_PER_INPUT * width, width))
         least, worst = np.inf, np.zeros(width)
-        for spread in SPREADS[: 1 if width == 1 else None]:
-            rays = worst + spread * normals
-            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-            found = [_radius(self._terms(ray)) for ray in rays]
+        for spread in DIRECTION_SPREADS[: 1 if width == 1 else None]:
+            directions = worst + spread * normals
+            directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+            found = [_series_radius(self._term_sizes(d)) for d in directions]
             if min(found) < least:
-                least, worst = min(found), rays[np.argmin(found)]
-        return MARGIN * least
+                least, worst = min(found), directions[np.argmin(found)]
+        return RADIUS_SAFETY * least
 
     def distance(self, u: ArrayLike) -> Array:
-        """Distance of points u (..., w) from the reference pose, to compare with the radius.
+        """Compute the distance of points u (..., w) from the reference pose.
 
-        In radians and characteristic lengths; shape (...).
+        Returns:
+            Shape (...), in radians and characteristic lengths, as `radius`.
         """
         found: Array = np.linalg.norm(self._points(u) / self.scales, axis=-1)
         return found
 
     def error(self, u: ArrayLike) -> Array:
-        """Estimated error of `evaluate` at points u (..., w), of the joint that is worst off.
+        """Estimate the largest joint error of `evaluate` at points u (..., w).
 
-        It is the step by which Newton's method would begin to close the loops there, and
-        what rounding may add; in radians and characteristic lengths; shape (...). Beyond the
-        radius of convergence, where that step says nothing, there is no estimate: NaN.
+        It is the largest entry of the first Newton step that closes the loops there, plus a
+        bound on rounding.
+
+        Returns:
+            Shape (...), in radians and characteristic lengths; NaN beyond the radius of
+            convergence, where the step is no estimate.
         """
         points = self._points(u)
         found = np.full(points.shape[:-1], np.nan)
@@ -167,13 +175,16 @@ class TaylorMotion:
         return found
 
     def polish(self, u: ArrayLike) -> Array:
-        """Positions of all joints that close the loops at one point u (w,); shape (n,).
+        """Compute the positions of all joints that close the loops at one point u (w,).
 
-        The linkage is followed along the straight line from the reference pose, step by step,
-        each of them closed by Newton's method. Neither the branch that this stays on, nor
-        whether it leads to the point, depends on the order of the expansion.
+        Continuation along the straight line from the reference pose, with Newton's method in
+        every step. The branch and the success do not depend on the order of the expansion.
+
+        Returns:
+            Shape (n,), rad and m.
 
         Raises:
+            PoseError: ``u`` is not one point.
             UnreachedError: the loops cannot be closed all along that line.
         """
         point = self._points(u)
@@ -182,21 +193,21 @@ class TaylorMotion:
                 f"{self.linkage.source}: loops are closed at one point at a time, not at an "
                 f"array of shape {point.shape}"
             )
-        inputs, asked = self.motion.inputs, self.motion.basis @ point
-        goal = zip(inputs, asked, strict=True)
+        inputs, values = self.motion.inputs, self.motion.basis @ point
+        goal = zip(inputs, values, strict=True)
         q = solve_joint_positions(self.chain, point / self.scales, self.linkage.source, goal)
         found = self.positions(q)
-        found[self.linkage.positions_of(inputs)] = asked  # without the rounding of the steps
+        found[self.linkage.positions_of(inputs)] = values  # without the rounding of the steps
         return found
 
     def positions(self, q: ArrayLike) -> Array:
-        """Positions of all joints (n,), SI units, from those of the joints of the chain."""
+        """Convert positions of the chain's joints to those of all joints (n,), SI units."""
         found = np.zeros(len(self.joints))
         found[self.chain.joints] = np.asarray(q) * self.chain.units
         return found
 
     def _points(self, u: ArrayLike) -> Array:
-        """Points as an array (..., w), checked."""
+        """Convert points to an array (..., w), and check it."""
         points = np.asarray(u, dtype=np.float64)
         if points.shape[-1:] != self.scales.shape or not np.isfinite(points).all():
             raise PoseError(
@@ -206,20 +217,23 @@ class TaylorMotion:
         return points
 
     def _in_chain(self, q: Array) -> Array:
-        """Joint positions in the units of the chain (..., moving joints)."""
+        """Convert joint positions to the units of the chain (..., moving joints)."""
         return q[..., self.chain.joints] / self.chain.units
 
-    def _terms(self, ray: Array) -> Array:
-        """Sizes of the terms of the joint positions along a ray, from order 1 on."""
-        rates = expand(self.chain, ray[None], FAR - 1).C[0] @ ray
-        return np.abs(rates).max(axis=1) / np.arange(1, FAR + 1)
+    def _term_sizes(self, direction: Array) -> Array:
+        """Largest joint term of each order along a direction (w,), from order 1 on."""
+        rates = expand(self.chain, direction[None], RADIUS_ORDER - 1).C[0] @ direction
+        return np.abs(rates).max(axis=1) / np.arange(1, RADIUS_ORDER + 1)
 
 
-def _radius(terms: Array) -> float:
-    """Radius of convergence of a series with terms of these sizes, from order 1 on.
+def _series_radius(terms: Array) -> float:
+    """Estimate the radius of convergence of a series from the sizes of its terms.
 
-    The smaller of two estimates: from the root of late terms, and from how they grow, late
-    maxima over earlier ones, since terms oscillate if complex singularities are nearest.
+    It is the smaller of two estimates: from the root of late terms, and from the growth of
+    late maxima over earlier ones, since terms oscillate if complex singularities are nearest.
+
+    Args:
+        terms: sizes from order 1 on (orders,).
     """
     count = len(terms)
     order = np.arange(1, count + 1)
@@ -234,10 +248,15 @@ def _radius(terms: Array) -> float:
 
 
 def scaled_chain(chain: Chain, linkage: Linkage, motion: Motion) -> tuple[Chain, Array]:
-    """The chain with the coordinates of a motion as its columns, each of unit size.
+    """Change the columns of a chain to the coordinates of a motion, scaled to unit size.
+
+    Args:
+        chain: the moving joints as arrays.
+        linkage: the linkage.
+        motion: relations between its inputs.
 
     Returns:
-        The chain, and what each column is in SI units of its coordinate (w,).
+        The chain, and the scale of each coordinate (w,): the SI value of one unit.
     """
     at = {joint: j for j, joint in enumerate(chain.joints.tolist())}
     inputs = linkage.positions_of(motion.inputs).tolist()
@@ -255,20 +274,40 @@ def taylor_motion(
     *,
     equations: Sequence[int] | None = None,
 ) -> TaylorMotion:
-    """Expand the closed motion of a linkage about its reference pose.
+    """Compute the Taylor expansion of the closed motion about the reference pose.
+
+    ``q(u) = Σ_α c_α u^α`` with the joint positions q, displacements u of the inputs, and
+    coefficients c up to a degree.
 
     Args:
         linkage: an assembled linkage; see `kinematics.tool` for its inverse kinematics.
         order: highest degree, at least 1.
         motion: restriction of the inputs, as relations or as a `Motion`.
-        equations: rows of the loop closure equations that are solved: six for each loop,
+        equations: numbers of the loop closure equations to solve: six for each loop,
             ``[ω; v]``, or three in a plane, then one for each mimic joint. By default all
-            are, in the least-squares sense, which is better conditioned than any choice.
+            are solved by least squares, which is better conditioned than any selection.
+
+    Returns:
+        The polynomials, in radians and metres.
 
     Raises:
         MotionError: the motion is not one of this linkage's inputs.
-        MobilityError: the linkage cannot follow it, or the equations do not determine it.
+        MobilityError: the linkage cannot follow the motion, or the equations do not determine
+            it.
         LinkageError: there are too many coefficients.
+        ValueError: the order is less than 1.
+
+    Source:
+        J. J. de Jong, PhD thesis, University of Twente, 2019, Eq. 4.30 (derivatives of the
+        closed motion); the recursion is in `kinematics.taylor.expansion_kernels`.
+
+    Example:
+        >>> import kinematics
+        >>> motion = kinematics.taylor_motion(kinematics.load("robot.urdf"), order=3)
+        >>> motion.joints
+        ('u1', 'q2', 'q4', 'q3')
+        >>> motion.evaluate([0.1]).round(4).tolist()
+        [0.1, -0.1192, 0.0329, 0.0521]
     """
     if order < 1:
         raise ValueError(f"the order is at least 1, not {order}")
@@ -278,25 +317,20 @@ def taylor_motion(
     table = monomial_table(chain.width, order)
     chosen = None if equations is None else freeze(equations, np.int64)
     found, condition = polynomials(chain.screws, packed_layout(chain, table, chosen))
-    if not condition < SINGULAR:
+    if not condition < CLOSURE_CONDITION:
         raise MobilityError(
             f"{linkage.source}: the closure equations hardly determine the other joints "
             f"(condition number {condition:.1g}); choose other inputs or equations"
         )
+    coefficients = _to_si(found, chain, scales, table, len(linkage.joints))
     return TaylorMotion(
-        linkage=linkage,
-        motion=motion,
-        joints=names_of(linkage.joints),
-        exponents=table.exponents,
-        coefficients=_in_si(found, chain, scales, table, len(linkage.joints)),
-        condition=condition,
-        chain=chain,
-        scales=scales,
-    )
+        linkage, motion, names_of(linkage.joints), table.exponents, coefficients, condition,
+        chain, scales,
+    )  # fmt: skip
 
 
-def _in_si(found: Array, chain: Chain, scales: Array, table: Monomials, joints: int) -> Array:
-    """Coefficients of all joints in SI units, from those of the moving joints."""
+def _to_si(found: Array, chain: Chain, scales: Array, table: Monomials, joints: int) -> Array:
+    """Convert coefficients of the moving joints to those of all joints in SI units."""
     coefficients = np.zeros((len(found), joints))
     units = monomial_powers(table.exponents, 1.0 / scales)
     coefficients[:, chain.joints] = found * units[:, None] * chain.units

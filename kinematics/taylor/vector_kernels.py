@@ -1,4 +1,4 @@
-"""Vectors of links and what they need: kernels of `kinematics.taylor.expansion_kernels`.
+"""Kernels for the vectors of links, for `kinematics.taylor.expansion_kernels`.
 
 Formulas and symbols are those of `kinematics.taylor.expansion_kernels`; sections of integers
 (joints, arms, axes, terms, cuts) are those of `kinematics.taylor.layout`. A monomial t has a

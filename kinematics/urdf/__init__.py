@@ -1,10 +1,11 @@
-"""Reading files: from what users have to a draft of a linkage.
+"""Read URDF files, and the YAML files beside them, to unassembled linkages.
 
-``xml_tree`` and ``yaml_keys`` parse XML and YAML and nothing more; ``validate`` and the files
-named after it refuse what cannot be meant; ``loop_file`` merges the YAML beside a file into
-it; ``rounded_angles`` reads rounded angles as they are meant; ``robot_tree`` reads joints,
-poses and inertias, and ``yourdfpy_adapter`` takes them from a model that yourdfpy has loaded;
-``loop_joints`` and ``read`` build joints, bodies and welds.
+``xml_tree`` and ``yaml_keys`` parse XML and YAML; ``validate`` and the files named after it
+reject invalid files; ``loop_file`` merges the YAML file into the tree; ``rounded_angles``
+replaces rounded angles; ``robot_tree`` reads joints, poses and inertias, and
+``yourdfpy_adapter`` converts a model that yourdfpy has loaded; ``loop_joints`` and ``read``
+build joints, bodies and welds. ``rational_screws`` computes the joint screws in rational
+numbers; ``write_closed_pose`` writes the file at another pose.
 """
 
 __all__: list[str] = []

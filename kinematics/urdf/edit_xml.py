@@ -1,6 +1,6 @@
-"""Changes to the bytes of an XML file that leave all others as they are.
+"""Edit an XML file by replacing single byte ranges.
 
-Comments, blanks, line ends, the encoding and whatever other programs keep in the file stay.
+Comments, blanks, line ends, the encoding and the elements of other programs stay unchanged.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ __all__ = ["Splice", "Text", "read_source"]
 
 
 def read_source(linkage: UnassembledLinkage, tag: str, purpose: str) -> tuple[bytes, Element]:
-    """Read the file of a linkage once more, to change it; one from a stream was kept.
+    """Read the file of a linkage again, to edit it; the document of a stream was kept.
 
     Args:
-        linkage: the linkage, or a draft of it, as read from a file.
-        tag: elements whose names must be those of the linkage.
-        purpose: completes "a model in memory, not a file …" in the error.
+        linkage: a linkage, assembled or not, that was read from a file.
+        tag: elements whose names must be the same as when the file was read.
+        purpose: end of "a model in memory, not a file …" in the error.
 
     Returns:
-        Its bytes, and its elements with their places among them.
+        Its bytes, and its elements with their byte ranges.
 
     Raises:
         FileError: the linkage was not read from a file, or the file cannot be read any more,
@@ -57,7 +57,7 @@ class Text:
     """The bytes of an XML file."""
 
     def __init__(self, data: bytes) -> None:
-        """Keep the bytes, and find out how their characters are encoded."""
+        """Keep the bytes, and find the encoding of their characters."""
         # Other encodings that expat reads have ASCII's characters where ASCII has them.
         self.data, self.codec = data, "ascii"
         if data.startswith((b"\xff\xfe", b"<\0")):
@@ -66,7 +66,7 @@ class Text:
             self.codec = "utf-16-be"
 
     def replace(self, splices: Iterable[Splice]) -> bytes:
-        """The bytes with the texts of splices in their places, which must not overlap."""
+        """Replace byte ranges, which must not overlap, by the texts of splices."""
         data = self.data
         for start, end, new in sorted(splices, reverse=True):
             coded = new.encode(self.codec, "xmlcharrefreplace")
@@ -78,14 +78,14 @@ class Text:
         return not self.data.startswith(f"</{element.tag}".encode(self.codec), element.span[1])
 
     def end(self, element: Element) -> int:
-        """The place after the last byte of an element."""
+        """The index after the last byte of an element."""
         last = element.span[1]
         if self.is_tag(element):
             return last
         return self.data.index(">".encode(self.codec), last) + self.size(">")
 
     def margin(self, at: int) -> str:
-        """The line break and the blanks before a place; empty if more is on its line."""
+        """The line break and the blanks before an index; empty if its line has other text."""
         width, found = self.size(" "), ""
         while (char := self.data[at - width : at].decode(self.codec, "replace")) in (" ", "\t"):
             found, at = char + found, at - width

@@ -1,6 +1,6 @@
-"""The files of a linkage, read and accepted, before any library is loaded for them.
+"""Read and check the URDF and YAML files of a linkage, without loading numeric libraries.
 
-A file that is refused here, whether URDF or YAML, is refused at once.
+An invalid file is therefore rejected at once.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ Path = str | os.PathLike[str]
 
 
 class ReadOptions(NamedTuple):
-    """What the user changes about a file.
+    """Changes that the user makes to a file.
 
     Attributes:
-        fix_base: whether a floating joint between the ground and the base becomes fixed.
+        fix_base: change a floating joint between the ground and the base into a fixed one.
         bodies: ``"given"``: moving links with mass or inertia in the file carry parameters;
             ``"all"``: every moving link does.
-        massless: links that carry no parameters whatever the file says.
-        angles: ``"nominal"`` or ``"as_written"``; see :mod:`kinematics.urdf.rounded_angles`.
+        massless: names of links that carry no parameters, even with mass in the file.
+        angles: ``"nominal"`` or ``"as_written"``; see `kinematics.urdf.rounded_angles`.
     """
 
     fix_base: bool = False
@@ -43,15 +43,18 @@ class ReadOptions(NamedTuple):
 
 
 def read_files(model: Path | Document, loops: Path | None, options: ReadOptions) -> Sidecar:
-    """What a URDF file and the file beside it say, with angles read as the user wants.
+    """Read a URDF file and the YAML file beside it, and replace rounded angles if wanted.
 
     Args:
-        model: the URDF file; beside one that was read from a stream there is none.
-        loops: a YAML file with its loops; see :mod:`kinematics.urdf.loop_file`.
-        options: what to change about it.
+        model: the URDF file, or a document from a stream, which has no file beside it.
+        loops: a YAML file with its loops; see `kinematics.urdf.loop_file`.
+        options: changes to the file.
+
+    Returns:
+        The checked tree with its loops, the named inputs and the remarks.
 
     Raises:
-        FileError: a file cannot be read as a linkage; the message says where and why.
+        FileError: a file cannot be read as a linkage; the message gives place and reason.
     """
     source = source_name(model)
     if isinstance(model, Document):
@@ -62,5 +65,5 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
     found = find_rounded_angles(side.tree)
     tree = replace_rounded_angles(side.tree) if options.angles == "nominal" else side.tree
     text = f"{clean(source, 1000)}: {describe_rounded_angles(found, options.angles)}"
-    told = ((ROUNDED_ANGLES, text),) if found else ()
-    return side._replace(tree=tree, remarks=(*side.remarks, *told))
+    more = ((ROUNDED_ANGLES, text),) if found else ()
+    return side._replace(tree=tree, remarks=(*side.remarks, *more))

@@ -1,4 +1,4 @@
-"""URDF files that come through a pipe: read once, and kept for whoever asks again."""
+"""Read URDF files from a pipe or from standard input, which can be read only once."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ STANDARD_INPUT = "-"
 
 
 def source_name(model: str | os.PathLike[str] | Document) -> str:
-    """How messages call a file: by its path, if it was not read from a stream."""
+    """The name of a file in messages: its path, or the name of its stream."""
     return model.name if isinstance(model, Document) else os.fsdecode(model)
 
 
 def stream_identity(model: str | os.PathLike[str]) -> Hashable | None:
-    """What tells the stream that a model comes through from others; None if it is none."""
+    """Device and inode of the stream that a model comes through; None if it is no stream."""
     try:
         if os.fspath(model) == STANDARD_INPUT:
             found = os.fstat(0)
@@ -36,7 +36,7 @@ def stream_identity(model: str | os.PathLike[str]) -> Hashable | None:
 
 
 def read_stream(model: str | os.PathLike[str]) -> Document | None:
-    """Read a model to the end if it comes through a stream.
+    """Read a model to its end if it comes through a stream.
 
     Args:
         model: ``-`` for standard input, or a path.
@@ -45,7 +45,7 @@ def read_stream(model: str | os.PathLike[str]) -> Document | None:
         The document; None if the path is no stream.
 
     Raises:
-        FileError: it cannot be read, is empty, or is longer than a file may be.
+        FileError: the stream cannot be read, is empty, or exceeds the size limit of a file.
     """
     if stream_identity(model) is None:
         return None

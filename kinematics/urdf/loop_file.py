@@ -1,10 +1,10 @@
-"""Loops that are described beside a URDF file, in YAML.
+"""Merge loops from a YAML file into the tree of the URDF file beside it.
 
-The form is that of Gepetto's example-parallel-robots: ``closed_loop`` pairs frames, ``type``
-says which pairs share a point (``3d``) and which a pose (``6d``), ``joint_name`` and
-``joint_type`` replace joints of the file by joints that URDF lacks, and ``name_mot`` names
-the inputs. What is read goes into the tree of the file, as ``<loop>`` elements and changed
-joints, so that nothing after it knows where a loop was written.
+The format is that of Gepetto's example-parallel-robots: ``closed_loop`` pairs frames; a pair
+shares a point if its ``type`` is ``3d``, and a pose if it is ``6d``; ``joint_name`` and
+``joint_type`` replace joints of the file by types that URDF lacks; ``name_mot`` names the
+inputs. The tree gets ``<loop>`` elements and changed joints, so that the later steps are the
+same for both kinds of files.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM, coordinate_
 
 __all__ = ["Sidecar", "loop_file_of", "merge_loop_file"]
 
+# Largest YAML file: one of a robot has a few kilobytes.
 MAX_BYTES = 2**17
 
 _KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type", "rotule_name")
@@ -45,11 +46,11 @@ _JOINTS = ("SPHERICAL", "FIXED", *_UNIVERSAL)
 
 
 class Sidecar(NamedTuple):
-    """What a URDF file and the file beside it say, and what is odd about them.
+    """A URDF file merged with the YAML file beside it, and remarks on both.
 
     Attributes:
         tree: the robot with all its loops.
-        inputs: coordinates named as inputs, or None to go by the marks in the tree.
+        inputs: coordinates named as inputs; None if the marks in the tree name them.
         remarks: code and message of each remark for the user.
     """
 
@@ -59,7 +60,7 @@ class Sidecar(NamedTuple):
 
 
 def loop_file_of(source: str) -> str | None:
-    """The YAML file with the stem of a URDF file, next to it, if it describes loops."""
+    """Find the YAML file beside a URDF file, with the same stem, if it describes loops."""
     for path in (Path(source).with_suffix(suffix) for suffix in (".yaml", ".yml")):
         if path.is_file():
             with name_file(str(path)):
@@ -72,27 +73,30 @@ def loop_file_of(source: str) -> str | None:
 def merge_loop_file(
     tree: Element, source: str, loops: str | os.PathLike[str] | None = None, search: bool = True
 ) -> Sidecar:
-    """Put loops that are described in YAML into the tree of a URDF file.
+    """Merge loops from a YAML file into the tree of a URDF file.
 
     Args:
-        tree: the URDF file, accepted by the guard.
+        tree: checked tree of the URDF file.
         source: its path.
-        loops: path of the YAML file; by default the one next to the URDF file, if there is
-            one, unless the tree has loops of its own.
-        search: whether to look next to the URDF file.
+        loops: path of the YAML file; by default the one beside the URDF file, if there is
+            one, unless the tree has ``<loop>`` elements.
+        search: whether to search beside the URDF file.
+
+    Returns:
+        The tree with the loops, the named inputs and the remarks.
 
     Raises:
         FileError: the YAML file cannot be read or does not fit the tree, or both hold
             loops.
     """
-    side = _sought(tree, source, loops, search)
+    side = _find_and_merge(tree, source, loops, search)
     return side._replace(remarks=(*side.remarks, *find_unphysical(tree, source)))
 
 
-def _sought(
+def _find_and_merge(
     tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool
 ) -> Sidecar:
-    """As :func:`merge_loop_file`, without remarks on the URDF file itself."""
+    """Merge as `merge_loop_file`, without remarks on the URDF file itself."""
     inline = tree.first("loop")
     if loops is None:
         file = loop_file_of(source) if search else None
@@ -108,20 +112,21 @@ def _sought(
             remedy = "remove the <loop> elements, or do without the other file"
             raise FileError(clean(source, 1000), inline.label, problem, remedy)
     with name_file(file):
-        return _merged(tree, YamlMapping(read_bytes(file, MAX_BYTES), _KEYS + _IDLE, _RETIRED))
+        return _merge(tree, YamlMapping(read_bytes(file, MAX_BYTES), _KEYS + _IDLE, _RETIRED))
 
 
-def _merged(tree: Element, keys: YamlMapping) -> Sidecar:
-    tree = _valid(_retyped(tree, keys), "joint_type")
+def _merge(tree: Element, keys: YamlMapping) -> Sidecar:
+    """Change joints, add loops and name inputs."""
+    tree = _validate(_replace_joints(tree, keys), "joint_type")
     inputs = _inputs(tree, keys)
-    tree = _valid(_looped(tree, keys), "closed_loop")
+    tree = _validate(_add_loops(tree, keys), "closed_loop")
     idle = [key for key in _IDLE if key in keys.items]
     remark = ("keys_ignored", f"keys without a meaning here: {', '.join(idle)}")
     return Sidecar(tree, inputs, (remark,) if idle else ())
 
 
-def _valid(tree: Element, key: str) -> Element:
-    """The tree, if the guard accepts what a key made of it."""
+def _validate(tree: Element, key: str) -> Element:
+    """Check the tree after the change that a key makes to it."""
     try:
         validate_tree(tree)
     except Refusal as refusal:
@@ -130,8 +135,8 @@ def _valid(tree: Element, key: str) -> Element:
     return tree
 
 
-def _like(tree: Element, keys: YamlMapping, key: str) -> list[str]:
-    """The moving joint that a text names, or else all those whose names contain it."""
+def _matching_joints(tree: Element, keys: YamlMapping, key: str) -> list[str]:
+    """The moving joint with the name of a key, or else all those whose names contain it."""
     word = keys.text(key) or ""
     moving = [j.name for j in tree.every("joint") if DEGREES_OF_FREEDOM[j.attributes["type"]]]
     found = [word] if word in moving else [name for name in moving if word in name]
@@ -141,38 +146,40 @@ def _like(tree: Element, keys: YamlMapping, key: str) -> list[str]:
     return found
 
 
-def _known(keys: YamlMapping, key: str, names: Iterable[str], known: Collection[str]) -> None:
-    """Every name of a key is among the known ones."""
+def _check_names(
+    keys: YamlMapping, key: str, names: Iterable[str], known: Collection[str]
+) -> None:
+    """Check that every name of a key is known."""
     for name in names:
         if name not in known:
             remedy = f"correct the name; there are {closest_names(name, known)}"
             raise keys.wrong(key, f"'{clean(name)}' does not exist", remedy)
 
 
-def _retyped(tree: Element, keys: YamlMapping) -> Element:
-    """The tree with joints replaced."""
+def _replace_joints(tree: Element, keys: YamlMapping) -> Element:
+    """Replace the joints that the keys name by joints of other types."""
     joints = {joint.name: joint for joint in tree.every("joint")}
     names = keys.names("joint_name")
-    _known(keys, "joint_name", names, joints)
+    _check_names(keys, "joint_name", names, joints)
     if names and "joint_type" not in keys.items:
         raise keys.wrong("joint_name", "no joint_type", f"add it: {', '.join(_JOINTS)}")
     kinds: dict[str, str] = {}
     if "rotule_name" in keys.items:
-        kinds = dict.fromkeys(_like(tree, keys, "rotule_name"), "SPHERICAL")
+        kinds = dict.fromkeys(_matching_joints(tree, keys, "rotule_name"), "SPHERICAL")
     if "joint_type" in keys.items:
         types = keys.kinds("joint_type", "joint_name", _JOINTS)
         kinds |= dict(zip(names, types, strict=True))
-    return _mapped(tree, lambda j: _replaced(j, kinds[j.name]) if j.name in kinds else j)
+    return _map_joints(tree, lambda j: _retype(j, kinds[j.name]) if j.name in kinds else j)
 
 
-def _mapped(tree: Element, change: Callable[[Element], Element]) -> Element:
-    """The tree with its joints changed."""
+def _map_joints(tree: Element, change: Callable[[Element], Element]) -> Element:
+    """Apply a change to every joint of a tree."""
     children = (change(item) if item.tag == "joint" else item for item in tree.children)
     return replace(tree, children=tuple(children))
 
 
-def _replaced(joint: Element, kind: str) -> Element:
-    """A joint of another type in the same place, about the axes of its own frame."""
+def _retype(joint: Element, kind: str) -> Element:
+    """Change the type of a joint in place, with axes along those of its own frame."""
     axes = _UNIVERSAL.get(kind, ("X",))
     lines = [
         Element(tag, {"xyz": _AXES[axis]}, (), joint.line)
@@ -186,11 +193,11 @@ def _replaced(joint: Element, kind: str) -> Element:
 
 
 def _inputs(tree: Element, keys: YamlMapping) -> tuple[str, ...] | None:
-    """Coordinates of the joints that the file names as inputs."""
+    """Coordinates of the joints that the file marks as inputs."""
     types = {joint.name: joint.attributes["type"] for joint in tree.every("joint")}
     one = keys.text("name_mot") is not None
-    names = _like(tree, keys, "name_mot") if one else keys.names("name_mot")
-    _known(keys, "name_mot", names, types)
+    names = _matching_joints(tree, keys, "name_mot") if one else keys.names("name_mot")
+    _check_names(keys, "name_mot", names, types)
     for name in names:
         if not DEGREES_OF_FREEDOM[types[name]]:
             raise keys.wrong("name_mot", f"'{clean(name)}' is fixed", "name joints that move")
@@ -198,8 +205,8 @@ def _inputs(tree: Element, keys: YamlMapping) -> tuple[str, ...] | None:
     return tuple(found) or None
 
 
-def _looped(tree: Element, keys: YamlMapping) -> Element:
-    """The tree with the loops, named ``frame1/frame2``."""
+def _add_loops(tree: Element, keys: YamlMapping) -> Element:
+    """Add the loops to the tree, with names ``frame1/frame2``."""
     links = {link.name: link.name for link in tree.every("link")}
     after = {j.name: check_needed(j, "child", "link") for j in tree.every("joint")}
     frames = after | links
@@ -214,7 +221,7 @@ def _looped(tree: Element, keys: YamlMapping) -> Element:
         if len(names) != 2:
             problem = f"{len(names)} names at line {pair.line} in place of a pair"
             raise keys.wrong("closed_loop", problem, "write pairs: [[frame1, frame2]]")
-        _known(keys, "closed_loop", names, frames)
+        _check_names(keys, "closed_loop", names, frames)
         for name in names:
             if after.get(name, frames[name]) != frames[name]:
                 problem = f"'{clean(name)}' is a link, and a joint that carries another link"

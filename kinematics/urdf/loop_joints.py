@@ -1,9 +1,9 @@
-"""Joints as chains of single freedoms, and loops as such chains plus a weld.
+"""Convert joints to chains of single freedoms, and loops to such chains plus a weld.
 
 A loop joins a predecessor and a successor link by a joint of any type. Its freedoms become
-joints that hang from the predecessor, and the far end of that chain is welded to the
-successor. At the pose of the file the two frames of the loop may differ by a motion that
-the joint allows; what is left of the difference is the gap of the weld.
+joints that the predecessor carries, and the far end of that chain is welded to the successor.
+At the pose of the file the two frames of the loop may differ by a motion that the joint allows;
+the rest of the difference is the gap of the weld.
 
 Angular parts come first in screws, and everything is in the inertial frame, in SI units.
 """
@@ -20,6 +20,11 @@ from kinematics.model.arrays import freeze
 from kinematics.model.chain import loop_joints
 from kinematics.model.linkage import GROUND, Joint, LinkPose, Loop
 from kinematics.spatial.screws import exp, prismatic, revolute
+from kinematics.tolerances import (
+    LOOP_FRAME_DISTANCE,
+    LOOP_FRAME_ROUND_OFF,
+    UNIVERSAL_AXES_PARALLEL_SINE,
+)
 from kinematics.urdf.robot_tree import pose_matrix
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import coordinate_names
@@ -27,11 +32,6 @@ from kinematics.urdf_elements.joint_types import coordinate_names
 __all__ = ["FREEDOMS", "attach_loop", "freedoms_of_joint", "perpendicular_to", "unit_vector"]
 
 Array = NDArray[np.float64]
-
-# Frames nearer than the first, in radians and in parts of the size of the loop, coincide: the
-# rest is round-off of the products of rotations that placed them. The second adds the round-off
-# of coordinates, in parts of the extent of the linkage.
-ROUND_OFF, LOST = 1e-12, 1e-14
 
 FREEDOMS = {
     "fixed": (),
@@ -47,19 +47,22 @@ FREEDOMS = {
 
 
 def unit_vector(axis: ArrayLike) -> Array:
-    """The unit vector along ``axis``, which is not zero; shape (3,)."""
+    """Normalise an axis (3,), which is not zero."""
     a = np.asarray(axis, dtype=np.float64)
     a = a / np.abs(a).max()
     return a / np.linalg.norm(a)
 
 
 def perpendicular_to(n: Array, direction: ArrayLike | None = None) -> Array:
-    """The unit vector perpendicular to ``n`` that is nearest to ``direction``; shape (3,).
+    """Compute the unit vector perpendicular to ``n`` that is nearest to ``direction``.
 
     Args:
         n: unit vector (3,).
-        direction: not along ``n``; by default the coordinate axis after the one to which
-            ``n`` is closest: y if n = x, z if n = y, x if n = z.
+        direction: vector (3,), not along ``n``; by default the coordinate axis after the one
+            nearest to ``n``: y if n = x, z if n = y, x if n = z.
+
+    Returns:
+        Unit vector (3,).
     """
     if direction is None:
         d = np.roll(np.eye(3), 1, axis=1)[np.argmax(np.abs(n))]
@@ -69,11 +72,11 @@ def perpendicular_to(n: Array, direction: ArrayLike | None = None) -> Array:
 
 
 def freedoms_of_joint(kind: str, n: Array, u: Array, point: Array) -> list[tuple[str, Array]]:
-    """The single freedoms of a joint, from its fixed side to its moving side.
+    """Compute the single freedoms of a joint, from its fixed side to its moving side.
 
     Args:
         kind: type of the joint in the file.
-        n: its axis, a unit vector (3,). It is the normal of a planar joint and the first
+        n: its axis, a unit vector (3,): the normal of a planar joint and the first
             axis of a universal or spherical one.
         u: unit vector (3,) perpendicular to ``n``: second axis of a universal or spherical
             joint, first direction of a planar one. The third is ``n × u``.
@@ -95,34 +98,35 @@ def freedoms_of_joint(kind: str, n: Array, u: Array, point: Array) -> list[tuple
 def attach_loop(
     loop: Element, places: Mapping[str, LinkPose], before_it: Sequence[Joint], extent: float
 ) -> tuple[list[Joint], Loop]:
-    """The joints and the weld of a ``<loop>`` element.
+    """Compute the joints and the weld of a ``<loop>`` element.
 
     The loop's axis is in the frame of the predecessor, its second axis (universal loops
-    only) in that of the successor; there, :func:`perpendicular_to` gives its default.
+    only) in that of the successor, with the default of `perpendicular_to`.
 
     Args:
-        loop: the element, accepted by the guard.
-        places: the links of the file.
-        before_it: the joints there are so far.
-        extent: size of the linkage in metres.
+        loop: the checked element.
+        places: rigid body and pose (4, 4) of each link of the file, inertial frame.
+        before_it: the joints before those of the loop.
+        extent: size of the linkage, metres.
 
     Returns:
-        Up to three joints in a chain, and the weld at its end.
+        Up to three joints in a chain, and the weld at its end, in the inertial frame.
     """
     kind = loop.attributes["type"]
     start, before = _end(loop, "predecessor", places)
     end, after = _end(loop, "successor", places)
     axis = _direction(loop, "axis", np.array([1.0, 0.0, 0.0]))
     n, u = before[:3, :3] @ axis, before[:3, :3] @ perpendicular_to(axis)
-    reached = _reached(kind, before, after, n)
+    reached = _nearest_pose(kind, before, after, n)
     if kind == "universal":
         second = after[:3, :3] @ _direction(loop, "axis2", perpendicular_to(axis))
-        lean = float(np.arctan2(n @ second, np.linalg.norm(np.cross(n, second))))
-        upright = _rotation(_across(n, np.cross(n, second)), lean)
-        reached[:3, :3] = upright @ after[:3, :3]
-        u = _across(n, upright @ second)
+        angle = float(np.arctan2(n @ second, np.linalg.norm(np.cross(n, second))))
+        tilt = _rotation(_across(n, np.cross(n, second)), angle)
+        reached[:3, :3] = tilt @ after[:3, :3]
+        u = _across(n, tilt @ second)
     centre = reached[:3, 3] if kind == "planar" else before[:3, 3]
-    size = ROUND_OFF * _size(before_it, start, end, centre) + LOST * extent
+    distance = LOOP_FRAME_DISTANCE * _loop_size(before_it, start, end, centre)
+    distance += LOOP_FRAME_ROUND_OFF * extent
     joints: list[Joint] = []
     first = len(before_it)
     steps = freedoms_of_joint(kind, n, u, centre)
@@ -132,8 +136,8 @@ def attach_loop(
         joints.append(Joint(name, motion, parent, freeze(screw), point, True, len(names) > 1))
     last = first + len(joints) - 1 if joints else start
     if last == GROUND:
-        return joints, Loop(loop.name, end, GROUND, _gap(after, reached, size))
-    return joints, Loop(loop.name, last, end, _gap(reached, after, size))
+        return joints, Loop(loop.name, end, GROUND, _gap(after, reached, distance))
+    return joints, Loop(loop.name, last, end, _gap(reached, after, distance))
 
 
 def _end(loop: Element, role: str, places: Mapping[str, LinkPose]) -> LinkPose:
@@ -144,22 +148,24 @@ def _end(loop: Element, role: str, places: Mapping[str, LinkPose]) -> LinkPose:
 
 
 def _direction(loop: Element, tag: str, default: Array) -> Array:
+    """The unit vector (3,) of an axis of a loop, in the frame of its link."""
     item = loop.first(tag)
     return default if item is None else unit_vector(item.vector("xyz", ""))
 
 
 def _across(n: Array, second: Array) -> Array:
     """``second``, made perpendicular to ``n``; any perpendicular if it is along ``n``."""
-    along = np.linalg.norm(np.cross(n, second)) <= ROUND_OFF
+    along = np.linalg.norm(np.cross(n, second)) <= UNIVERSAL_AXES_PARALLEL_SINE
     return perpendicular_to(n) if along else perpendicular_to(n, second)
 
 
 def _rotation(axis: Array, angle: float) -> Array:
+    """Rotation matrix (3, 3) about a unit vector."""
     return exp(revolute(axis, np.zeros(3)), angle)[:3, :3]
 
 
-def _reached(kind: str, before: Array, after: Array, n: Array) -> Array:
-    """The pose nearest to ``after`` to which the joint can carry ``before``; (4, 4).
+def _nearest_pose(kind: str, before: Array, after: Array, n: Array) -> Array:
+    """Compute the pose (4, 4) nearest to ``after`` to which the joint can move ``before``.
 
     Positions: the foot of the offset d on the line or the plane of the joint. Rotations
     about n: ``tr(Q Rot(n, θ)ᵀ) = nᵀQn + (tr Q - nᵀQn) cos θ + n·vee(Q - Qᵀ) sin θ`` is
@@ -181,23 +187,23 @@ def _reached(kind: str, before: Array, after: Array, n: Array) -> Array:
     return reached
 
 
-def _size(joints: Sequence[Joint], start: int, end: int, centre: Array) -> float:
-    """Distance of the furthest joint along a loop from the place where it is closed."""
+def _loop_size(joints: Sequence[Joint], start: int, end: int, centre: Array) -> float:
+    """Distance of the furthest joint along a loop from the point where it closes, metres."""
     around = loop_joints([joint.parent for joint in joints], start, end)
     points = [joints[j].point - centre for j in around]
     return max((float(np.linalg.norm(point)) for point in points), default=0.0)
 
 
 def _gap(here: Array, there: Array, size: float) -> Array:
-    """The displacement D with ``D here = there``, exactly the identity if they coincide.
+    """Compute the displacement D with ``D here = there``.
 
-    They do if they are no further apart than ``size``, in metres.
+    It is exactly the identity if the frames coincide, no further apart than ``size`` metres.
     """
     D = np.eye(4)
     D[:3, :3] = there[:3, :3] @ here[:3, :3].T
-    distance = np.abs(there[:3, 3] - here[:3, 3]).max()
+    offset = np.abs(there[:3, 3] - here[:3, 3]).max()
     angle = np.abs(D[:3, :3] - np.eye(3)).max()
-    if distance <= size and angle <= ROUND_OFF:
+    if offset <= size and angle <= LOOP_FRAME_DISTANCE:
         return freeze(np.eye(4))
     D[:3, 3] = there[:3, 3] - D[:3, :3] @ here[:3, 3]
     return freeze(D)

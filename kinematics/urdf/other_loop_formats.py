@@ -1,8 +1,8 @@
-"""Loops that a file closes in the words of other tools, and that are not read.
+"""Reject loops in the formats of other tools.
 
-A file in which a loop is passed over would be answered as an open tree. Gazebo writes a joint
-of SDF into ``<gazebo>``, MuJoCo equalities into ``<mujoco>``, Drake constraints into elements
-of its namespace; urdfdom has a proposal for ``<constraint>``.
+A file with a loop that is not read would be analysed as an open tree. Gazebo writes a joint of
+SDF into ``<gazebo>``, MuJoCo equalities into ``<mujoco>``, Drake constraints into elements of
+its namespace; urdfdom has a proposal for ``<constraint>``.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ _ENDS = (
 
 
 def check_foreign_loops(robot: Element) -> None:
-    """Refuse an element of another tool that closes a loop.
+    """Reject an element of another tool that closes a loop.
 
     Raises:
-        Refusal: there is one; the remedy is the ``<loop>`` to write instead.
+        Refusal: there is one; the remedy is the ``<loop>`` to write in its place.
     """
     for item, kind in _closures(robot):
         first, second = _ends(item)
@@ -42,7 +42,7 @@ def check_foreign_loops(robot: Element) -> None:
 
 
 def _closures(robot: Element) -> Iterator[tuple[Element, str]]:
-    """Elements that close a loop, and the type of the ``<loop>`` that does the same."""
+    """Elements that close a loop, and the type of the equivalent ``<loop>``."""
     for item in robot.children:
         prefix, _, word = item.tag.rpartition(":")
         if prefix == "drake" and word in _DRAKE:
@@ -64,15 +64,15 @@ def _closures(robot: Element) -> Iterator[tuple[Element, str]]:
 
 
 def _ends(item: Element) -> tuple[str, str]:
-    """The links that a closure joins, as far as it names them."""
+    """The links that a closure joins, as far as they have names there."""
     for pair in _ENDS:
-        named = tuple(_named(item, role) for role in pair)
+        named = tuple(_link_of(item, role) for role in pair)
         if all(named):
             return clean(named[0]), clean(named[1])
     return "…", "…"
 
 
-def _named(item: Element, role: str) -> str:
+def _link_of(item: Element, role: str) -> str:
     """The link in an attribute, or in an element, of a closure."""
     inner = item.first(role)
     if inner is None:

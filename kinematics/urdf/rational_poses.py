@@ -1,4 +1,4 @@
-"""Displacements in rational numbers.
+"""Compute rigid displacements in rational numbers.
 
 A rotation about a rational axis n of any length is rational for a rational τ: the angle whose
 half has the tangent ``τ |n|`` (A. Cayley, 1846).
@@ -37,16 +37,16 @@ class RationalPose(NamedTuple):
     d: Vector = (Fraction(0),) * 3
 
     def turn(self, a: Vector) -> Vector:
-        """``R a``."""
+        """Rotate a vector (3,): ``R a``."""
         return tuple(dot(row, a) for row in self.R)
 
     def carry(self, screw: Vector) -> Vector:
-        """The screw ``[n; m]`` after the displacement: ``[R n; R m + d × R n]``."""
+        """Displace a screw ``[n; m]`` (6,): ``[R n; R m + d × R n]``."""
         n, m = self.turn(screw[:3]), self.turn(screw[3:])
         return n + add_vectors(m, cross(self.d, n))
 
     def __matmul__(self, other: RationalPose) -> RationalPose:
-        """The displacement ``other``, followed by this one."""
+        """Compose displacements: ``other``, followed by this one."""
         columns = [self.turn(column) for column in zip(*other.R, strict=True)]
         return RationalPose(
             tuple(zip(*columns, strict=True)), add_vectors(self.d, self.turn(other.d))
@@ -54,17 +54,27 @@ class RationalPose(NamedTuple):
 
 
 def add_vectors(a: Vector, b: Vector) -> Vector:
-    """``a + b``."""
+    """Compute ``a + b``.
+
+    Args:
+        a: vector (n,).
+        b: vector (n,).
+    """
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
 def scale_vector(factor: Fraction, a: Vector) -> Vector:
-    """``factor a``."""
+    """Compute ``factor a``.
+
+    Args:
+        factor: a number.
+        a: vector (n,).
+    """
     return tuple(factor * x for x in a)
 
 
 def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
-    """Rotation matrix (3, 3) about n by the angle ``2 arctan(τ |n|)`` and by quarter turns.
+    """Compute the rotation matrix (3, 3) about n by ``2 arctan(τ |n|)`` and by quarter turns.
 
     ``R = 1 + sin θ n̂ + (1 - cos θ) n̂²`` with the unit vector along n.
 
@@ -74,8 +84,8 @@ def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
         quarter: number of quarter turns.
     """
     square = dot(n, n)
-    least = 1 + tau * tau * square
-    c, s = (2 - least) / least, 2 * tau / least  # s is the sine over the length of n
+    secant = 1 + tau * tau * square  # 1 / cos² of half the angle
+    c, s = (2 - secant) / secant, 2 * tau / secant  # s is the sine over the length of n
     for _ in range(quarter % 4):
         length = root(square) or Fraction(1)
         c, s = -s * length, c / length
@@ -90,15 +100,15 @@ def rotation(n: Vector, tau: Fraction, quarter: int = 0) -> Matrix:
 def move_screws(
     joints: Sequence[Joint], screws: Sequence[Vector], positions: Sequence[float]
 ) -> tuple[Vector, ...]:
-    """Move every joint to a rational position near a given one, and carry the screws along.
+    """Move every joint to a rational position near a given one, and displace the screws.
 
     Half-angle tangents of turns, and lengths of slides, both over the length of the axis, are
     rounded to multiples of ``2**-BITS``.
 
     Args:
-        joints: parents first (n,).
-        screws: of the joints before they move, with axes of any length; (n, 6).
-        positions: of the joints (n,), in radians and metres.
+        joints: joints, parents first (n,).
+        screws: their screws before they move, with axes of any length (n, 6).
+        positions: their positions (n,), in radians and metres.
 
     Returns:
         The screws at that pose (n, 6), in the inertial frame.
@@ -113,7 +123,7 @@ def move_screws(
 
 
 def _step(kind: str, screw: Vector, q: float) -> RationalPose:
-    """The displacement along a screw ``[n; r × n + λ n]`` or ``[0; n]`` to a position q."""
+    """Compute the displacement of a joint ``[n; r × n + λ n]`` or ``[0; n]`` at position q."""
     n, m = screw[:3], screw[3:]
     if kind == "prismatic":
         return RationalPose(

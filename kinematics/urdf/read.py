@@ -1,8 +1,8 @@
-"""From a URDF file to a draft of a linkage.
+"""Read a URDF file to an unassembled linkage.
 
-The guard refuses what cannot be a linkage, and the file beside it may add loops. Frames and
-inertias are read from the tree that passed, or taken from a model that yourdfpy has loaded;
-the tree supplies the rest: types, axes, loops, screw pitches, input marks.
+The checks reject invalid files, and the YAML file beside it may add loops. Frames and inertias
+come from the checked tree, or from a model that yourdfpy has loaded; types, axes, loops, screw
+pitches and input marks come from the tree.
 
 The inertial frame is the frame of the root link. The pose of the file, where every joint
 coordinate is zero (that of a mimic joint: its offset), becomes the reference pose.
@@ -62,14 +62,14 @@ def read(
 
     Args:
         path: the file.
-        loops: a YAML file with its loops; see :mod:`kinematics.urdf.loop_file`.
-        options: what to change about it.
+        loops: a YAML file with its loops; see `kinematics.urdf.loop_file`.
+        options: changes to the file.
 
     Returns:
-        The linkage as the file describes it, with its loops not yet closed.
+        The linkage of the file, with its loops not yet closed.
 
     Raises:
-        FileError: the file cannot be read as a linkage; the message says where and why.
+        FileError: the file cannot be read as a linkage; the message gives place and reason.
     """
     options = options or ReadOptions()
     return read_linkage(path, read_files(path, loops, options), options)
@@ -78,8 +78,20 @@ def read(
 def read_linkage(
     model: Path | Document, side: Sidecar, options: ReadOptions
 ) -> UnassembledLinkage:
-    """As :func:`read`, for a file, or one read from a stream, that was accepted."""
-    draft = _draft(describe_robot(side.tree), side, source_name(model), options)
+    """Build an unassembled linkage from a checked file, or from a checked stream.
+
+    Args:
+        model: path or document of the file.
+        side: its checked tree, merged with the YAML file beside it.
+        options: changes to the file.
+
+    Returns:
+        The linkage of the file, with its loops not yet closed.
+
+    Raises:
+        FileError: the file is not a linkage that can move; the message gives the reason.
+    """
+    draft = _build_linkage(describe_robot(side.tree), side, source_name(model), options)
     document = model if isinstance(model, Document) else None
     return replace(draft, tree=side.tree, document=document)
 
@@ -87,11 +99,22 @@ def read_linkage(
 def read_loaded_model(
     model: URDF, loops: Path | None = None, options: ReadOptions | None = None
 ) -> UnassembledLinkage:
-    """As :func:`read`, for a model that yourdfpy has loaded.
+    """Build an unassembled linkage from a model that yourdfpy has loaded.
 
-    yourdfpy drops ``<loop>`` elements, screw pitches and input marks, and it has made
-    matrices of the angles, which are taken as they are. The reference pose is the one with
-    all joints at zero, whatever the configuration of the model.
+    yourdfpy drops ``<loop>`` elements, screw pitches and input marks, and converts angles to
+    rotation matrices, which are read as they are. In the reference pose all joints are at
+    zero, whatever the configuration of the model.
+
+    Args:
+        model: the model.
+        loops: a YAML file with its loops; see `kinematics.urdf.loop_file`.
+        options: changes to the model.
+
+    Returns:
+        The linkage of the model, with its loops not yet closed.
+
+    Raises:
+        FileError: the model is not a linkage; the message gives place and reason.
     """
     from kinematics.urdf.yourdfpy_adapter import set_poses, tree_of
 
@@ -99,21 +122,21 @@ def read_loaded_model(
     source = model.robot.name or "URDF"
     tree = validate_loaded(tree_of(model), source, options.fix_base)
     side = merge_loop_file(tree, source, loops, search=False)
-    return _draft(set_poses(describe_robot(side.tree), model), side, source, options)
+    return _build_linkage(set_poses(describe_robot(side.tree), model), side, source, options)
 
 
-def _draft(
+def _build_linkage(
     robot: Robot, side: Sidecar, source: str, options: ReadOptions
 ) -> UnassembledLinkage:
-    """The draft of a robot, and of what else the files say.
+    """Build the unassembled linkage of a robot.
 
     Raises:
-        FileError: nothing moves, no moving link has inertia, or a link called massless is
-            not there.
+        FileError: no joint moves, no moving link has inertia, or a massless link does not
+            exist.
     """
     file, tree = clean(source, 1000), side.tree
     mimics = {joint.name: joint.mimic for joint in robot.joints if joint.mimic is not None}
-    joints, places = _tree_joints(robot, _offsets(mimics))
+    joints, places = _place_joints(robot, _mimic_positions(mimics))
     if not joints:
         remedy = "give a linkage with joints that are not fixed"
         raise FileError(file, "", "no joint moves", remedy)
@@ -121,7 +144,7 @@ def _draft(
     if not bodies:
         remedy = "give the links that move a mass and an inertia, or use --bodies all"
         raise FileError(file, "", "no moving link has an <inertial>", remedy)
-    loops = _loops(tree, places, joints)
+    loops = _attach_loops(tree, places, joints)
     return UnassembledLinkage(
         name=robot.name,
         source=source,
@@ -137,8 +160,8 @@ def _draft(
     )
 
 
-def _ordered(joints: Sequence[TreeJoint], root: str) -> list[TreeJoint]:
-    """Parents first, and otherwise in the order of the file."""
+def _sort_parents_first(joints: Sequence[TreeJoint], root: str) -> list[TreeJoint]:
+    """Sort joints so that parents come first, otherwise in the order of the file."""
     hanging: dict[str, list[int]] = {}
     for i, joint in enumerate(joints):
         hanging.setdefault(joint.parent, []).append(i)
@@ -152,8 +175,8 @@ def _ordered(joints: Sequence[TreeJoint], root: str) -> list[TreeJoint]:
     return order
 
 
-def _offsets(mimics: Mapping[str, Follows]) -> dict[str, float]:
-    """Positions of the mimic joints at the pose of the file: ratio × source + offset."""
+def _mimic_positions(mimics: Mapping[str, Follows]) -> dict[str, float]:
+    """Compute positions of mimic joints at the pose of the file: ratio × source + offset."""
     known: dict[str, float] = {}
     for start in mimics:
         path = [start]
@@ -166,19 +189,19 @@ def _offsets(mimics: Mapping[str, Follows]) -> dict[str, float]:
     return known
 
 
-def _tree_joints(
+def _place_joints(
     robot: Robot, offsets: Mapping[str, float]
 ) -> tuple[list[Joint], dict[str, LinkPose]]:
-    """The joints of the tree, and the place of every link of the file, root first."""
+    """Compute the joints of the tree, and the pose of every link of the file, root first."""
     carried = {joint.child for joint in robot.joints}
     root = next(name for name in robot.links if name not in carried)
     places = {root: LinkPose(GROUND, np.eye(4))}
     joints: list[Joint] = []
-    for joint in _ordered(robot.joints, root):
+    for joint in _sort_parents_first(robot.joints, root):
         link, pose = places[joint.parent]
         frame = pose @ joint.origin
         names = coordinate_names(joint.name, joint.kind)
-        for name, (kind, screw) in zip(names, _steps(joint.element, frame), strict=True):
+        for name, (kind, screw) in zip(names, _freedoms(joint.element, frame), strict=True):
             point, several = freeze(frame[:3, 3]), len(names) > 1
             joints.append(Joint(name, kind, link, freeze(screw), point, numbered=several))
             link = len(joints) - 1
@@ -188,7 +211,7 @@ def _tree_joints(
     return joints, places
 
 
-def _steps(joint: Element, frame: Array) -> list[tuple[str, Array]]:
+def _freedoms(joint: Element, frame: Array) -> list[tuple[str, Array]]:
     """Kinds and screws of a joint whose frame has the pose ``frame`` (4, 4)."""
     if joint.attributes["type"] == "fixed":
         return []
@@ -203,11 +226,10 @@ def _steps(joint: Element, frame: Array) -> list[tuple[str, Array]]:
     return freedoms_of_joint(joint.attributes["type"], n, u, point)
 
 
-def _weighed(inertial: Inertial, pose: Array) -> Array:
-    """Inertial parameters (10,) about the inertial origin of a link at ``pose`` (4, 4).
+def _inertial_parameters(inertial: Inertial, pose: Array) -> Array:
+    """Compute the inertial parameters (10,) of a link at ``pose`` (4, 4), inertial frame.
 
-    The file gives the tensor about the centre of mass, along the axes of the inertial's
-    own frame; both are carried to the inertial frame.
+    The file has the tensor about the centre of mass, along the axes of the ``<inertial>``.
     """
     frame = pose @ inertial.origin
     R = frame[:3, :3]
@@ -219,8 +241,8 @@ def _bodies(
 ) -> list[Body]:
     """Moving rigid bodies that carry parameters, each named after its topmost link.
 
-    An ``<inertial>`` of zeros, as on the links between the axes of a spherical joint, says
-    the same as none.
+    An ``<inertial>`` of zeros, as on the links between the axes of a spherical joint, counts
+    as none.
     """
     top: dict[int, str] = {}
     for name, place in places.items():
@@ -229,9 +251,9 @@ def _bodies(
     for name, inertial in robot.links.items():
         place = places[name]
         if place.link != GROUND and inertial is not None:
-            sums[place.link] += _weighed(inertial, place.pose)
+            sums[place.link] += _inertial_parameters(inertial, place.pose)
     for name in options.massless:
-        sums.pop(_closed(name, places, top, file), None)
+        sums.pop(_massless_link(name, places, top, file), None)
     return [
         Body(top[link], link, freeze(sums[link]), freeze(places[top[link]].pose))
         for link in sorted(sums)
@@ -239,10 +261,10 @@ def _bodies(
     ]
 
 
-def _closed(
+def _massless_link(
     name: str, places: Mapping[str, LinkPose], top: Mapping[int, str], file: str
 ) -> int:
-    """The rigid body that the user calls massless, by the link that it is named after."""
+    """The link of a massless body; a link fixed to another one does not stand for the body."""
     label = f"massless link '{clean(name)}'"
     if name not in places:
         moving = [link for index, link in top.items() if index != GROUND]
@@ -255,8 +277,10 @@ def _closed(
     return places[name].link
 
 
-def _loops(tree: Element, places: Mapping[str, LinkPose], joints: list[Joint]) -> list[Loop]:
-    """The welds; the joints of the loops are appended to ``joints``."""
+def _attach_loops(
+    tree: Element, places: Mapping[str, LinkPose], joints: list[Joint]
+) -> list[Loop]:
+    """Append the joints of the loops to ``joints``, and return the welds."""
     extent = max(float(np.abs(place.pose[:3, 3]).max()) for place in places.values())
     welds = []
     for element in tree.every("loop"):
@@ -286,11 +310,11 @@ def _inputs(tree: Element) -> tuple[str, ...]:
 
 def _notices(places: Mapping[str, LinkPose], bodies: Sequence[Body]) -> tuple[Notice, ...]:
     """Moving bodies that carry no parameters."""
-    settled = {GROUND, *(body.link for body in bodies)}
+    known = {GROUND, *(body.link for body in bodies)}
     bare = []
     for name, place in places.items():
-        if place.link not in settled:
-            settled.add(place.link)
+        if place.link not in known:
+            known.add(place.link)
             bare.append(name)
     if not bare:
         return ()

@@ -1,7 +1,6 @@
-"""Joints, frames and inertias of a robot as numbers, from its checked tree.
+"""Read joints, frames and inertias of a robot from its checked tree, as numbers.
 
-The one description of a robot that both sources are brought to: a file, and a model that
-yourdfpy has loaded.
+The description is the same for a file and for a model that yourdfpy has loaded.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ class Inertial(NamedTuple):
     Attributes:
         mass: kg.
         inertia: tensor about the centre of mass (3, 3), along the axes of ``origin``, kg m².
-        origin: pose of the centre of mass in the frame of the link (4, 4).
+        origin: pose of the centre of mass in the frame of the link (4, 4), metres.
     """
 
     mass: float
@@ -47,10 +46,10 @@ class TreeJoint(NamedTuple):
 
     Attributes:
         element: the element, with its name, type, axes and pitch.
-        parent: name of the link that carries it.
-        child: name of the link that it carries.
-        origin: its pose in the frame of the parent link (4, 4).
-        mimic: how it follows another joint, if it moves and does so.
+        parent: name of its parent link.
+        child: name of its child link.
+        origin: its pose in the frame of the parent link (4, 4), metres.
+        mimic: its relation to another joint, if it is a moving mimic joint.
     """
 
     element: Element
@@ -71,7 +70,7 @@ class TreeJoint(NamedTuple):
 
 
 class Robot(NamedTuple):
-    """What a tree says about links and joints.
+    """Links and joints of a tree.
 
     Attributes:
         name: name of the robot.
@@ -85,17 +84,17 @@ class Robot(NamedTuple):
 
 
 def describe_robot(tree: Element) -> Robot:
-    """Joints, frames and inertias of a tree.
+    """Read joints, frames and inertias of a tree.
 
     Args:
-        tree: accepted by :func:`kinematics.urdf.validate.validate_file`.
+        tree: a tree that `kinematics.urdf.validate.validate_file` accepted.
     """
     links = {link.name: _inertial(link.first("inertial")) for link in tree.every("link")}
     return Robot(tree.name, links, tuple(_joint(joint) for joint in tree.every("joint")))
 
 
 def pose_matrix(origin: Element | None) -> Array:
-    """Pose (4, 4) of an ``<origin>``; the identity if there is none."""
+    """Compute the pose (4, 4) of an ``<origin>``; the identity if there is none."""
     pose = np.eye(4)
     if origin is not None:
         pose[:3, :3] = _rotation(origin.vector("rpy", "0 0 0"))
@@ -114,7 +113,7 @@ def _rotation(angles: ArrayLike) -> Array:
 
 
 def _inertial(item: Element | None) -> Inertial | None:
-    """An empty ``<inertial>`` says the same as none."""
+    """Read an ``<inertial>``; an empty one counts as none."""
     mass = item.first("mass") if item is not None else None
     inertia = item.first("inertia") if item is not None else None
     if item is None or mass is None or inertia is None:
@@ -124,6 +123,7 @@ def _inertial(item: Element | None) -> Inertial | None:
 
 
 def _joint(joint: Element) -> TreeJoint:
+    """Read a ``<joint>``."""
     parent, child = (_link(joint, role) for role in ("parent", "child"))
     mimic = joint.first("mimic")
     follows = None
@@ -134,4 +134,5 @@ def _joint(joint: Element) -> TreeJoint:
 
 
 def _link(joint: Element, role: str) -> str:
+    """The link on one side of a joint."""
     return (joint.first(role) or joint).attributes["link"]

@@ -1,10 +1,10 @@
-"""Angles that were rounded when they were written: 1.5708 for π/2.
+"""Find and replace rounded angles of a URDF file, such as 1.5708 for π/2.
 
 Read as written, a rounded right angle tilts axes by 3.7e-6 rad: a planar loop no longer
-closes, and a planar chain has the conditions of a spatial one. So a word within 1e-4 rad of a
-multiple of π/12 that looks rounded is taken as that multiple, unless the user wants what is
-written; either way a remark says so. A calibrated angle such as 1.570828 is no rounded one:
-its digits go on beyond those in which it differs from π/2.
+closes, and a planar chain has the conditions of a spatial one. A number within 1e-4 rad of a
+multiple of π/12 that looks rounded is therefore replaced by that multiple, unless the user
+chooses ``as_written``; a remark names it in either case. A calibrated angle such as 1.570828
+does not look rounded: its digits continue beyond those in which it differs from π/2.
 """
 
 from __future__ import annotations
@@ -17,6 +17,13 @@ from typing import NamedTuple
 
 from kinematics.error_text import clean
 from kinematics.linalg.rational import MAX_DIGITS, decimal, pi
+from kinematics.tolerances import (
+    ANGLE_ROUND_OFF,
+    EXACT_ANGLE_ERROR,
+    ROUNDED_ANGLE_DIGITS,
+    ROUNDED_ANGLE_ERROR,
+    SINGLE_PRECISION_ANGLE,
+)
 from kinematics.urdf_elements.element import Element
 
 __all__ = [
@@ -31,24 +38,14 @@ __all__ = [
 ]
 
 ANGLE_READINGS = ("nominal", "as_written")
-"""The ways to take an angle that looks rounded."""
+"""The interpretations of an angle that looks rounded."""
 ROUNDED_ANGLES = "rounded_angles"
 """The code of the remark on such angles."""
 
-# Rounded angles are nearer than this to what they stand for, in radians.
-NEAR = 1e-4
-# Nearer than this, as the twelve digits of many programs are, both readings are the same.
-ROUND_OFF = 1e-11
-# A rounded angle is off by a unit of its last digit, or by two if π was rounded before half
-# of it was taken (1.570795); or by what single precision leaves.
-UNITS = 2.0
-SINGLE = 1e-6
-# Angles beyond this are not multiples of anything that somebody had in mind.
-LARGEST = 1e3
-# Exact arithmetic takes what is nearer to a multiple for the multiple itself.
-MEANT = Fraction(1, 10**12)
-# How many angles a remark names.
-NAMED = 3
+# Largest angle that may stand for a multiple of π/12, rad: a larger one is not a design value.
+MAX_ROUNDED_ANGLE = 1e3
+# Number of angles that a remark names.
+MAX_NAMED = 3
 
 _TWELFTH = math.pi / 12
 _TURNING = ("revolute", "continuous")
@@ -58,7 +55,7 @@ class Rounded(NamedTuple):
     """An angle that looks rounded.
 
     Attributes:
-        label: element that it belongs to, such as ``joint 'j1' (line 12)``.
+        label: its element, such as ``joint 'j1' (line 12)``.
         attribute: ``"rpy"``, or ``"offset"`` of a mimic joint.
         word: the number as written.
     """
@@ -69,52 +66,66 @@ class Rounded(NamedTuple):
 
 
 def nearest_twelfth(word: str) -> int:
-    """The k ≠ 0 for which a number stands for ``k π/12``; 0 if for no such angle.
+    """Find the k ≠ 0 for which a number looks like a rounded ``k π/12``.
 
     Args:
         word: a finite decimal number, in radians.
+
+    Returns:
+        k, or 0 if the number does not look rounded.
     """
     x = float(word)
-    k = round(x / _TWELFTH) if abs(x) <= LARGEST and len(word) <= MAX_DIGITS else 0
+    k = round(x / _TWELFTH) if abs(x) <= MAX_ROUNDED_ANGLE and len(word) <= MAX_DIGITS else 0
     if not k:
         return 0
     mantissa, _, exponent = word.lower().partition("e")
     digits = mantissa.partition(".")[2].rstrip("0")
     unit = 10.0 ** (int(exponent or 0) - len(digits))
-    return k if abs(x - k * _TWELFTH) <= min(NEAR, max(UNITS * unit, SINGLE)) else 0
+    written = max(ROUNDED_ANGLE_DIGITS * unit, SINGLE_PRECISION_ANGLE)
+    return k if abs(x - k * _TWELFTH) <= min(ROUNDED_ANGLE_ERROR, written) else 0
 
 
 def find_rounded_angles(tree: Element) -> list[Rounded]:
-    """The angles of a file that make a difference: rounded by more than round-off.
+    """Find the angles of a file that are rounded by more than round-off.
 
     Args:
-        tree: accepted by the guard.
+        tree: checked tree of the file.
     """
     return [
         Rounded(owner.label, attribute, word)
-        for owner, item, attribute in _places(tree)
+        for owner, item, attribute in _angle_attributes(tree)
         for word in item.attributes[attribute].split()
-        if (k := nearest_twelfth(word)) and abs(float(word) - k * _TWELFTH) > ROUND_OFF
+        if (k := nearest_twelfth(word)) and abs(float(word) - k * _TWELFTH) > ANGLE_ROUND_OFF
     ]
 
 
 def replace_rounded_angles(tree: Element) -> Element:
-    """The tree with the angles that stand for multiples of π/12 written to all digits."""
+    """Replace angles that look like rounded multiples of π/12 by all digits of the multiple."""
     new: dict[int, Element] = {}
-    for _, item, attribute in _places(tree):
+    for _, item, attribute in _angle_attributes(tree):
         words = item.attributes[attribute].split()
-        full = [_written(k) if (k := nearest_twelfth(word)) else word for word in words]
+        full = [_all_digits(k) if (k := nearest_twelfth(word)) else word for word in words]
         if full != words:
             new[id(item)] = replace(
                 item, attributes={**item.attributes, attribute: " ".join(full)}
             )
-    return _rebuilt(tree, new) if new else tree
+    return _replace_elements(tree, new) if new else tree
 
 
 def describe_rounded_angles(found: Sequence[Rounded], reading: str) -> str:
-    """What to tell the user of the angles that look rounded, and of how they are read."""
-    named = ", ".join(f"{clean(r.word)} in {r.attribute} of {r.label}" for r in found[:NAMED])
-    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    """Compose the remark on the angles that look rounded.
+
+    Args:
+        found: the angles.
+        reading: one of `ANGLE_READINGS`.
+
+    Returns:
+        Number, names and interpretation of the angles, and the alternative.
+    """
+    named = ", ".join(
+        f"{clean(r.word)} in {r.attribute} of {r.label}" for r in found[:MAX_NAMED]
+    )
+    more = f" and {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else ""
     look = "angle looks" if len(found) == 1 else "angles look"
     how = "read as multiples of π/12, the default"
     choice = "--as-written (angles='as_written')"
@@ -127,23 +138,23 @@ def describe_rounded_angles(found: Sequence[Rounded], reading: str) -> str:
 
 
 def exact_angle(word: str) -> Fraction:
-    """An angle to exact arithmetic: its decimals, or the multiple of π/12 within 1e-12 of it.
+    """Convert an angle to a fraction: its decimals, or the multiple of π/12 within 1e-12 rad.
 
-    That is what all digits of a double mean, and what noise such as 1.2e-16 does. Multiples
-    are those of the fraction :func:`kinematics.linalg.rational.pi`.
+    All digits of a double, and noise such as 1.2e-16, stand for such a multiple. π is the
+    fraction `kinematics.linalg.rational.pi`.
     """
     value = decimal(word)
     multiple = round(value / (pi() / 12)) * pi() / 12
-    return multiple if abs(value - multiple) <= MEANT else value
+    return multiple if abs(value - multiple) <= EXACT_ANGLE_ERROR else value
 
 
-def _written(k: int) -> str:
+def _all_digits(k: int) -> str:
     """The double nearest to ``k π/12``, to all its digits."""
     return repr(float(k * pi() / 12))
 
 
-def _places(tree: Element) -> Iterator[tuple[Element, Element, str]]:
-    """Where a file has angles: the joint, link or loop, the element and its attribute."""
+def _angle_attributes(tree: Element) -> Iterator[tuple[Element, Element, str]]:
+    """Attributes with angles: the joint, link or loop, the element and the attribute."""
     for owner in tree.children:
         inside = [owner]
         if owner.tag == "link":
@@ -160,9 +171,9 @@ def _places(tree: Element) -> Iterator[tuple[Element, Element, str]]:
             yield owner, mimic, "offset"
 
 
-def _rebuilt(element: Element, new: Mapping[int, Element], depth: int = 3) -> Element:
-    """The element with others in place of some that are inside it, by their identity."""
+def _replace_elements(element: Element, new: Mapping[int, Element], depth: int = 3) -> Element:
+    """Replace elements inside an element by others, by their identity."""
     if id(element) in new or not depth:
         return new.get(id(element), element)
-    children = tuple(_rebuilt(child, new, depth - 1) for child in element.children)
+    children = tuple(_replace_elements(child, new, depth - 1) for child in element.children)
     return replace(element, children=children)

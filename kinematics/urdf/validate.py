@@ -1,7 +1,7 @@
-"""The guard: what a URDF file must satisfy before a heavy library sees it.
+"""Check a URDF file before any numeric library is loaded.
 
-Checks on the bare XML tree refuse whatever would otherwise be misread in silence. Nothing
-but the standard library is imported, so that a bad file is refused at once.
+The checks on the bare XML tree reject whatever would otherwise be misread silently. Only the
+standard library is imported, so that an invalid file is rejected at once.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import replace
 from kinematics.error_text import clean, closest_names, quoted
 from kinematics.urdf.other_loop_formats import check_foreign_loops
 from kinematics.urdf.validate_fields import (
-    MAX_LENGTH,
+    MAX_ANGLE,
     MAX_NUMBER,
     check_link,
     check_needed,
@@ -30,17 +30,17 @@ from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM, coordinate_
 
 __all__ = ["validate_file", "validate_loaded", "parse_file", "validate_tree"]
 
-# The cost of a linkage grows with the third power of its joints.
+# Largest number of degrees of freedom of all joints: cost grows with its third power.
 MAX_FREEDOMS = 1000
 _LOOP_PARTS = ("predecessor", "successor", "axis", "axis2")
 
 
 def validate_file(path: str | os.PathLike[str], fix_base: bool = False) -> Element:
-    """Read a URDF file and refuse what cannot be a linkage.
+    """Read and check a URDF file.
 
     Args:
         path: the file.
-        fix_base: whether floating joints on the ground become fixed joints.
+        fix_base: change floating joints on the ground into fixed joints.
 
     Returns:
         The ``<robot>`` element.
@@ -55,23 +55,47 @@ def validate_file(path: str | os.PathLike[str], fix_base: bool = False) -> Eleme
 
 
 def parse_file(data: bytes, file: str, fix_base: bool = False) -> Element:
-    """As :func:`validate_file`, for the bytes of a file; ``file`` is its name in messages."""
+    """Parse and check the bytes of a URDF file.
+
+    Args:
+        data: the bytes.
+        file: its name in messages.
+        fix_base: change floating joints on the ground into fixed joints.
+
+    Returns:
+        The ``<robot>`` element.
+
+    Raises:
+        FileError: the file is not well-formed, or not a linkage.
+    """
     with name_file(file):
         robot = build_tree(data)
     return validate_loaded(robot, file, fix_base)
 
 
 def validate_loaded(robot: Element, file: str, fix_base: bool = False) -> Element:
-    """As :func:`validate_file`, for a tree; ``file`` is its name in messages."""
+    """Check the tree of a robot.
+
+    Args:
+        robot: the ``<robot>`` element.
+        file: name of its file in messages.
+        fix_base: change floating joints on the ground into fixed joints.
+
+    Returns:
+        The same element, with its base fixed if wanted.
+
+    Raises:
+        FileError: it is not a linkage.
+    """
     if fix_base:
-        robot = _on_fixed_base(robot)
+        robot = _fix_base(robot)
     with name_file(file):
         validate_tree(robot)
     return robot
 
 
 def validate_tree(robot: Element) -> None:
-    """Every check on a tree; only direct children of ``<robot>`` count.
+    """Run every check on a tree; only direct children of ``<robot>`` count.
 
     Raises:
         Refusal: it is not a linkage.
@@ -100,6 +124,7 @@ def validate_tree(robot: Element) -> None:
 
 
 def _check_xacro(robot: Element) -> None:
+    """Reject elements and expressions of xacro."""
     remedy = "run xacro first (xacro robot.xacro > robot.urdf)"
     prefixes = {"xacro"}
     for item in robot.walk():
@@ -114,8 +139,8 @@ def _check_xacro(robot: Element) -> None:
                 raise Refusal(item.label, problem, remedy)
 
 
-def _based(robot: Element) -> list[Element]:
-    """Floating joints on links that only fixed joints, if any, join to the ground."""
+def _base_joints(robot: Element) -> list[Element]:
+    """Floating joints on the ground, or on links that fixed joints connect to it."""
     hanging: dict[str, list[Element]] = {}
     for joint in robot.every("joint"):
         hanging.setdefault(_end(joint, "parent"), []).append(joint)
@@ -132,17 +157,17 @@ def _based(robot: Element) -> list[Element]:
 
 
 def _end(joint: Element, role: str) -> str:
-    """The link on one side of a joint that need not be well-formed."""
+    """The link on one side of a joint, which may be malformed."""
     side = joint.first(role)
     return side.attributes.get("link", "") if side else ""
 
 
-def _on_fixed_base(robot: Element) -> Element:
-    """The tree with the floating joints of its base fixed."""
-    based = {id(joint) for joint in _based(robot)}
+def _fix_base(robot: Element) -> Element:
+    """Change the floating joints of the base into fixed ones."""
+    on_base = {id(joint) for joint in _base_joints(robot)}
     children = [
         replace(item, attributes={**item.attributes, "type": "fixed"})
-        if id(item) in based
+        if id(item) in on_base
         else item
         for item in robot.children
     ]
@@ -150,18 +175,18 @@ def _on_fixed_base(robot: Element) -> Element:
 
 
 def _check_floating(robot: Element) -> None:
-    """No joint floats."""
-    based = {id(joint) for joint in _based(robot)}
+    """Reject floating joints."""
+    on_base = {id(joint) for joint in _base_joints(robot)}
     for joint in robot.every("joint"):
         if joint.attributes.get("type") == "floating":
             remedy = "use a fixed joint, or joints for the freedoms that it has"
-            if id(joint) in based:
+            if id(joint) in on_base:
                 remedy = "fix the base with --fix-base (fix_base=True), or use a fixed joint"
             raise Refusal(joint.label, "a floating joint is not supported", remedy)
 
 
 def _check_names(*groups: Sequence[Element]) -> None:
-    """Names are present; within a group they, and their coordinates, are unique."""
+    """Check that names are present, and unique within a group, as are their coordinates."""
     for group in groups:
         taken: dict[str, Element] = {}
         for item in group:
@@ -180,7 +205,7 @@ def _check_names(*groups: Sequence[Element]) -> None:
 
 
 def _check_count(items: Sequence[Element]) -> None:
-    """Joints and loops have no more freedoms than can be handled."""
+    """Check that joints and loops have at most `MAX_FREEDOMS` degrees of freedom."""
     count = 0
     for item in items:
         count += DEGREES_OF_FREEDOM[item.attributes["type"]]
@@ -192,13 +217,14 @@ def _check_count(items: Sequence[Element]) -> None:
 def _check_link_name(
     owner: Element, role: str, name: str, known: Mapping[str, Element]
 ) -> None:
+    """Check that a link exists."""
     if name not in known:
         remedy = f"correct the name; the links are {closest_names(name, known)}"
         raise Refusal(owner.label, f"{role} link '{clean(name)}' does not exist", remedy)
 
 
 def _carriers(known: Mapping[str, Element], joints: Sequence[Element]) -> dict[str, Element]:
-    """The joint that carries each link, by the name of the link."""
+    """The joint that carries each link, by the name of the link; a link has at most one."""
     carrier: dict[str, Element] = {}
     for joint in joints:
         parent, child = (check_needed(joint, role, "link") for role in ("parent", "child"))
@@ -219,12 +245,12 @@ def _parent(joint: Element) -> str:
 
 
 def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) -> None:
-    """The joints carry every link from one root."""
-    settled: set[str] = set()
+    """Check that the joints form a tree with one root."""
+    checked: set[str] = set()
     for start in known:
         path: dict[str, None] = {}
         name = start
-        while name in carrier and name not in settled:
+        while name in carrier and name not in checked:
             if name in path:
                 ring = list(path)[list(path).index(name) :]
                 problem = f"the links {quoted(reversed(ring))} form a cycle of joints"
@@ -232,7 +258,7 @@ def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) ->
                 raise Refusal(carrier[name].label, problem, remedy)
             path[name] = None
             name = _parent(carrier[name])
-        settled.update(path)
+        checked.update(path)
     roots = [name for name in known if name not in carrier]
     if len(roots) > 1:
         problem = f"more than one root: no joint carries the links {quoted(roots)}"
@@ -241,9 +267,9 @@ def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) ->
 
 
 def _check_mimics(joints: Sequence[Element]) -> None:
-    """Mimics join moving joints of one degree of freedom, and no chain of them closes.
+    """Check that mimic joints and their sources have one degree of freedom, without circles.
 
-    Those of fixed joints are idle: exporters that freeze a joint leave them in place.
+    A ``<mimic>`` of a fixed joint is ignored: exporters that freeze a joint leave it in place.
     """
     named = {joint.name: joint for joint in joints}
     source: dict[str, str] = {}
@@ -273,15 +299,15 @@ def _check_mimics(joints: Sequence[Element]) -> None:
             path[name] = None
             name = source[name]
         for follower in reversed(path):
-            at[follower] = _followed(named[follower], at.get(source[follower], 0.0))
+            at[follower] = _mimic_position(named[follower], at.get(source[follower], 0.0))
 
 
-def _followed(joint: Element, position: float) -> float:
-    """Position of a joint that mimics one at ``position``, in the pose of the file."""
+def _mimic_position(joint: Element, position: float) -> float:
+    """Position, in the pose of the file, of a mimic joint whose source is at ``position``."""
     mimic = joint.first("mimic") or joint
     (ratio,), (offset,) = mimic.vector("multiplier", "1"), mimic.vector("offset", "0")
     place = ratio * position + offset
-    unit, most = ("rad", MAX_LENGTH) if rotates(joint) else ("m", MAX_NUMBER)
+    unit, most = ("rad", MAX_ANGLE) if rotates(joint) else ("m", MAX_NUMBER)
     if not abs(place) <= most:
         problem = f"its <mimic> places it at {place:.3g} {unit}, which is out of range"
         remedy = "correct the offsets and multipliers of the mimic joints"
@@ -292,7 +318,7 @@ def _followed(joint: Element, position: float) -> float:
 def _check_loop(
     loop: Element, known: Mapping[str, Element], carrier: Mapping[str, Element]
 ) -> None:
-    """A loop joins two links that are not rigidly joined already."""
+    """Check that a loop joins two links that can move relative to each other."""
     extra = [child.tag for child in loop.children if child.tag not in _LOOP_PARTS]
     sides = loop.every("predecessor") + loop.every("successor")
     extra += [item.tag for side in sides for item in side.children if item.tag != "origin"]

@@ -1,7 +1,7 @@
-"""What a single element of a URDF file must hold: its type, numbers and axes.
+"""Check single elements of a URDF file: types, numbers, origins, axes and inertias.
 
-Other readers take ``nan``, ``2,5``, an axis of zero length or an inertia without entries
-as they come, or put defaults of their own in their place.
+Other readers accept ``nan``, ``2,5``, an axis of zero length or an inertia without entries, or
+replace them by defaults of their own.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from collections.abc import Sequence
 from operator import mul
 
 from kinematics.error_text import clean
+from kinematics.tolerances import AXES_PERPENDICULAR_COSINE
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM
 
 __all__ = [
     "MAX_NUMBER",
-    "PERPENDICULAR",
     "SMALLEST_AXIS",
-    "MAX_LENGTH",
+    "MAX_ANGLE",
     "check_link",
     "check_numbers",
     "check_origin",
@@ -30,13 +30,12 @@ __all__ = [
     "rotates",
 ]
 
-# Beyond these, squares and products of the numbers leave the range of floating point.
+# Largest number: products of numbers up to it stay in the range of floating point.
 MAX_NUMBER = 1e30
+# Least length of an axis: its square stays in the range of floating point.
 SMALLEST_AXIS = 1e-100
-# Beyond this many radians the digits that tell the direction are lost.
-MAX_LENGTH = 1e4
-# Cosine of the angle between the axes of a universal joint, in files of six digits.
-PERPENDICULAR = 1e-6
+# Largest angle, rad: beyond it the digits that determine the direction are lost.
+MAX_ANGLE = 1e4
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _TURNING = ("revolute", "continuous")
@@ -48,7 +47,16 @@ def rotates(joint: Element) -> bool:
 
 
 def check_only(owner: Element, tag: str, inside: Element | None = None) -> Element | None:
-    """The child with this tag if there is one; refuses two."""
+    """Return the only child with a tag, if there is one.
+
+    Args:
+        owner: element in messages.
+        tag: tag of the child.
+        inside: element with the child; ``owner`` by default.
+
+    Raises:
+        Refusal: there are two.
+    """
     found = (inside or owner).every(tag)
     if len(found) > 1:
         problem = f"more than one <{tag}> (line {found[1].line})"
@@ -57,7 +65,16 @@ def check_only(owner: Element, tag: str, inside: Element | None = None) -> Eleme
 
 
 def check_needed(owner: Element, tag: str, attribute: str) -> str:
-    """A value that must be there: attribute of the only child with this tag."""
+    """Return an attribute of the only child with a tag.
+
+    Args:
+        owner: element with the child.
+        tag: tag of the child.
+        attribute: name of the attribute.
+
+    Raises:
+        Refusal: there is no such child or attribute, or there are two such children.
+    """
     item = check_only(owner, tag)
     value = item.attributes.get(attribute) if item else None
     if value is None:
@@ -67,7 +84,17 @@ def check_needed(owner: Element, tag: str, attribute: str) -> str:
 
 
 def check_numbers(owner: Element, item: Element, attribute: str, count: int) -> None:
-    """An attribute, if present, holds ``count`` finite decimal numbers."""
+    """Check that an attribute, if present, holds finite decimal numbers.
+
+    Args:
+        owner: element in messages.
+        item: element with the attribute.
+        attribute: name of the attribute.
+        count: how many numbers it must hold.
+
+    Raises:
+        Refusal: it holds another count, or other text.
+    """
     text = item.attributes.get(attribute)
     if text is None:
         return
@@ -81,7 +108,16 @@ def check_numbers(owner: Element, item: Element, attribute: str, count: int) -> 
 
 
 def check_origin(owner: Element, inside: Element) -> None:
-    """The ``<origin>`` inside an element, if any, holds three and three numbers."""
+    """Check that the ``<origin>`` inside an element, if any, holds three and three numbers.
+
+    Args:
+        owner: element in messages.
+        inside: element with the ``<origin>``.
+
+    Raises:
+        Refusal: there are two, or a number is missing or out of range, or there is a
+            quaternion.
+    """
     origin = check_only(owner, "origin", inside)
     if origin is None:
         return
@@ -91,13 +127,14 @@ def check_origin(owner: Element, inside: Element) -> None:
             raise Refusal(owner.label, problem, "write the rotation as rpy")
     check_numbers(owner, origin, "xyz", 3)
     check_numbers(owner, origin, "rpy", 3)
-    if max(map(abs, origin.vector("rpy", "0 0 0"))) > MAX_LENGTH:
+    if max(map(abs, origin.vector("rpy", "0 0 0"))) > MAX_ANGLE:
         where = f'<origin rpy="{clean(origin.attributes["rpy"])}"> (line {origin.line})'
-        problem = f"{where} has an angle beyond {MAX_LENGTH:g} rad"
+        problem = f"{where} has an angle beyond {MAX_ANGLE:g} rad"
         raise Refusal(owner.label, problem, "write angles in radians, between -π and π")
 
 
 def _check_axis(owner: Element, tag: str) -> None:
+    """Check that an axis, if any, is a direction."""
     axis = check_only(owner, tag)
     if axis is None:
         return
@@ -110,7 +147,7 @@ def _check_axis(owner: Element, tag: str) -> None:
 
 
 def check_link(link: Element) -> None:
-    """The ``<inertial>`` of a link, if any and not empty, is complete and in numbers."""
+    """Check that the ``<inertial>`` of a link, if any and not empty, has all its numbers."""
     inertial = check_only(link, "inertial")
     if inertial is None or not inertial.children:
         return
@@ -126,7 +163,7 @@ def _check_inertial(
     needed: Sequence[str],
     optional: Sequence[str] = (),
 ) -> None:
-    """A part of an ``<inertial>`` is there, with numbers; others would invent them."""
+    """Check that a part of an ``<inertial>`` has its numbers; other readers use defaults."""
     item = check_only(link, tag, inertial)
     missing = [name for name in needed if item is None or name not in item.attributes]
     if item is None or missing:
@@ -137,7 +174,7 @@ def _check_inertial(
 
 
 def check_type(item: Element) -> None:
-    """The type, origin, axes and pitch of a joint, or the type and axes of a loop."""
+    """Check type, origin, axes and pitch of a joint, or type and axes of a loop."""
     kind = item.attributes.get("type", "")
     if kind not in DEGREES_OF_FREEDOM:
         problem = f"unknown type '{clean(kind)}'" if kind else "no type"
@@ -160,17 +197,19 @@ def check_type(item: Element) -> None:
 
 
 def _check_second_axis(joint: Element) -> None:
-    """The second axis of a universal joint is perpendicular to the first."""
+    """Check that the second axis of a universal joint is perpendicular to the first."""
     first, second = joint.first("axis"), joint.first("axis2")
     if second is not None:
         a = first.vector("xyz", "") if first else [1.0, 0.0, 0.0]
         b = second.vector("xyz", "")
-        if abs(sum(map(mul, a, b))) > PERPENDICULAR * math.hypot(*a) * math.hypot(*b):
+        size = math.hypot(*a) * math.hypot(*b)
+        if abs(sum(map(mul, a, b))) > AXES_PERPENDICULAR_COSINE * size:
             problem = f"<axis2> (line {second.line}) is not perpendicular to the axis"
             raise Refusal(joint.label, problem, "correct it, or use two revolute joints")
 
 
 def _check_pitch(joint: Element, kind: str) -> None:
+    """Check the pitch of a screw joint, if any."""
     pitch = check_only(joint, "screw_thread_pitch")
     if pitch is not None:
         if kind not in _TURNING:

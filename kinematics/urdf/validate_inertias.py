@@ -1,7 +1,8 @@
-"""Masses and inertias that no body has: remarks, since design spaces do not depend on them.
+"""Find masses and inertias that no body can have.
 
-The inertia about the centre of mass is that of a body of positive mass if none of its
-principal moments exceeds the sum of the two others: ``I₃ ≤ I₁ + I₂`` with ``I₁ ≤ I₂ ≤ I₃``.
+They lead to remarks, not to errors, since design spaces do not depend on them. A body of
+positive mass has principal moments ``0 ≤ I₁ ≤ I₂ ≤ I₃`` about its centre of mass with
+``I₃ ≤ I₁ + I₂``.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kinematics.error_text import clean
+from kinematics.tolerances import INERTIA_INEQUALITY_EXCESS
 from kinematics.urdf_elements.element import Element
 
 __all__ = ["UNPHYSICAL", "tensor", "find_unphysical"]
@@ -16,41 +18,42 @@ __all__ = ["UNPHYSICAL", "tensor", "find_unphysical"]
 UNPHYSICAL = "unphysical"
 """The code of the remark."""
 
-# Files of six digits may break an inequality by so much, relative to the largest moment.
-DIGITS = 1e-5
-# How many links a remark names.
-NAMED = 4
+# Number of links that a remark names.
+MAX_NAMED = 4
 
 _ENTRIES = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
 
 
 def find_unphysical(tree: Element, source: str) -> tuple[tuple[str, str], ...]:
-    """Code and message of the remark on bodies that cannot be, if there are any.
+    """Compose the remark on bodies with impossible masses or inertias, if there are any.
 
     Args:
-        tree: accepted by the guard.
+        tree: checked tree of the file.
         source: path of the file, for the message.
+
+    Returns:
+        Code and message, or nothing.
     """
     found = [f"{link.label}: {', '.join(broken)}" for link in tree.every("link")
-             if (broken := list(_broken(link)))]  # fmt: skip
+             if (broken := list(_broken_inequalities(link)))]  # fmt: skip
     if not found:
         return ()
-    more = f"; and {len(found) - NAMED} more links" if len(found) > NAMED else ""
+    more = f"; and {len(found) - MAX_NAMED} more links" if len(found) > MAX_NAMED else ""
     text = (
-        f"{clean(source, 1000)}: {'; '.join(found[:NAMED])}{more}; correct it where the file "
-        "was exported: the design space does not depend on it, but whether the linkage is "
+        f"{clean(source, 1000)}: {'; '.join(found[:MAX_NAMED])}{more}; correct it where the "
+        "file was exported: the design space does not depend on it, but whether the linkage is "
         "balanced as given does"
     )
     return ((UNPHYSICAL, text),)
 
 
 def tensor(inertia: Element) -> list[list[float]]:
-    """Rows of the tensor (3, 3) of an ``<inertia>``, kg m²."""
+    """Read the rows of the tensor (3, 3) of an ``<inertia>``, kg m²."""
     return [[inertia.vector(name, "0")[0] for name in row] for row in _ENTRIES]
 
 
-def _broken(link: Element) -> Iterator[str]:
-    """The inequalities that the numbers of a link break."""
+def _broken_inequalities(link: Element) -> Iterator[str]:
+    """Inequalities that the numbers of a link break."""
     inertial = link.first("inertial")
     mass = inertial.first("mass") if inertial else None
     inertia = inertial.first("inertia") if inertial else None
@@ -62,7 +65,7 @@ def _broken(link: Element) -> Iterator[str]:
         import numpy as np
 
         first, second, third = np.linalg.eigvalsh(tensor(inertia))
-        slack = DIGITS * max(abs(first), abs(third))
+        slack = INERTIA_INEQUALITY_EXCESS * max(abs(first), abs(third))
         if first < -slack:
             yield f"principal moment {first:.6g} kg m² of its inertia breaks I₁ ≥ 0"
         elif third > first + second + slack:

@@ -1,8 +1,8 @@
-"""What a URDF parser would pass over in silence although it was meant.
+"""Reject misspelt and misplaced elements, attributes and texts of a URDF file.
 
-Parsers skip what they do not know, for many tools keep elements of their own in these files.
-So a joint in ``<Joint>``, an axis in ``<limit>``, a number in ``xzy`` and a position between
-tags would be lost. They are refused here; what other tools write is not.
+URDF parsers skip unknown elements, for many tools keep their own in these files. A joint in
+``<Joint>``, an axis in ``<limit>``, a number in ``xzy`` and a position between tags would be
+lost silently. They are rejected here; elements of other tools are not.
 """
 
 from __future__ import annotations
@@ -48,19 +48,23 @@ _FOREIGN = {
     "visual",
 }  # fmt: skip
 _UNSUPPORTED = {"coupling": "use <mimic> on a joint", "loop_joint": "use a <loop> element"}
-# Links and robots have more of other tools' elements, which say where something is.
+# Elements that count as misplaced inside an element of another tool, by the host of the latter:
+# other elements of links and robots may hold origins and axes of their own.
 _ELSEWHERE = {"link": ("inertial", "mass", "inertia"), "robot": ("link", "joint", "loop")}
-# Words that fingers make of others have so much in common with them, in parts of 1.
-ALIKE = 0.7
+# Minimum difflib ratio for a word to count as a misspelling of a known one.
+MIN_SPELLING_RATIO = 0.7
+# Longest word that is compared with known ones.
+MAX_WORD = 40
+# Zeros as exporters write them.
 ZEROS = {"0", "0.0", "-0", "-0.0"}
 
 
 def check_misplaced(robot: Element) -> None:
-    """Nothing that was meant goes unread.
+    """Reject misspelt and misplaced elements, attributes and texts.
 
     Raises:
-        Refusal: a word is misspelt, or an element, an attribute or a text is where it does
-            not count.
+        Refusal: a word is misspelt, or an element, an attribute or a text is in a place where
+            it is not read.
     """
     hosts = [robot]
     while hosts:
@@ -79,27 +83,28 @@ def check_misplaced(robot: Element) -> None:
 
 
 def _check_attributes(item: Element) -> None:
+    """Reject attributes that are not read."""
     known = _ATTRIBUTES.get(item.tag, ())
     for name, value in item.attributes.items():
         plain = name.rpartition(":")[2]
         if item.tag in ("joint", "loop"):
-            meant = "" if name in _OWN else _meant(plain, _OWN)
-            if not meant:
+            intended = "" if name in _OWN else _intended_word(plain, _OWN)
+            if not intended:
                 continue
         elif not known or name in known or name.startswith(("xmlns", "quat")):
             continue
-        elif ":" in name and not _meant(plain, known):
+        elif ":" in name and not _intended_word(plain, known):
             continue
         elif (item.tag, name) == ("axis", "rpy") and set(value.split()) <= ZEROS:
             continue  # Old exporters write it beside every axis.
         else:
-            meant = _meant(plain, known) or " or ".join(known)
+            intended = _intended_word(plain, known) or " or ".join(known)
         problem = f"<{item.tag} {clean(name)}> is not read"
-        raise Refusal(item.label, problem, f"write {meant}, or remove it")
+        raise Refusal(item.label, problem, f"write {intended}, or remove it")
 
 
 def _check_text(item: Element) -> None:
-    """No numbers or tags between tags, where there are attributes and elements instead."""
+    """Reject numbers and tags between tags, which belong into attributes and elements."""
     leaf = item.tag in _ATTRIBUTES and item.tag not in _PARTS
     if item.text and ("<" in item.text or (leaf and (item.attributes or item.tag == "origin"))):
         problem = f"the text '{clean(item.text, 40)}' in <{item.tag}> is not read"
@@ -108,11 +113,11 @@ def _check_text(item: Element) -> None:
 
 
 def _check_child(host: Element, item: Element) -> None:
-    """A child that is no part of its host is of another tool, and holds no parts."""
+    """Reject an unread child, unless it is an element of another tool without our elements."""
     word = item.tag.rpartition(":")[2]
     unsupported = word if word in _UNSUPPORTED else ""
     if host.tag in ("joint", "robot") and len(word) > len("loop"):
-        unsupported = unsupported or _meant(word, ("loop_joint",))
+        unsupported = unsupported or _intended_word(word, ("loop_joint",))
     if unsupported:
         problem = f"<{clean(item.tag)}> is not supported"
         raise Refusal(item.label, problem, _UNSUPPORTED[unsupported])
@@ -126,26 +131,26 @@ def _check_child(host: Element, item: Element) -> None:
         remedy = f"remove it: <{host.tag}> holds attributes only"
         raise Refusal(item.label, f"{where} is not read", remedy)
     parts = _PARTS[host.tag]
-    if (meant := _meant(word, parts)) and item.tag not in _FOREIGN:
-        raise Refusal(item.label, f"{where} is not read", f"write <{meant}>, or remove it")
+    if (intended := _intended_word(word, parts)) and item.tag not in _FOREIGN:
+        raise Refusal(item.label, f"{where} is not read", f"write <{intended}>, or remove it")
     if word in _FOREIGN:
         return
-    if meant := word if word in _WORDS else _meant(word, tuple(sorted(_WORDS))):
-        places = [f"<{tag}>" for tag, inside in _PARTS.items() if meant in inside]
-        spelt = "" if word == meant else f"write <{meant}> and "
-        remedy = f"{spelt}move it into its {' or '.join(places)}, or remove it"
+    if intended := word if word in _WORDS else _intended_word(word, tuple(sorted(_WORDS))):
+        places = [f"<{tag}>" for tag, inside in _PARTS.items() if intended in inside]
+        spelling = "" if word == intended else f"write <{intended}> and "
+        remedy = f"{spelling}move it into its {' or '.join(places)}, or remove it"
         raise Refusal(item.label, f"{where} is not read", remedy)
-    sought = _ELSEWHERE.get(host.tag, _WORDS)
+    wanted = _ELSEWHERE.get(host.tag, _WORDS)
     for inner in item.walk():
-        if inner.tag in sought and (host.tag != "robot" or inner.children):
+        if inner.tag in wanted and (host.tag != "robot" or inner.children):
             problem = f"inside <{clean(item.tag)}> (line {item.line}), where it is not read"
             raise Refusal(inner.label, problem, f"move it out of <{clean(item.tag)}>")
 
 
 @cache
-def _meant(word: str, known: tuple[str, ...]) -> str:
-    """The known word of which another was made by a slip; empty if there is none."""
-    if len(word) > 40:
+def _intended_word(word: str, known: tuple[str, ...]) -> str:
+    """The known word that another one misspells; empty if there is none."""
+    if len(word) > MAX_WORD:
         return ""
-    found = get_close_matches(word.lower(), known, 1, ALIKE)
+    found = get_close_matches(word.lower(), known, 1, MIN_SPELLING_RATIO)
     return found[0] if found else ""

@@ -1,9 +1,8 @@
-"""The file of a linkage at its reference pose: new origins of joints, all else as it was.
+"""Write the URDF file of a linkage at its reference pose: only origins of joints change.
 
-A joint of the tree that has moved by q from the pose of the file has moved its link by a
-displacement ``D(q)`` in the frame of the joint, so its origin becomes ``O D(q)``. Links keep
-their frames, and with them inertias, meshes and the joints that they carry. Frames of loops
-stay: what closes a loop is where its links are.
+A joint of the tree at position q from the pose of the file displaces its link by ``D(q)`` in
+the frame of the joint, so its origin O becomes ``O D(q)``. Links keep their frames, and with
+them inertias, meshes and the joints that they carry. The frames of loops do not change.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.screws import exp, revolute
+from kinematics.tolerances import COORDINATE_AXIS_DIFFERENCE
 from kinematics.urdf.edit_xml import Splice, Text, read_source
 from kinematics.urdf.loop_joints import freedoms_of_joint, perpendicular_to, unit_vector
 from kinematics.urdf.robot_tree import pose_matrix
@@ -31,18 +31,15 @@ __all__ = ["Posed", "write_at_reference_pose"]
 
 Array = NDArray[np.float64]
 
-# Directions that coincide.
-SAME = 1e-15
-
 
 class Posed(NamedTuple):
     """A file whose pose is the reference pose of a linkage.
 
     Attributes:
         data: its bytes.
-        moved: positions, from the pose of the file that was read, of the joints that were
-            moved; in radians and metres.
-        beside: whether its loops are in another file, which is needed beside it.
+        moved: positions of the joints that moved, from the pose of the file that was read, in
+            radians and metres.
+        beside: whether its loops are in a YAML file, which is needed beside it.
     """
 
     data: bytes
@@ -51,10 +48,13 @@ class Posed(NamedTuple):
 
 
 def write_at_reference_pose(linkage: Linkage) -> Posed:
-    """The URDF file of a linkage, at the pose at which its loops were closed.
+    """Write the URDF file of a linkage at the pose at which its loops were closed.
 
     Args:
-        linkage: as read from a file.
+        linkage: a linkage that was read from a file.
+
+    Returns:
+        The bytes of the file, and the joints that moved.
 
     Raises:
         FileError: the linkage was not read from a file, or the file cannot be read any more,
@@ -78,13 +78,13 @@ def write_at_reference_pose(linkage: Linkage) -> Posed:
                 problem = "a universal joint that has turned about its second axis"
                 file, remedy = clean(linkage.source, 1000), "replace it by two joints"
                 raise FileError(file, joint.label, problem, remedy)
-            splices.append(_new_origin(text, joints[name], _attributes(joint, q)))
+            splices.append(_replace_origin(text, joints[name], _origin_attributes(joint, q)))
     beside = len(found.every("loop")) < len(linkage.tree.every("loop"))
     return Posed(text.replace(splices), positions, beside)
 
 
-def _new_origin(text: Text, joint: Element, attributes: Mapping[str, str]) -> Splice:
-    """An origin with other attributes in place of that of a joint, or as its first child."""
+def _replace_origin(text: Text, joint: Element, attributes: Mapping[str, str]) -> Splice:
+    """Replace the origin of a joint, or add one as its first child."""
     words = " ".join(f"{name}={quoteattr(value)}" for name, value in attributes.items())
     old = joint.first("origin")
     if old is not None:
@@ -93,7 +93,7 @@ def _new_origin(text: Text, joint: Element, attributes: Mapping[str, str]) -> Sp
     return Splice(at, at, f"<origin {words}/>{text.margin(at)}")
 
 
-def _attributes(joint: Element, q: list[float]) -> dict[str, str]:
+def _origin_attributes(joint: Element, q: list[float]) -> dict[str, str]:
     """Attributes of the origin of a joint that has moved to positions q."""
     old = joint.first("origin")
     attributes = {"xyz": "0 0 0", **(old.attributes if old is not None else {})}
@@ -101,7 +101,7 @@ def _attributes(joint: Element, q: list[float]) -> dict[str, str]:
     n = unit_vector(axis.vector("xyz", "") if axis is not None else [1.0, 0.0, 0.0])
     kind = joint.attributes["type"]
     D = np.eye(4)
-    for (_, screw), position in zip(_steps(joint, kind, n), q, strict=True):
+    for (_, screw), position in zip(_freedoms(joint, kind, n), q, strict=True):
         D = D @ exp(screw, position)
     there = pose_matrix(old) @ D
     if np.any(D[:3, 3]):
@@ -109,12 +109,12 @@ def _attributes(joint: Element, q: list[float]) -> dict[str, str]:
     if kind != "prismatic":
         words = attributes.get("rpy", "0 0 0").split()
         turning = q[-1] if kind == "planar" else q[0]
-        simple = _turned(words, n, turning) if kind != "spherical" else None
+        simple = _turn_words(words, n, turning) if kind != "spherical" else None
         attributes["rpy"] = " ".join(simple or map(repr, roll_pitch_yaw(there[:3, :3])))
     return attributes
 
 
-def _steps(joint: Element, kind: str, n: Array) -> list[tuple[str, Array]]:
+def _freedoms(joint: Element, kind: str, n: Array) -> list[tuple[str, Array]]:
     """Kinds and screws of the freedoms of a joint, in its own frame."""
     thread = joint.first("screw_thread_pitch")
     if thread is not None:
@@ -123,18 +123,18 @@ def _steps(joint: Element, kind: str, n: Array) -> list[tuple[str, Array]]:
     return freedoms_of_joint(kind, n, perpendicular_to(n), np.zeros(3))
 
 
-def _turned(words: list[str], n: Array, angle: float) -> list[str] | None:
+def _turn_words(words: list[str], n: Array, angle: float) -> list[str] | None:
     """Words of ``rpy`` after a turn about n, if a single one of them changes; or None.
 
-    ``R = Rz(yaw) Ry(pitch) Rx(roll)``: what turns about x adds to the roll, what turns about
-    the y axis that the roll has turned adds to the pitch, and so on.
+    ``R = Rz(yaw) Ry(pitch) Rx(roll)``: a turn about x adds to the roll, a turn about the y
+    axis after the roll adds to the pitch, and so on.
     """
     roll, pitch, _ = (float(word) for word in words)
     rolled = exp(revolute(np.eye(3)[0], np.zeros(3)), roll)[:3, :3] @ n
     pitched = exp(revolute(np.eye(3)[1], np.zeros(3)), pitch)[:3, :3] @ rolled
     for k, direction in enumerate((n, rolled, pitched)):
         along = np.abs(direction) - np.eye(3)[k]
-        if np.abs(along).max() <= SAME:
+        if np.abs(along).max() <= COORDINATE_AXIS_DIFFERENCE:
             with localcontext() as context:
                 context.prec = 60
                 total = Decimal(words[k]) + Decimal(repr(float(angle * direction[k])))

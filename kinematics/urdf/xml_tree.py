@@ -1,7 +1,7 @@
-"""An XML file as a small frozen tree, in one pass of the standard library's expat.
+"""Parse an XML file to a small frozen tree, in one pass of the standard library's expat.
 
-Refuses whatever a URDF file has no use for and an attacker has: entities, great depth,
-great numbers of elements, great size.
+Entities, great depth, great numbers of elements and great size are rejected: a URDF file does
+not need them, and an attacker could use them.
 """
 
 from __future__ import annotations
@@ -18,12 +18,17 @@ from kinematics.urdf_elements.element import Element
 
 __all__ = ["MAX_BYTES", "Refusal", "build_tree", "read_bytes", "name_file", "check_bytes"]
 
+# Largest file: URDF files of robots have at most a few megabytes, without meshes.
 MAX_BYTES = 16 * 2**20
+# Deepest nesting of elements.
 MAX_DEPTH = 200
+# Largest number of elements.
 MAX_ELEMENTS = 100_000
+# Longest value of an attribute, in characters.
 MAX_VALUE = 100_000
-# A tag or a comment that goes on for longer is not parsed to its end.
+# Longest tag or comment, in bytes: parsing stops within a longer one.
 MAX_TOKEN = 2**20
+# Bytes that are parsed at a time.
 _CHUNK = 2**16
 
 _POINTER = b"version https://git-lfs"
@@ -42,7 +47,7 @@ class Refusal(Exception):
 
 @contextmanager
 def name_file(file: str) -> Iterator[None]:
-    """Turns every `Refusal` inside into the `FileError` of this file."""
+    """Convert a `Refusal` inside the block to the `FileError` of a file."""
     try:
         yield
     except Refusal as refusal:
@@ -50,13 +55,20 @@ def name_file(file: str) -> Iterator[None]:
 
 
 def read_bytes(path: str, limit: int = MAX_BYTES) -> bytes:
-    """The bytes of a file of at most ``limit`` bytes.
+    """Read a file of at most ``limit`` bytes.
+
+    Args:
+        path: the file.
+        limit: largest number of bytes.
+
+    Returns:
+        The bytes.
 
     Raises:
         Refusal: it is missing, not a regular file, unreadable, empty, or too large.
     """
     try:
-        data = _regular(path, limit + 1)
+        data = _read_regular(path, limit + 1)
     except FileNotFoundError:
         raise Refusal("", "no such file", "check the path") from None
     except (OSError, ValueError) as error:
@@ -66,10 +78,18 @@ def read_bytes(path: str, limit: int = MAX_BYTES) -> bytes:
 
 
 def check_bytes(data: bytes, limit: int = MAX_BYTES) -> bytes:
-    """The same bytes, if they may be those of a file of text.
+    """Check that bytes can be those of a text file.
+
+    Args:
+        data: the bytes.
+        limit: largest number of bytes.
+
+    Returns:
+        The same bytes.
 
     Raises:
-        Refusal: they are more than ``limit``, or none, or stand for a file elsewhere.
+        Refusal: there are more than ``limit`` or none, or they are UTF-32 or a pointer of
+            Git LFS.
     """
     if len(data) > limit:
         size = f"{limit // 2**20} MB" if limit >= 2**20 else f"{limit // 2**10} kB"
@@ -84,10 +104,10 @@ def check_bytes(data: bytes, limit: int = MAX_BYTES) -> bytes:
     return data
 
 
-def _regular(path: str, size: int) -> bytes:
-    """Up to ``size`` bytes of a regular file, which does not change meanwhile.
+def _read_regular(path: str, size: int) -> bytes:
+    """Read up to ``size`` bytes of a regular file that does not change meanwhile.
 
-    Without waiting: a pipe may have taken the place of the file since it was looked at.
+    The file is opened without waiting: a pipe may have replaced it since the first check.
     """
     if not stat.S_ISREG(os.stat(path).st_mode):
         raise Refusal("", "not a file", "give the path of a file")
@@ -104,7 +124,7 @@ def _regular(path: str, size: int) -> bytes:
 
 
 def build_tree(data: bytes) -> Element:
-    """The root element of an XML document.
+    """Parse an XML document to its root element.
 
     Raises:
         Refusal: the document is not well-formed, or exceeds a limit.
@@ -124,7 +144,7 @@ def build_tree(data: bytes) -> Element:
 
 
 class _Builder:
-    """Expat handlers that build the tree, with the elements still open on a stack."""
+    """Expat handlers that build the tree, with a stack of the open elements."""
 
     def __init__(self) -> None:
         self.parser = expat.ParserCreate()
@@ -138,7 +158,7 @@ class _Builder:
         self.closed: list[Element] = []
 
     def feed(self, data: bytes) -> None:
-        """Parse bit by bit, so that what has no end is left in the middle."""
+        """Parse chunk by chunk, so that an endless token stops in its middle."""
         for start in range(0, len(data), _CHUNK):
             end = start + _CHUNK
             self.parser.Parse(data[start:end], end >= len(data))

@@ -1,8 +1,7 @@
-"""A small YAML file as keys with text or lists: what robot descriptions need of YAML.
+"""Parse a small YAML file to keys with text or lists.
 
-Only the parser of PyYAML runs, and only on safe YAML; nothing is constructed. Aliases,
-tags, mappings inside and deep lists are refused, since they have no use here and an
-attacker has.
+Only the event parser of PyYAML runs; no objects are constructed. Aliases, tags, nested mappings
+and deep lists are rejected: loop files do not need them, and an attacker could use them.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["YamlItem", "YamlMapping"]
 
+# Deepest nesting of lists.
 MAX_DEPTH = 3
 
 _NULLS = ("", "~", "null", "Null", "NULL")
@@ -26,7 +26,7 @@ _EXAMPLE = "write keys with lists, such as name: [first, second]"
 
 
 class YamlItem(NamedTuple):
-    """A text, or else a list; and the line where it begins."""
+    """A text or a list, and the line where it begins."""
 
     line: int
     text: str | None
@@ -34,21 +34,22 @@ class YamlItem(NamedTuple):
 
 
 class YamlMapping:
-    """The keys of a YAML file; every failure names the key and its line."""
+    """The keys of a YAML file; every error names the key and its line."""
 
     def __init__(self, data: bytes, known: Collection[str], retired: Mapping[str, str]) -> None:
         """Read the bytes of a file.
 
         Args:
             data: the bytes.
-            known: the keys that the file may have, each at most once.
-            retired: keys that it may not have, and what to do about them.
+            known: accepted keys, each at most once.
+            retired: rejected keys of old files, and the remedy for each.
 
         Raises:
-            Refusal: it is not YAML, or not a mapping from such keys to text and lists.
+            Refusal: the file is not YAML, or not a mapping from accepted keys to text and
+                lists.
         """
         self.items: dict[str, YamlItem] = {}
-        top = _nested(data)
+        top = _parse_document(data)
         for key, value in zip(top.parts[::2], top.parts[1::2], strict=True):
             name = key.text or ""
             if name in self.items:
@@ -60,21 +61,35 @@ class YamlMapping:
                 raise self.wrong(name, "unknown key", f"the keys are {', '.join(known)}")
 
     def wrong(self, key: str, problem: str, remedy: str) -> Refusal:
-        """The refusal of what a key holds."""
+        """Compose the refusal of the value of a key.
+
+        Args:
+            key: the key.
+            problem: what is wrong with its value.
+            remedy: what to do.
+        """
         return Refusal(f"{clean(key)} (line {self.items[key].line})", problem, remedy)
 
     def text(self, key: str) -> str | None:
-        """The text of a key that holds no list."""
+        """The text of a key, None if it is absent or holds a list."""
         return self.items[key].text if key in self.items else None
 
     def entries(self, key: str) -> list[YamlItem]:
-        """The entries of a list, none if the key is not there."""
+        """The entries of the list of a key; none if the key is absent."""
         if self.text(key) is not None:
             raise self.wrong(key, "not a list", f"put it in brackets: {key}: [ … ]")
         return self.items[key].parts if key in self.items else []
 
     def names(self, key: str, item: YamlItem | None = None) -> list[str]:
-        """A list of names, each there once; of the key, or of an entry of it."""
+        """Read a list of different names.
+
+        Args:
+            key: the key.
+            item: an entry of the key that is a list; the list of the key by default.
+
+        Raises:
+            Refusal: it is not a list of names, or a name occurs twice.
+        """
         parts = item.parts if item else self.entries(key)
         names = [part.text or "" for part in parts]
         if not all(names) or (item and item.text is not None):
@@ -86,7 +101,16 @@ class YamlMapping:
         return names
 
     def kinds(self, key: str, owner: str, known: Collection[str]) -> list[str]:
-        """A type for each entry of ``owner``: one for all of them, or as many as there are."""
+        """Read a type for each entry of another key.
+
+        Args:
+            key: the key, with one type for all entries or a list of types.
+            owner: the other key.
+            known: accepted types; case does not matter.
+
+        Raises:
+            Refusal: the number of types is another one, or a type is unknown.
+        """
         count, one = len(self.entries(owner)), self.text(key)
         if one is not None:
             words = [one] * count
@@ -103,16 +127,16 @@ class YamlMapping:
         return [exact[word.lower()] for word in words]
 
 
-def _nested(data: bytes) -> YamlItem:
-    """The mapping of a YAML document, as a list of keys and values in turn.
+def _parse_document(data: bytes) -> YamlItem:
+    """Parse the mapping of a YAML document to a list of keys and values in turn.
 
-    Nothing is constructed: scalars stay text, so that a joint may be called ``on`` or ``1``.
+    Scalars stay text, so that a joint may have the name ``on`` or ``1``.
     An empty value, or a null, is an empty list.
     """
     import yaml
 
     try:
-        top = _built(yaml.parse(data, Loader=yaml.SafeLoader))
+        top = _collect_items(yaml.parse(data, Loader=yaml.SafeLoader))
     except (yaml.YAMLError, ValueError, OverflowError) as error:
         mark = getattr(error, "problem_mark", None)
         where = f" at line {mark.line + 1}" if mark else ""
@@ -124,8 +148,8 @@ def _nested(data: bytes) -> YamlItem:
     return top[0]
 
 
-def _built(events: Iterable[Event]) -> list[YamlItem]:
-    """The top value of the only document, if there is one."""
+def _collect_items(events: Iterable[Event]) -> list[YamlItem]:
+    """Collect the top value of the only document, if there is one."""
     stack = [YamlItem(0, None, [])]
     for event in events:
         line = event.start_mark.line + 1
@@ -146,7 +170,7 @@ def _built(events: Iterable[Event]) -> list[YamlItem]:
 
 
 def _check_event(event: Event, kind: str, depth: int, where: str) -> None:
-    """A mapping at the top, and in it text and lists; no aliases, no tags."""
+    """Check for a mapping at the top, text and lists in it, no aliases and no tags."""
     if getattr(event, "anchor", None) is not None:
         raise Refusal(where, "an anchor or an alias", "write the names out")
     if getattr(event, "tag", None) is not None:

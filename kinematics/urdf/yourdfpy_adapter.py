@@ -1,6 +1,6 @@
-"""The border to yourdfpy: a model that it has loaded, as a tree and the poses for it.
+"""Convert a model that yourdfpy has loaded to a tree and its poses.
 
-Such a model passes the same checks as a file. No file is read by yourdfpy.
+The model passes the same checks as a file. No file is read by yourdfpy here.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import numpy as np
 
 from kinematics.error_text import clean
 from kinematics.errors import FileError
+from kinematics.tolerances import ROTATION_ORTHOGONALITY
 from kinematics.urdf.robot_tree import Robot
 from kinematics.urdf.validate_fields import MAX_NUMBER
 from kinematics.urdf_elements.element import Element
@@ -22,20 +23,20 @@ if TYPE_CHECKING:
 
 __all__ = ["tree_of", "set_poses"]
 
-# Entries of RᵀR - 1 of a pose, above which it is no rotation; files have six digits or more.
-ORTHOGONAL = 1e-5
-
 
 def set_poses(robot: Robot, model: URDF) -> Robot:
-    """The robot with the poses of a loaded model, which has no angles to read them from.
+    """Set the poses of a robot to those of a loaded model, which holds matrices, not angles.
 
     Args:
-        robot: made from :func:`tree_of` of the model.
+        robot: description of the tree that `tree_of` makes of the model.
         model: the model.
+
+    Returns:
+        The robot with the origins (4, 4) of its joints and inertias, metres.
     """
-    weighed = {link.name: link.inertial for link in model.robot.links}
+    inertials = {link.name: link.inertial for link in model.robot.links}
     links = {
-        name: inertial and inertial._replace(origin=_pose(weighed[name]))
+        name: inertial and inertial._replace(origin=_pose(inertials[name]))
         for name, inertial in robot.links.items()
     }
     pairs = zip(robot.joints, model.robot.joints, strict=True)
@@ -48,10 +49,10 @@ def _pose(item: yourdf.Joint | yourdf.Inertial) -> np.ndarray:
 
 
 def tree_of(model: URDF) -> Element:
-    """The links and joints of a loaded model, as a tree that the guard can check.
+    """Convert the links and joints of a loaded model to a tree for the checks.
 
-    Rotations are left out of it: roll, pitch and yaw would lose digits where pitch is near
-    a right angle.
+    The tree has no rotations: roll, pitch and yaw would lose digits where pitch is near a
+    right angle.
 
     Raises:
         FileError: a pose in the model is not a rigid displacement.
@@ -69,7 +70,7 @@ def _check_pose(source: str, name: str, pose: np.ndarray | None) -> None:
     R = pose[:3, :3]
     if not (
         np.all(np.abs(pose) <= MAX_NUMBER)
-        and np.all(np.abs(R.T @ R - np.eye(3)) <= ORTHOGONAL)
+        and np.all(np.abs(R.T @ R - np.eye(3)) <= ROTATION_ORTHOGONALITY)
         and np.linalg.det(R) > 0.0
     ):
         label, remedy = f"origin of '{clean(name)}'", "give it a rotation and a finite position"

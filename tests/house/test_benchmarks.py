@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 # What is tracked of times.
 OF_TIMES = ("exponent", "share")
 
-RUN = ["--quick", "kernel_costs_half_a_qr"]
+RUN = ["--quick", "kernel_costs_less_than_a_qr"]
 
 
 def claims() -> dict[str, float]:
@@ -173,9 +173,9 @@ def test_what_is_missing_is_left_out_in_one_line(stub, capsys):
 
 def test_a_profile_names_the_functions_that_take_most(capsys, monkeypatch):
     monkeypatch.setattr(profiles, "SECONDS", 0.01)
-    assert profiles.main(["answer_costs_six_qr"]) == 0
+    assert profiles.main(["answer_costs_few_qr"]) == 0
     head, *listed = capsys.readouterr().out.splitlines()
-    assert head == "answer_costs_six_qr: four_bar_general 4: time_design_space"
+    assert head == "answer_costs_few_qr: four_bar_general 4: time_design_space"
     shares = [float(line.split()[0]) for line in listed[: profiles.MOST]]
     assert shares == sorted(shares, reverse=True) and 0.0 < sum(shares) <= 100.5
     assert any(re.search(r"(conditions|spaces|transfers)/\w+\.py:", line) for line in listed)
@@ -188,14 +188,14 @@ def test_tables_in_markdown():
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     lines = done.stdout.splitlines()
-    assert "### kernel_costs_half_a_qr" in lines and "| case | what | value |" in lines
+    assert "### kernel_costs_less_than_a_qr" in lines and "| case | what | value |" in lines
     assert {line.count("|") for line in lines if line.startswith("|")} == {4}
 
 
 def test_the_benchmark_of_proofs_finds_the_checker():
     """Also in a process whose path does not hold the tests, as those of benchmarks are."""
     code = (
-        "from benchmarks.claims.proofs_take_two_seconds import ProofsTakeTwoSeconds as Proofs; "
+        "from benchmarks.claims.proofs_are_quick import ProofsAreQuick as Proofs; "
         "run = Proofs(); run.setup('four_bar_general'); "
         "assert run.track_refused('four_bar_general') == 0"
     )

@@ -217,8 +217,8 @@ def test_refusal_is_quick_and_light(robot):
     program = (
         "import sys\n"
         "from kinematics.errors import FileError\n"
-        "from kinematics.urdf.validate import check\n"
-        "try:\n    check(sys.argv[1])\n"
+        "from kinematics.urdf.validate import validate_file\n"
+        "try:\n    validate_file(sys.argv[1])\n"
         "except FileError as error:\n    print(error)\n"
         "print(sorted({'numpy', 'scipy', 'numba', 'yourdfpy', 'lxml'} & set(sys.modules)))\n"
     )

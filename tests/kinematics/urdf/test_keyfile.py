@@ -147,9 +147,9 @@ def test_refusal_loads_nothing_heavy(write):
     program = (
         "import sys\n"
         "from kinematics.errors import FileError\n"
-        "from kinematics.urdf.validate import check\n"
-        "from kinematics.urdf.loop_file import merge\n"
-        "try:\n    merge(check(sys.argv[1]), sys.argv[1])\n"
+        "from kinematics.urdf.validate import validate_file\n"
+        "from kinematics.urdf.loop_file import merge_loop_file\n"
+        "try:\n    merge_loop_file(validate_file(sys.argv[1]), sys.argv[1])\n"
         "except FileError as error:\n    print(error)\n"
         "print(sorted({'numpy', 'scipy', 'numba', 'yourdfpy', 'lxml'} & set(sys.modules)))\n"
     )

@@ -16,7 +16,7 @@ from kinematics.model_gallery import gallery, load
 LEVELS = ("proved", "verified", "estimated")
 
 
-class ProofsTakeTwoSeconds:
+class ProofsAreQuick:
     """Exact ranks modulo two primes, exact inertia transfers, and fresh poses."""
 
     params = tuple((name,) for name in gallery())

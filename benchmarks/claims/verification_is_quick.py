@@ -9,7 +9,7 @@ from balance.verification.pinocchio_model import verify
 from kinematics.model_gallery import load
 
 
-class TenMotionsTakeASecondAndAHalf:
+class VerificationIsQuick:
     """Motions, loads by Pinocchio and by our own series, and bearing forces."""
 
     params = (("four_bar_kite_balanced",), ("three_rsr",), ("delta",), ("stewart_6ups",))

@@ -17,7 +17,7 @@ from benchmarks.references import reference
 from kinematics.closure.series import expand
 
 
-class KernelCostsHalfAQr:
+class KernelCostsLessThanAQr:
     """Both kernels to a fixed order, along as many rays as span that order."""
 
     params = (("four_bar_general", 4), ("three_rsr", 2))

@@ -10,12 +10,12 @@ from itertools import cycle
 
 from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
-from benchmarks.claims.kernel_costs_half_a_qr import KernelCostsHalfAQr
+from benchmarks.claims.kernel_costs_less_than_a_qr import KernelCostsLessThanAQr
 from benchmarks.inputs.geometry import variants
 from kinematics.model_gallery import load
 
 
-class AnswerCostsSixQr(KernelCostsHalfAQr):
+class AnswerCostsFewQr(KernelCostsLessThanAQr):
     """From an assembled linkage to rank by order, null space and gap."""
 
     claims = (("time_design_space", "time_pivoted_qr", 6.0), ("track_wrong_ranks", 0.0))

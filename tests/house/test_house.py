@@ -101,9 +101,11 @@ def undocumented(node: ast.AST, where: str) -> Iterator[str]:
 
 
 def length(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Lines of a function, without the kernels in its body."""
+    """Lines of a function, without its docstring and the kernels in its body."""
     inner = sum(length(node) for node in function.body if is_kernel(node))
-    return function.end_lineno - function.lineno + 1 - inner
+    text = ast.get_docstring(function, clean=False)
+    documented = 0 if text is None else text.count("\n") + 1
+    return function.end_lineno - function.lineno + 1 - inner - documented
 
 
 def speaks(node: ast.AST) -> bool:

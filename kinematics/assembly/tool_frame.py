@@ -90,30 +90,35 @@ def tool(
     carrier, at = _find_carrier(linkage, link, point, frame)
     named = _direction_numbers(linkage, directions)
     held = _choose_held_directions(linkage, carrier, at, named)
-    screws = [prismatic(axis) for axis in np.eye(3)]
-    screws += [revolute(axis, at) for axis in np.eye(3)]
-    joints, last = list(linkage.joints), GROUND
-    coordinates = tool_coordinates(link)
-    for k, name in enumerate(coordinates):
-        if k not in held:
-            kind = "prismatic" if k < 3 else "revolute"
-            joints.append(Joint(name, kind, last, freeze(screws[k]), freeze(at), True))
-            last = len(joints) - 1
+    joints = (*linkage.joints, *_virtual_joints(linkage, link, at, held))
     draft = UnassembledLinkage(
         **{f.name: getattr(linkage, f.name) for f in fields(UnassembledLinkage)}
     )
     draft = replace(
         draft,
-        joints=tuple(joints),
-        loops=(*linkage.loops, Loop(f"{link}.tool", last, carrier)),
+        joints=joints,
+        loops=(*linkage.loops, Loop(f"{link}.tool", len(joints) - 1, carrier)),
         tree=None,
     )
-    return assemble(draft, [coordinates[k] for k in named])
+    return assemble(draft, [tool_coordinates(link)[k] for k in named])
 
 
 def tool_coordinates(link: str) -> tuple[str, ...]:
     """List the names of the coordinates of a tool, in the order of `DIRECTIONS`."""
     return tuple(f"{link}.{direction}" for direction in DIRECTIONS)
+
+
+def _virtual_joints(linkage: Linkage, link: str, at: Array, held: Sequence[int]) -> list[Joint]:
+    """Make the chain of joints from the ground to a tool, for directions that are not held."""
+    screws = [prismatic(axis) for axis in np.eye(3)]
+    screws += [revolute(axis, at) for axis in np.eye(3)]
+    joints: list[Joint] = []
+    for k, name in enumerate(tool_coordinates(link)):
+        if k not in held:
+            kind = "prismatic" if k < 3 else "revolute"
+            parent = len(linkage.joints) + len(joints) - 1 if joints else GROUND
+            joints.append(Joint(name, kind, parent, freeze(screws[k]), freeze(at), True))
+    return joints
 
 
 def _find_carrier(

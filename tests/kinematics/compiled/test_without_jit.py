@@ -10,7 +10,7 @@ from pathlib import Path
 from urdf_text import INERTIAL
 
 import kinematics
-from balance import design_space
+from balance import certify, design_space
 from kinematics.closure.series import fill_loop_matrix
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -48,7 +48,7 @@ def answers():
         path.write_text(OPEN, encoding="utf-8")
         for model in (*MODELS, path):
             space = design_space(kinematics.load(model))
-            certainty = space.certainty
+            certainty = certify(space).certainty
             found[Path(model).stem] = [
                 [order.rank for order in space.orders], space.rank, space.nullity,
                 space.serial_nullity, space.kmax, space.poses, certainty.level,

@@ -80,8 +80,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
         The space; its ``certainty`` holds for all of its integers.
 
     Source:
-        The module docstrings of `balance.exact.ranks` and `balance.exact.serial`; the
-        transfers are those of J. J. de Jong, PhD thesis, University of Twente, section 5.5.
+        J. J. de Jong, PhD thesis, University of Twente, section 5.5, for the transfers.
 
     Example:
         >>> import balance

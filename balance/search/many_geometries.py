@@ -122,9 +122,8 @@ def design_space_many(
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts: its joints, loops,
             bodies and inputs are those of all.
-        geometries: joint screws at the reference pose, in which the loops are closed;
-            (count, joints, 6), as `Joint.screw`: ``[n; r × n + λ n]`` or ``[0; n]``, in the
-            inertial frame, SI units.
+        geometries: joint screws (count, joints, 6) at the reference pose, with closed loops:
+            ``[n; r × n + λ n]`` or ``[0; n]``, in the inertial frame, SI units.
         balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
         spatial: count all ten parameters per body, even if the linkage is planar.
         bases: whether to return bases of the spaces too.
@@ -138,13 +137,12 @@ def design_space_many(
         ValueError: an option has no such value, or the array no such shape.
 
     Source:
-        J. J. de Jong, PhD thesis, University of Twente, chapter 5, as for `design_space`.
+        J. J. de Jong, PhD thesis, University of Twente, chapter 5.
 
     Example:
         >>> import balance, kinematics
-        >>> import numpy as np
         >>> linkage = kinematics.load("robot.urdf")
-        >>> screws = np.array([joint.screw for joint in linkage.joints])
+        >>> screws = [joint.screw for joint in linkage.joints]
         >>> balance.design_space_many(linkage, [screws, screws]).rank
         array([8, 8])
     """

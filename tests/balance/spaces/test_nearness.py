@@ -58,7 +58,7 @@ def by_differences(space):
 
 @pytest.mark.parametrize("model", CASES)
 def test_a_slope_is_that_of_the_singular_value(model, monkeypatch):
-    monkeypatch.setattr(nearness, "LARGE", np.inf)
+    monkeypatch.setattr(nearness, "FIRST_ORDER_CHANGE", np.inf)
     space = design_space(kinematics.load(model), **CASES[model])
     expected, _ = by_differences(space)
     assert nearness.distance_to_rank_drop(space) == pytest.approx(expected, rel=1e-5)

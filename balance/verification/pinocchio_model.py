@@ -33,7 +33,7 @@ from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.spatial.inertia import displace_parameters, inertia_tensor
 
-__all__ = ["PinocchioModel", "verify", "verify_beside"]
+__all__ = ["PinocchioModel", "verify", "verify_second"]
 
 Array = NDArray[np.float64]
 
@@ -136,7 +136,7 @@ def _runs(
             progress(done, count)
 
 
-def verify_beside(first: Verification, linkage: LinkageLike, **options: Any) -> Verification:
+def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> Verification:
     """Verify a second linkage along the motions of a first one.
 
     A crank turns at the same constant speed in both. The second linkage gets random motions of
@@ -256,7 +256,7 @@ class PinocchioModel:
         if own[1:4].any():
             raise LinkageError(
                 f"{linkage.source}: link '{name}' has next to no mass, but its centre is not "
-                "at the origin, which Pinocchio cannot be told; verify other parameters"
+                "at the origin, which Pinocchio cannot represent; verify other parameters"
             )
         inertia.inertia = inertia_tensor(own)
         return inertia

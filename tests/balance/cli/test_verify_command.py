@@ -213,7 +213,9 @@ def test_panels_show_what_was_found():
     assert bearing.lines.max() == pytest.approx(run.bearing.max(), rel=1e-6)
     # What joints in series carry alike, as the axes of one of them do, is one line.
     lines = bearing.lines / bearing.lines.max()
-    assert all(np.abs(lines[i] - lines[j]).max() > 1e-6 for i in range(MAX_LINES) for j in range(i))
+    assert all(
+        np.abs(lines[i] - lines[j]).max() > 1e-6 for i in range(MAX_LINES) for j in range(i)
+    )
 
 
 def test_the_page_holds_the_report_and_escapes_names():

@@ -1,4 +1,4 @@
-"""Draw the picture of the README: a four-bar as drawn and balanced, and what its base feels.
+"""Draw the picture of the README: a four-bar as drawn and balanced, and its shaking loads.
 
 ``python docs/make_picture.py`` writes ``docs/shaking.svg``; it needs the extra ``plot``. Both
 linkages of the gallery follow one motion; force and moment come from `balance.verify`.
@@ -13,7 +13,7 @@ import numpy as np
 import balance
 import kinematics
 from balance.report.html.plot_style import image, tidy
-from balance.verification.pinocchio_model import verify_beside
+from balance.verification.pinocchio_model import verify_second
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 
@@ -24,7 +24,7 @@ DENSITY = 250.0  # of the discs, kg per square metre
 
 
 def joints_of_bodies(linkage):
-    """For each body, the joints that it carries or hangs on."""
+    """List the joints of each body: the one that carries it, and those that it carries."""
     welded = {loop.end: loop.successor for loop in linkage.loops}
     return [
         [
@@ -36,7 +36,7 @@ def joints_of_bodies(linkage):
 
 
 def corners(linkage, u):
-    """The ends of every link (bodies, 2, 3) and its centre of mass (bodies, 3), crank at u."""
+    """Compute link ends (bodies, 2, 3) and centres of mass (bodies, 3) at a crank angle u."""
     H = forward_kinematics(si_chain(linkage, spatial=True), joint_positions(linkage, [u])).H
     ends, centres = [], []
     for body, joints in zip(linkage.bodies, joints_of_bodies(linkage), strict=True):
@@ -49,7 +49,7 @@ def corners(linkage, u):
 
 
 def draw_linkage(ax, name, linkage):
-    """The links at several poses, and a disc for the mass of each."""
+    """Draw the links at several poses, and a disc for the mass of each."""
     colour = COLOURS[name]
     for u in (*GHOSTS, 0.0):
         ends, centres = corners(linkage, u)
@@ -76,7 +76,7 @@ def _disc(centre, radius, colour):
 
 
 def draw_loads(axes, runs):
-    """Size of the shaking force and moment over time."""
+    """Plot the size of the shaking force and moment over time."""
     for ax, part, unit in zip(axes, ("force", "moment"), ("N", "N m"), strict=True):
         for name, run in runs.items():
             ax.plot(run.trajectory.time, run.sizes(part), color=COLOURS[name], label=name)
@@ -88,10 +88,10 @@ def draw_loads(axes, runs):
 
 
 def main():
-    """Compute both and write the picture."""
+    """Compute the loads of both linkages and write the picture."""
     linkages = {name: kinematics.load(model) for name, model in MODELS.items()}
     first = balance.verify(linkages["as drawn"], trajectories=1, seed=3)
-    second = verify_beside(first, linkages["balanced"])
+    second = verify_second(first, linkages["balanced"])
     runs = {"as drawn": first.runs[0], "balanced": second.runs[0]}
 
     def draw(figure):

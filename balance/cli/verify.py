@@ -141,8 +141,8 @@ def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) 
     def verify_first(angles: str) -> Verification:
         linkage = load_model(arguments, angles)
         # Load the kernels only after the file is accepted.
+        from balance.verification.given_motions import from_csv
         from balance.verification.pinocchio_model import verify
-        from balance.verification.trajectory import from_csv
         from kinematics.model.motion import motion_of
 
         along = None
@@ -151,9 +151,9 @@ def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) 
         return verify(linkage, along=along, **options)
 
     def verify_second(angles: str) -> Verification:
-        from balance.verification.pinocchio_model import verify_beside
+        from balance.verification.pinocchio_model import verify_second
 
-        return verify_beside(first, load_model(arguments, angles, arguments.against), **options)
+        return verify_second(first, load_model(arguments, angles, arguments.against), **options)
 
     first = solve_both_readings(verify_first, arguments.angles)
     found = Verified(

@@ -163,36 +163,27 @@ def _as_data(body: BodyInertia) -> dict[str, object]:
 
 
 def design(
-    space: DesignSpace,
-    minimise: Objective | None = None,
-    *,
-    keep: Sequence[str] = (),
+    space: DesignSpace, minimise: Objective | None = None, *, keep: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
     within: float | None = BALL_RADIUS,
-) -> Design:
+) -> Design:  # fmt: skip
     """Compute the best balanced mass distribution, or a certificate that there is none.
 
     The design minimises the objective over all y with ``P_b(y) ≻ 0`` for every body b, where
-    P_b is the pseudo-inertia of the body.
-
-    In a plane all centres of mass have one height, and every body is symmetric about the
-    plane, so that all six components of the momentum vanish. If kept bodies are not, the
-    conditions on all ten parameters are used.
-
-    The mass of each body that is not kept is within a ball about the joints of its link, in a
-    plane a disc; see `balance.designs.mass_regions.ball_of`. If this leaves no design, the
-    answer without balls is computed too.
+    P_b is the pseudo-inertia of the body. In a plane all bodies are symmetric about it, so
+    that all six components of the momentum vanish; if kept bodies are not, the conditions on
+    all ten parameters are used. The mass of each body that is not kept is within a ball about
+    the joints of its link; see `balance.designs.mass_regions.ball_of`. If this leaves no
+    design, the answer without balls is computed too.
 
     Args:
         space: a design space.
         minimise: ``"mass"``: total mass, kg; ``"inertia"``: the largest principal moment of
             inertia of any body that is not kept, about the origin of its link frame, kg m²;
             ``"rotor"``: trace of the generalised inertia matrix of the motion at the reference
-            pose, kg m², with sliding coordinates in characteristic lengths
-            (``space.length``, metres);
-            ``"change"``: distance from the masses in the file, without a unit. See
-            `balance.designs.objectives` for the bounds of each. By default, the margin is
-            maximised.
+            pose, kg m², with sliding coordinates in lengths of ``space.length`` metres;
+            ``"change"``: distance from the masses in the file, without a unit. By default, the
+            margin is maximised. Bounds of each: see `balance.designs.objectives`.
         keep: names of bodies that stay as in the file.
         bounds: least and largest mass of bodies, kg, by name.
         within: radius of the balls, in lengths of the links; None for masses anywhere.
@@ -206,40 +197,40 @@ def design(
         LinkageError: all bodies are kept.
         ValueError: there is no such objective, or the radius is not above 0.
 
-    Source:
-        T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on Robotics 36(1), 2020 (metric of
-        the objective ``"change"``).
+    Source: T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on Robotics 36(1), 2020.
 
     Example:
-        >>> import balance, kinematics
-        >>> linkage = kinematics.load("robot.urdf")
-        >>> space = balance.design_space(linkage, balance="force")
-        >>> found = balance.design(space, "mass", bounds={"crank": (0.5, 2.0)})
-        >>> found.verdict
-        'feasible'
-        >>> print(f"{found.bodies[0].name}: {found.bodies[0].mass:.3f} kg")
-        crank: 0.500 kg
+        >>> import balance
+        >>> space = balance.design_space("robot.urdf", balance="force")
+        >>> balance.design(space, "mass", bounds={"crank": (0.5, 2.0)}).bodies[0]
+        BodyInertia of crank: 0.5 kg at ...
     """
     if minimise is not None and minimise not in get_args(Objective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(Objective))}")
-    bounds = dict(bounds or {})
+    found, constraints = _widest_margin(space, tuple(keep), dict(bounds or {}), within)
+    found = replace(found, minimise=minimise)
+    if minimise and found.z is not None:
+        found = _minimise(found, constraints)
+    if within is None or found.z is not None:
+        return found
+    return _with_answer_anywhere(found, constraints)
+
+
+def _widest_margin(
+    space: DesignSpace, keep: tuple[str, ...], bounds: Mapping[str, tuple[float, float]],
+    within: float | None,
+) -> tuple[Design, Constraints]:  # fmt: skip
+    """Compute the design of the largest margin, and its constraints; the space may widen."""
     constraints = constraints_of(space, keep, bounds, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
         wider = design_space(space.linkage, space.motion, spatial=True)
         space = certify(wider) if isinstance(space, CertifiedSpace) else wider
         constraints = constraints_of(space, keep, bounds, within)
     found = decide_feasibility(space, constraints)
-    design = Design(
-        space, found.verdict, minimise, None, tuple(keep), bounds, within, found.z,
+    return Design(
+        space, found.verdict, None, None, keep, bounds, within, found.z,
         found.certificate, found.multipliers, found.margin, found.residuals, found.words,
-    )  # fmt: skip
-    if minimise and found.z is not None:
-        design = _minimise(design, constraints)
-    return (
-        design
-        if within is None or design.z is not None
-        else _with_answer_anywhere(design, constraints)
-    )
+    ), constraints  # fmt: skip
 
 
 def _with_answer_anywhere(known: Design, constraints: Constraints) -> Design:

@@ -41,7 +41,7 @@ def certificates_from_dual(program: Program, dual: Array) -> Iterator[Certificat
         One certificate for each decision on the ranks of its matrices.
     """
     cone, lines = program.cone, program.lines
-    lifted, (count, n) = cone.lifted().blocks, cone.blocks.shape[:2]
+    lifted, (count, n) = cone.with_all_moments().blocks, cone.blocks.shape[:2]
     Z = cone.duals(dual[: dual.size - len(lines)].reshape(count, -1))
     if not len(lines):
         yield from (CertificateProof(found, np.zeros(count)) for found in _refine(lifted, Z))

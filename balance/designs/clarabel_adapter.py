@@ -2,8 +2,8 @@
 
     minimise ½ xᵀ H x + q·x    so that    rows x + offset  lies in a product of cones
 
-The solver is an interior-point method (P. J. Goulart, Y. Chen, Clarabel, 2024); what it
-returns is never taken at its word, but checked by whoever constraints.
+The solver is an interior-point method (P. J. Goulart, Y. Chen, Clarabel, 2024). Callers check
+its answers. No other module calls it.
 """
 
 from __future__ import annotations

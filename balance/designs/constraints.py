@@ -216,7 +216,7 @@ def _fixed_rows(
     """Build the rows of the cone that have a fixed value, and these values."""
     keep = list(constraints.keep)
     masses = cone.blocks[list(fixed_masses)][:, :, -1, -1]
-    rows = np.concatenate([cone.stacked(cone.blocks[keep]), masses])
+    rows = np.concatenate([cone.stack_rows(cone.blocks[keep]), masses])
     values = np.array([constraints.bounds[b][0] for b in fixed_masses])
     return rows, np.concatenate([cone.rows(file[keep]).reshape(-1), values])
 

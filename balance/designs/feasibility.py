@@ -216,7 +216,7 @@ def _candidates(program: Program) -> Iterator[tuple[Array | None, Iterable[Certi
 def least_traces(program: Program) -> tuple[Array, Array, Array, list[ConstraintBlock]]:
     """Build arguments of `solve_conic`: the least sum of traces with ``P_b ⪰ 1`` and τ ≥ 1."""
     cone, lines = program.cone, program.lines
-    count, rows = len(cone.blocks), cone.stacked(cone.blocks)
+    count, rows = len(cone.blocks), cone.stack_rows(cone.blocks)
     unit, parts = np.tile(cone.rows(np.eye(cone.size)), count), [cone.part] * count
     if len(lines):
         rows = np.concatenate([rows, lines])

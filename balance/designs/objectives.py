@@ -103,7 +103,7 @@ def minimise_objective(
     file, cone = matrices_of(space, given_parameters(space)) / program.unit, program.cone
     # Spatial force balance does not constrain second moments, but objectives depend on them.
     if wanted == "change" or (cone.second_order and cone.size == 4):
-        cone = cone.lifted()
+        cone = cone.with_all_moments()
     lower = np.tile(np.eye(cone.size), (len(cone.blocks), 1, 1))
     if wanted == "change":
         lower = file[list(program.free)]
@@ -132,7 +132,7 @@ def _solve(
     others = program.lines[int(program.sized) :]
     lines = np.zeros((1 + len(others), n))
     lines[0, :own], lines[1:, :own] = -program.traces, others
-    linear = np.concatenate([cone.stacked(cone.blocks), lines])
+    linear = np.concatenate([cone.stack_rows(cone.blocks), lines])
     rows = np.concatenate([np.column_stack([linear, np.zeros(len(linear))]), goal.rows])
     offset = np.zeros(len(rows))
     offset[: len(linear) - len(lines)] = -cone.rows(lower).reshape(-1)
@@ -174,7 +174,7 @@ def _goal(
     if wanted == "change":
         whiten = np.linalg.inv(np.linalg.cholesky(file[free]))[:, None]
         D = np.zeros((len(free) * cone.part.rows, n + 1))
-        D[:, :n] = cone.stacked(whiten @ cone.blocks @ whiten.swapaxes(-1, -2))
+        D[:, :n] = cone.stack_rows(whiten @ cone.blocks @ whiten.swapaxes(-1, -2))
         d = np.tile(triangles(np.eye(cone.size)), len(free))
         return _Goal(-2.0 * d @ D, float(d @ d), 1.0, 2.0 * D.T @ D, none, ())
     if wanted == "inertia":

@@ -90,7 +90,7 @@ class Cone(NamedTuple):
         *outer, k, _ = blocks.shape
         return np.asarray(blocks.reshape(*outer, k * k) @ self.weights)
 
-    def stacked(self, blocks: Array) -> Array:
+    def stack_rows(self, blocks: Array) -> Array:
         """Stack the rows of the solver's cones of all bodies (rows, n).
 
         Args:
@@ -151,7 +151,7 @@ class Cone(NamedTuple):
         equal = np.einsum("bii->b", S)[:, None, None] * np.eye(self.size - 1)
         return np.concatenate([own, (S - equal / (self.size - 1)).reshape(-1)])
 
-    def lifted(self) -> Cone:
+    def with_all_moments(self) -> Cone:
         """Return the cone with all second moments as coordinates."""
         if not self.second_order:
             return self

@@ -1,4 +1,4 @@
-"""The report on a design space as data: the contract of ``balance report --json``."""
+"""The report on a design space as plain data, the output of ``balance report --json``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["report_data", "schema"]
 
 
 def schema() -> dict[str, object]:
-    """The JSON schema (draft 2020-12) of `report_data`."""
+    """Return the JSON schema (draft 2020-12) of `report_data`."""
     path = files("balance").joinpath("schemas", "report.schema.json")
     return dict(json.loads(path.read_text(encoding="utf-8")))
 
@@ -27,7 +27,7 @@ def report_data(
     exact: Exact | None = None,
     change: float = inf,
 ) -> dict[str, object]:
-    """A design space and what was computed about it, as plain data ready for JSON.
+    """Collect a design space and results about it as plain data for JSON.
 
     Args:
         space: the design space.

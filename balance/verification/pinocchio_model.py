@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.inertial_parameters.conversions import mass_properties
 from balance.options import Balance
 from balance.tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
-from balance.verification.crank_revolution import revolve_crank
+from balance.verification.crank_revolution import Crank, revolve_crank
 from balance.verification.joint_reactions import joint_reactions
 from balance.verification.result import Run, Verification
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters, wrench_to_si
@@ -33,7 +33,7 @@ from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.spatial.inertia import displace_parameters, inertia_tensor
 
-__all__ = ["PinocchioModel", "verify", "verify_beside"]
+__all__ = ["PinocchioModel", "verify", "verify_second"]
 
 Array = NDArray[np.float64]
 
@@ -42,20 +42,13 @@ MAX_CENTRE_DISTANCE = 1e9
 
 
 def verify(
-    linkage: LinkageLike,
-    z: ArrayLike | None = None,
-    *,
-    motion: Motion | str | Sequence[str] | None = None,
-    balance: Balance = "dynamic",
-    trajectories: int = 10,
-    samples: int = 200,
-    seed: int = 0,
-    tolerance: float = SHAKING_RELATIVE,
-    along: Sequence[Trajectory] | None = None,
-    speed: float | None = None,
-    crank: str | None = None,
+    linkage: LinkageLike, z: ArrayLike | None = None, *,
+    motion: Motion | str | Sequence[str] | None = None, balance: Balance = "dynamic",
+    trajectories: int = 10, samples: int = 200, seed: int = 0,
+    tolerance: float = SHAKING_RELATIVE, along: Sequence[Trajectory] | None = None,
+    speed: float | None = None, crank: str | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Verification:
+) -> Verification:  # fmt: skip
     """Verify the balance of a linkage along motions, by Pinocchio and by our own series.
 
     The linkage is balanced if the peak of the base reaction ``ḣ = [moment; force]`` is at most
@@ -63,17 +56,15 @@ def verify(
 
     Args:
         linkage: an assembled linkage, or an argument of `kinematics.load`.
-        z: inertial parameters, by default those of the file; see
-            `balance.verification.shaking_wrench.mass_parameters`.
+        z: inertial parameters as in `shaking`; those of the file by default.
         motion: restriction of the inputs; free by default.
         balance: ``"dynamic"``, or ``"force"`` for a verdict on the force alone.
         trajectories: number of random motions.
         samples: samples of each motion.
         seed: seed of the random motions.
-        tolerance: largest residual of a balanced linkage, relative to the peak sum of the
-            bodies' own inertia wrenches.
+        tolerance: largest relative residual of a balanced linkage.
         along: motions to use instead of random ones.
-        speed: radians per second of a crank; one revolution at this speed is the motion.
+        speed: speed of a crank, rad/s; one revolution at this speed is the motion.
         crank: name of that crank; see `balance.verification.crank_revolution.revolve_crank`.
         progress: called with the number of motions done and the number of all motions.
 
@@ -81,45 +72,56 @@ def verify(
         The verdict, with the loads along each motion.
 
     Raises:
-        LinkageError: Pinocchio is missing, or a body cannot be given to it.
+        PackageError: Pinocchio is missing.
+        LinkageError: a body without mass has a first moment of mass.
         PoseError: the linkage cannot follow the motion, or nothing moves in it.
         MotionError: a relation is wrong.
         ValueError: an option has no such value, or excludes another.
 
-    Source:
-        R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 5 (recursive
-        Newton-Euler algorithm, as in Pinocchio).
+    Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 5 (Newton-Euler).
 
     Example:
         >>> import balance
-        >>> found = balance.verify("robot.urdf", trajectories=1)
-        >>> found.verdict
+        >>> balance.verify("robot.urdf", trajectories=1).verdict
         'not balanced'
-        >>> found.agreed
-        True
     """
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
-    if speed is not None and along is not None:
-        raise ValueError("give either a speed or motions to move along")
-    linkage, rotation = as_linkage(linkage), None
+    linkage = as_linkage(linkage)
     model = PinocchioModel(linkage, mass_parameters(linkage, z))
-    if speed is not None:
-        one, rotation = revolve_crank(linkage, speed, crank, motion_of(linkage, motion))
-        along = [one]
-    motions: Iterable[Trajectory] = along or ()
-    if along is None:
+    given, rotation = _given_motions(linkage, along, speed, crank, motion)
+    motions: Iterable[Trajectory] = given or ()
+    if given is None:
         limits = motion_of(linkage, motion)
         motions = random_motions(linkage, trajectories, samples, seed, motion=limits)
-    elif not any(one.moves for one in along):
-        raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
-    count = trajectories if along is None else len(along)
+    count = trajectories if given is None else len(given)
     return Verification(
-        linkage=linkage, balance=balance, tolerance=tolerance,
-        length=linkage.spatial_chain.frame.length, seed=seed if along is None else None,
-        runs=tuple(_runs(linkage, model, motions, progress, count)), notices=linkage.notices,
-        crank=rotation,
+        linkage, balance, tolerance, linkage.spatial_chain.frame.length,
+        seed if given is None else None,
+        tuple(_runs(linkage, model, motions, progress, count)), linkage.notices, rotation,
     )  # fmt: skip
+
+
+def _given_motions(
+    linkage: Linkage, along: Sequence[Trajectory] | None, speed: float | None,
+    crank: str | None, motion: Motion | str | Sequence[str] | None,
+) -> tuple[Sequence[Trajectory] | None, Crank | None]:  # fmt: skip
+    """Return the given motions, or the revolution of a crank; None for random motions.
+
+    Raises:
+        PoseError: nothing moves, or the crank cannot turn fully.
+        ValueError: there are motions and a speed.
+    """
+    if speed is not None:
+        if along is not None:
+            raise ValueError("give either a speed or motions to move along")
+        revolution, rotation = revolve_crank(linkage, speed, crank, motion_of(linkage, motion))
+        along = [revolution]
+    else:
+        rotation = None
+    if along is not None and not any(one.moves for one in along):
+        raise PoseError(f"{linkage.source}: nothing moves; give inputs that change with time")
+    return along, rotation
 
 
 def _runs(
@@ -134,7 +136,7 @@ def _runs(
             progress(done, count)
 
 
-def verify_beside(first: Verification, linkage: LinkageLike, **options: Any) -> Verification:
+def verify_second(first: Verification, linkage: LinkageLike, **options: Any) -> Verification:
     """Verify a second linkage along the motions of a first one.
 
     A crank turns at the same constant speed in both. The second linkage gets random motions of
@@ -254,7 +256,7 @@ class PinocchioModel:
         if own[1:4].any():
             raise LinkageError(
                 f"{linkage.source}: link '{name}' has next to no mass, but its centre is not "
-                "at the origin, which Pinocchio cannot be told; verify other parameters"
+                "at the origin, which Pinocchio cannot represent; verify other parameters"
             )
         inertia.inertia = inertia_tensor(own)
         return inertia

@@ -1,6 +1,6 @@
 """Plots of a verification: inputs, shaking loads and joint forces over time.
 
-They show the motion that decides the verdict; a second linkage is beside the first one. The
+They show the motion that decides the verdict, with a second linkage next to the first one. The
 output is a Matplotlib image, an HTML page that needs no network, or a table.
 """
 

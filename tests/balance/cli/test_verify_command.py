@@ -21,7 +21,7 @@ import kinematics
 from balance import mass_properties
 from balance.cli.main import main
 from balance.report.html.verification import (
-    LINES,
+    MAX_LINES,
     panels,
     verification_page,
     verification_picture,
@@ -209,11 +209,13 @@ def test_panels_show_what_was_found():
     assert np.array_equal(force.lines, -run.shaking[:, 3:].T)
     about = run.shaking[:, :3] - np.cross(o, run.shaking[:, 3:])
     assert np.allclose(moment.lines, -about.T, rtol=1e-12)
-    assert bearing.lines.shape == (LINES, 20)
+    assert bearing.lines.shape == (MAX_LINES, 20)
     assert bearing.lines.max() == pytest.approx(run.bearing.max(), rel=1e-6)
     # What joints in series carry alike, as the axes of one of them do, is one line.
     lines = bearing.lines / bearing.lines.max()
-    assert all(np.abs(lines[i] - lines[j]).max() > 1e-6 for i in range(LINES) for j in range(i))
+    assert all(
+        np.abs(lines[i] - lines[j]).max() > 1e-6 for i in range(MAX_LINES) for j in range(i)
+    )
 
 
 def test_the_page_holds_the_report_and_escapes_names():

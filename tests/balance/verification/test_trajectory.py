@@ -11,7 +11,8 @@ from motions import around, slope
 from scipy.linalg import expm
 
 import kinematics
-from balance.verification.trajectory import drive, from_csv, random_motions, rest_to_rest
+from balance.verification.given_motions import from_csv, rest_to_rest
+from balance.verification.trajectory import drive, random_motions
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import FileError, MotionError, PoseError
 from kinematics.model.motion import Motion

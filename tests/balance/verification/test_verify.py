@@ -12,9 +12,10 @@ from motions import around, bodies, slope, states
 
 import kinematics
 from balance import design_space, shaking
-from balance.verification.pinocchio_model import PinocchioModel, verify, verify_beside
+from balance.verification.given_motions import rest_to_rest
+from balance.verification.pinocchio_model import PinocchioModel, verify, verify_second
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters
-from balance.verification.trajectory import drive, random_motions, rest_to_rest
+from balance.verification.trajectory import drive, random_motions
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, MotionError, PoseError
 from kinematics.spatial.screws import Ad
@@ -251,14 +252,14 @@ def test_near_a_singularity_a_remark_says_so():
 
 def test_a_second_linkage_moves_alike_if_it_can():
     first = verify(kinematics.load("four_bar_general"), trajectories=1, samples=30)
-    same = verify_beside(first, kinematics.load("four_bar_antiparallelogram_balanced"))
+    same = verify_second(first, kinematics.load("four_bar_antiparallelogram_balanced"))
     assert same.seed is None and same.balanced
     assert np.array_equal(same.runs[0].trajectory.u, first.runs[0].trajectory.u)
     options = {"trajectories": 1, "samples": 30}
     wide = verify(kinematics.load("four_bar_general"), trajectories=10, samples=30)
-    own = verify_beside(wide, kinematics.load("four_bar_kite_balanced"), **options)
+    own = verify_second(wide, kinematics.load("four_bar_kite_balanced"), **options)
     assert own.seed == 0 and own.balanced
-    other = verify_beside(first, kinematics.load("five_bar"), **options)
+    other = verify_second(first, kinematics.load("five_bar"), **options)
     assert other.seed == 0 and other.runs[0].trajectory.u.shape == (30, 2)
 
 

@@ -15,7 +15,7 @@ import kinematics
 from balance.cli.main import main
 from balance.report.html.verification import panels, verification_page
 from balance.report.text.verification import verification_facts
-from balance.verification.pinocchio_model import verify, verify_beside
+from balance.verification.pinocchio_model import verify, verify_second
 from balance.verification.trajectory import drive
 from kinematics.errors import PoseError
 
@@ -59,7 +59,7 @@ def test_the_plotted_motion_has_the_peak_that_is_told(model, seed, decides, othe
 def test_two_linkages_are_plotted_on_one_motion():
     first = verify(kinematics.load(SHAKING), trajectories=3, samples=30)
     assert first.plotted == first.worst("force") != 0
-    second = verify_beside(first, kinematics.load("four_bar_antiparallelogram_balanced"))
+    second = verify_second(first, kinematics.load("four_bar_antiparallelogram_balanced"))
     assert second.plotted == first.plotted and second.worst("moment") != first.plotted
     lines = [panels(one)[0].lines for one in (first, second)]
     assert np.array_equal(*lines)

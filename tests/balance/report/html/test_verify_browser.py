@@ -7,7 +7,7 @@ from browser import needs_browser, started, wait_until
 
 import kinematics
 from balance.report.html.verification import verification_page
-from balance.verification.pinocchio_model import verify, verify_beside
+from balance.verification.pinocchio_model import verify, verify_second
 
 pytestmark = needs_browser
 DRAWN = "return document.querySelectorAll('.traces .scatterlayer path.js-line').length"
@@ -15,7 +15,7 @@ DRAWN = "return document.querySelectorAll('.traces .scatterlayer path.js-line').
 
 def test_curves_are_drawn_offline(tmp_path):
     first = verify(kinematics.load("four_bar_general"), trajectories=1, samples=40)
-    second = verify_beside(first, kinematics.load("four_bar_kite_balanced"))
+    second = verify_second(first, kinematics.load("four_bar_kite_balanced"))
     path = tmp_path / "page.html"
     path.write_text(verification_page([first, second]), encoding="utf-8")
     with started(tmp_path / "profile") as driver:

@@ -1,9 +1,9 @@
 """Claim: a design space costs a tenth of what sampling with Pinocchio costs, for the same rank.
 
 The peer is the usual method: stacked momentum regressors of Pinocchio at random closed poses,
-and a QR with pivots above 1e-8 as in figaroh's base parameters. Newton's method with Pinocchio's
-Jacobians closes its loops; in a second timing, poses and joint velocities are given. For
-a planar linkage it keeps only planar parameters. The number of poses that its rank needs is
+and a QR with pivots above 1e-8 as in figaroh's base parameters. Newton's method with the
+Jacobians of Pinocchio closes its loops; a second timing has given poses and velocities. For a
+planar linkage it keeps only planar parameters. The number of poses that its rank needs is
 found by doubling before the timing. Exact arithmetic is the reference.
 """
 
@@ -55,7 +55,7 @@ class DesignSpaceAgainstSampling:
         rng, found = np.random.default_rng(7), []
         size = float(self.amplitude[0])
         for u in size * rng.uniform(-1.0, 1.0, (count, self.peer.inputs.size)):
-            q = self.peer.closed(u)
+            q = self.peer.close_loops(u)
             found.append((q, self.peer.rates(q)))
         return found
 

@@ -1,4 +1,4 @@
-"""Run the benchmarks: medians of interleaved batches, spreads, ratios, and the verdicts."""
+"""Run the benchmarks and print medians of interleaved batches, spreads, ratios and verdicts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from benchmarks.harness.show import Markdown, Text, seconds  # noqa: E402
 HERE = Path(__file__).parent
 CLAIMS = sorted(path.stem for path in (HERE / "claims").glob("[!_]*.py"))
 BASELINE = HERE / "baseline.json"
-# A ratio that grew by more than this is a loss.
+# Growth of a ratio that counts as a regression.
 LOSS = 1.3
 
 
@@ -39,10 +39,11 @@ def main(argv: list[str] | None = None) -> int:
     for name in options.names or names:
         run.module(name)
     if options.check:
-        # A busy neighbour is no loss: what was slow runs again, and the better ratio counts.
+        # Regressions are measured again and the better ratio is kept, to tolerate load from
+        # other processes.
         for name in sorted({key.split(":")[0] for key in _lost(known, run.ratios)}):
             run.module(name)
-        return 0 if _kept(known, run.ratios) else 1
+        return 0 if _check_ratios(known, run.ratios) else 1
     if rows := table.answered(run.verdicts):
         run.show.claim("table", "Lines that must be reached, as ratios ours / theirs.")
         run.show.table(rows)
@@ -53,6 +54,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _options(argv: list[str] | None) -> argparse.Namespace:
+    """Parse the command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", help="claims to run; all by default")
     parser.add_argument("--quick", action="store_true", help="few repetitions, to try it out")
@@ -68,14 +70,14 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
 
 
 def _lost(known: dict[str, float], ratios: dict[str, float]) -> dict[str, float]:
-    """Ratios that are much worse than the stored ones."""
+    """Ratios that grew by more than `LOSS`."""
     return {
         name: ratio for name, ratio in ratios.items() if ratio > LOSS * known.get(name, ratio)
     }
 
 
-def _kept(known: dict[str, float], ratios: dict[str, float]) -> bool:
-    """Whether no ratio is much worse than the stored one; says which are."""
+def _check_ratios(known: dict[str, float], ratios: dict[str, float]) -> bool:
+    """Print the ratios that grew by more than `LOSS`, and return whether there are none."""
     lost = _lost(known, ratios)
     for name, ratio in lost.items():
         print(f"LOST: {name}: {ratio:.3g}, was {known[name]:.3g}")
@@ -85,6 +87,7 @@ def _kept(known: dict[str, float], ratios: dict[str, float]) -> bool:
 
 
 def _machine() -> str:
+    """Describe the machine, the versions and the commit."""
     commit = subprocess.run(
         ["git", "-C", str(HERE), "describe", "--always", "--dirty"],
         capture_output=True, text=True, check=False,
@@ -96,17 +99,17 @@ def _machine() -> str:
 
 
 def classes(name: str) -> list[type]:
-    """The benchmarks of a module: its classes, but for those that others build upon."""
+    """The benchmarks of a module: its public classes."""
     module = import_module(f"benchmarks.claims.{name}")
     found = [value for key, value in vars(module).items() if not key.startswith("_")]
     return [cls for cls in found if isinstance(cls, type) and cls.__module__ == module.__name__]
 
 
 class Run:
-    """Benchmarks as they are run: what their claims came to, and the ratios of times."""
+    """A run of benchmarks, with the verdicts on claims and the ratios of times."""
 
     def __init__(self, repetitions: int, show: Text) -> None:
-        """Nothing yet."""
+        """Start a run without results."""
         self.repetitions, self.show = repetitions, show
         self.verdicts: dict[str, table.Verdict] = {}
         self.ratios: dict[str, float] = {}
@@ -124,7 +127,7 @@ class Run:
             bench, label = cls(), " ".join(map(str, params))
             try:
                 bench.setup(*params)
-                found = self._measured(bench, label, params)
+                found = self._measure(bench, label, params)
                 for claim in getattr(cls, "claims", ()):
                     if found.keys() >= set(claim[:-1]):
                         self._judge(f"{module}:{label}", label, claim, found)
@@ -134,13 +137,13 @@ class Run:
                 self.show.line(label, "left out", str(error))
         self.show.table(rows, getattr(cls, "total", False))
 
-    def _measured(self, bench: object, label: str, params: tuple) -> dict[str, np.ndarray]:
-        """Seconds of the methods that are timed, and the values that are tracked."""
+    def _measure(self, bench: object, label: str, params: tuple) -> dict[str, np.ndarray]:
+        """Measure the seconds of the timed methods, and the tracked values."""
         claimed = {name for claim in getattr(bench, "claims", ()) for name in claim[:-1]}
         every = [name for name in dir(bench) if name.startswith("time_")]
         timed = [name for name in every if name in claimed] or every
         repetitions = min(self.repetitions, getattr(bench, "repetitions", self.repetitions))
-        found = _times(bench, timed, params, repetitions)
+        found = _time_methods(bench, timed, params, repetitions)
         for name in (name for name in dir(bench) if name.startswith("track_")):
             try:
                 found[name] = np.atleast_1d(getattr(bench, name)(*params))
@@ -154,7 +157,7 @@ class Run:
         return found
 
     def _judge(self, case: str, label: str, claim: tuple, found: dict[str, np.ndarray]) -> None:
-        """Whether a claim holds: of the ratio of two times, or of a time or tracked value."""
+        """Judge a claim on the ratio of two times, or on one time or tracked value."""
         *names, limit = claim
         values, name = found[names[0]], names[0]
         key = f"{case}: {'/'.join(names)}"
@@ -173,10 +176,10 @@ def _short(name: str) -> str:
     return name.removeprefix("time_").removeprefix("track_")
 
 
-def _times(
+def _time_methods(
     bench: object, names: list[str], params: tuple, repetitions: int
 ) -> dict[str, np.ndarray]:
-    """Seconds per call of each method, in batches that take turns."""
+    """Measure seconds per call of each method, in interleaved batches."""
     calls = {}
     for name in names:
         method = getattr(bench, name)

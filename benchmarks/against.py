@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent.parent
-# Reads a model's name per line; answers with the seconds of one call, as a median of some.
+# Reads a model's name per line, and prints the median seconds of one call.
 WORKER = """
 import sys
 from dataclasses import replace
@@ -33,7 +33,7 @@ for line in sys.stdin:
         design_space(known[name])
     times = []
     for _ in range(20):
-        # Arrays of its own: nothing that an earlier call has made of them is used again.
+        # A new linkage object, so that no cached result of an earlier call is used.
         fresh = replace(known[name], chain=replace(known[name].chain))
         start = perf_counter()
         design_space(fresh)
@@ -43,7 +43,7 @@ for line in sys.stdin:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Compare; the exit code is 1 if a model takes too long."""
+    """Compare two trees; the exit code is 1 if a model takes too long."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("commit")
     parser.add_argument("--limit", type=float, default=1.5)
@@ -65,7 +65,7 @@ def _git(*words: str) -> None:
 
 
 def _worker(root: Path) -> subprocess.Popen[str]:
-    """A process that times the code of one tree."""
+    """Start a process that times the code of one tree."""
     threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
     return subprocess.Popen(
         [sys.executable, "-c", WORKER], cwd=root, env=os.environ | threads | {"PYTHONPATH": ""},
@@ -76,10 +76,12 @@ def _worker(root: Path) -> subprocess.Popen[str]:
 def _compare(
     names: list[str], workers: list[subprocess.Popen[str]], rounds: int, limit: float
 ) -> int:
-    """Print a line per model."""
+    """Print a line per model, and return the exit code."""
     held = True
     for name in names:
-        times = np.array([[_ask(worker, name) for worker in workers] for _ in range(rounds)])
+        times = np.array(
+            [[_measure(worker, name) for worker in workers] for _ in range(rounds)]
+        )
         before, after = np.median(times, axis=0) * 1e6
         held &= after <= limit * before
         print(f"  {name:<28} {before:9.1f} µs before, {after:9.1f} µs, {after / before:.2f}")
@@ -87,7 +89,7 @@ def _compare(
     return 0 if held else 1
 
 
-def _ask(worker: subprocess.Popen[str], name: str) -> float:
+def _measure(worker: subprocess.Popen[str], name: str) -> float:
     assert worker.stdin and worker.stdout
     print(name, file=worker.stdin, flush=True)
     return float(worker.stdout.readline())

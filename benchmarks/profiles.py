@@ -1,9 +1,9 @@
-"""Where the time of our side of a benchmark goes, compiled functions included.
+"""Profile our side of a benchmark, compiled functions included.
 
-``python -m benchmarks.profiles NAME…`` runs what the first claim of each class times, or else
-what it times first, under cProfile, and prints the functions that take most, their own time in
-per cent of the whole. The profiler slows down what is Python more than what is compiled, and
-does not see other threads or processes.
+``python -m benchmarks.profiles NAME…`` runs the first timed method of the claims of each class,
+or else its first timed method, under cProfile, and prints the functions with most own time, in
+per cent of the whole. The profiler slows down Python more than compiled code, and does not see
+other threads or processes.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ from benchmarks.__main__ import classes
 
 __all__ = ["main"]
 
-# Seconds of each profile, and how many functions are listed.
-SECONDS, MOST = 0.5, 8
+# Seconds of each profile.
+SECONDS = 0.5
+# Number of functions in a list.
+MAX_FUNCTIONS = 8
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -36,6 +38,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _case(name: str, bench: object, params: tuple) -> None:
+    """Profile one case."""
     claimed = [claim[0] for claim in getattr(bench, "claims", ())]
     timed = [method for method in (*claimed, *dir(bench)) if method.startswith("time_")]
     try:
@@ -57,7 +60,9 @@ def _profile(call: Callable[..., None], params: tuple) -> Stats:
 
 def _print(stats: Stats) -> None:
     own = {where: entry[2] for where, entry in stats.stats.items()}
-    for (file, line, name), seconds in sorted(own.items(), key=lambda item: -item[1])[:MOST]:
+    for (file, line, name), seconds in sorted(own.items(), key=lambda item: -item[1])[
+        :MAX_FUNCTIONS
+    ]:
         place = f"{Path(file).parent.name}/{Path(file).name}:{line} " if line else ""
         print(f"  {100.0 * seconds / sum(own.values()):5.1f} %  {place}{name}")
 

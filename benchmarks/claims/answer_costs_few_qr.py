@@ -1,7 +1,6 @@
 """Claim: a whole design space costs at most six pivoted QRs of its stacked regressor.
 
-The geometries are general ones near the model's, and have the rank that exact arithmetic finds
-from the decimals of its file.
+The geometries are general ones near the model's, with the rank of its file in exact arithmetic.
 """
 
 from __future__ import annotations
@@ -21,16 +20,16 @@ class AnswerCostsFewQr(KernelCostsLessThanAQr):
     claims = (("time_design_space", "time_pivoted_qr", 6.0), ("track_wrong_ranks", 0.0))
 
     def setup(self, model: str, order: int) -> None:
-        """As for the kernels, and the linkages themselves."""
+        """Prepare the rows as for the kernels, and the linkages."""
         super().setup(model, order)
         self.copies = variants(model, 24, seed=2)
         self.linkages = cycle(self.copies)
 
     def time_design_space(self, model: str, order: int) -> None:
-        """The public call, on one more geometry."""
+        """The public call on another geometry."""
         assert design_space(next(self.linkages)).kept > 0.0
 
     def track_wrong_ranks(self, model: str, order: int) -> int:
-        """How many of the geometries have another rank."""
+        """Count geometries with another rank."""
         exact = exact_ranks(load(model)).rank
         return sum(design_space(copy).rank != exact for copy in self.copies)

@@ -1,4 +1,4 @@
-"""Claim: orders decide what random finite poses decide, and no residual exceeds round-off."""
+"""Claim: ranks are those of exact arithmetic, and bases have no momentum at random poses."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from kinematics.model_gallery import gallery, load
 
 
 class AnswersAreRight:
-    """Error beside run time: momentum left at fresh poses by the null-space basis."""
+    """Residual momentum of the null-space basis at poses that were not used."""
 
     params = tuple((name,) for name in gallery())
     claims = (("track_residual", 1e-12), ("track_wrong_rank", 0.0))
 
     def setup(self, model: str) -> None:
-        """Load the linkage and its space."""
+        """Prepare the linkage and its space."""
         self.linkage = load(model)
         self.space = design_space(self.linkage)
 
@@ -36,5 +36,5 @@ class AnswersAreRight:
         return float(worst)
 
     def track_wrong_rank(self, model: str) -> int:
-        """By how much the rank is not that of exact arithmetic."""
+        """Difference of the rank from that of exact arithmetic."""
         return abs(self.space.rank - exact_ranks(self.linkage).rank)

@@ -1,8 +1,8 @@
 """Claim: the momentum kernel takes at most twice as long as the same arithmetic in C.
 
-The C is compiled here with -O3 -march=native; results agree to 1e-13 and both do as many
-operations, which are counted as they happen. The error is that of closure and momentum against
-finite poses in mpmath, along one ray, relative to the largest entry of each order.
+The C code is compiled with -O3 -march=native; results agree to 1e-13, and both execute the same
+number of operations, which are counted at run time. The error is that of closure and momentum
+against finite poses in mpmath, along one ray, relative to the largest entry of each order.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from kinematics.model_gallery import load
 
 
 class CloseToTheLimit:
-    """All orders of the regressor, along enough rays to hide the call."""
+    """All orders of the regressor, along enough rays to make call overhead negligible."""
 
     params = (
         ("four_bar_general", 4, 64), ("five_bar", 4, 32), ("bennett", 4, 32),
@@ -30,19 +30,19 @@ class CloseToTheLimit:
     )
 
     def setup(self, model: str, order: int, rays: int) -> None:
-        """The series, and room for the rows."""
+        """Prepare the series and the workspace."""
         self.chain = load(model).chain
         self.rays = np.random.default_rng(5).standard_normal((rays, self.chain.width))
         self.series = expand(self.chain, self.rays, order)
         size, rows = (4, 3) if self.chain.planar else (10, 6)
         shape = (order + 1, rays, self.chain.width, rows, self.chain.links.size * size)
         self.X, self.C = np.zeros(shape), np.zeros(shape)
-        self.room = regressor_workspace(self.series.V, self.chain.links, self.chain.moves)
+        self.workspace = regressor_workspace(self.series.V, self.chain.links, self.chain.moves)
         self.start = np.empty((0, 4, 4))
         self.time_in_c(model, order, rays)
 
     def time_ours(self, model: str, order: int, rays: int) -> None:
-        """The compiled kernel of the product."""
+        """Our compiled kernel."""
         chain, series = self.chain, self.series
         self.X[:] = 0.0
         body_regressors(
@@ -53,7 +53,7 @@ class CloseToTheLimit:
             chain.moves,
             series.V,
             series.T,
-            self.room,
+            self.workspace,
             self.X,
         )
 
@@ -75,7 +75,7 @@ class CloseToTheLimit:
         return reference.off(self.X[:, 0], reference.momentum(self.chain, self.rays[0], order))
 
     def track_operations_apart(self, model: str, order: int, rays: int) -> float:
-        """How many more or fewer operations the Python text does, on one ray."""
+        """Difference in the number of operations from the Python source, on one ray."""
         chain = self.chain
         series = expand(chain, np.ones((1, chain.width)), order)
         ours = compiled.operations_here(model, order, 1)
@@ -84,5 +84,5 @@ class CloseToTheLimit:
         return float(sum(abs(a - b) for a, b in zip(ours, theirs, strict=True)))
 
     def row(self, model: str, order: int, rays: int) -> dict[str, int]:
-        """How many operations a ray takes."""
+        """Number of operations per ray."""
         return {"operations per ray": self.operations}

@@ -1,11 +1,10 @@
 """Claim: closure and momentum cost in proportion to the bodies, and to the order squared.
 
-A serial chain in space that one input moves, and coupled four-bars in a plane whose loop
-matrix is factorised within its profile. Exponents are fitted to the shortest of several
-times. The error is that of the rows of 20 bodies against finite poses in mpmath, and that of
-the rates of 200 against a full factorisation by LAPACK, for the serial chain against sums of
-its screws. Peak memory is what a process needs for 1,000 bodies at order 12, beyond what it
-needs for 10 (on Linux).
+Cases: a spatial serial chain with one input, and planar coupled four-bars, whose loop matrix is
+factorised within its skyline. Exponents are fitted to the shortest of several times. The errors
+are those of the rows of 20 bodies against finite poses in mpmath, and of the rates of 200
+bodies against a dense factorisation by LAPACK, or for the serial chain against sums of its
+screws. Peak memory is the increase of a process from 10 to 1,000 bodies at order 12 (Linux).
 """
 
 from __future__ import annotations
@@ -27,8 +26,7 @@ ORDERS = (1, 2, 3, 4, 6, 8, 10, 12)
 INPUTS = (1, 2, 4, 8, 12)
 ROWS = {"serial": serial, "four-bars": lambda bodies: coupled_four_bars(bodies // 2)}
 
-
-# Kilobytes by which the peak of a process's memory grows.
+# Prints the increase of the peak memory of a process, kilobytes.
 PEAK = """
 from sys import argv
 from benchmarks.claims.cost_grows_linearly import ROWS, kernels
@@ -45,13 +43,13 @@ print(peak() - before)
 
 
 def kernels(chain: Chain, order: int) -> np.ndarray:
-    """Closure and momentum along one ray: rows of all orders."""
+    """Compute closure and momentum along one ray: rows of all orders."""
     ray = np.ones((1, chain.width)) / np.sqrt(chain.width)
     return RegressorSeries(chain, expand(chain, ray, order)).rows(order)[:, 0]
 
 
 def _shortest(chains: list[Chain], orders: list[int], repetitions: int = 9) -> np.ndarray:
-    """Seconds of each case, the cases in turn; (cases,)."""
+    """Measure the shortest time of each interleaved case, seconds (cases,)."""
     times = np.full((repetitions, len(chains)), np.inf)
     for turn in times:
         for case, (chain, order) in enumerate(zip(chains, orders, strict=True)):
@@ -62,13 +60,13 @@ def _shortest(chains: list[Chain], orders: list[int], repetitions: int = 9) -> n
 
 
 def _exponent(sizes: list[int], times: np.ndarray, least: int) -> float:
-    """Slope of the logarithms, of sizes from ``least`` on."""
-    kept = np.array(sizes) >= least
-    return float(np.polyfit(np.log(np.array(sizes)[kept]), np.log(times[kept]), 1)[0])
+    """Fit the slope of the logarithms, for sizes from ``least`` on."""
+    fitted = np.array(sizes) >= least
+    return float(np.polyfit(np.log(np.array(sizes)[fitted]), np.log(times[fitted]), 1)[0])
 
 
 class SerialChain:
-    """Bodies at order 3; orders and inputs with 100 bodies."""
+    """Numbers of bodies at order 3; orders and numbers of inputs with 100 bodies."""
 
     params = (("serial",),)
     claims = (
@@ -79,7 +77,7 @@ class SerialChain:
     )
 
     def setup(self, kind: str) -> None:
-        """Shortest times."""
+        """Measure the shortest times."""
         rows = ROWS[kind]
         self.bodies = _shortest([rows(bodies) for bodies in BODIES], [3] * len(BODIES))
         self.orders = _shortest([rows(100)] * len(ORDERS), list(ORDERS))
@@ -123,13 +121,13 @@ class SerialChain:
         cases = [(f"n={n}", t) for n, t in zip(BODIES, self.bodies, strict=True)]
         cases += [(f"k={k}", t) for k, t in zip(ORDERS, self.orders, strict=True)]
         cases += [(f"w={w}", t) for w, t in zip(INPUTS, self.inputs, strict=False)]
-        told = Path("/proc/self/status").exists()
-        peak = f"{int(python('-c', PEAK, kind)) / 1024:.1f}" if told else "-"
+        has_status = Path("/proc/self/status").exists()
+        peak = f"{int(python('-c', PEAK, kind)) / 1024:.1f}" if has_status else "-"
         return {**{name: f"{1e6 * t:.0f}" for name, t in cases}, "peak MiB": peak}
 
 
 class CoupledFourBars(SerialChain):
-    """One input moves them all; the loop matrix is factorised within its profile."""
+    """Coupled four-bars with one input; the loop matrix is factorised within its skyline."""
 
     params = (("four-bars",),)
     claims = (("track_exponent_in_bodies", 1.3), *SerialChain.claims[1:])

@@ -1,11 +1,10 @@
 """Claim: a design space costs a tenth of what sampling with Pinocchio costs, for the same rank.
 
-The peer is what one would write today: momentum regressors of Pinocchio at random closed
-poses, below each other, and a QR with pivots above 1e-8 as in figaroh's base parameters. Its
-loops are closed by Newton's method with Pinocchio's Jacobians, or, as a gift, its poses and
-joint rates are given beforehand; a planar linkage is told to keep the parameters of the
-plane. It gets as many poses as its rank needs, found out by doubling beforehand. Exact
-arithmetic is the judge.
+The peer is the usual method: stacked momentum regressors of Pinocchio at random closed poses,
+and a QR with pivots above 1e-8 as in figaroh's base parameters. Newton's method with the
+Jacobians of Pinocchio closes its loops; a second timing has given poses and velocities. For a
+planar linkage it keeps only planar parameters. The number of poses that its rank needs is
+found by doubling before the timing. Exact arithmetic is the reference.
 """
 
 from __future__ import annotations
@@ -21,8 +20,8 @@ from benchmarks.inputs.geometry import resized
 from benchmarks.inputs.sampling import Sampling
 from kinematics.model_gallery import load
 
-# Poses that the peer gets at most.
-MOST = 64
+# Largest number of poses of the peer.
+MAX_POSES = 64
 
 
 class DesignSpaceAgainstSampling:
@@ -32,7 +31,7 @@ class DesignSpaceAgainstSampling:
     claims = (("time_ours", "time_sampling", 0.1), ("track_wrong_ranks", 0.0))
 
     def setup(self, model: str) -> None:
-        """Find out how many poses the peer needs."""
+        """Find the number of poses that the peer needs."""
         linkage = load(model)
         self.exact = exact_ranks(linkage).rank
         self.copies = resized(model, 8)
@@ -41,22 +40,22 @@ class DesignSpaceAgainstSampling:
         self.amplitude = 0.1 * linkage.chain.units[linkage.chain.joints == self.peer.inputs[0]]
         self.count = 1
         self.found = -1
-        while self.found != self.exact and self.count < MOST:
+        while self.found != self.exact and self.count < MAX_POSES:
             self.count *= 2
             self.given = self._poses(self.count)
             self.found = self.peer.rank(self.given)
-        # A rank is not known beforehand: fewer poses may do, down to half as many.
+        # Fewer poses may be enough, down to half as many.
         for count in range(self.count // 2 + 1, self.count):
             if self.peer.rank(self.given[:count]) == self.exact:
                 self.count, self.given = count, self.given[:count]
                 break
 
     def _poses(self, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Random closed poses and the joint rates there."""
+        """Compute random closed poses and their joint velocities."""
         rng, found = np.random.default_rng(7), []
         size = float(self.amplitude[0])
         for u in size * rng.uniform(-1.0, 1.0, (count, self.peer.inputs.size)):
-            q = self.peer.closed(u)
+            q = self.peer.close_loops(u)
             found.append((q, self.peer.rates(q)))
         return found
 
@@ -69,7 +68,7 @@ class DesignSpaceAgainstSampling:
         self.peer.rank(self._poses(self.count))
 
     def poses_given(self) -> float:
-        """Seconds that the peer takes if its poses and joint rates are given to it."""
+        """Measure the seconds of the peer with given poses and joint velocities."""
         times = []
         for _ in range(9):
             start = perf_counter()
@@ -78,7 +77,7 @@ class DesignSpaceAgainstSampling:
         return float(np.median(times))
 
     def track_wrong_ranks(self, model: str) -> int:
-        """How many of our ranks, in all sizes and places, are not the exact one."""
+        """Count our ranks, in all sizes and places, that differ from the exact one."""
         return sum(design_space(copy).rank != self.exact for copy in self.copies)
 
     def row(self, model: str) -> dict[str, int]:
@@ -92,7 +91,7 @@ class DesignSpaceAgainstSampling:
 
 
 class WhereFewPosesDo(DesignSpaceAgainstSampling):
-    """Linkages that sampling treats best: so few conditions that two or three poses do."""
+    """Linkages most favourable to sampling: two or three poses are enough."""
 
     params = (("bennett",), ("slider_crank",))
     claims = (("time_ours", "time_sampling", 1.0), ("track_wrong_ranks", 0.0))

@@ -24,7 +24,7 @@ class KernelCostsLessThanAQr:
     claims = (("time_kernels", "time_pivoted_qr", 0.5), ("track_error", 1e-12))
 
     def setup(self, model: str, order: int) -> None:
-        """Prepare geometries, rays, and the rows whose factorisation sets the measure."""
+        """Prepare geometries, rays, and the rows for the factorisation."""
         chains = [linkage.chain for linkage in variants(model, 24)]
         width = chains[0].width
         rays = np.random.default_rng(1).standard_normal((comb(width + order - 1, order), width))
@@ -37,22 +37,22 @@ class KernelCostsLessThanAQr:
         return RegressorSeries(chain, expand(chain, self.rays, self.order)).rows(self.order)
 
     def _stack(self, chain) -> np.ndarray:
-        """Rows of every order, along the rays that span it."""
+        """Stack the rows of every order, along the rays that span it."""
         rows = self._rows(chain)
         needed = [comb(chain.width + k - 1, k) for k in range(self.order + 1)]
         blocks = [block[:count] for block, count in zip(rows, needed, strict=True)]
         return np.concatenate([block.reshape(-1, block.shape[-1]) for block in blocks])
 
     def time_kernels(self, model: str, order: int) -> None:
-        """Closure series and momentum series of one more geometry."""
+        """Closure series and momentum series of another geometry."""
         self._rows(next(self.chains))
 
     def time_pivoted_qr(self, model: str, order: int) -> None:
-        """LAPACK's pivoted QR of the stacked regressor of one more geometry."""
+        """LAPACK's pivoted QR of the stacked regressor of another geometry."""
         scipy.linalg.qr(next(self.stacks), mode="r", pivoting=True)
 
     def track_error(self, model: str, order: int) -> float:
-        """Of one more geometry, relative to the largest entry of each order."""
+        """Error of the rows, relative to the largest entry of each order."""
         chain = next(self.chains)
         true = reference.momentum(chain, self.rays[0], order)
         return reference.off(self._rows(chain)[:, 0], true)

@@ -1,8 +1,8 @@
-"""Claim: four-bar design spaces come at a fifteenth of the rate of the bare kernels in C.
+"""Claim: a four-bar design space takes at most 15 times as long as the bare kernels in C.
 
-And two cores give 1.8 times as many as one. The kernels in C are closure and momentum to the
-order that the general four-bar needs, 3, without transfers, ranks or checks. Ranks are judged
-by exact arithmetic, and bases by momentum at finite poses.
+Two cores compute 1.8 times as many as one. The kernels in C are closure and momentum to order
+3, which the general four-bar needs, without transfers, ranks or checks. Ranks are compared with
+exact arithmetic, and bases with momentum at finite poses.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ManyGeometries:
     )
 
     def setup(self, model: str, kind: str) -> None:
-        """Joint screws, and the same in the units of chains for C."""
+        """Prepare joint screws in SI units, and in units of the chains for C."""
         if (os.cpu_count() or 1) < 2:
             raise NotImplementedError("there is one core only")
         self.linkage = load(model)
@@ -58,16 +58,16 @@ class ManyGeometries:
         design_space_many(self.linkage, self.geometries, threads=2)
 
     def time_kernels_in_c(self, model: str, kind: str) -> None:
-        """Closure and momentum alone, of as many geometries."""
+        """Closure and momentum alone, of the same number of geometries."""
         compiled.both_kernels(self.chain, self.screws, 3, self.X)
 
     def track_wrong_ranks(self, model: str, kind: str) -> float:
-        """How many ranks are not the one that exact arithmetic finds for the model."""
+        """Count ranks that differ from that of the model in exact arithmetic."""
         found = design_space_many(self.linkage, self.geometries[: len(self.copies)])
         return float(np.sum(found.rank != exact_ranks(self.linkage).rank))
 
     def track_momentum(self, model: str, kind: str) -> float:
-        """Largest momentum of a basis at a finite pose, over what its bodies have alone."""
+        """Largest momentum of a basis at a finite pose, relative to that of single bodies."""
         number, copy = len(self.copies) // 2, self.copies[len(self.copies) // 2]
         found = design_space_many(self.linkage, self.geometries[: number + 1], bases=True)
         rows = momentum_regressor(copy, {copy.inputs[0]: 0.2})[0]

@@ -1,8 +1,8 @@
-"""Claim: where derivatives at one pose lose the rank, finite poses find it.
+"""Claim: finite poses find the rank where derivatives at one pose lose it.
 
-One degree of freedom moves a whole row of coupled four-bars, so that all conditions but the
-first few must come from higher orders. The last of a long row drown in round-off, however
-many orders are computed. Exact arithmetic is the judge.
+A row of coupled four-bars has one degree of freedom, so that all conditions but the first few
+must come from higher orders. In a long row the last conditions are lost in round-off at any
+order. Exact arithmetic is the reference.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LONGEST = 20
 
 @cache
 def _row(count: int) -> tuple[Linkage, dict[str, int]]:
-    """A row of four-bars; its ranks, and what they took."""
+    """Build a row of four-bars, and compute its ranks and their costs."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "chain.urdf"
         path.write_text(four_bar_chain(count), encoding="utf-8")
@@ -38,13 +38,13 @@ def _row(count: int) -> tuple[Linkage, dict[str, int]]:
 
 
 class PosesFindTheRank:
-    """The public call, which takes poses where it needs them."""
+    """The public call, which adds poses where needed."""
 
     params = ((2,), (5,), (12,), (LONGEST,))
     claims = (("track_missed", 0.0),)
 
     def setup(self, count: int) -> None:
-        """Ranks by every route."""
+        """Compute the ranks by every route."""
         self.linkage, self.ranks = _row(count)
 
     def time_design_space(self, count: int) -> None:
@@ -52,7 +52,7 @@ class PosesFindTheRank:
         design_space(self.linkage)
 
     def track_missed(self, count: int) -> float:
-        """By how much the rank is wrong."""
+        """Error of the rank."""
         return abs(self.ranks["exact"] - self.ranks["ours"])
 
     def row(self, count: int) -> dict[str, int]:
@@ -61,19 +61,19 @@ class PosesFindTheRank:
 
 
 class OrdersAloneDoNot:
-    """The longest row: orders that were asked for, at the reference pose."""
+    """The longest row, with conditions at the reference pose only."""
 
     params = ((LONGEST,),)
     claims = (("track_right", 0.0),)
 
     def setup(self, count: int) -> None:
-        """Ranks by every route."""
+        """Compute the ranks by every route."""
         self.linkage, self.ranks = _row(count)
 
     def time_orders(self, count: int) -> None:
-        """The most orders that were asked for."""
+        """Conditions to the highest order."""
         design_space(self.linkage, max_order=ORDERS[-1])
 
     def track_right(self, count: int) -> int:
-        """How many of the highest orders give the rank."""
+        """Number of highest orders with the right rank."""
         return sum(self.ranks[f"to order {k}"] == self.ranks["exact"] for k in ORDERS)

@@ -1,6 +1,6 @@
-"""Claim: to split the design space into its parts adds at most half to the time it takes.
+"""Claim: the serial-parallel partition adds at most half to the time of a design space.
 
-Either way the rank is that of exact arithmetic.
+The rank is that of exact arithmetic with the partition and without.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 
 from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
-from balance.spaces import compute as designspace
+from balance.spaces import compute
 from balance.spaces.design_space_result import DesignSpace
 from balance.transfers.serial_space import Transfers, serial_transfers
 from benchmarks.inputs.geometry import resized
@@ -21,20 +21,20 @@ from kinematics.model_gallery import gallery, load
 
 
 def _none(chain: Chain, force: bool, tolerance: float) -> Transfers:
-    """No transfer at all, so that the whole null space is found as one."""
+    """Return no transfers, so that the whole null space is computed at once."""
     empty = np.empty(0, np.int64)
     parameters = len(chain.links) * (4 if chain.planar else 10)
     return Transfers(np.empty((0, parameters)), empty, empty, empty, 1.0, 0.0)
 
 
 class PartitionCostsLittle:
-    """Ranks and null space, with the serial part taken out first, or not at all."""
+    """Ranks and null space, with or without projecting out the serial space first."""
 
     params = tuple((name,) for name in gallery())
     claims = (("time_with_partition", "time_without", 1.5), ("track_wrong_ranks", 0.0))
 
     def setup(self, model: str) -> None:
-        """Geometries that are never the same, but as special as the model's."""
+        """Prepare different geometries that are as special as the model's."""
         self.copies = resized(model, 24, seed=3)
         self.linkages = cycle(self.copies)
 
@@ -43,20 +43,20 @@ class PartitionCostsLittle:
         design_space(next(self.linkages))
 
     def time_without(self, model: str) -> None:
-        """The same conditions, with nothing known beforehand."""
-        _unparted(next(self.linkages))
+        """The same conditions without a known serial space."""
+        _without_partition(next(self.linkages))
 
     def track_wrong_ranks(self, model: str) -> int:
-        """How many ranks are not the exact one, with the partition and without."""
+        """Count ranks other than the exact one, with the partition and without."""
         exact = exact_ranks(load(model)).rank
-        spaces = [f(copy) for copy in self.copies for f in (design_space, _unparted)]
+        spaces = [f(copy) for copy in self.copies for f in (design_space, _without_partition)]
         return sum(space.rank != exact for space in spaces)
 
 
-def _unparted(linkage: Linkage) -> DesignSpace:
-    """The design space, its null space found as one."""
-    designspace.transfers = _none
+def _without_partition(linkage: Linkage) -> DesignSpace:
+    """Compute the design space with its null space at once."""
+    compute.serial_transfers = _none
     try:
         return design_space(linkage)
     finally:
-        designspace.transfers = serial_transfers
+        compute.serial_transfers = serial_transfers

@@ -1,4 +1,4 @@
-"""Claim: to certify a design space, with the proof if there is one, takes at most two seconds.
+"""Claim: the certification of a design space, with its proof, takes at most two seconds.
 
 The checker of the tests, which shares no code with the package, checks every proof.
 """
@@ -25,15 +25,15 @@ class ProofsAreQuick:
     repetitions = 5
 
     def setup(self, model: str) -> None:
-        """The space, whose kernels are compiled by now."""
+        """Compute the space; its kernels are compiled then."""
         self.space = design_space(load(model))
 
     def time_certainty(self, model: str) -> None:
-        """From a space by floating-point arithmetic."""
+        """Certification of a space from floating-point arithmetic."""
         self.certainty = certify(self.space).certainty
 
     def track_refused(self, model: str) -> int:
-        """1 if there is a proof that the checker rejects, otherwise 0."""
+        """Return 1 if the checker rejects the proof, otherwise 0."""
         certainty = certify(self.space).certainty
         if certainty.proof is None:
             return 0

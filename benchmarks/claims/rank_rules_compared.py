@@ -1,10 +1,10 @@
 """Claim: our decision finds every rank; rules with a tolerance on stacked derivatives do not.
 
-Every rule with a tolerance sees the derivatives of one linkage up to one order, in SI units
-about the origin of the file; our decision is the public call. The linkages of the gallery
-stand there in three sizes, at the origin and a thousand lengths from it, with joints as in
-the file and, where that leaves the linkage what it is, rounded to six decimals. Exact
-arithmetic on the decimals of the files is the judge.
+Every rule with a tolerance is applied to the derivatives of one linkage up to one order, in SI
+units about the origin of the file; our decision is the public call. The cases are the linkages
+of the gallery in three sizes, at the origin and a thousand lengths from it, with joints as in
+the file and, if the ranks stay the same, rounded to six decimals. Exact arithmetic on the
+decimals of the files is the reference.
 """
 
 from __future__ import annotations
@@ -47,18 +47,18 @@ LIMIT = '<limit effort="1" velocity="1" lower="-1" upper="1"/>'
 
 
 def _pivoted_qr(A: Array) -> int:
-    """Pivots above 1e-8, in whatever units the rows are."""
+    """Count pivots above 1e-8, in the units of the rows."""
     R = scipy.linalg.qr(A, mode="r", pivoting=True)[0]
     return int(np.sum(np.abs(np.diag(R)) > 1e-8))
 
 
 def _unpivoted_qr(A: Array) -> int:
-    """Diagonal entries above 1e-8, the columns as they come."""
+    """Count diagonal entries above 1e-8, without column exchanges."""
     return int(np.sum(np.abs(np.diag(np.linalg.qr(A, mode="r"))) > 1e-8))
 
 
 def _svd(tolerance: float, A: Array) -> int:
-    """Singular values above a part of the largest."""
+    """Count singular values above a tolerance relative to the largest."""
     values = np.linalg.svd(A, compute_uv=False)
     return int(np.sum(values > tolerance * values[0]))
 
@@ -73,22 +73,22 @@ RULES: dict[str, Callable[[Array], int]] = {
 
 
 class RankRulesCompared:
-    """How many ranks each rule finds, of a model in all its sizes, places and orders."""
+    """Number of right ranks of each rule, for a model in all sizes, places and orders."""
 
     params = tuple((name,) for name in gallery())
     claims = (("track_wrong", 0.0),)
     total = True
 
     def setup(self, model: str) -> None:
-        """Count the ranks that are right."""
+        """Count the right ranks."""
         self.linkage = load(model)
         exact = exact_ranks(self.linkage)
         self.rays, self.kmax = len(exact.witness.rays), exact.kmax
         self.right = Counter(dict.fromkeys(("cases", "ours", *RULES), 0))
         with TemporaryDirectory() as folder:
-            for linkage, exact in _judged(model, Path(folder)):
+            for linkage, exact in _variants(model, Path(folder)):
                 for size, offset in product(SIZES, OFFSETS):
-                    moved = _away(linkage, size, offset)
+                    moved = _move(linkage, size, offset)
                     for order in _orders(exact):
                         self._compare(moved, exact, order)
 
@@ -97,36 +97,36 @@ class RankRulesCompared:
         design_space(self.linkage)
 
     def time_svd(self, model: str) -> None:
-        """A rule with a tolerance, from the joint screws too."""
-        RULES["SVD 1e-9"](_stacked(self.linkage, self.rays, self.kmax))
+        """A rule with a tolerance, from joint screws."""
+        RULES["SVD 1e-9"](_stack_rows(self.linkage, self.rays, self.kmax))
 
     def _compare(self, linkage: Linkage, exact: Exact, order: int) -> None:
-        """One case."""
+        """Count the right ranks of one case."""
         ranks = {design_space(linkage, max_order=order).rank}
         if order == exact.kmax:
             ranks.add(design_space(linkage).rank)
-        rows = _stacked(linkage, len(exact.witness.rays), order)
+        rows = _stack_rows(linkage, len(exact.witness.rays), order)
         self.right["cases"] += 1
         self.right["ours"] += ranks == {exact.rank}
         for name, rule in RULES.items():
             self.right[name] += rule(rows) == exact.rank
 
     def track_wrong(self, model: str) -> float:
-        """How many ranks our decision misses."""
+        """Number of wrong ranks of our decision."""
         return self.right["cases"] - self.right["ours"]
 
     def row(self, model: str) -> dict[str, int]:
-        """Ranks, and how many each rule finds."""
+        """Number of cases, and of right ranks of each rule."""
         return dict(self.right)
 
 
-def _judged(model: str, folder: Path) -> Iterator[tuple[Linkage, Exact]]:
-    """The model, and the same with rounded joints if it still is what it was."""
+def _variants(model: str, folder: Path) -> Iterator[tuple[Linkage, Exact]]:
+    """Yield the model, and the same with rounded joints if its ranks stay the same."""
     linkage = load(model)
     exact = exact_ranks(linkage)
     yield linkage, exact
     path = folder / "rounded.urdf"
-    path.write_text(_rounded(linkage), encoding="utf-8")
+    path.write_text(_write_rounded(linkage), encoding="utf-8")
     rounded = load(path)
     try:
         found = exact_ranks(rounded)
@@ -137,18 +137,18 @@ def _judged(model: str, folder: Path) -> Iterator[tuple[Linkage, Exact]]:
 
 
 def _orders(exact: Exact) -> Iterator[int]:
-    """Orders at which the rank is known to be the final one."""
+    """Yield orders at which the rank is the final one."""
     yield from range(exact.kmax, max(exact.kmax, HIGHEST) + 1, 4)
 
 
-def _away(linkage: Linkage, size: float, offset: float) -> Linkage:
-    """A linkage ``size`` times as large, and ``offset`` of its lengths away."""
+def _move(linkage: Linkage, size: float, offset: float) -> Linkage:
+    """Scale a linkage, and move it by a multiple of its characteristic length."""
     shift = size * offset * linkage.chain.frame.length * np.array([2.0, -1.0, 2.0]) / 3.0
     return placed(linkage, size, shift)
 
 
-def _stacked(linkage: Linkage, rays: int, order: int) -> Array:
-    """Derivatives of the momentum of the orders 0 … order; SI units, inertial origin."""
+def _stack_rows(linkage: Linkage, rays: int, order: int) -> Array:
+    """Stack momentum derivatives of the orders 0 … order; SI units, inertial origin."""
     chain = si_chain(linkage, not linkage.planar)
     directions = np.random.default_rng(4).standard_normal((rays, chain.width))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -156,11 +156,12 @@ def _stacked(linkage: Linkage, rays: int, order: int) -> Array:
     return X.reshape(-1, X.shape[-1])
 
 
-def _rounded(linkage: Linkage) -> str:
-    """A file with the same joints, at places rounded to six decimals of a power of ten.
+def _write_rounded(linkage: Linkage) -> str:
+    """Write a file with the same joints at rounded positions.
 
-    A planar linkage is turned in its plane before, for most places in the gallery have few
-    decimals. Every joint becomes one of the tree, and every loop a weld.
+    Positions have six decimals of a power of ten. A planar linkage is turned in its plane
+    first, for most positions in the gallery have few decimals. Every joint becomes one of the
+    tree, and every loop a weld.
     """
     turn = np.eye(3)
     if linkage.planar:
@@ -188,7 +189,7 @@ def _rounded(linkage: Linkage) -> str:
 
 
 def _joint(joint: Joint, k: int, origin: str, turn: Array, inputs: tuple[str, ...]) -> str:
-    """Joint k as an element, between the links of the same numbers."""
+    """Write joint k as an element, between the links of the same numbers."""
     n, v = turn @ joint.screw[:3], turn @ joint.screw[3:]
     kind, axis, rest = "continuous", n, ""
     if joint.kind == "prismatic":

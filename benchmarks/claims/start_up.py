@@ -1,11 +1,11 @@
-"""Claim: the first answer comes at once, and later ones take what their libraries take.
+"""Claim: commands take little more time than the import of their libraries, even the first one.
 
-Processor time of whole processes, of the command alone and of an empty process that imports
-the same libraries. Cold: nothing is compiled, and the process that compiles in the background
-does not count, for nobody waits for it. Warm: all kernels are on the disk. The error is that of
-the answer: models that are not listed; the nullity, against exact arithmetic; loads, of our
-series against Pinocchio; momentum that is left by a design, and how far a predicted and
-corrected pose leaves the loop open, both against poses in mpmath.
+Processor time is that of a whole process with the command, and of an empty process that imports
+the same libraries. Cold: nothing is compiled; the process that compiles in the background is
+not counted, since the command does not wait for it. Warm: all kernels are in the disk cache.
+The error is that of the answer: number of missing models; nullity, against exact arithmetic;
+shaking loads, against Pinocchio; residual momentum of a design, and loop residual of a
+predicted and corrected pose, both against poses in mpmath.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from benchmarks.references import reference
 from kinematics.closure.joint_positions import si_chain
 from kinematics.model_gallery import load
 
-# Run a command, and list the libraries that are loaded then.
+# Runs a command, and prints the loaded libraries.
 LIST = """
 import io, json, sys
 from contextlib import redirect_stdout
@@ -48,12 +48,12 @@ COMMANDS = {
 
 
 class _Commands:
-    """Whole processes of a command, in a folder of their own."""
+    """Whole processes of a command, in temporary folders."""
 
     runs = 5
 
     def setup(self, *words: str) -> None:
-        """Find out what the command loads, and have all kernels compiled."""
+        """Compile all kernels, and list the libraries of the command."""
         python("-c", "import balance, kinematics; kinematics.compile()")
         command = COMMANDS.get(words[0], ["report", *words])
         loaded = self._run("-c", LIST, *command).splitlines()[-1]
@@ -64,7 +64,7 @@ class _Commands:
             return python(*words, cwd=folder, **variables)
 
     def _seconds(self, *words: str, cold: bool = False) -> np.ndarray:
-        """Processor time of processes; cold: each with an empty cache of its own."""
+        """Measure the processor time of processes; cold: each with an empty cache."""
         found = []
         for _ in range(self.runs):
             with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
@@ -77,7 +77,7 @@ class _Commands:
         return np.array(found)
 
     def track_imports(self, *words: str) -> np.ndarray:
-        """An empty process that loads the same libraries."""
+        """Import of the same libraries in an empty process."""
         return self._seconds("-c", self.imports)
 
 
@@ -88,11 +88,11 @@ class Warm(_Commands):
     claims = (("track_command", "track_imports", 4), ("track_error", 1e-9))
 
     def track_command(self, command: str) -> np.ndarray:
-        """The command, its answer included."""
+        """The command with its answer."""
         return self._seconds("-m", "balance", *COMMANDS[command])
 
     def track_error(self, command: str) -> float:
-        """Of the answer."""
+        """Error of the answer."""
         if command == "models":
             found = self._run("-m", "balance", "models").splitlines()
             return abs(len(found) - len(list(ROOT.glob("urdf_models/*.urdf"))))
@@ -111,7 +111,7 @@ class WarmReport(Warm):
 
 
 class WarmHelp(Warm):
-    """What needs no linkage."""
+    """A command without a linkage."""
 
     params = (("--help",),)
     claims = (("track_command", 0.1),)
@@ -121,17 +121,17 @@ class _Cold(_Commands):
     """The first report on a machine."""
 
     def track_first(self, *words: str) -> np.ndarray:
-        """The report, its answer included, with nothing compiled."""
+        """The report with its answer, and nothing compiled."""
         return self._seconds("-m", "balance", "report", *words, cold=True)
 
     def track_difference(self, *words: str) -> float:
-        """Whole numbers of the answer that are not those of compiled kernels."""
-        told = []
+        """Return 1 if integers of the answer differ from those of compiled kernels."""
+        answers = []
         for way in ("never", "now"):
             text = self._run("-m", "balance", "report", *words, "--json", BALANCE_COMPILE=way)
-            told.append(json.loads(text))
+            answers.append(json.loads(text))
         names = ("orders", "rank", "nullity", "serial", "parallel", "mobility", "certainty")
-        first, second = ([answer.get(name) for name in names] for answer in told)
+        first, second = ([answer.get(name) for name in names] for answer in answers)
         return float(_integers(first) != _integers(second))
 
 
@@ -164,7 +164,7 @@ class ColdParallelRobots(_Cold):
 
 
 def _integers(found: object) -> list[int]:
-    """The whole numbers of an answer, in their order."""
+    """The integers of an answer, in order."""
     if isinstance(found, dict):
         found = list(found.values())
     if isinstance(found, list):
@@ -181,7 +181,7 @@ def _verify(model: str, answer: dict) -> float:
 
 
 def _design(model: str, answer: dict) -> float:
-    """Relative to the momentum of the bodies by themselves."""
+    """Residual momentum relative to that of the single bodies."""
     z = np.concatenate([body["z"] for body in answer["bodies"]])
     X = reference.momentum(si_chain(load(model), True), np.ones(1), 3)
     return max((np.abs(x @ z) / (np.abs(x) @ np.abs(z)).max()).max() for x in X)
@@ -190,8 +190,8 @@ def _design(model: str, answer: dict) -> float:
 def _motion(model: str, answer: dict) -> float:
     linkage = load(model)
     chain, names = si_chain(linkage, True), [joint.name for joint in linkage.joints]
-    told = [joint["name"] for joint in answer["joints"]]
-    pose = dict(zip(told, answer["poses"][0]["corrected"], strict=True))
+    listed = [joint["name"] for joint in answer["joints"]]
+    pose = dict(zip(listed, answer["poses"][0]["corrected"], strict=True))
     return reference.gap(chain, np.array([pose[names[j]] for j in chain.joints]))
 
 

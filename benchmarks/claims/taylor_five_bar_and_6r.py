@@ -1,12 +1,12 @@
-"""Claim: Taylor motions cost little more than those of compilers made for one mechanism.
+"""Claim: Taylor motions cost little more than code that is compiled for one mechanism.
 
-Inverse kinematics of a five-bar, two inputs, and of a 6R arm along a line, one input: all
-coefficients. The time is at most 3 times heyoka's at orders 5 and 7 of the five-bar, 2.5 times
-at order 10 of both, a thirtieth of daceypy's, and 1/5000 of that of Kronecker products; in a
-new process, 1.2 times heyoka's, which has its equations by hand, ours from the assembled
-linkage on. Ours, from joint screws to coefficients, has another geometry at every call, as has
-none of the others. Errors are relative, the largest of a coefficient, against mpmath with 110
-digits.
+The jobs are the inverse kinematics of a five-bar (two inputs) and of a 6R arm along a line (one
+input), with all coefficients. The time is at most 3 times that of heyoka at orders 5 and 7 of
+the five-bar, 2.5 times at order 10 of both, 1/30 of that of daceypy, and 1/5000 of that of
+Kronecker products. In a new process it is at most 1.2 times that of heyoka, whose equations are
+written by hand; ours starts from the assembled linkage. Only ours has another geometry at every
+call, from joint screws to coefficients. Errors are the largest relative ones of a coefficient,
+against mpmath with 110 digits.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from benchmarks.harness.processes import python
 from benchmarks.peers import jobs, library
 from benchmarks.peers.measured import Against, Rows, start
 
-# Seconds from after the imports to the first coefficients.
+# Prints the seconds from the end of the imports to the first coefficients.
 FIRST = """
 import time
 {before}
@@ -92,7 +92,7 @@ class Daceypy(Against):
 
 
 class FirstCall:
-    """A new process each: from the equations, or the linkage, to the first coefficients."""
+    """First coefficients in a new process, from the equations or from the linkage."""
 
     params = (("five_bar", 7),)
     claims = (("track_ours", "track_heyoka", 1.2),)
@@ -110,7 +110,7 @@ class FirstCall:
         return self._seconds(OURS, order)
 
     def track_ours_with_assembly(self, job: str, order: int) -> np.ndarray:
-        """From the joints: the linkage is analysed and given its tool first."""
+        """Seconds from the joints, with the assembly of the linkage and its tool."""
         return self._seconds(ASSEMBLED, order)
 
     def track_heyoka(self, job: str, order: int) -> np.ndarray:
@@ -118,13 +118,13 @@ class FirstCall:
         return self._seconds(HEYOKA, order)
 
     def track_error(self, job: str, order: int) -> float:
-        """Of ours, as in `Error`."""
+        """Error of ours, as in `Error`."""
         run, read = start("ours", job, order)
         return jobs.error(job, read(run()), order)
 
 
 class FiveBarByOrder(Rows):
-    """Every library, as far as it is there and as its expressions can be compiled."""
+    """Every installed library, up to the order at which its expressions compile."""
 
     peers = ("ours", "heyoka_jets", "casadi_derivatives", "jax_jets", "dace", "kronecker")
     params = tuple(("five_bar", order) for order in range(1, 11))

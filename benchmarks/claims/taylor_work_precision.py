@@ -1,10 +1,10 @@
-"""Claim: a Taylor motion is faster than Newton's method alone, and than low-order steps.
+"""Claim: a Taylor motion is faster than Newton's method, and than steps of low order.
 
 It takes at most 0.4 of the time of Newton's method at the same points, and at most 0.3 of that
-of as many steps of order 3 as leave no larger an error. Two hundred points within a quarter of
-the radius of convergence; the expansion is included. The table shows the largest error of a
-joint, in radians, against poses closed by Newton's method, how far those leave the loops open
-in mpmath, and how many steps of order 3 match the error, 64 at most.
+of steps of order 3 with the same error. There are 200 points within a quarter of the radius of
+convergence, and the time includes the expansion. The table shows the largest joint error, in
+radians, against poses closed by Newton's method, the loop residual of those poses in mpmath,
+and the number of steps of order 3 with the same error, at most 64.
 """
 
 from __future__ import annotations
@@ -19,14 +19,16 @@ from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
 from kinematics.taylor.taylor_motion import taylor_motion
 
+# Number of points, their largest distance in parts of the radius, and the random seed.
 POINTS, SHARE, SEED = 200, 0.25, 2
-MOST = 64
-# Points whose reference is checked.
+# Largest number of steps of order 3.
+MAX_STEPS = 64
+# Number of points whose reference is checked.
 CHECKED = 10
 
 
 def _linkage(job: str) -> Linkage:
-    """Forward kinematics of a linkage of the gallery, or the tip of the five-bar."""
+    """Load a linkage of the gallery, or the five-bar with its tip as input."""
     if job == "five_bar_tip":
         return tool(load("five_bar"), "left_upper", "x,y", (0.5, 1.1, 0.0))
     return load(job)
@@ -44,7 +46,7 @@ class TaylorWorkPrecision:
     repetitions = 7
 
     def setup(self, job: str, order: int) -> None:
-        """Points, the poses that close the loops there, and the number of steps."""
+        """Prepare points, the closed poses there, and the number of steps."""
         self.linkage = _linkage(job)
         motion = taylor_motion(self.linkage, order)
         self.chain = motion.chain
@@ -57,7 +59,7 @@ class TaylorWorkPrecision:
         self.closed /= self.chain.units
         self.error = self._off(self._predicted(order))
         self.steps = 1
-        while self._off(self._stepped()) > max(self.error, 1e-13) and self.steps < MOST:
+        while self._off(self._stepped()) > max(self.error, 1e-13) and self.steps < MAX_STEPS:
             self.steps *= 2
 
     def _off(self, q: np.ndarray) -> float:
@@ -68,7 +70,7 @@ class TaylorWorkPrecision:
         return q[:, self.chain.joints] / self.chain.units
 
     def _stepped(self) -> np.ndarray:
-        """Positions after equal steps of order 3, each expanded anew."""
+        """Compute positions after equal steps of order 3, each with a new expansion."""
         return np.array([self._one(v / self.steps) for v in self.v])
 
     def _one(self, ray: np.ndarray) -> np.ndarray:
@@ -81,7 +83,7 @@ class TaylorWorkPrecision:
         return q
 
     def row(self, job: str, order: int) -> dict[str, str]:
-        """The error, that of the reference, and the steps that match ours."""
+        """Error, residual of the reference, and number of steps with the same error."""
         gaps = [gap(self.chain, q) for q in self.closed[:CHECKED]]
         error, left = f"{self.error:.0e}", f"{max(gaps):.0e}"
         return {"error": error, "open by": left, "steps": str(self.steps)}
@@ -91,7 +93,7 @@ class TaylorWorkPrecision:
         self._predicted(order)
 
     def time_newton(self, job: str, order: int) -> None:
-        """Close every pose from the reference pose, one after the other."""
+        """Close every pose from the reference pose."""
         for v in self.v:
             solve_positions(self.chain, self.chain.columns @ v)
 

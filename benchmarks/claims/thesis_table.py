@@ -1,12 +1,13 @@
 """Claim: the expansions of Table 4.1 of de Jong's thesis take at most a tenth of its time.
 
-Mean seconds of the Taylor expansion of a serial robot along a line, a five-bar and a Bennett
-linkage, orders 1 to 7, as printed (J. J. de Jong, PhD thesis, University of Twente, 2019; on a
-PC of 2014, in Matlab), and ours on this machine: of the public call, from an assembled linkage
-to all coefficients, and of its kernel alone, from joint screws. The lengths of the first two
-are not printed; ours are those of the other Taylor jobs. The claim is about the public call,
-the geometric mean of orders 2 to 7. The error is that of the polynomials along a direction,
-against finite poses in mpmath, relative to the largest coefficient of each degree.
+The table has the mean seconds of the Taylor expansion of a serial robot along a line, a
+five-bar and a Bennett linkage, orders 1 to 7 (J. J. de Jong, PhD thesis, University of Twente,
+2019; on a PC of 2014, in Matlab). Ours are measured on this machine, for the public call, from
+an assembled linkage to all coefficients, and for its kernel, from joint screws. The lengths of
+the first two linkages are not printed; ours are those of the other Taylor jobs. The claim is on
+the public call, as geometric mean over the orders 2 to 7. The error is that of the polynomials
+along a direction, against finite poses in mpmath, relative to the largest coefficient of each
+degree.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ Job = tuple[Linkage, tuple[str, ...] | None, tuple[int, ...] | None]
 
 
 def _job(name: str) -> Job:
-    """A linkage, its motion, and the equations that are solved."""
+    """A linkage, its motion, and the equations to solve."""
     if name == "serial":
         return linkage("six_r"), LINE, None
     if name == "five_bar":
@@ -48,7 +49,7 @@ def _job(name: str) -> Job:
 
 
 class ThesisTable:
-    """The share of the printed time, over the orders."""
+    """Ratio of our time to the printed one, over the orders."""
 
     params = tuple((name,) for name in PRINTED)
     claims = (("track_share", 0.1),)
@@ -58,16 +59,16 @@ class ThesisTable:
 
     def time_order_seven(self, name: str) -> None:
         """The public call."""
-        _expanded(self.job, 7)
+        _expand(self.job, 7)
 
     def track_share(self, name: str) -> float:
         """Ours over the printed time."""
-        ours = [np.median(times(partial(_expanded, self.job, k))) for k in range(2, 8)]
+        ours = [np.median(times(partial(_expand, self.job, k))) for k in range(2, 8)]
         return float(np.exp(np.log(np.array(ours) / PRINTED[name][1:]).mean()))
 
     def track_error(self, name: str) -> float:
-        """Of order 7."""
-        return _error(_expanded(self.job, 7))
+        """Error of order 7."""
+        return _error(_expand(self.job, 7))
 
 
 class ThesisTableByOrder:
@@ -78,7 +79,7 @@ class ThesisTableByOrder:
 
     def setup(self, name: str, order: int) -> None:
         self.job = _job(name)
-        self.found = _expanded(self.job, order)
+        self.found = _expand(self.job, order)
         chain, equations = self.found.chain, self.job[2]
         chosen = None if equations is None else freeze(equations, np.int64)
         self.layout = packed_layout(chain, monomial_table(chain.width, order), chosen)
@@ -91,19 +92,19 @@ class ThesisTableByOrder:
         """Seconds as printed; of the public call, and of its kernel; the error."""
         return {
             "printed": f"{PRINTED[name][order - 1]:.1e} s",
-            "public call": seconds(times(partial(_expanded, self.job, order))).strip(),
+            "public call": seconds(times(partial(_expand, self.job, order))).strip(),
             "kernel": seconds(times(partial(self.time_kernel, name, order))).strip(),
             "error": f"{_error(self.found):.0e}",
         }
 
 
-def _expanded(job: Job, order: int) -> TaylorMotion:
+def _expand(job: Job, order: int) -> TaylorMotion:
     made, motion, equations = job
     return taylor_motion(made, order, motion, equations=equations)
 
 
 def _error(found: TaylorMotion) -> float:
-    """Of all joints along a direction."""
+    """Error of all joints along a direction."""
     chain, ray = found.chain, np.linspace(1.0, 0.6, found.scales.size)
     terms = monomial_powers(found.exponents, ray * found.scales)[:, None] * found.coefficients
     degree = found.exponents.sum(axis=1)

@@ -1,10 +1,9 @@
 """Claim: a checked verdict takes at most half as long again as the bare solver's answer.
 
-The bare solver gets the same cone program, its matrices ready made, and its answer is neither
-polished nor checked. The error is that of the verdict at finite poses: momentum that a design
-leaves; or, of a certificate, a functional that is not negative on bodies that can be built,
-what lies outside of the rows of momentum, where it would say nothing of balanced bodies.
-Either is infinite if a matrix is not positive as it must be.
+The bare solver gets the same cone program with assembled matrices, and its result is neither
+polished nor checked. The error is that of the verdict at finite poses: the residual momentum of
+a design, or the part of the functional of a certificate outside the row space of the momentum
+conditions. Either is infinite if a matrix is not positive semidefinite.
 """
 
 from __future__ import annotations
@@ -30,12 +29,14 @@ from kinematics.closure.newton import forward_kinematics, solve_positions
 from kinematics.model_gallery import load
 from kinematics.spatial.inertia import from_pseudo_inertia
 
-# Fresh poses at which verdicts are tested, and how far they may be: on the same branch.
-POSES, SIZE = 16, 0.1
+# Number of poses at which verdicts are tested.
+POSES = 16
+# Largest displacement of an input at these poses, on the same branch.
+SIZE = 0.1
 
 
 def _spaces(model: str) -> list[DesignSpace]:
-    """Design spaces of several sizes, or of one arm of so many links."""
+    """Compute design spaces of several sizes of a model, or of a serial arm."""
     if not model.isdigit():
         name, _, motion = model.partition("+")
         return [design_space(a, motion or None) for a in resized(name, 8, seed=5)]
@@ -55,7 +56,7 @@ class VerdictCloseToTheBareSolver:
     claims = (("time_verdict", "time_bare", 1.5), ("track_error", 1e-9))
 
     def setup(self, bodies: int, model: str) -> None:
-        """Design spaces, and their programs as the solver takes them."""
+        """Prepare design spaces, and their programs for the solver."""
         spaces = _spaces(model)
         assert {len(space.bodies) for space in spaces} == {bodies}
         self.own, self.spaces = spaces, cycle(spaces)
@@ -66,11 +67,11 @@ class VerdictCloseToTheBareSolver:
         feasible(next(self.spaces))
 
     def time_bare(self, bodies: int, model: str) -> None:
-        """Only the solver."""
+        """The solver alone."""
         clarabel.DefaultSolver(*next(self.programs)).solve()
 
     def track_error(self, bodies: int, model: str) -> float:
-        """The largest of some sizes."""
+        """Largest error over three sizes."""
         return max(_error(space, feasible(space)) for space in self.own[:3])
 
 
@@ -95,7 +96,7 @@ def _bare(space: DesignSpace) -> tuple:
 
 
 def _error(space: DesignSpace, found: Feasibility) -> float:
-    """What is left of a design or a certificate at poses that were not used."""
+    """Relative residual of a design or a certificate at poses that were not used."""
     chain = space.chain
     poses = SIZE * np.random.default_rng(8).uniform(-1.0, 1.0, (POSES, chain.width))
     closed = [solve_positions(chain, chain.columns @ v)[0] for v in poses]
@@ -132,7 +133,7 @@ def _cone(part: ConstraintBlock) -> object:
 
 
 def _arm(count: int) -> str:
-    """A file with a serial arm whose hinges are square to each other in turn."""
+    """Write a serial arm whose revolute axes point in three directions in turn."""
     inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     links = ['<link name="l0"/>']
     for k in range(1, count + 1):

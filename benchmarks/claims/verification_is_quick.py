@@ -17,7 +17,7 @@ class VerificationIsQuick:
     repetitions = 5
 
     def setup(self, model: str) -> None:
-        """The linkage, and Pinocchio loaded and kernels compiled."""
+        """Prepare the linkage, load Pinocchio and compile the kernels."""
         self.linkage = load(model)
         verify(self.linkage, trajectories=1, samples=10)
 

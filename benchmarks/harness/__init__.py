@@ -1,1 +1,1 @@
-"""How benchmarks run and print: processes, lines, the table."""
+"""Run processes, and print lines and tables."""

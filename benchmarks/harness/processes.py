@@ -1,4 +1,4 @@
-"""Processes of Python of their own, with the packages of this one."""
+"""Run Python code in a new process, with the packages of this one."""
 
 from __future__ import annotations
 
@@ -13,12 +13,15 @@ ROOT = Path(__file__).parents[2]
 
 
 def python(*words: str, cwd: Path | str = ROOT, **variables: str) -> str:
-    """What a process prints.
+    """Run a Python process.
 
     Args:
         words: arguments of the interpreter.
-        cwd: where it runs.
-        variables: of its environment, besides those of this process.
+        cwd: working directory.
+        variables: environment variables, in addition to those of this process.
+
+    Returns:
+        Its standard output.
     """
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""How figures, verdicts and tables are printed: as lines, or in Markdown."""
+"""Print figures, verdicts and tables, as text or in Markdown."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Rows = list[tuple[str, dict[str, object]]]
 
 
 def seconds(times: np.ndarray) -> str:
-    """Median of times, and the 10th and 90th percentile, in a unit that suits them."""
+    """Format median, 10th and 90th percentile of times, in a suitable unit."""
     low, median, high = np.percentile(times, [10, 50, 90])
     unit, name = next((u, n) for u, n in ((1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
                       if median < 1e4 * u or n == "s")  # fmt: skip
@@ -18,18 +18,18 @@ def seconds(times: np.ndarray) -> str:
 
 
 class Text:
-    """Lines as they come."""
+    """Plain text."""
 
     def claim(self, name: str, text: str) -> None:
-        """What a module is about."""
+        """Print the claim of a module."""
         print(f"\n{text}")
 
     def line(self, label: str, name: str, value: str) -> None:
-        """One figure, or one verdict."""
+        """Print one figure, or one verdict."""
         print(f"  {label:<28} {name:<32} {value}", flush=True)
 
     def table(self, rows: Rows, total: bool = False) -> None:
-        """The rows that the parameters gave, under one head, and their sums if wanted."""
+        """Print the rows of all parameters under one head, and their sums if wanted."""
         if not rows:
             return
         head = list(rows[0][1])
@@ -39,7 +39,7 @@ class Text:
         self.cells([["", *head], *([label, *map(str, row.values())] for label, row in rows)])
 
     def cells(self, rows: list[list[str]]) -> None:
-        """A table, the first row of which is its head."""
+        """Print a table; its first row is the head."""
         first, *wide = (max(map(len, column)) for column in zip(*rows, strict=True))
         for label, *row in rows:
             padded = (f"  {cell:>{width}}" for cell, width in zip(row, wide, strict=True))
@@ -50,23 +50,23 @@ class Markdown(Text):
     """Tables in Markdown."""
 
     def __init__(self) -> None:
-        """No table yet."""
+        """Start without an open table."""
         self._open = False
 
     def claim(self, name: str, text: str) -> None:
-        """A heading, and the claim."""
+        """Print a heading, and the claim."""
         self._open = False
         print(f"\n### {name}\n\n{text}")
 
     def line(self, label: str, name: str, value: str) -> None:
-        """One row of the table of times and verdicts."""
+        """Print one row of the table of times and verdicts."""
         if not self._open:
             print("\n| case | what | value |\n|---|---|---|")
             self._open = True
         print(f"| {label} | {name.removeprefix('time_')} | {value.strip()} |", flush=True)
 
     def cells(self, rows: list[list[str]]) -> None:
-        """A table of its own."""
+        """Print a separate table."""
         self._open = False
         head, *rest = (f"| {' | '.join(row)} |" for row in rows)
         print("", head, "|---" * len(rows[0]) + "|", *rest, sep="\n", flush=True)

@@ -1,4 +1,4 @@
-"""The lines that must be reached: what a run has found for each, the must, and the aim."""
+"""Targets of the benchmarks: result of a run, limit and aim of each."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ __all__ = ["LINES", "Line", "Verdict", "answered", "modules"]
 
 
 class Verdict(NamedTuple):
-    """What a claim came to.
+    """The result of a claim.
 
     Attributes:
-        value: the ratio of two times, or a value that was tracked.
-        limit: the most that it may be.
+        value: ratio of two times, or a tracked value.
+        limit: its largest admissible value.
     """
 
     value: float
@@ -26,13 +26,13 @@ class Verdict(NamedTuple):
 
 
 class Line(NamedTuple):
-    """One line.
+    """One target.
 
     Attributes:
-        job: what is done.
-        against: what it is compared with.
-        claims: ``module:case: methods`` of the claims that answer it, all with one limit.
-        aim: what each of them should come to in the end.
+        job: the job.
+        against: the peer.
+        claims: ``module:case: methods`` of its claims, all with one limit.
+        aim: value that each of them should reach in the end.
     """
 
     job: str
@@ -93,12 +93,12 @@ LINES = (
 
 
 def modules() -> list[str]:
-    """The benchmarks that answer the lines."""
+    """The benchmarks with the claims of the targets."""
     return sorted({claim.split(":")[0] for line in LINES for claim in line.claims})
 
 
 def answered(found: Mapping[str, Verdict]) -> list[tuple[str, dict[str, str]]]:
-    """A row for each line of which all claims were tested.
+    """Make a row for each target whose claims were all tested.
 
     Args:
         found: verdicts by ``module:case: methods``.
@@ -122,7 +122,7 @@ def answered(found: Mapping[str, Verdict]) -> list[tuple[str, dict[str, str]]]:
 
 
 def _number(value: float, limit: float) -> str:
-    """A value as the limit is best written: in powers of ten, or as a fraction."""
+    """Format a value like its limit: as a number, in powers of ten, or as a fraction."""
     if value <= 0.0 or limit >= 1.0:
         return f"{value:.3g}"
     if limit < 1e-7:

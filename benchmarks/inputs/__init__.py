@@ -1,1 +1,1 @@
-"""Linkages and poses that several benchmarks use."""
+"""Linkages, poses and peers that several benchmarks share."""

@@ -1,4 +1,4 @@
-"""Linkages of one topology and ever new geometry, so that no call repeats another."""
+"""Vary the geometry of a linkage, so that no call repeats another."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ __all__ = ["four_bar_chain", "placed", "resized", "variants"]
 
 
 def variants(model: str, count: int, seed: int = 0, size: float = 0.02) -> list[Linkage]:
-    """Copies of a linkage with its joint centres moved at random.
+    """Make copies of a linkage with its joint centres moved at random.
 
-    Joints that meet in a point still do, and a planar linkage moves them in its plane, so
+    Joints at one point stay together, and those of a planar linkage stay in its plane, so that
     mobility stays; every loop is closed at the reference pose by construction.
 
     Args:
         model: name in the gallery.
-        count: how many.
-        seed: of the random numbers.
+        count: number of copies.
+        seed: seed of the random numbers.
         size: standard deviation, in characteristic lengths.
     """
     linkage = load(model)
     rng = np.random.default_rng(seed)
-    return [_moved(linkage, rng, size) for _ in range(count)]
+    return [_move_joints(linkage, rng, size) for _ in range(count)]
 
 
-def _moved(linkage: Linkage, rng: np.random.Generator, size: float) -> Linkage:
-    """One copy."""
+def _move_joints(linkage: Linkage, rng: np.random.Generator, size: float) -> Linkage:
+    """Make one copy."""
     frame = linkage.chain.frame
     axes = frame.R[:2] if linkage.planar else frame.R
     moves: dict[tuple[float, ...], np.ndarray] = {}
@@ -48,12 +48,12 @@ def _moved(linkage: Linkage, rng: np.random.Generator, size: float) -> Linkage:
 
 
 def resized(model: str, count: int, seed: int = 0) -> list[Linkage]:
-    """Copies of a linkage of other sizes at other places: what is special about it stays.
+    """Make similar copies of a linkage, in other sizes at other positions.
 
     Args:
         model: name in the gallery.
-        count: how many.
-        seed: of the random numbers.
+        count: number of copies.
+        seed: seed of the random numbers.
     """
     linkage = load(model)
     rng = np.random.default_rng(seed)
@@ -65,12 +65,12 @@ def resized(model: str, count: int, seed: int = 0) -> list[Linkage]:
 
 
 def placed(linkage: Linkage, size: float, shift: np.ndarray) -> Linkage:
-    """A linkage ``size`` times as large about the inertial origin, and then moved.
+    """Scale a linkage about the inertial origin, and then move it.
 
     Args:
-        linkage: the linkage, with its bodies left as they are.
+        linkage: the linkage; its bodies do not change.
         size: factor of all lengths.
-        shift: where the inertial origin goes (3,), metres.
+        shift: displacement of the inertial origin (3,), metres.
     """
     joints = []
     for joint in linkage.joints:
@@ -83,15 +83,14 @@ def placed(linkage: Linkage, size: float, shift: np.ndarray) -> Linkage:
 
 
 def four_bar_chain(count: int, seed: int = 0) -> str:
-    """A file with coupled four-bars in a row, all of whose cranks turn all the way round.
+    """Write a URDF file with a row of coupled four-bars whose cranks make full turns.
 
-    The rocker of each is the crank of the next; one degree of freedom moves them all, so
-    that every condition beyond the first few must come from its higher derivatives, or from
-    poses all around.
+    The rocker of each is the crank of the next. The row has one degree of freedom, so that
+    every condition beyond the first few must come from higher derivatives or from other poses.
 
     Args:
-        count: how many four-bars.
-        seed: of the random lengths and phases, which are rounded to millimetres.
+        count: number of four-bars.
+        seed: seed of the random lengths and phases, which are rounded to millimetres.
     """
     rng = np.random.default_rng(seed)
     links, joints, loops = [_link("ground", False), _link("rocker0")], [], []
@@ -120,18 +119,18 @@ def four_bar_chain(count: int, seed: int = 0) -> str:
 
 
 def _polar(rng: np.random.Generator, low: float, high: float) -> np.ndarray:
-    """A vector in any direction, its length between two bounds, to the millimetre."""
+    """Draw a vector in any direction, with a length between two bounds, to the millimetre."""
     angle, length = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(low, high)
     return np.round(length * np.array([np.cos(angle), np.sin(angle)]), 3)
 
 
 def _xyz(point: np.ndarray) -> str:
-    """A point of the plane as an attribute."""
+    """Write a point of the plane as an attribute."""
     return f"{point[0]:.3f} {point[1]:.3f} 0"
 
 
 def _link(name: str, massive: bool = True) -> str:
-    """A link with or without mass."""
+    """Write a link with or without mass."""
     inertial = (
         '<inertial><mass value="1"/>'
         '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -140,7 +139,7 @@ def _link(name: str, massive: bool = True) -> str:
 
 
 def _joint(name: str, parent: str, child: str, origin: np.ndarray, marks: str = "") -> str:
-    """A joint that turns about the normal."""
+    """Write a joint that turns about the normal."""
     return (
         f'<joint name="{name}" type="continuous"{marks}><parent link="{parent}"/>'
         f'<child link="{child}"/><origin xyz="{_xyz(origin)}"/><axis xyz="0 0 1"/></joint>'

@@ -1,4 +1,4 @@
-"""Long rows of bodies, straight as arrays: serial chains, and coupled four-bars."""
+"""Long rows of bodies as arrays: serial chains and coupled four-bars."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["coupled_four_bars", "serial"]
 
 
 def serial(bodies: int, width: int = 1, seed: int = 0) -> Chain:
-    """A spatial chain of revolute joints that ``width`` coordinates move together."""
+    """Make a spatial chain of revolute joints with ``width`` coordinates."""
     rng = np.random.default_rng(seed)
     axes = rng.standard_normal((bodies, 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
@@ -21,9 +21,10 @@ def serial(bodies: int, width: int = 1, seed: int = 0) -> Chain:
 
 
 def coupled_four_bars(count: int, seed: int = 0) -> Chain:
-    """Planar four-bars, nearly parallelograms: the rocker of each is the crank of the next.
+    """Make a row of planar four-bars, nearly parallelograms, with 2 count + 1 bodies.
 
-    Joints of the tree come first, then the loops' joints, as from a file; 2 count + 1 bodies.
+    The rocker of each is the crank of the next. Joints of the tree come first, then those of
+    the loops, as from a file.
     """
     rng = np.random.default_rng(seed)
     parent, points, ends, foot = [-1], [np.zeros(2)], [], np.zeros(2)
@@ -32,14 +33,14 @@ def coupled_four_bars(count: int, seed: int = 0) -> Chain:
     between = rng.uniform(0.8, 2.2, (2, count + 1))
     crank, loops = 0, []
     tips = [None] * (count + 1)
-    tips[0] = _turned(base[0], between[0, 0])
+    tips[0] = _rotate(base[0], between[0, 0])
     for k in range(count):
-        rocker = _turned(base[k], between[0, k] + 0.02 * between[1, k])
+        rocker = _rotate(base[k], between[0, k] + 0.02 * between[1, k])
         parent += [crank, -1]
         points += [foot + tips[k], foot + base[k]]
         loops.append((2 * k + 1, foot + base[k] + rocker, 2 * k + 2))
         foot, crank = foot + base[k], 2 * k + 2
-        tips[k + 1] = _turned(base[min(k + 1, count - 1)], between[0, k + 1])
+        tips[k + 1] = _rotate(base[min(k + 1, count - 1)], between[0, k + 1])
     bodies = len(parent)
     for coupler, point, rocker in loops:
         ends.append((len(parent), rocker))
@@ -52,14 +53,14 @@ def coupled_four_bars(count: int, seed: int = 0) -> Chain:
     return _chain(parent, screws, ends, range(1, len(parent)), columns, bodies)
 
 
-def _turned(vector: np.ndarray, angle: float) -> np.ndarray:
-    """A vector of the plane turned by an angle."""
+def _rotate(vector: np.ndarray, angle: float) -> np.ndarray:
+    """Rotate a vector of the plane by an angle."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s], [s, c]]) @ vector
 
 
 def _chain(parent, screws, ends, dependent, columns, bodies) -> Chain:
-    """A chain without frame and mimics, all of whose links may move."""
+    """Make a chain without frame and mimic joints, with links that may all move."""
     n, whole = len(parent), np.int64
     return Chain(
         frame=Frame(), joints=freeze(range(n), whole), units=freeze(np.ones(n)),

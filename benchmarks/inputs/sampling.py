@@ -1,4 +1,4 @@
-"""The peer of `design_space`: momentum regressors of Pinocchio at closed poses, and a QR."""
+"""Rank by sampling: momentum regressors of Pinocchio at closed poses, and a QR."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from kinematics.model.linkage import Linkage
 
 __all__ = ["Sampling"]
 
-# Pivots up to this are zero in figaroh.
-ZERO = 1e-8
+# Largest pivot that counts as zero in figaroh.
+ZERO_PIVOT = 1e-8
 
 
 class Sampling:
     """One linkage in Pinocchio, opened at its welds."""
 
     def __init__(self, linkage: Linkage, planar: bool) -> None:
-        """Build the model, which is not timed."""
+        """Build the model; this is not timed."""
         try:
             import pinocchio as pin
 
@@ -44,8 +44,8 @@ class Sampling:
         self.columns = kept if planar else list(range(10))
         self.rows = [*across, 3 + normal] if planar else list(range(6))
 
-    def closed(self, u: np.ndarray) -> np.ndarray:
-        """Joint positions at the inputs u, by Newton's method from the reference pose."""
+    def close_loops(self, u: np.ndarray) -> np.ndarray:
+        """Solve for joint positions at the inputs u, by Newton's method."""
         pin, model, data = self.pin, self.model, self.data
         q = np.zeros(model.nv)
         q[self.inputs] = u
@@ -66,7 +66,7 @@ class Sampling:
         return q
 
     def jacobian(self) -> np.ndarray:
-        """Of the welds, at the pose of the last call of computeJointJacobians."""
+        """Compute the Jacobian of the welds at the pose of the last computeJointJacobians."""
         pin, model, data = self.pin, self.model, self.data
         zero = np.zeros((6, model.nv))
         J = [
@@ -76,7 +76,7 @@ class Sampling:
         return np.concatenate([a - b for a, b in zip(J[::2], J[1::2], strict=True)])
 
     def rates(self, q: np.ndarray) -> np.ndarray:
-        """Joint rates for unit rates of the inputs; (n, inputs)."""
+        """Compute joint velocities for unit velocities of the inputs (n, inputs)."""
         self.pin.computeJointJacobians(self.model, self.data, q)
         J = self.jacobian()
         C = np.zeros((self.model.nv, self.inputs.size))
@@ -85,7 +85,7 @@ class Sampling:
         return C
 
     def regressor(self, q: np.ndarray, C: np.ndarray) -> np.ndarray:
-        """Momentum rows of all inputs at one pose."""
+        """Compute the momentum rows of all inputs at one pose."""
         pin, model, data = self.pin, self.model, self.data
         blocks, still = [], pin.Motion.Zero()
         for column in C.T:
@@ -99,7 +99,7 @@ class Sampling:
         return np.concatenate(blocks)
 
     def rank(self, poses: list[tuple[np.ndarray, np.ndarray]]) -> int:
-        """Pivots that are not zero."""
+        """Count the pivots above `ZERO_PIVOT` of the stacked rows."""
         rows = np.concatenate([self.regressor(q, C) for q, C in poses])
         R = scipy.linalg.qr(rows, mode="r", pivoting=True)[0]
-        return int(np.sum(np.abs(np.diag(R)) > ZERO))
+        return int(np.sum(np.abs(np.diag(R)) > ZERO_PIVOT))

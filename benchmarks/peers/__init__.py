@@ -1,7 +1,7 @@
-"""Other libraries on the Taylor jobs, a module for each; those not installed are left out.
+"""Other libraries on the Taylor jobs, one module each; libraries not installed are left out.
 
-Each has functions named after jobs: given the order, they return a function that does the
-job once and one that turns its result into coefficients (joints, monomials), as in `jobs`.
+Each module has functions named after jobs. For an order, they return a function that does the
+job once, and one that converts its result to coefficients (joints, monomials), as in `jobs`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ __all__ = ["library"]
 
 
 def library(name: str) -> ModuleType:
-    """A library, or NotImplementedError if it is not installed."""
+    """Import a library; NotImplementedError if it is not installed."""
     try:
         return import_module(name)
     except ImportError:

@@ -74,9 +74,9 @@ def six_r(order: int) -> tuple[Callable, Callable]:
 
 
 def _start(order: int, inputs: int):
-    """Polynomials of an order, from which nothing is dropped for being small."""
+    """Set up polynomials of an order, without a threshold for small terms."""
     DA = library("daceypy").DA
-    DA.cache_disable()  # which empties it: what it holds is of the order before
+    DA.cache_disable()  # empties the cache, which holds data of the order before
     DA.init(order, inputs)
     DA.setEps(0.0)
     DA.cache_enable()
@@ -101,7 +101,7 @@ def _flange(sine: Callable, cosine: Callable, q: list) -> tuple[list, list]:
 
 
 def _mismatch(sine: Callable, cosine: Callable, q: list, u, at: list, turned: list) -> list:
-    """How far the flange is from the line, and how far it has turned."""
+    """Compute the distance of the flange from the line, and its rotation."""
     p, R = _flange(sine, cosine, q)
 
     def entry(i: int, j: int):

@@ -1,8 +1,8 @@
-"""Two jobs with one answer each: inverse kinematics of a five-bar and of a 6R arm along a line.
+"""Two Taylor jobs: inverse kinematics of a five-bar, and of a 6R arm along a line.
 
-The angles of the five-bar's arms follow from its tip (x, y), those of the 6R arm from how far
-it has gone along a straight line without turning. Coefficients of degree k are those of x^k,
-x^(k-1) y, … y^k.
+The inputs of the five-bar are the coordinates (x, y) of its tip; the input of the 6R arm is the
+distance along a straight line at constant orientation. Coefficients of degree k are those of
+x^k, x^(k-1) y, … y^k.
 """
 
 from __future__ import annotations
@@ -20,12 +20,11 @@ __all__ = [
     "cross_matrix", "degrees", "error", "exact", "exponents",
 ]  # fmt: skip
 
-# Lengths of the links of the five-bar's arms, where they are pivoted, on which side their
-# elbows are, and the tip; metres.
+# Five-bar: lengths of the links, pivots, sides of the elbows, and the tip; metres.
 LOWER, UPPER = 0.19, 0.18
 BASES, ELBOWS = (-0.2, 0.2), (-1, 1)
 TIP = (0.0, 0.25)
-# The 6R arm at zero angles: axes, points on them, its flange; the angles and the direction.
+# 6R arm at zero angles: axes, points on them, flange; then angles and direction of the line.
 AXES = np.array(
     [[0, 0, 1], [0, -1, 0], [0, -1, 0], [1, 0, 0], [0, -1, 0], [1, 0, 0]], dtype=float
 )
@@ -69,9 +68,9 @@ def degrees(width: int, order: int) -> np.ndarray:
 
 
 def error(job: str, found: np.ndarray, order: int) -> float:
-    """Largest relative error of a coefficient beyond the constant one.
+    """Compute the largest relative error of a coefficient beyond the constant one.
 
-    Those that are exactly 0 are compared with the largest of their degree.
+    Errors of coefficients that are exactly 0 are relative to the largest of their degree.
     """
     degree = degrees(2 if job == "five_bar" else 1, order)
     true = exact(job)[:, : degree.size]
@@ -82,7 +81,7 @@ def error(job: str, found: np.ndarray, order: int) -> float:
 
 @cache
 def exact(job: str) -> np.ndarray:
-    """Coefficients up to order 10, from mpmath: Cauchy's integrals with 110 digits."""
+    """Compute coefficients up to order 10 with mpmath: Cauchy's integrals, 110 digits."""
     mp = library("mpmath").mp
     with mp.workdps(DIGITS):
         return _exact_five_bar(mp) if job == "five_bar" else _exact_six_r(mp)
@@ -103,7 +102,7 @@ def _exact_five_bar(mp) -> np.ndarray:
     rows = []
     for base, elbow in zip(BASES, ELBOWS, strict=True):
         grid = [
-            [_closed(mp, elbow, TIP[0] - mp.mpf(base) + radius * a, TIP[1] + radius * b)
+            [_arm_angles(mp, elbow, TIP[0] - mp.mpf(base) + radius * a, TIP[1] + radius * b)
              for b in circle]
             for a in circle
         ]  # fmt: skip
@@ -117,8 +116,8 @@ def _exact_five_bar(mp) -> np.ndarray:
     return np.array(rows)
 
 
-def _closed(mp, elbow: int, x, y) -> tuple:
-    """Angles of an arm whose tip is at complex coordinates from its pivot."""
+def _arm_angles(mp, elbow: int, x, y) -> tuple:
+    """Compute the angles of an arm from complex coordinates of its tip about its pivot."""
     lower, upper = mp.mpf(LOWER), mp.mpf(UPPER)
     bend = elbow * mp.acos((x * x + y * y - lower**2 - upper**2) / (2 * lower * upper))
     return -1j * mp.log((x + 1j * y) / (lower + upper * mp.expj(bend))), bend

@@ -1,4 +1,4 @@
-"""What the benchmarks against other libraries share."""
+"""Base classes of the benchmarks against other libraries."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from benchmarks.peers import jobs, library
 
 __all__ = ["Against", "Rows", "start", "times"]
 
-# Batches of a row, and seconds of each.
+# Number of batches of a row, and seconds of each.
 BATCHES, BATCH = 15, 0.005
 
 
 def start(peer: str, job: str, order: int) -> tuple[Callable, Callable]:
-    """The functions of a library for a job."""
+    """Return the functions of a library for a job."""
     ready: tuple[Callable, Callable] = getattr(import_module(f"benchmarks.peers.{peer}"), job)(
         order
     )
@@ -26,7 +26,7 @@ def start(peer: str, job: str, order: int) -> tuple[Callable, Callable]:
 
 
 class Against:
-    """Ours and one other on the same job: times, and errors of the coefficients."""
+    """Times and coefficient errors of ours and of one other library on a job."""
 
     peer = ""
 
@@ -35,20 +35,20 @@ class Against:
         self.theirs = start(self.peer, job, order)
 
     def time_ours(self, job: str, order: int) -> None:
-        """All coefficients of one more geometry."""
+        """All coefficients of another geometry."""
         self.ours[0]()
 
     def track_error(self, job: str, order: int) -> float:
-        """Of ours, relative, against mpmath."""
+        """Relative error of ours against mpmath."""
         return _error(self.ours, job, order)
 
     def track_error_of_theirs(self, job: str, order: int) -> float:
-        """The same of the other's."""
+        """Relative error of the other library."""
         return _error(self.theirs, job, order)
 
 
 class Rows:
-    """Time with its spread, and largest relative error, of every library, a row each order."""
+    """Time with spread, and largest relative error, of every library, one row per order."""
 
     peers: tuple[str, ...] = ()
     repetitions = 3
@@ -63,7 +63,7 @@ class Rows:
                 continue
 
     def time_ours(self, job: str, order: int) -> None:
-        """All coefficients of one more geometry."""
+        """All coefficients of another geometry."""
         self.found["ours"][0]()
 
     def row(self, job: str, order: int) -> dict[str, str]:
@@ -83,7 +83,7 @@ def _error(found: tuple[Callable, Callable], job: str, order: int) -> float:
 
 
 def times(run: Callable) -> np.ndarray:
-    """Seconds of one call, of each batch."""
+    """Measure the seconds of one call in each batch."""
     before = perf_counter()
     run()
     count = max(1, int(BATCH / (perf_counter() - before)))

@@ -1,7 +1,6 @@
-"""This engine on the Taylor jobs, with another geometry at every call.
+"""This package on the Taylor jobs, with another geometry at every call.
 
-The clock runs from the joint screws of one more geometry to the coefficients of all joints,
-those that are not asked for included.
+The time is measured from the joint screws of a geometry to the coefficients of all joints.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from kinematics.taylor.taylor_motion import scaled_chain
 
 __all__ = ["LINE", "five_bar", "linkage", "six_r"]
 
-# Other geometries, and how much they differ.
+# Number of geometries, their standard deviation (metres), and the random seed.
 COUNT, SIZE, SEED = 24, 0.01, 5
 LINE = tuple(
     f"flange.{axis}={float(part / jobs.DIRECTION[0])!r}*flange.x"
@@ -40,12 +39,12 @@ def five_bar(order: int) -> tuple[Callable, Callable]:
 
 
 def six_r(order: int) -> tuple[Callable, Callable]:
-    """The 6R arm along its line, of which the input is how far it has gone along x."""
+    """The 6R arm along its line; its input is the distance along x."""
     return _job(_six_r, LINE, order, 6, jobs.POSE)
 
 
 def linkage(job: str) -> Linkage:
-    """The linkage of a job, with its tool's coordinates as inputs."""
+    """Build the linkage of a job, with its tool's coordinates as inputs."""
     return (_five_bar if job == "five_bar" else _six_r)(np.random.default_rng(SEED), 0.0)
 
 
@@ -84,7 +83,7 @@ def _joint(name: str, parent: int, axis: np.ndarray, at: np.ndarray) -> Joint:
     return Joint(name, "revolute", parent, freeze(revolute(axis, at)), freeze(at))
 
 
-def _draft(
+def _unassembled(
     joints: list[Joint], bodies: dict[str, int], loops: tuple[Loop, ...]
 ) -> UnassembledLinkage:
     made = tuple(Body(name, link, UNIT, freeze(np.eye(4))) for name, link in bodies.items())
@@ -102,7 +101,7 @@ def _five_bar(rng: np.random.Generator, size: float) -> Linkage:
         joints += [_joint(f"lower{arm}", -1, z, moved[0])]
         joints += [_joint(f"upper{arm}", len(joints) - 1, z, moved[1])]
     joints.append(_joint("tip", 1, z, tip))
-    draft = _draft(joints, {"left": 1, "right": 3}, (Loop("loop", 4, 3),))
+    draft = _unassembled(joints, {"left": 1, "right": 3}, (Loop("loop", 4, 3),))
     return tool(assemble(draft, ["lower0", "lower1"]), "left", "x,y", tip)
 
 
@@ -118,5 +117,5 @@ def _six_r(rng: np.random.Generator, size: float) -> Linkage:
         R = R @ turn
     names = [joint.name for joint in joints]
     flange = R @ jobs.FLANGE + p
-    draft = _draft(joints, {"flange": 5}, ())
+    draft = _unassembled(joints, {"flange": 5}, ())
     return tool(assemble(draft, names), "flange", "x,y,z", flange)

@@ -1,1 +1,1 @@
-"""Other routes to the same numbers, to compare times and errors with."""
+"""Independent routes to the same numbers, as references for times and errors."""

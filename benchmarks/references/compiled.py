@@ -1,4 +1,4 @@
-"""The kernels in C, compiled on the spot: what the same arithmetic could cost."""
+"""Compile and call the kernels in C, as a lower bound on the cost of the same arithmetic."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ __all__ = ["both_kernels", "momentum", "operations_here", "operations_in_c"]
 SOURCE = Path(__file__).with_name("kernels.c")
 LIMIT = ("-O3", "-march=native")
 COUNTING = ("-x", "c++", "-DCOUNT", "-O1")
-# The Python text of the kernel, on numbers that count what is done with them.
+# Runs the Python source of the kernel on numbers that count their operations.
 COUNT_HERE = """
 import sys
 import numpy as np
-from balance.momentum.regressor import regressor, room
+from balance.momentum.regressor import body_regressors, regressor_workspace
 from kinematics.closure.series import expand
 from kinematics.model_gallery import load
 
@@ -57,17 +57,18 @@ chain, order, rays = load(sys.argv[1]).chain, int(sys.argv[2]), int(sys.argv[3])
 series = expand(chain, np.ones((rays, chain.width)), order)
 size, rows = (4, 3) if chain.planar else (10, 6)
 X = counting(np.zeros((order + 1, rays, chain.width, rows, chain.links.size * size)))
-both = [a.astype(object) for a in room(series.V, chain.links, chain.moves)]
+workspace = regressor_workspace(series.V, chain.links, chain.moves)
+both = [a.astype(object) for a in workspace]
 start = np.empty((0, 4, 4))
 V, T = counting(series.V), counting(series.T)
-regressor(0, order, start, chain.links, chain.moves, V, T, both, X)
+body_regressors(0, order, start, chain.links, chain.moves, V, T, both, X)
 print(*counts)
 """
 
 
 @cache
 def _library(options: tuple[str, ...] = LIMIT) -> ctypes.CDLL:
-    """The compiled file; NotImplementedError where no compiler makes it."""
+    """Compile the C file; NotImplementedError if that fails."""
     compiler = shutil.which("cc") or shutil.which("clang")
     if compiler is None:
         raise NotImplementedError("no C compiler was found")
@@ -76,12 +77,12 @@ def _library(options: tuple[str, ...] = LIMIT) -> ctypes.CDLL:
         command = [compiler, *options, "-shared", "-fPIC", str(SOURCE), "-o", str(file), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
-            raise NotImplementedError(f"the C compiler says {done.stderr[:200]}")
+            raise NotImplementedError(f"the C compiler failed: {done.stderr[:200]}")
         return ctypes.CDLL(str(file))
 
 
 def _call(function: ctypes._CFuncPtr, *arguments: int | np.ndarray) -> None:
-    """Call C with whole numbers as ``long`` and arrays as pointers."""
+    """Call C with integers as ``long`` and arrays as pointers."""
     function(
         *(
             ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else ctypes.c_long(a)
@@ -93,7 +94,7 @@ def _call(function: ctypes._CFuncPtr, *arguments: int | np.ndarray) -> None:
 def momentum(
     chain: Chain, V: np.ndarray, T: np.ndarray, X: np.ndarray, options: tuple[str, ...] = LIMIT
 ) -> None:
-    """Add the rows of all orders to X; as `balance.momentum.regressor.body_regressors`."""
+    """Add the rows of all orders to X, like `balance.momentum.regressor.body_regressors`."""
     library = _library(options)
     function = library.momentum_planar if chain.planar else library.momentum_spatial
     rays, orders, n = V.shape[:3]
@@ -104,7 +105,7 @@ def momentum(
 
 
 def operations_in_c(chain: Chain, V: np.ndarray, T: np.ndarray) -> list[int]:
-    """Additions, multiplications and divisions of the C kernel, counted as it runs."""
+    """Count additions, multiplications and divisions of the C kernel as it runs."""
     rays, orders = V.shape[:2]
     counts = np.zeros(3, np.int64)
     size, rows = (4, 3) if chain.planar else (10, 6)
@@ -116,13 +117,13 @@ def operations_in_c(chain: Chain, V: np.ndarray, T: np.ndarray) -> list[int]:
 
 
 def operations_here(model: str, order: int, rays: int) -> list[int]:
-    """The same of the Python text of our kernel, in a process that compiles nothing."""
+    """Count those of the Python source of our kernel, in a process that compiles nothing."""
     text = python("-c", COUNT_HERE, model, str(order), str(rays), NUMBA_DISABLE_JIT="1")
     return [int(word) for word in text.split()]
 
 
 def both_kernels(chain: Chain, screws: np.ndarray, order: int, X: np.ndarray) -> None:
-    """Closure and momentum of planar geometries (count, n, 3) with one input; X is the last."""
+    """Run closure and momentum of planar geometries (count, n, 3), one input; X of the last."""
     n, bodies, loops = chain.parent.size, chain.links.size, len(chain.ends)
     count = chain.dependent.size
     work = np.empty(

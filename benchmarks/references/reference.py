@@ -1,9 +1,9 @@
-"""The motion and the momentum of a chain in mpmath, from finite poses alone.
+"""Compute motion and momentum of a chain in mpmath, from finite poses alone.
 
 Poses are products of exponentials, closed by Newton's method at points of a small circle in
-the complex plane; power series along ``u = t δ`` are Cauchy's integrals over it. Nothing of
-this is how the product does it: there is no Lie bracket, no series and no least squares, and
-momentum comes from pseudo-inertias carried to the pose, ``A = T̂ H P Hᵀ``, as ``A - Aᵀ``.
+the complex plane; power series along ``u = t δ`` are Cauchy's integrals over it. The
+route is independent of the package: there is no Lie bracket, no series and no least squares,
+and momentum follows from pseudo-inertias at the pose, ``A = T̂ H P Hᵀ``, as ``A - Aᵀ``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ PLANAR, ROWS = [0, 1, 2, 6], [2, 3, 4]
 
 
 def off(found: np.ndarray, true: np.ndarray) -> float:
-    """Largest difference of series (order + 1, ...), relative to the largest of its order."""
+    """Largest difference of series (order + 1, ...), relative to the largest entry by order."""
     orders = len(true)
     apart = np.abs(found - true).reshape(orders, -1).max(axis=1)
     return float((apart / np.abs(true).reshape(orders, -1).max(axis=1)).max())
@@ -35,16 +35,16 @@ def off(found: np.ndarray, true: np.ndarray) -> float:
 
 def positions(chain: Chain, ray: np.ndarray, order: int) -> np.ndarray:
     """Joint positions along a ray, as a power series from order 1 on; (order, n)."""
-    return _series(chain, ray, order, lambda poses, u: poses.closed(u))[1:]
+    return _series(chain, ray, order, lambda poses, u: poses.close_loops(u))[1:]
 
 
 def momentum(chain: Chain, ray: np.ndarray, order: int) -> np.ndarray:
     """Momentum regressor along a ray; (order + 1, width, rows, parameters)."""
-    return _series(chain, ray, order, lambda poses, u: poses.regressor(poses.closed(u)))
+    return _series(chain, ray, order, lambda poses, u: poses.regressor(poses.close_loops(u)))
 
 
 def gap(chain: Chain, q: np.ndarray) -> float:
-    """By how much joint positions (n,) leave the loops open, in units of the chain."""
+    """Compute the loop residual of joint positions (n,), in units of the chain."""
     mp = library("mpmath").mp
     with mp.workdps(DIGITS):
         poses = _Poses(mp, chain)
@@ -54,7 +54,7 @@ def gap(chain: Chain, q: np.ndarray) -> float:
 def _series(
     chain: Chain, ray: np.ndarray, order: int, value: Callable[[_Poses, np.ndarray], np.ndarray]
 ) -> np.ndarray:
-    """Coefficients of what is analytic in t, by Cauchy's integrals."""
+    """Compute series coefficients of an analytic function of t, by Cauchy's integrals."""
     mp = library("mpmath").mp
     with mp.workdps(DIGITS - RADIUS * order):
         poses, radius, count = _Poses(mp, chain), mp.mpf(10) ** RADIUS, 2 * (order // 2 + 2)
@@ -78,10 +78,10 @@ def _numbers(mp, array: np.ndarray) -> np.ndarray:
 
 
 class _Poses:
-    """A chain at finite poses, its numbers those of mpmath; in a plane too as 4×4 matrices."""
+    """A chain at finite poses in numbers of mpmath, with 4×4 matrices also in a plane."""
 
     def __init__(self, mp, chain: Chain) -> None:
-        """Screws as matrices, and equations that determine the dependent joints."""
+        """Convert screws to matrices, and choose equations for the dependent joints."""
         self.mp, self.chain = mp, chain
         screws = np.zeros((len(chain.screws), 6))
         screws[:, ROWS if chain.planar else slice(None)] = chain.screws
@@ -93,15 +93,15 @@ class _Poses:
         A = loop_matrix(chain)[:, chain.dependent]
         count = A.shape[1]
         self.rows = scipy.linalg.qr(A.T, pivoting=True)[2][:count] if count else []
-        # An approximate inverse: it sets the pace of the iterations, not where they end.
+        # An approximate inverse: it affects the rate of convergence, not the solution.
         self.inverse = _numbers(mp, np.linalg.inv(A[self.rows])) if count else None
 
-    def closed(self, u: np.ndarray) -> np.ndarray:
+    def close_loops(self, u: np.ndarray) -> np.ndarray:
         """Joint positions at the coordinates u, near the reference pose."""
-        return self._solved(self.columns @ u, self.mismatch)
+        return self._solve(self.columns @ u, self.mismatch)
 
-    def _solved(self, q: np.ndarray, mismatch: Callable) -> np.ndarray:
-        """Correct the dependent joints until what is left of some equations is nothing."""
+    def _solve(self, q: np.ndarray, mismatch: Callable) -> np.ndarray:
+        """Correct the dependent joints until the chosen equations hold."""
         while self.inverse is not None:
             step = self.inverse @ mismatch(q)[self.rows]
             q[self.chain.dependent] -= step
@@ -110,8 +110,8 @@ class _Poses:
         return q
 
     def mismatch(self, q: np.ndarray) -> np.ndarray:
-        """How far the ends of the loops are apart, and the relations of mimic joints."""
-        H = self._placed(q)
+        """Compute the residuals of the loops and of the mimic relations."""
+        H = self._link_poses(q)
         apart = [_vee(_inverse(H[f]) @ H[e] - np.eye(4)) for e, f in self.chain.ends]
         return self._equations(apart, q)
 
@@ -119,7 +119,7 @@ class _Poses:
         kept = [part[ROWS] if self.chain.planar else part for part in loops]
         return np.concatenate([*kept, self.mimics @ q])
 
-    def _placed(self, q: np.ndarray) -> list[np.ndarray]:
+    def _link_poses(self, q: np.ndarray) -> list[np.ndarray]:
         """Displacement of the link after each joint; the last is that of the ground."""
         H: list[np.ndarray] = [np.eye(4) * self.mp.mpf(1)] * (len(q) + 1)
         for j, parent in enumerate(self.chain.parent):
@@ -137,13 +137,13 @@ class _Poses:
 
     def regressor(self, q: np.ndarray) -> np.ndarray:
         """Momentum of every parameter for unit rates; (width, rows, parameters)."""
-        H, chain = self._placed(q), self.chain
+        H, chain = self._link_poses(q), self.chain
         moved = [H[j] @ s @ _inverse(H[j]) for j, s in enumerate(self.screws)]
         bodies = [self.parameters if b < 0 else H[b] @ self.parameters @ H[b].T
                   for b in chain.links]  # fmt: skip
         found = []
         for column in self.columns.T:
-            rates = self._solved(column.copy(), lambda c: self._open(moved, c))
+            rates = self._solve(column.copy(), lambda c: self._open(moved, c))
             T = self._twists(moved, rates)
             A = np.array([T[b] @ P for b, P in zip(chain.links, bodies, strict=True)])
             h = np.array([_vee(a) for a in (A - A.mT).reshape(-1, 4, 4)]).T
@@ -164,7 +164,7 @@ class _Poses:
 
 
 def _hat(s: np.ndarray) -> np.ndarray:
-    """A twist [ω; v] as a matrix."""
+    """Convert a twist [ω; v] to a matrix (4, 4)."""
     (x, y, z), v = s[:3], s[3:]
     return np.array([[0, -z, y, v[0]], [z, 0, -x, v[1]], [-y, x, 0, v[2]], [0, 0, 0, 0]])
 

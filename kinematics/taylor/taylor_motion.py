@@ -260,9 +260,9 @@ def scaled_chain(chain: Chain, linkage: Linkage, motion: Motion) -> tuple[Chain,
     """
     at = {joint: j for j, joint in enumerate(chain.joints.tolist())}
     inputs = linkage.positions_of(motion.inputs).tolist()
-    kept = [c for c, joint in enumerate(inputs) if joint in at]
-    independent = np.array([at[inputs[c]] for c in kept], dtype=np.int64)
-    basis = motion.basis[kept] / chain.units[independent, None]
+    moving = [c for c, joint in enumerate(inputs) if joint in at]
+    independent = np.array([at[inputs[c]] for c in moving], dtype=np.int64)
+    basis = motion.basis[moving] / chain.units[independent, None]
     scales = 1.0 / np.linalg.norm(basis, axis=0)
     return move_chain(chain, independent, basis * scales), freeze(scales)
 

@@ -186,10 +186,10 @@ def _retype(joint: Element, kind: str) -> Element:
         for tag, axis in zip(("axis", "axis2"), axes, strict=False)
     ]
     idle = ("axis", "axis2", "screw_thread_pitch") if kind == "FIXED" else ("axis", "axis2")
-    kept = [item for item in joint.children if item.tag not in idle]
+    others = [item for item in joint.children if item.tag not in idle]
     name = "universal" if kind in _UNIVERSAL else kind.lower()
     attributes = {**joint.attributes, "type": name}
-    return replace(joint, attributes=attributes, children=(*kept, *lines))
+    return replace(joint, attributes=attributes, children=(*others, *lines))
 
 
 def _inputs(tree: Element, keys: YamlMapping) -> tuple[str, ...] | None:

@@ -78,10 +78,10 @@ def test_every_line_that_must_be_reached_is_answered_by_claims_of_one_limit():
 
 def test_a_lost_ratio_is_told_and_others_are_not(capsys):
     known = {"a": 1.0, "b": 0.5}
-    assert runner._kept(known, {"a": 1.29, "c": 7.0})
-    assert not runner._kept(known, {"a": 1.0, "b": 0.66})
+    assert runner._check_ratios(known, {"a": 1.29, "c": 7.0})
+    assert not runner._check_ratios(known, {"a": 1.0, "b": 0.66})
     assert "LOST: b: 0.66, was 0.5" in capsys.readouterr().out
-    assert not runner._kept(known, {}), "nothing was compared"
+    assert not runner._check_ratios(known, {}), "nothing was compared"
 
 
 class Stub:
@@ -124,7 +124,7 @@ def stub(monkeypatch, tmp_path):
     def at(*ratios):
         left = [{"time_ours": np.full(5, ratio), "time_theirs": np.ones(5)} for ratio in ratios]
         take = iter(left)
-        monkeypatch.setattr(runner, "_times", lambda *_: dict(next(take, left[-1])))
+        monkeypatch.setattr(runner, "_time_methods", lambda *_: dict(next(take, left[-1])))
 
     return at
 
@@ -176,7 +176,7 @@ def test_a_profile_names_the_functions_that_take_most(capsys, monkeypatch):
     assert profiles.main(["answer_costs_few_qr"]) == 0
     head, *listed = capsys.readouterr().out.splitlines()
     assert head == "answer_costs_few_qr: four_bar_general 4: time_design_space"
-    shares = [float(line.split()[0]) for line in listed[: profiles.MOST]]
+    shares = [float(line.split()[0]) for line in listed[: profiles.MAX_FUNCTIONS]]
     assert shares == sorted(shares, reverse=True) and 0.0 < sum(shares) <= 100.5
     assert any(re.search(r"(conditions|spaces|transfers)/\w+\.py:", line) for line in listed)
 

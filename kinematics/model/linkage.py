@@ -224,10 +224,10 @@ class Linkage(UnassembledLinkage):
         spatial_chain: the same without the reduction to the plane.
 
     Example:
-        >>> from kinematics import load
-        >>> linkage = load("robot.urdf")
-        >>> linkage.mobility, linkage.inputs, linkage.planar
-        (1, ('u1',), True)
+        >>> from kinematics import ScrewJoint, from_screws
+        >>> arm = from_screws([ScrewJoint("j1", "base", "arm", point=(0.5, 0, 0))])
+        >>> arm.mobility, arm.inputs, arm.planar
+        (1, ('j1',), True)
     """
 
     mobility: int = 0

@@ -1,10 +1,39 @@
-"""Numeric tolerances of `kinematics`, each named for the quantity that it bounds.
+"""Numeric tolerances of the package: what each one bounds, its unit, and the reason.
 
-Kernels (`kinematics.compiled.jit`) read some of them as compile-time constants, so this file
-is among the sources whose hash names the cache folder of compiled kernels.
+Equality thresholds, limits of residuals and relative cut-offs stand here. Limits of counts,
+sizes and times stand where they are used. Chain units are radians and characteristic lengths;
+see `kinematics.model.arrays.Frame`.
+
+Kernels (`kinematics.compiled.jit`) read some tolerances as compile-time constants: a change of
+this file compiles all kernels anew.
 """
 
+from __future__ import annotations
+
 from fractions import Fraction
+
+__all__ = [
+    "ANGLE_ROUND_OFF",
+    "AXES_PERPENDICULAR_COSINE",
+    "CLOSURE_CONDITION",
+    "COORDINATE_AXIS_DIFFERENCE",
+    "EXACT_ANGLE_ERROR",
+    "EXACT_SCREW_DIFFERENCE",
+    "IDENTITY_POSE_ENTRY",
+    "INERTIA_ASYMMETRY",
+    "INERTIA_INEQUALITY_EXCESS",
+    "LOOP_FRAME_DISTANCE",
+    "LOOP_FRAME_ROUND_OFF",
+    "PINOCCHIO_AXES_COSINE",
+    "RIGHT_ANGLE_ENTRY",
+    "ROTATION_ORTHOGONALITY",
+    "ROTATION_PITCH",
+    "ROUNDED_ANGLE_DIGITS",
+    "ROUNDED_ANGLE_ERROR",
+    "SINGLE_PRECISION_ANGLE",
+    "UNIT_AXIS_SQUARED_LENGTH",
+    "UNIVERSAL_AXES_PARALLEL_SINE",
+]
 
 # --- urdf: numbers and angles of a file
 

@@ -21,7 +21,7 @@ from kinematics.model_gallery import gallery, load
 
 
 def _none(chain: Chain, force: bool, floor: float) -> Transfers:
-    """Return no transfers, so that the whole null space is computed at once."""
+    """No transfer at all, so that the whole null space is found as one."""
     empty = np.empty(0, np.int64)
     parameters = len(chain.links) * (4 if chain.planar else 10)
     return Transfers(np.empty((0, parameters)), empty, empty, empty, 1.0, 0.0)

@@ -2,7 +2,7 @@
 
 ``python -m benchmarks.against COMMIT [--limit 1.5]`` checks the commit out beside this tree,
 runs both in processes of their own that take turns, and prints the ratio of the medians. The
-exit code is 1 if a model takes longer than the limit times what it took.
+exit code is 1 if the ratio of a model exceeds the limit.
 """
 
 from __future__ import annotations

@@ -1,17 +1,17 @@
 """Kinematics of linkages: screws, loops, and motions as power series.
 
-Knows motion and nothing of mass. Twists are ``[ω; v]`` with v the velocity of the body
-point at the origin; all quantities are in the inertial frame, in SI units.
+Twists are ``[ω; v]`` with v the velocity of the body point at the origin; all quantities are
+in the inertial frame, in SI units.
 
 - ``load``: read a linkage, close its loops and choose its coordinates
 - ``compile``: compile all kernels of the packages that are imported, ahead of their use
 - ``from_screws``: build a linkage from the screws of its joints
-- ``ScrewJoint``: a joint of such a linkage, or what closes a loop of it
-- ``from_dh``: build a serial linkage from Denavit-Hartenberg rows
-- ``from_pinocchio``: build a linkage from a model of Pinocchio
-- ``gallery``: paths of the linkages that come with the package, by name
-- ``tool``: the linkage with coordinates of a tool as its inputs
-- ``taylor_motion``: expand the closed motion of a linkage about its reference pose
+- ``ScrewJoint``: a joint of such a linkage, in its tree or of a loop
+- ``from_dh``: build a serial linkage from Denavit-Hartenberg parameters
+- ``from_pinocchio``: build a linkage from a Pinocchio model
+- ``gallery``: list the paths of the linkages of the package, by name
+- ``tool``: make the coordinates of a tool the inputs of a linkage
+- ``taylor_motion``: compute the Taylor expansion of the closed motion
 - ``Linkage``: a linkage at its reference pose, with loops closed and coordinates chosen
 - ``Joint``: one degree of freedom between two links
 - ``Body``: a rigid body with inertial parameters
@@ -71,7 +71,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> object:
-    """Import a public name when it is first used: reading a bad file needs no kernels."""
+    """Import a public name at its first use: reading an invalid file needs no kernels."""
     from importlib import import_module
 
     if name in _HOMES:
@@ -82,12 +82,12 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """The public names, for help and for completion, imported or not."""
+    """List the public names, for help and for completion, imported or not."""
     return sorted({*globals(), *_HOMES})
 
 
 def _warm_up() -> Iterator[None]:
-    """Run all kernels of this package, stage by stage."""
+    """Run all kernels of this package, step by step."""
     from kinematics.warmup import warm_up_kinematics
 
     yield from warm_up_kinematics()

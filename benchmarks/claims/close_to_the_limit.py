@@ -70,7 +70,7 @@ class CloseToTheLimit:
         return float((np.abs(self.X - self.C).max(axes) / np.abs(self.C).max(axes)).max())
 
     def track_error(self, model: str, order: int, rays: int) -> float:
-        """Of our rows along the first ray."""
+        """Error of our rows along the first ray."""
         self.time_ours(model, order, rays)
         return reference.off(self.X[:, 0], reference.momentum(self.chain, self.rays[0], order))
 

@@ -99,13 +99,13 @@ class SerialChain:
         return _exponent(list(ORDERS), self.orders, 2)
 
     def track_error(self, kind: str) -> float:
-        """Of the rows up to order 3, relative to the largest entry of each, with 20 bodies."""
+        """Error of the rows to order 3, relative to the largest entry by order, 20 bodies."""
         chain = ROWS[kind](20)
         ray = np.ones(chain.width) / np.sqrt(chain.width)
         return reference.off(kernels(chain, 3), reference.momentum(chain, ray, 3))
 
     def track_error_of_rates(self, kind: str) -> float:
-        """Of the link twists of order 0, relative, with 200 bodies."""
+        """Relative error of the link twists of order 0, with 200 bodies."""
         chain = ROWS[kind](200)
         found = expand(chain, np.ones((1, chain.width)), 0)
         C = chain.columns.copy()

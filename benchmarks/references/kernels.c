@@ -1,6 +1,6 @@
 /* The kernels of kinematics/closure/series.py and balance/momentum/regressor.py in C, loop by loop.
  *
- * Compiled as it stands it sets the limit; compiled as C++ with -DCOUNT it counts its
+ * Compiled as C it is the reference for run time; compiled as C++ with -DCOUNT it counts its
  * additions, multiplications and divisions. Arrays are contiguous, in the shapes of the Python
  * kernels; a link of -1 is the ground. Nothing is allocated.
  */
@@ -201,8 +201,8 @@ API void momentum_planar(
     }
 }
 
-/* kinematics.closure.series._planar_series along one ray with one coordinate and no mimics, in room
- * that the caller gives: A (rows, dependent), diagonal and b. */
+/* kinematics.closure.series._planar_series along one ray with one coordinate and no mimics, in the
+ * workspace of the caller: A (rows, dependent), diagonal and b. */
 static void bracket(const real *v, const real *s, real factor, real *out) {
     out[1] += factor * (s[0] * v[2] - v[0] * s[2]);
     out[2] += factor * (v[0] * s[1] - s[0] * v[1]);

@@ -96,7 +96,7 @@ def _add(factor, inverse, row, response, lane, width):
 
 @kernel
 def spatial_responses(inverse, width, axes, terms, points, pitch, response):
-    """Compute the rates of the dependent joints that each product of known parts calls for.
+    """Compute the response of the dependent joints to each product of known parts.
 
     A product p on a lane stands in the equations of a loop as a moment m and a force f: those
     rows of the pseudo-inverse, weighted, and with the sign of the other side of the equation.
@@ -236,7 +236,7 @@ def spatial_vectors(
     k, begin, end, stride, joints, arms, axes, screws, starts, pitch, rates, omega, product,
     left, right,
 ):  # fmt: skip
-    """Compute vectors of degree k, and what they are multiplied with, each on its lanes.
+    """Compute vectors of degree k and their factors, each on its lanes.
 
     The lanes of a cross product are the three products that are added, ``ω_u r_v``, then the
     three that are subtracted, ``ω_v r_u``, with (i, u, v) in cyclic order. ``product`` has

@@ -18,7 +18,7 @@ __all__ = ["Splice", "Text", "read_source"]
 
 
 def read_source(linkage: UnassembledLinkage, tag: str, purpose: str) -> tuple[bytes, Element]:
-    """Read the file of a linkage again, to edit it; the document of a stream was kept.
+    """Read the file of a linkage again, to edit it; a stream has its document.
 
     Args:
         linkage: a linkage, assembled or not, that was read from a file.
@@ -54,7 +54,7 @@ class Splice(NamedTuple):
 
 
 class Text:
-    """The bytes of an XML file."""
+    """The bytes of an XML file, and the edits to them."""
 
     def __init__(self, data: bytes) -> None:
         """Keep the bytes, and find the encoding of their characters."""

@@ -279,10 +279,8 @@ def _track(
             return float(time[k])
         q[k], qd[k], qdd[k] = pose.q, C[0] @ speed, C[0] @ change + C[1] @ speed
         closure = max(closure, forward_kinematics(chain, pose.q).error)
-        remaining, line = (
-            length,
-            replace(narrow, columns=freeze((chain.columns @ direction)[:, None])),
-        )
+        remaining = length
+        line = replace(narrow, columns=freeze((chain.columns @ direction)[:, None]))
         for _ in range(MAX_STEPS):
             if remaining == 0.0:
                 break

@@ -13,7 +13,6 @@ from __future__ import annotations
 from fractions import Fraction
 
 __all__ = [
-<<<<<<< HEAD
     "ALMOST_CLOSED_RESIDUAL",
     "ANGLE_ROUND_OFF",
     "AXES_PERPENDICULAR_COSINE",
@@ -220,30 +219,6 @@ MAX_TRIED_AXIS_CHANGE = 1e-2
 FIT_STEP_RELATIVE_MIN = 1e-9
 FIT_STEP_RELATIVE_MAX = 1e-5
 
-=======
-    "ANGLE_ROUND_OFF",
-    "AXES_PERPENDICULAR_COSINE",
-    "CLOSURE_CONDITION",
-    "COORDINATE_AXIS_DIFFERENCE",
-    "EXACT_ANGLE_ERROR",
-    "EXACT_SCREW_DIFFERENCE",
-    "IDENTITY_POSE_ENTRY",
-    "INERTIA_ASYMMETRY",
-    "INERTIA_INEQUALITY_EXCESS",
-    "LOOP_FRAME_DISTANCE",
-    "LOOP_FRAME_ROUND_OFF",
-    "PINOCCHIO_AXES_COSINE",
-    "RIGHT_ANGLE_ENTRY",
-    "ROTATION_ORTHOGONALITY",
-    "ROTATION_PITCH",
-    "ROUNDED_ANGLE_DIGITS",
-    "ROUNDED_ANGLE_ERROR",
-    "SINGLE_PRECISION_ANGLE",
-    "UNIT_AXIS_SQUARED_LENGTH",
-    "UNIVERSAL_AXES_PARALLEL_SINE",
-]
-
->>>>>>> k2
 # --- urdf: numbers and angles of a file
 
 # Cosine of the angle between the axes of a universal joint that are perpendicular: files of

@@ -20,13 +20,8 @@ from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import gallery, load
 
 
-<<<<<<< HEAD
 def _none(chain: Chain, force: bool, tolerance: float) -> Transfers:
     """Return no transfers, so that the whole null space is computed at once."""
-=======
-def _none(chain: Chain, force: bool, floor: float) -> Transfers:
-    """No transfer at all, so that the whole null space is found as one."""
->>>>>>> k2
     empty = np.empty(0, np.int64)
     parameters = len(chain.links) * (4 if chain.planar else 10)
     return Transfers(np.empty((0, parameters)), empty, empty, empty, 1.0, 0.0)

@@ -86,8 +86,8 @@ if TYPE_CHECKING:
     from balance.designs.certificate import CertificateCheck, check_certificate
     from balance.designs.design_check import DesignCheck, check_design
     from balance.designs.feasibility import Feasibility, feasible
+    from balance.exact.modular_ranks import Exact
     from balance.exact.proof import Proof
-    from balance.exact.ranks import Exact
     from balance.inertial_parameters.body_inertia import BodyInertia
     from balance.inertial_parameters.conversions import (
         mass_properties,
@@ -111,14 +111,14 @@ if TYPE_CHECKING:
     from balance.momentum.regressor import momentum_regressor
     from balance.search.many_geometries import ManySpaces, design_space_many
     from balance.spaces.certainty import Certainty
-    from balance.spaces.compute import design_space
-    from balance.spaces.design_space_result import DesignSpace
+    from balance.spaces.compute_space import design_space
+    from balance.spaces.design_space import DesignSpace
     from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
     from balance.spaces.save import SpaceRecord, load_space, save_space
     from balance.transfers.by_joint import Transfer
-    from balance.verification.pinocchio_model import verify
     from balance.verification.result import Verification
     from balance.verification.shaking_wrench import shaking
+    from balance.verification.to_pinocchio import verify
     from balance.verification.trajectory import Trajectory
 
 __all__ = [
@@ -177,8 +177,8 @@ _HOMES = {
     "CertifiedSpace": "certification.certified_space",
     "Design": "designs.best_design",
     "DesignCheck": "designs.design_check",
-    "DesignSpace": "spaces.design_space_result",
-    "Exact": "exact.ranks",
+    "DesignSpace": "spaces.design_space",
+    "Exact": "exact.modular_ranks",
     "Explanation": "interpretation.explain",
     "Feasibility": "designs.feasibility",
     "Freedom": "interpretation.freedoms",
@@ -197,7 +197,7 @@ _HOMES = {
     "check_certificate": "designs.certificate",
     "check_design": "designs.design_check",
     "design": "designs.best_design",
-    "design_space": "spaces.compute",
+    "design_space": "spaces.compute_space",
     "design_space_many": "search.many_geometries",
     "distance_to_rank_drop": "spaces.distance_to_rank_drop",
     "exact_ranks": "certification.exact_ranks",
@@ -215,7 +215,7 @@ _HOMES = {
     "save_space": "spaces.save",
     "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",
-    "verify": "verification.pinocchio_model",
+    "verify": "verification.to_pinocchio",
     "violations": "inertial_parameters.conversions",
 }
 

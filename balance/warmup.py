@@ -14,7 +14,7 @@ from balance.momentum.momentum_taylor_series import momentum_taylor
 from balance.momentum.regressor import momentum_regressor
 from balance.options import Balance
 from balance.search.many_geometries import design_space_many
-from balance.spaces.compute import design_space
+from balance.spaces.compute_space import design_space
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from balance.taylor_poses.prediction import predict
 from balance.verification.shaking_wrench import shaking

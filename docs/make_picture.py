@@ -13,7 +13,7 @@ import numpy as np
 import balance
 import kinematics
 from balance.report.html.plot_style import image, tidy
-from balance.verification.pinocchio_model import verify_second
+from balance.verification.to_pinocchio import verify_second
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 

@@ -31,7 +31,7 @@ from kinematics.compiled.background import compile, register_warm_up
 if TYPE_CHECKING:
     from kinematics.assembly.tool_frame import tool
     from kinematics.building.dh_rows import from_dh
-    from kinematics.building.pinocchio_model import from_pinocchio
+    from kinematics.building.from_pinocchio import from_pinocchio
     from kinematics.building.screw_joints import ScrewJoint, from_screws
     from kinematics.model.linkage import Body, Joint, Linkage, Loop, Notice
     from kinematics.model.motion import Motion
@@ -65,7 +65,7 @@ _HOMES = {
     "Motion": "model.motion",
     "__version__": "version",
     "from_dh": "building.dh_rows",
-    "from_pinocchio": "building.pinocchio_model",
+    "from_pinocchio": "building.from_pinocchio",
     "tool": "assembly.tool_frame",
 }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 
 from balance.spaces.certainty import Certainty
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 
 __all__ = ["CertifiedSpace", "with_certainty"]
 

@@ -14,7 +14,7 @@ from balance.certification.compare_integers import (
     list_changes,
     list_differences,
 )
-from balance.certification.correct import (
+from balance.certification.correct_integers import (
     Evidence,
     correct_integers,
     exact_orders,
@@ -24,12 +24,12 @@ from balance.certification.correct import (
 from balance.exact.chain import exact_chain, loops_are_regular
 from balance.exact.conditions import joints_at_rest, orders_closed
 from balance.exact.modular import PRIMES
+from balance.exact.modular_ranks import PLATEAU_WITHOUT_BOUND, Exact, ranks_of
 from balance.exact.proof import Proof, independent_transfers
-from balance.exact.ranks import PLATEAU_WITHOUT_BOUND, Exact, ranks_of
 from balance.exact.serial import exact_transfers, has_branching_links
 from balance.momentum.regressor import rows_at
 from balance.spaces.certainty import LEVELS, Certainty
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import (
     MOMENTUM_RESIDUAL,
     MOMENTUM_RESIDUAL_CLEAR,

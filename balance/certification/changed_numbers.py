@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from balance.search.placing_kernels import points_on_axes
-from balance.spaces.compute import design_space
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.compute_space import design_space
+from balance.spaces.design_space import DesignSpace
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
 from kinematics.model.arrays import freeze

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from balance.certification.certified_space import CertifiedSpace
-from balance.certification.correct import Evidence
-from balance.spaces.design_space_result import DesignSpace
+from balance.certification.correct_integers import Evidence
+from balance.spaces.design_space import DesignSpace
 from kinematics.model.linkage import Notice
 
 __all__ = ["add_correction_notice", "list_changes", "list_differences"]

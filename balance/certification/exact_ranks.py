@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from balance.exact.ranks import Exact, ranks_of_linkage
+from balance.exact.modular_ranks import Exact, ranks_of_linkage
 from balance.options import Balance
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from kinematics.model.motion import Motion
 from kinematics.model_gallery import LinkageLike, as_linkage
 

@@ -15,7 +15,7 @@ from balance.cli.spinner import spinner
 
 if TYPE_CHECKING:
     from balance.designs.best_design import Design
-    from balance.spaces.design_space_result import DesignSpace
+    from balance.spaces.design_space import DesignSpace
 
 __all__ = ["OBJECTIVES", "add_design"]
 

@@ -7,7 +7,7 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING
 
-from balance.cli.rounded_angles import solve_both_readings
+from balance.cli.both_readings import solve_both_readings
 
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
@@ -115,7 +115,7 @@ def _space(arguments: argparse.Namespace, angles: str) -> CertifiedSpace:
     linkage = load_model(arguments, angles)
     # Load the kernels only after the file is accepted.
     from balance.certification.certify_space import certify
-    from balance.spaces.compute import design_space
+    from balance.spaces.compute_space import design_space
 
     space = design_space(
         linkage, arguments.motion, arguments.balance, arguments.max_order,

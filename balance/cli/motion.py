@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from balance.atomic_files import write_all_atomic
 from balance.cli.arguments import Verbs, page_path, picture_path, whole_number
+from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.outcome import Outcome
-from balance.cli.rounded_angles import solve_both_readings
 from balance.cli.spinner import spinner
 from kinematics.errors import CoordinateError, MotionError, PoseError
 

@@ -15,9 +15,9 @@ from kinematics.errors import ExactError
 
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
-    from balance.exact.ranks import Exact
+    from balance.exact.modular_ranks import Exact
     from balance.interpretation.explain import Explanation
-    from balance.spaces.design_space_result import DesignSpace
+    from balance.spaces.design_space import DesignSpace
     from kinematics.model.linkage import Linkage, Notice
 
 __all__ = ["add_report"]

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from balance.atomic_files import write_all_atomic
 from balance.cli.arguments import Verbs, page_path, picture_path, whole_number
+from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.outcome import Outcome
-from balance.cli.rounded_angles import solve_both_readings
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -142,7 +142,7 @@ def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) 
         linkage = load_model(arguments, angles)
         # Load the kernels only after the file is accepted.
         from balance.verification.given_motions import from_csv
-        from balance.verification.pinocchio_model import verify
+        from balance.verification.to_pinocchio import verify
         from kinematics.model.motion import motion_of
 
         along = None
@@ -151,7 +151,7 @@ def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) 
         return verify(linkage, along=along, **options)
 
     def verify_second(angles: str) -> Verification:
-        from balance.verification.pinocchio_model import verify_second
+        from balance.verification.to_pinocchio import verify_second
 
         return verify_second(first, load_model(arguments, angles, arguments.against), **options)
 

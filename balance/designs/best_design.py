@@ -22,8 +22,8 @@ from balance.designs.pseudo_inertia_cone import from_si, given_parameters, matri
 from balance.designs.verdicts import describe_furthest, describe_limits
 from balance.inertial_parameters.body_inertia import BodyInertia, body_inertias
 from balance.inertial_parameters.conversions import LABELS
-from balance.spaces.compute import design_space
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.compute_space import design_space
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import KEPT_BODY_RESIDUAL
 from kinematics.wording import html_facts, repr_lines
 

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.designs.constraints import Constraints
 from balance.designs.pseudo_inertia_cone import Cone, cone_of, given_parameters, matrices_of
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CERTIFICATE_MARGIN, MASS_MULTIPLIER_RELATIVE
 from kinematics.wording import check_summary
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from balance.designs.mass_regions import Ball, ball_of
 from balance.designs.pseudo_inertia_cone import Cone, cone_of, given_parameters, matrices_of
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import FIXED_RANK_RELATIVE
 from kinematics.errors import BodyError, LinkageError
 from kinematics.linalg.vectors import project_out

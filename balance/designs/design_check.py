@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.designs.constraints import Constraints
 from balance.designs.mass_regions import reach_of
 from balance.designs.pseudo_inertia_cone import from_si, matrices_of, parameters_by_body
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import (
     BOUND_RELATIVE,
     DESIGN_RESIDUAL,

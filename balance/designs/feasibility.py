@@ -31,7 +31,7 @@ from balance.designs.pseudo_inertia_cone import (
     to_si,
 )
 from balance.designs.verdicts import TOO_NARROW, UNSETTLED, describe_conflict
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import KEPT_BODY_RESIDUAL
 from kinematics.model.arrays import freeze
 from kinematics.wording import repr_lines

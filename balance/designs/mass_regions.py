@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import BALL_DISTANCE_EQUAL, LINK_LENGTH_ZERO
 from kinematics.model.linkage import Body
 

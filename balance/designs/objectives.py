@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from balance.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.designs.constraints import Program
 from balance.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import PSEUDO_INERTIA_SINGULAR
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from balance.designs.clarabel_adapter import TRIANGLES, ConstraintBlock
 from balance.inertial_parameters.conversions import pseudo_inertia
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from kinematics.model.arrays import Frame
 from kinematics.spatial.inertia import from_pseudo_inertia
 

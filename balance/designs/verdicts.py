@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from balance.designs.constraints import Constraints
 from balance.designs.mass_regions import reach_of
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CERTIFICATE_ENTRY_RELATIVE
 
 __all__ = [

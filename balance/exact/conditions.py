@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
 from balance.exact.modular import PRIMES, Echelon
-from balance.exact.series import Momenta, Remainders, Twists, chain_modulo
+from balance.exact.modular_series import Momenta, Remainders, Twists, chain_modulo
 
 __all__ = ["ExactConditions", "joints_at_rest", "orders_closed", "directions_of"]
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
 from balance.exact.modular import eliminate
-from balance.exact.ranks import Witness
+from balance.exact.modular_ranks import Witness
 from balance.exact.serial import ExactTransfer
 
 __all__ = ["Proof", "independent_transfers"]

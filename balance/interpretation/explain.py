@@ -11,7 +11,7 @@ from balance.interpretation.freedoms import (
     summarise,
     transfer_freedoms,
 )
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.transfers.by_joint import Transfer
 from kinematics.wording import count_noun, repr_lines
 

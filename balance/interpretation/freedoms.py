@@ -24,7 +24,7 @@ from balance.interpretation.terms import (
     round_to_fraction,
     term_vectors,
 )
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import ECHELON_PIVOT, FRACTION_ROUND_OFF
 from balance.transfers.by_joint import Transfer
 from kinematics.linalg.rational import echelon

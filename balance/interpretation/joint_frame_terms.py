@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from balance.inertial_parameters.multipole import NOUNS, Primitive
 from balance.interpretation.terms import Term
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import AXIS_OFFSET_CLEAR, GEOMETRY_EQUAL
 from balance.transfers.by_joint import Transfer
 from kinematics.linalg.vectors import distinct_vectors, project_out

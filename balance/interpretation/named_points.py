@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import GEOMETRY_EQUAL
 from kinematics.linalg import vectors
 from kinematics.model.linkage import Joint

@@ -23,7 +23,7 @@ from balance.interpretation.named_points import (
     named_directions,
     named_points,
 )
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import FRACTION_IN_TEXT, GEOMETRY_EQUAL, TERMS_RANK
 from kinematics.model.arrays import Frame
 

@@ -28,10 +28,10 @@ from balance.search.many_geometries_kernels import (
     sweep_workspace,
 )
 from balance.search.placing_kernels import find_wrong_screw, place_geometry, points_on_axes
-from balance.spaces.compute import design_space
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.compute_space import design_space
+from balance.spaces.design_space import DesignSpace
+from balance.transfers.compute_transfers import serial_transfers
 from balance.transfers.rigid_parts import number_rigid_parts
-from balance.transfers.serial_space import serial_transfers
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
 from kinematics.linalg.pivoted_qr import round_off

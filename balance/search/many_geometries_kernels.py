@@ -21,7 +21,7 @@ from balance.tolerances import (
     SWEEP_PIVOT_CLEAR,
     SWEEP_REGULAR,
 )
-from balance.transfers.serial_space import search_transfers, search_workspace
+from balance.transfers.compute_transfers import search_transfers, search_workspace
 from kinematics.compiled.jit import kernel
 from kinematics.linalg.null_space import put_solutions
 from kinematics.linalg.pivoted_qr import factor_workspace, refactor, smallest_pivot

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from balance.conditions.rank import singular_value_decomposition
 from balance.momentum.regressor import RegressorSeries, parameters_per_body, rows_per_column
 from balance.spaces.condition_gradients import ConditionGradients
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CHANGE_OPENS_LOOPS, FIRST_ORDER_CHANGE, JOINTS_COINCIDE
 from kinematics.closure.newton import radius_of_convergence
 from kinematics.closure.series import expand

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from balance.atomic_files import open_atomic
 from balance.options import Balance
-from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import Order, SpaceData
+from balance.spaces.design_space import DesignSpace
+from balance.spaces.space_data import Order, SpaceData
 from kinematics.error_text import clean
 from kinematics.errors import FileError
 from kinematics.model.arrays import freeze

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from balance.inertial_parameters.conversions import from_chain
 from balance.tolerances import TRANSFER_ENTRY_ROUND_OFF
-from balance.transfers.serial_space import Transfers
+from balance.transfers.compute_transfers import Transfers
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, names_of
 from kinematics.wording import first_names

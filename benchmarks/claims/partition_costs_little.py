@@ -11,9 +11,8 @@ import numpy as np
 
 from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
-from balance.spaces import compute
-from balance.spaces.design_space_result import DesignSpace
-from balance.transfers.serial_space import Transfers, serial_transfers
+from balance.spaces.design_space import DesignSpace
+from balance.transfers.compute_transfers import Transfers, serial_transfers
 from benchmarks.inputs.geometry import resized
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
@@ -55,8 +54,8 @@ class PartitionCostsLittle:
 
 def _without_partition(linkage: Linkage) -> DesignSpace:
     """Compute the design space with its null space at once."""
-    compute.serial_transfers = _none
+    compute_space.serial_transfers = _none
     try:
         return design_space(linkage)
     finally:
-        compute.serial_transfers = serial_transfers
+        compute_space.serial_transfers = serial_transfers

@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
-from balance.exact.ranks import Exact
+from balance.exact.modular_ranks import Exact
 from balance.momentum.regressor import RegressorSeries
 from benchmarks.inputs.geometry import placed
 from kinematics.closure.joint_positions import si_chain

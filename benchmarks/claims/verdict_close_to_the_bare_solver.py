@@ -23,7 +23,7 @@ from balance.designs.feasibility import Feasibility, feasible, least_traces
 from balance.designs.pseudo_inertia_cone import from_si, parameters_by_body
 from balance.inertial_parameters.conversions import pseudo_inertia
 from balance.momentum.regressor import rows_at
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from benchmarks.inputs.geometry import resized
 from kinematics.closure.newton import forward_kinematics, solve_positions
 from kinematics.model_gallery import load

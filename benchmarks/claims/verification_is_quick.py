@@ -5,7 +5,7 @@ The error is the largest difference of the shaking loads by Pinocchio and by our
 
 from __future__ import annotations
 
-from balance.verification.pinocchio_model import verify
+from balance.verification.to_pinocchio import verify
 from kinematics.model_gallery import load
 
 

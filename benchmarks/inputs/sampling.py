@@ -22,7 +22,7 @@ class Sampling:
         try:
             import pinocchio as pin
 
-            from balance.verification.pinocchio_model import PinocchioModel
+            from balance.verification.to_pinocchio import PinocchioModel
         except ImportError:
             raise NotImplementedError("Pinocchio is not installed") from None
         self.pin, self.linkage = pin, linkage

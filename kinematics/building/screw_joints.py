@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinematics.building.assembled import assemble_elements, faults_of
-from kinematics.building.numbers import (
+from kinematics.building.assemble_elements import assemble_elements, faults_of
+from kinematics.building.check_arguments import (
     BodyLike,
     bodies_by_link,
     checked_array,

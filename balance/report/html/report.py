@@ -20,7 +20,7 @@ from balance.report.data import report_data
 from balance.report.html.render import bullets, facts_list, html_table, render_page
 from balance.report.html.scene import scene
 from balance.report.text.report import report_facts, report_table
-from balance.spaces.design_space_result import DesignSpace
+from balance.spaces.design_space import DesignSpace
 from balance.tolerances import COMPONENT_ZERO_RELATIVE
 from kinematics.model.linkage import Notice
 

@@ -9,9 +9,9 @@ from math import inf
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from balance.exact.ranks import Exact
+    from balance.exact.modular_ranks import Exact
     from balance.interpretation.explain import Explanation
-    from balance.spaces.design_space_result import DesignSpace
+    from balance.spaces.design_space import DesignSpace
 
 __all__ = [
     "report_facts",

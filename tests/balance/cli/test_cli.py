@@ -18,7 +18,6 @@ import kinematics
 from balance.certification import changed_numbers
 from balance.cli.main import main
 from balance.report.data import report_data
-from balance.spaces import compute
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics import gallery
 
@@ -64,13 +63,13 @@ def test_a_report_reads_its_file_once_and_computes_its_space_once(model, monkeyp
     """Opened files are counted by the system, spaces by the geometry they belong to."""
     path = str(kinematics.gallery()[model])
     opened, computed = [], []
-    original = compute.design_space
+    original = compute_space.design_space
 
     def counting(linkage, *arguments, **options):
         computed.append(b"".join(joint.screw.tobytes() for joint in linkage.joints))
         return original(linkage, *arguments, **options)
 
-    monkeypatch.setattr(compute, "design_space", counting)
+    monkeypatch.setattr(compute_space, "design_space", counting)
     monkeypatch.setattr(changed_numbers, "design_space", counting)
     OPENED.append(opened)
     try:

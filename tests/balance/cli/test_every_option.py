@@ -153,7 +153,7 @@ def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
 
 def test_what_fails_while_it_is_written_leaves_no_half(monkeypatch):
     monkeypatch.setattr(
-        "balance.spaces.design_space_result.DesignSpace.to_dict",
+        "balance.spaces.design_space.DesignSpace.to_dict",
         lambda *_: {"a": 1, "b": object()},
     )
     code, out, err = asked(["report", "five_bar", "--json"])

@@ -26,8 +26,8 @@ from balance.report.html.verification import (
     verification_page,
     verification_picture,
 )
-from balance.verification.pinocchio_model import verify
 from balance.verification.shaking_wrench import mass_parameters
+from balance.verification.to_pinocchio import verify
 
 FEW = ["--trajectories", "1"]
 BALANCED, SHAKING = "four_bar_kite_balanced", "four_bar_general"

@@ -26,7 +26,7 @@ from balance import Design, check_design, design_space
 from balance.designs.best_design import design
 from balance.designs.feasibility import feasible
 from balance.inertial_parameters.conversions import violations
-from balance.verification.pinocchio_model import verify
+from balance.verification.to_pinocchio import verify
 from kinematics.errors import BodyError, LinkageError
 
 OBJECTIVES = ("mass", "inertia", "rotor", "change")

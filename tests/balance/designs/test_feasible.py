@@ -28,7 +28,7 @@ import kinematics
 from balance import certify, check_certificate, check_design, design_space
 from balance.designs.best_design import design
 from balance.designs.feasibility import feasible
-from balance.verification.pinocchio_model import verify
+from balance.verification.to_pinocchio import verify
 from kinematics.assembly.assemble import assemble
 
 FEASIBLE = [

@@ -15,9 +15,9 @@ from urdf_text import INERTIAL, joint, link, pose_of, saved
 import kinematics
 from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
-from balance.exact import modular, ranks
+from balance.exact import modular
 from balance.exact.chain import exact_chain
-from balance.exact.ranks import MIN_PLATEAU
+from balance.exact.modular_ranks import MIN_PLATEAU
 from kinematics import Motion
 from kinematics.errors import ExactError
 from kinematics.urdf.rational_screws import exact_geometry
@@ -63,7 +63,7 @@ def test_the_primes_are_primes():
 @pytest.mark.parametrize("prime, used, agreed", [(5, False, True), (11, True, False)])
 def test_a_prime_that_will_not_do_does_no_harm(prime, used, agreed, monkeypatch):
     """5 divides the denominators of decimals; modulo 11 a rank falls short."""
-    monkeypatch.setattr(ranks, "PRIMES", (prime, *modular.PRIMES))
+    monkeypatch.setattr(modular_ranks, "PRIMES", (prime, *modular.PRIMES))
     found = exact_ranks(kinematics.load("four_bar_general"))
     assert (prime in found.primes, found.agreed) == (used, agreed)
     assert found.ranks == (3, 6, 7, 8, 8, 8, 8)

@@ -9,8 +9,8 @@ from motions import around, bodies, slope, states
 import kinematics
 from balance import shaking
 from balance.verification.joint_reactions import joint_reactions
-from balance.verification.pinocchio_model import PinocchioModel
 from balance.verification.shaking_wrench import inertia_loads, wrench_to_si
+from balance.verification.to_pinocchio import PinocchioModel
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.series import loop_matrix
 

@@ -15,7 +15,7 @@ import kinematics
 from balance.cli.main import main
 from balance.cli.verify import _speed
 from balance.verification.crank_revolution import STEPS, revolve_crank
-from balance.verification.pinocchio_model import verify
+from balance.verification.to_pinocchio import verify
 from kinematics.errors import CoordinateError, MotionError, PoseError
 
 RPM = 2.0 * math.pi / 60.0

@@ -13,8 +13,8 @@ from motions import around, bodies, slope, states
 import kinematics
 from balance import design_space, shaking
 from balance.verification.given_motions import rest_to_rest
-from balance.verification.pinocchio_model import PinocchioModel, verify, verify_second
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters
+from balance.verification.to_pinocchio import PinocchioModel, verify, verify_second
 from balance.verification.trajectory import drive, random_motions
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, MotionError, PoseError

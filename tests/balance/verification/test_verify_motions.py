@@ -15,7 +15,7 @@ import kinematics
 from balance.cli.main import main
 from balance.report.html.verification import panels, verification_page
 from balance.report.text.verification import verification_facts
-from balance.verification.pinocchio_model import verify, verify_second
+from balance.verification.to_pinocchio import verify, verify_second
 from balance.verification.trajectory import drive
 from kinematics.errors import PoseError
 

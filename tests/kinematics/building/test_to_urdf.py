@@ -13,7 +13,8 @@ import kinematics
 from balance import certify, design_space, momentum_regressor
 from kinematics import ScrewJoint, from_pinocchio, from_screws
 from kinematics import model_gallery as models
-from kinematics.building import dh_rows, pinocchio_model, screw_joints
+from kinematics.building import dh_rows, screw_joints
+from kinematics.building import from_pinocchio as pinocchio_module
 from kinematics.errors import LinkageError
 from kinematics.model import linkage as linkage_module
 from kinematics.urdf_elements.write_numbers import roll_pitch_yaw
@@ -245,7 +246,7 @@ def test_a_linkage_in_memory_works_like_one_from_a_file(tmp_path):
     assert not Path(linkage.source).exists()
 
 
-@pytest.mark.parametrize("module", [dh_rows, pinocchio_model, screw_joints, linkage_module])
+@pytest.mark.parametrize("module", [dh_rows, pinocchio_module, screw_joints, linkage_module])
 def test_examples_run(module):
     found = doctest.testmod(module)
     assert found.attempted > 0 and found.failed == 0

@@ -7,7 +7,7 @@ from browser import needs_browser, started, wait_until
 
 import kinematics
 from balance.report.html.verification import verification_page
-from balance.verification.pinocchio_model import verify, verify_second
+from balance.verification.to_pinocchio import verify, verify_second
 
 pytestmark = needs_browser
 DRAWN = "return document.querySelectorAll('.traces .scatterlayer path.js-line').length"

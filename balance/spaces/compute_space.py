@@ -18,9 +18,9 @@ from balance.conditions.collect import (
 from balance.conditions.rank import Decision
 from balance.inertial_parameters.conversions import basis_from_chain
 from balance.options import Balance
-from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import rank_table
-from balance.transfers.serial_space import Transfers, serial_transfers
+from balance.spaces.design_space import DesignSpace
+from balance.spaces.space_data import rank_table
+from balance.transfers.compute_transfers import Transfers, serial_transfers
 from kinematics.assembly.assemble import moving_chain
 from kinematics.errors import MobilityError
 from kinematics.model.arrays import Chain, freeze

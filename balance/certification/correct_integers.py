@@ -22,13 +22,13 @@ from balance.conditions.collect import (
     relative_tolerance,
 )
 from balance.conditions.rank import singular_value_decomposition
-from balance.exact.ranks import Exact
+from balance.exact.modular_ranks import Exact
 from balance.exact.serial import ExactTransfer
 from balance.inertial_parameters.conversions import basis_from_chain, to_chain
-from balance.spaces.design_space_result import DesignSpace
-from balance.spaces.result import Order, rank_table
+from balance.spaces.design_space import DesignSpace
+from balance.spaces.space_data import Order, rank_table
 from balance.tolerances import KNOWN_RANK_RELATIVE, UNIT_ROWS_DEPENDENT
-from balance.transfers.serial_space import Transfers, serial_transfers
+from balance.transfers.compute_transfers import Transfers, serial_transfers
 from kinematics.assembly.assemble import moving_chain
 from kinematics.linalg.rational import combination, dot, echelon, largest_entry
 from kinematics.model.arrays import Chain, Frame, freeze

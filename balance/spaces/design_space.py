@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from balance.conditions.collect import relative_tolerance
 from balance.conditions.rank import Decision
 from balance.inertial_parameters.conversions import to_chain, violations
-from balance.spaces.result import SpaceData
+from balance.spaces.space_data import SpaceData
 from balance.tolerances import (
     AS_GIVEN_RESIDUAL,
     DROPPED_CLEARLY,
@@ -24,7 +24,7 @@ from balance.tolerances import (
     SQUARE_ROUND_OFF,
 )
 from balance.transfers.by_joint import Transfer, by_joint
-from balance.transfers.serial_space import Transfers
+from balance.transfers.compute_transfers import Transfers
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.wording import first_names, html_facts, repr_lines

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.building.assembled import assemble_elements, faults_of
-from kinematics.building.numbers import find_by_name
+from kinematics.building.assemble_elements import assemble_elements, faults_of
+from kinematics.building.check_arguments import find_by_name
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
 from kinematics.tolerances import IDENTITY_POSE_ENTRY, PINOCCHIO_AXES_COSINE

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.momentum.regressor import parameters_per_body, rows_per_column
-from balance.transfers.joint_kernels import attainable_beyond, passing_parameters, span_contains
-from balance.transfers.rigid_parts import find_cluster, number_rigid_parts
-from balance.transfers.shares import (
+from balance.transfers.exchange_kernels import (
     Cluster,
     FoundTransfers,
     add_shared_transfers,
     add_transfers,
 )
+from balance.transfers.joint_kernels import attainable_beyond, passing_parameters, span_contains
+from balance.transfers.rigid_parts import find_cluster, number_rigid_parts
 from kinematics.compiled.jit import kernel
 from kinematics.model.arrays import Chain
 from kinematics.tolerances import RANK_RELATIVE

@@ -21,7 +21,7 @@ from typing import NamedTuple
 from balance.exact.chain import ExactChain, exact_chain, loops_are_regular
 from balance.exact.conditions import ExactConditions
 from balance.exact.modular import PRIMES
-from balance.exact.series import chain_modulo, first_order_mobility
+from balance.exact.modular_series import chain_modulo, first_order_mobility
 from balance.options import Balance
 from kinematics.errors import ExactError, InexactClosureError
 from kinematics.model.linkage import Linkage, Notice

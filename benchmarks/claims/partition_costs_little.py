@@ -11,6 +11,7 @@ import numpy as np
 
 from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
+from balance.spaces import compute_space
 from balance.spaces.design_space import DesignSpace
 from balance.transfers.compute_transfers import Transfers, serial_transfers
 from benchmarks.inputs.geometry import resized

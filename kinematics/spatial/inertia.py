@@ -54,6 +54,11 @@ def parameters(mass: float, com: ArrayLike, inertia: ArrayLike) -> Array:
 
     Returns:
         z about the origin of ``com`` (10,).
+
+    Example:
+        >>> import balance
+        >>> balance.parameters(2, [0, 0, 1], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]).tolist()
+        [2.0, 0.0, 0.0, 2.0, 3.0, 3.0, 1.0, 0.0, 0.0, 0.0]
     """
     c = np.asarray(com, dtype=np.float64)
     E = np.asarray(inertia, dtype=np.float64) + mass * (c @ c * np.eye(3) - np.outer(c, c))
@@ -67,7 +72,22 @@ def inertia_tensor(z: ArrayLike) -> Array:
 
 
 def pseudo_inertia(z: ArrayLike) -> Array:
-    """Compute pseudo-inertias ``[[½ tr(E) 1 - E, mc], [mcᵀ, m]]`` (..., 4, 4), linear in z."""
+    """Compute pseudo-inertias ``[[½ tr(E) 1 - E, mc], [mcᵀ, m]]``, linear in z.
+
+    They are positive definite for bodies that can exist (P. M. Wensing, S. Kim and
+    J.-J. Slotine, 2018).
+
+    Args:
+        z: inertial parameters (..., 10) about the origin, SI units.
+
+    Returns:
+        Symmetric matrices (..., 4, 4).
+
+    Example:
+        >>> import balance
+        >>> balance.pseudo_inertia([2, 0, 0, 2, 3, 3, 1, 0, 0, 0]).diagonal().tolist()
+        [0.5, 0.5, 2.5, 2.0]
+    """
     z = np.asarray(z, dtype=np.float64)
     return np.asarray(z @ _MATRICES).reshape(*z.shape[:-1], 4, 4)
 

@@ -18,6 +18,7 @@ import kinematics
 from balance.certification import changed_numbers
 from balance.cli.main import main
 from balance.report.data import report_data
+from balance.spaces import compute_space
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics import gallery
 

@@ -15,7 +15,7 @@ from urdf_text import INERTIAL, joint, link, pose_of, saved
 import kinematics
 from balance import design_space
 from balance.certification.exact_ranks import exact_ranks
-from balance.exact import modular
+from balance.exact import modular, modular_ranks
 from balance.exact.chain import exact_chain
 from balance.exact.modular_ranks import MIN_PLATEAU
 from kinematics import Motion

@@ -221,7 +221,7 @@ def test_sliders_are_named_by_their_inputs(motion, labels):
 
 
 def test_many_links_get_fewer_steps(monkeypatch):
-    monkeypatch.setattr(balance.report.html.scene, "NUMBERS", (12 * 4 + 6 * 3) * 2 * 5)
+    monkeypatch.setattr(balance.report.html.scene, "MAX_NUMBERS", (12 * 4 + 6 * 3) * 2 * 5)
     found = scene(design_space(kinematics.load("four_bar_general")))
     assert len(found["columns"][0]["values"]) == 2 * 4 + 1
 

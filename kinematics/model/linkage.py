@@ -161,7 +161,7 @@ class LinkPose(NamedTuple):
 
     def __repr__(self) -> str:
         """Give one line: the rigid body, and the origin of the frame."""
-        return f"Place: on link {self.link}, origin {vector_text(self.pose[:3, 3])} m"
+        return f"LinkPose: on link {self.link}, origin {vector_text(self.pose[:3, 3])} m"
 
 
 @dataclass(frozen=True, eq=False)

@@ -154,10 +154,8 @@ def _independent_columns(
     The rate of a joint is that of its screw times the length of its axis, and so are the
     coefficients of relations between rates, up to a factor.
     """
-    relations = [] if motion is None else motion.coefficients()
-    texts = motion.relations if motion and motion.relations else ("motion",) * len(relations)
     rows = []
-    for text, row in zip(texts, relations, strict=True):
+    for text, row in [] if motion is None else motion.coefficients():
         joints = [int(independent[i]) for i, c in enumerate(row) if c]
         rows.append([
             c * _ratio(linkage, geometry, int(j), joints[0], f"motion '{text}'") if c else c

@@ -83,17 +83,18 @@ class Motion:
         basis = np.array(columns, dtype=np.float64).reshape(len(columns), len(inputs)).T
         return cls(tuple(inputs), tuple(relations), freeze(basis))
 
-    def coefficients(self) -> list[list[Fraction]]:
-        """Compute the relations as rows of rational coefficients, one per input.
+    def coefficients(self) -> list[tuple[str, list[Fraction]]]:
+        """Compute the independent relations and their rational coefficients, one per input.
 
-        They are those of the text, without relations that repeat others up to rounding. Those
-        of a motion without text span the orthogonal complement of its basis.
+        Relations that repeat others up to rounding are left out. Those of a motion without
+        text span the orthogonal complement of its basis, and are called ``motion``.
         """
         if self.relations:
             rows = [_relation_row(relation, self.inputs) for relation in self.relations]
-            return _select_independent(rows)
+            kept = _select_independent(rows)
+            return [(self.relations[k], rows[k]) for k in kept]
         columns = [[Fraction(x) for x in column] for column in self.basis.T.tolist()]
-        return rational_null_space(columns, len(self.inputs))
+        return [("motion", row) for row in rational_null_space(columns, len(self.inputs))]
 
 
 def motion_of(
@@ -163,15 +164,16 @@ def _scale_to_unit(row: list[Fraction]) -> list[Fraction]:
     return [x / size for x in row] if size else row
 
 
-def _select_independent(rows: list[list[Fraction]]) -> list[list[Fraction]]:
-    """Select the rows that leave less to move than those before them."""
-    kept: list[list[Fraction]] = []
+def _select_independent(rows: list[list[Fraction]]) -> list[int]:
+    """Select the numbers of the rows that leave less to move than those before them."""
+    units = [_scale_to_unit(row) for row in rows]
+    kept: list[int] = []
     left = len(rows[0])
-    for row in rows:
-        units = [_scale_to_unit(other) for other in (*kept, row)]
-        free = len(rational_null_space(units, len(row), _largest_in_row))
+    for k, row in enumerate(units):
+        known = [units[i] for i in kept]
+        free = len(rational_null_space([*known, row], len(row), _largest_in_row))
         if free < left:
-            kept.append(row)
+            kept.append(k)
             left = free
     return kept
 

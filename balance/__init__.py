@@ -236,7 +236,7 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """The public names, for help and for completion, imported or not."""
+    """List the public names, for help and for completion, imported or not."""
     return sorted({*globals(), *__all__, "__version__"})
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from balance.exact.modular_ranks import Exact, ranks_of_linkage
+from balance.exact.chain import exact_chain
+from balance.exact.modular_ranks import Exact, ranks_of
 from balance.options import Balance
 from balance.spaces.design_space import DesignSpace
-from kinematics.model.motion import Motion
+from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.urdf.rational_screws import exact_geometry
 
 __all__ = ["exact_ranks"]
 
@@ -56,10 +58,15 @@ def exact_ranks(
         >>> exact.ranks, exact.kmax
         ((3, 6, 7, 8, 8, 8, 8), 3)
     """
-    if not isinstance(model, DesignSpace):
-        return ranks_of_linkage(
-            as_linkage(model), motion, balance, max_order, spatial=spatial, expected=expected
-        )
-    if (motion, balance, max_order, spatial, expected) != (None, "dynamic", None, False, 0):
-        raise ValueError("a design space has its own options: give a linkage to change them")
-    return ranks_of_linkage(model.linkage, **model.options, expected=model.rank)
+    if isinstance(model, DesignSpace):
+        if (motion, balance, max_order, spatial, expected) != (None, "dynamic", None, False, 0):
+            raise ValueError(
+                "a design space has its own options: give a linkage to change them"
+            )
+        return exact_ranks(model.linkage, **model.options, expected=model.rank)
+    linkage = as_linkage(model)
+    geometry = exact_geometry(linkage)
+    chain = exact_chain(
+        linkage, geometry, motion_of(linkage, motion), balance == "force", spatial
+    )
+    return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)

@@ -71,7 +71,7 @@ def _run(arguments: argparse.Namespace) -> Outcome:
             space, exact = _add_exact_ranks(space)
         explanation, change = _describe(space, arguments)
         file_notices = _write_files(arguments, space, explanation, change)
-    from balance.report.data import report_data
+    from balance.report.data import Report, report_data
     from balance.report.text.report import report_for_terminal, report_text
 
     missing = _missing_certainty(space, arguments)
@@ -79,10 +79,10 @@ def _run(arguments: argparse.Namespace) -> Outcome:
     complete = space.settled or arguments.max_order is not None
     answered = exact is not None or not arguments.exact
     sure = complete and answered and not space.doubts and not missing
-    answer = space, explanation if arguments.explain else None, exact, change
+    report = Report(space, explanation if arguments.explain else None, exact, change)
     return Outcome(
-        DONE if sure else UNDECIDED, lambda: report_data(*answer), lambda: report_text(*answer),
-        lambda: report_for_terminal(*answer), notices,
+        DONE if sure else UNDECIDED, lambda: report_data(report), lambda: report_text(report),
+        lambda: report_for_terminal(report), notices,
     )  # fmt: skip
 
 

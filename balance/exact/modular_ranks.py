@@ -18,15 +18,12 @@ from itertools import islice
 from math import inf
 from typing import NamedTuple
 
-from balance.exact.chain import ExactChain, exact_chain, loops_are_regular
+from balance.exact.chain import ExactChain, loops_are_regular
 from balance.exact.conditions import ExactConditions
 from balance.exact.modular import PRIMES
 from balance.exact.modular_series import chain_modulo, first_order_mobility
-from balance.options import Balance
 from kinematics.errors import ExactError, InexactClosureError
-from kinematics.model.linkage import Linkage, Notice
-from kinematics.model.motion import Motion, motion_of
-from kinematics.urdf.rational_screws import exact_geometry
+from kinematics.model.linkage import Notice
 from kinematics.wording import count_noun, repr_lines
 
 __all__ = [
@@ -35,7 +32,6 @@ __all__ = [
     "Pivot",
     "Witness",
     "ranks_of",
-    "ranks_of_linkage",
 ]
 
 # Fewest orders that must add nothing before the rank counts as final.
@@ -151,39 +147,6 @@ class Exact(NamedTuple):
         }
 
 
-def ranks_of_linkage(
-    linkage: Linkage,
-    motion: Motion | str | Sequence[str] | None = None,
-    balance: Balance = "dynamic",
-    max_order: int | None = None,
-    *,
-    spatial: bool = False,
-    expected: int = 0,
-) -> Exact:
-    """Compute the rank of the balance conditions of a linkage by order, without a tolerance.
-
-    Args:
-        linkage: read from a file whose loops are closed.
-        motion: restriction of the inputs; see `design_space`.
-        balance: ``"dynamic"``, or ``"force"`` for linear momentum alone.
-        max_order: compute exactly the orders 0 … max_order, instead of as many as needed.
-        spatial: count all ten parameters per body, even if the linkage is planar.
-        expected: a rank that is known or believed to be reached. Without it, orders are
-            added until three in a row add nothing.
-
-    Raises:
-        ExactError: the linkage is not from a file with closed loops, or its loops do not
-            close exactly, or the motion relates axes whose lengths have no rational ratio.
-        MotionError: a relation is wrong, or the motion is that of other inputs.
-        MobilityError: the linkage cannot follow the motion.
-    """
-    geometry = exact_geometry(linkage)
-    chain = exact_chain(
-        linkage, geometry, motion_of(linkage, motion), balance == "force", spatial
-    )
-    return ranks_of(linkage.source, chain, geometry.notices, max_order, expected)
-
-
 def ranks_of(
     source: str,
     chain: ExactChain,
@@ -192,7 +155,7 @@ def ranks_of(
     expected: int = 0,
     upper_bound: int | None = None,
 ) -> Exact:
-    """Compute the rank of the conditions on a chain by order; see `ranks_of_linkage`.
+    """Compute the rank of the conditions on a chain by order, without a tolerance.
 
     Args:
         source: file of the linkage, for messages.

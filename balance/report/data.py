@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 from importlib.resources import files
 from math import inf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from balance.exact.modular_ranks import Exact
     from balance.interpretation.explain import Explanation
     from balance.spaces.design_space import DesignSpace
 
-__all__ = ["report_data", "schema"]
+__all__ = ["Report", "report_data", "schema"]
 
 
 def schema() -> dict[str, object]:
@@ -21,26 +21,35 @@ def schema() -> dict[str, object]:
     return dict(json.loads(path.read_text(encoding="utf-8")))
 
 
-def report_data(
-    space: DesignSpace,
-    explanation: Explanation | None = None,
-    exact: Exact | None = None,
-    change: float = inf,
-) -> dict[str, object]:
-    """Collect a design space and results about it as plain data for JSON.
+class Report(NamedTuple):
+    """A design space and what was computed about it.
 
-    Args:
+    Attributes:
         space: the design space.
-        explanation: result of `balance.explain`, for the keys ``transfers`` and ``freedoms``.
-        exact: result of `balance.exact_ranks`, for the key ``exact``.
-        change: result of `balance.distance_to_rank_drop`, for ``margin.change``; an infinite
-            distance is written as ``None``.
+        explanation: result of `balance.explain`; None without it.
+        exact: result of `balance.exact_ranks`; None without it.
+        change: result of `balance.distance_to_rank_drop`; infinite without it.
     """
-    data = space.to_dict()
-    if explanation is not None:
-        data |= explanation.to_dict()
-    if exact is not None:
-        data["exact"] = exact.to_dict()
-    margin = {"kept": space.kept, "dropped": space.dropped}
-    data["margin"] = margin | {"change": change if change < inf else None}
+
+    space: DesignSpace
+    explanation: Explanation | None = None
+    exact: Exact | None = None
+    change: float = inf
+
+
+def report_data(report: Report) -> dict[str, object]:
+    """Collect a report as plain data for JSON.
+
+    The keys ``transfers``, ``freedoms``, ``exact`` and ``margin.change`` are ``None`` without
+    their results; so is ``margin.change`` where the distance is infinite.
+    """
+    data = report.space.to_dict()
+    if report.explanation is not None:
+        data |= report.explanation.to_dict()
+    if report.exact is not None:
+        data["exact"] = report.exact.to_dict()
+    if report.change < inf:
+        margin = data["margin"]
+        assert isinstance(margin, dict)
+        margin["change"] = report.change
     return data

@@ -163,7 +163,7 @@ def _check_rows(rows: ArrayLike) -> Array:
 
 
 def _joint_names(names: Sequence[str] | None, count: int) -> list[str]:
-    """Names of the joints."""
+    """List the names of the joints."""
     if names is None:
         return [f"q{i + 1}" for i in range(count)]
     if isinstance(names, str) or len(names) != count:

@@ -124,7 +124,7 @@ class _Model:
         self.between: list[str] = []
 
     def _new_name(self, name: str) -> str:
-        """A name that no link has yet."""
+        """Find a name that no link has yet."""
         while name in self.taken:
             name += "_"
         self.taken.add(name)
@@ -252,7 +252,7 @@ def _single_step(motion: Array) -> _Step:
 
 
 def _pose(placement: Any) -> Array:
-    """The pose (4, 4) of a ``pinocchio.SE3``."""
+    """Convert a ``pinocchio.SE3`` to a pose (4, 4)."""
     return np.array(placement.homogeneous)
 
 

@@ -217,7 +217,7 @@ def _check_joint(word: str, joint: object) -> _CheckedJoint:
 
 
 def _second_axis(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
-    """The second axis of a universal joint, if one is given."""
+    """Compute the second axis of a universal joint, if one is given."""
     if joint.axis2 is None:
         return None
     if joint.kind != "universal":
@@ -231,12 +231,12 @@ def _second_axis(label: str, joint: ScrewJoint, axis: Array) -> Array | None:
 
 
 def _file_type(kind: str) -> str:
-    """The type in the file; rotations have no limits."""
+    """Find the type in the file; rotations have no limits."""
     return "continuous" if kind in ("revolute", "helical") else kind
 
 
 def _point(label: str, joint: ScrewJoint) -> Array:
-    """The point of a joint (3,), metres."""
+    """Find the point of a joint (3,), metres."""
     return checked_array(label, "point", joint.point, (3,))
 
 
@@ -299,7 +299,7 @@ def _loop_element(each: _CheckedJoint, points: Mapping[str, Array]) -> Element:
 def _side(
     each: _CheckedJoint, link: str, points: Mapping[str, Array]
 ) -> tuple[str, Element | None]:
-    """A link, known or not, and the ``<origin>`` of the loop in its frame."""
+    """Find a link, known or not, and the ``<origin>`` of the loop in its frame."""
     at = Element(
         "origin", {"xyz": exact_differences(each.point, points.get(link, np.zeros(3)))}
     )

@@ -125,7 +125,7 @@ class _RefuseArrays(FunctionPass):
                 raise NumbaTypeError(
                     f"kernel {name} is given {signature.return_type} by "
                     f"{callee.dispatcher.py_func.__qualname__}: with reference_counting=False "
-                    "nobody would free it"
+                    "it would never be freed"
                 )
         return False
 

@@ -78,14 +78,14 @@ class Text:
         return not self.data.startswith(f"</{element.tag}".encode(self.codec), element.span[1])
 
     def end(self, element: Element) -> int:
-        """The index after the last byte of an element."""
+        """Find the index after the last byte of an element."""
         last = element.span[1]
         if self.is_tag(element):
             return last
         return self.data.index(">".encode(self.codec), last) + self.size(">")
 
     def margin(self, at: int) -> str:
-        """The line break and the blanks before an index; empty if its line has other text."""
+        """Find the line break and blanks before an index; empty if its line has other text."""
         width, found = self.size(" "), ""
         while (char := self.data[at - width : at].decode(self.codec, "replace")) in (" ", "\t"):
             found, at = char + found, at - width
@@ -95,5 +95,5 @@ class Text:
         return (before if before == "\r\n" else char) + found
 
     def size(self, text: str) -> int:
-        """Number of bytes of a text."""
+        """Count the bytes of a text."""
         return len(text.encode(self.codec))

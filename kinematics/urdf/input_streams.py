@@ -17,7 +17,7 @@ STANDARD_INPUT = "-"
 
 
 def source_name(model: str | os.PathLike[str] | Document) -> str:
-    """The name of a file in messages: its path, or the name of its stream."""
+    """Name a file in messages: its path, or the name of its stream."""
     return model.name if isinstance(model, Document) else os.fsdecode(model)
 
 

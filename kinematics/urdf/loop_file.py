@@ -136,7 +136,7 @@ def _validate(tree: Element, key: str) -> Element:
 
 
 def _matching_joints(tree: Element, keys: YamlMapping, key: str) -> list[str]:
-    """The moving joint with the name of a key, or else all those whose names contain it."""
+    """Find the moving joint named by a key, or else all those whose names contain it."""
     word = keys.text(key) or ""
     moving = [j.name for j in tree.every("joint") if DEGREES_OF_FREEDOM[j.attributes["type"]]]
     found = [word] if word in moving else [name for name in moving if word in name]

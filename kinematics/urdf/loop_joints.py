@@ -141,14 +141,14 @@ def attach_loop(
 
 
 def _end(loop: Element, role: str, places: Mapping[str, LinkPose]) -> LinkPose:
-    """The rigid body at one side of a loop, and the pose of the loop's frame there."""
+    """Find the rigid body at one side of a loop, and the pose of the loop's frame there."""
     side = loop.first(role) or loop
     link, pose = places[side.attributes["link"]]
     return LinkPose(link, pose @ pose_matrix(side.first("origin")))
 
 
 def _direction(loop: Element, tag: str, default: Array) -> Array:
-    """The unit vector (3,) of an axis of a loop, in the frame of its link."""
+    """Compute the unit vector (3,) of an axis of a loop, in the frame of its link."""
     item = loop.first(tag)
     return default if item is None else unit_vector(item.vector("xyz", ""))
 

@@ -64,7 +64,7 @@ def _closures(robot: Element) -> Iterator[tuple[Element, str]]:
 
 
 def _ends(item: Element) -> tuple[str, str]:
-    """The links that a closure joins, as far as they have names there."""
+    """Find the links that a closure joins, as far as they have names there."""
     for pair in _ENDS:
         named = tuple(_link_of(item, role) for role in pair)
         if all(named):
@@ -73,7 +73,7 @@ def _ends(item: Element) -> tuple[str, str]:
 
 
 def _link_of(item: Element, role: str) -> str:
-    """The link in an attribute, or in an element, of a closure."""
+    """Find the link in an attribute, or in an element, of a closure."""
     inner = item.first(role)
     if inner is None:
         return item.attributes.get(role, "")

@@ -45,13 +45,13 @@ __all__ = ["RationalJoints"]
 
 
 def _numbers(item: Element | None, attribute: str, default: str) -> Vector:
-    """The decimals of an attribute."""
+    """Read the decimals of an attribute."""
     text = item.attributes.get(attribute, default) if item is not None else default
     return tuple(decimal(word) for word in text.split())
 
 
 def _perpendicular(n: Vector, direction: Vector | None = None) -> Vector:
-    """The part of ``direction`` perpendicular to n; by default that of the next axis."""
+    """Compute the part of a direction perpendicular to n; by default that of the next axis."""
     if direction is None or not any(cross(n, direction)):
         nearest = max(range(3), key=lambda i: abs(n[i]))
         direction = AXES[(nearest + 1) % 3]
@@ -157,7 +157,7 @@ class RationalJoints:
         return self._move_frame(joint, frame, n, pitch, offset) if offset else frame
 
     def _axis(self, item: Element, axis: Element | None) -> Vector:
-        """The direction of an axis, with the length that it has in the file."""
+        """Read the direction of an axis, with the length that it has in the file."""
         n = _numbers(axis, "xyz", "1 0 0")
         off = abs(dot(n, n) - 1)
         if axis is not None and 0 < off < UNIT_AXIS_SQUARED_LENGTH:
@@ -168,7 +168,7 @@ class RationalJoints:
         return n
 
     def _pitch(self, joint: Element) -> Fraction:
-        """The pitch of a screw joint, metres per radian."""
+        """Read the pitch of a screw joint, metres per radian."""
         thread = joint.first("screw_thread_pitch")
         pitch = _numbers(thread, "value", "0")[0]
         if pitch:
@@ -252,13 +252,13 @@ class RationalJoints:
         self._add_screws(loop, n, u, centre)
 
     def _end(self, loop: Element, role: str) -> RationalPose:
-        """The pose of the frame of a loop on one of its links."""
+        """Compute the pose of the frame of a loop on one of its links."""
         side = loop.first(role) or loop
         pose = self._origin(loop.label, side.first("origin"))
         return self.poses[side.attributes["link"]] @ pose
 
 
 def _side(joint: Element, role: str) -> str:
-    """Name of the parent or child link."""
+    """Read the name of the parent or child link."""
     side = joint.first(role) or joint
     return side.attributes["link"]

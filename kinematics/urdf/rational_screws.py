@@ -139,5 +139,5 @@ def _is_reference_pose(linkage: Linkage, screws: tuple[Vector, ...]) -> bool:
 
 
 def _direction(screw: Vector) -> Vector:
-    """The part n of a screw."""
+    """Extract the part n of a screw."""
     return screw[:3] if any(screw[:3]) else screw[3:]

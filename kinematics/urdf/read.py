@@ -264,7 +264,7 @@ def _bodies(
 def _massless_link(
     name: str, places: Mapping[str, LinkPose], top: Mapping[int, str], file: str
 ) -> int:
-    """The link of a massless body; a link fixed to another one does not stand for the body."""
+    """Find the link of a massless body; a link fixed to another does not stand for it."""
     label = f"massless link '{clean(name)}'"
     if name not in places:
         moving = [link for index, link in top.items() if index != GROUND]

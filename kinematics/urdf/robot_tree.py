@@ -134,5 +134,5 @@ def _joint(joint: Element) -> TreeJoint:
 
 
 def _link(joint: Element, role: str) -> str:
-    """The link on one side of a joint."""
+    """Find the link on one side of a joint."""
     return (joint.first(role) or joint).attributes["link"]

@@ -149,7 +149,7 @@ def exact_angle(word: str) -> Fraction:
 
 
 def _all_digits(k: int) -> str:
-    """The double nearest to ``k π/12``, to all its digits."""
+    """Write the double nearest to ``k π/12``, to all its digits."""
     return repr(float(k * pi() / 12))
 
 

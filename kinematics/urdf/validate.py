@@ -157,7 +157,7 @@ def _base_joints(robot: Element) -> list[Element]:
 
 
 def _end(joint: Element, role: str) -> str:
-    """The link on one side of a joint, which may be malformed."""
+    """Find the link on one side of a joint, which may be malformed."""
     side = joint.first(role)
     return side.attributes.get("link", "") if side else ""
 
@@ -224,7 +224,7 @@ def _check_link_name(
 
 
 def _carriers(known: Mapping[str, Element], joints: Sequence[Element]) -> dict[str, Element]:
-    """The joint that carries each link, by the name of the link; a link has at most one."""
+    """Find the joint that carries each link, by the link's name; a link has at most one."""
     carrier: dict[str, Element] = {}
     for joint in joints:
         parent, child = (check_needed(joint, role, "link") for role in ("parent", "child"))

@@ -149,7 +149,7 @@ def _check_child(host: Element, item: Element) -> None:
 
 @cache
 def _intended_word(word: str, known: tuple[str, ...]) -> str:
-    """The known word that another one misspells; empty if there is none."""
+    """Find the known word that another one misspells; empty if there is none."""
     if len(word) > MAX_WORD:
         return ""
     found = get_close_matches(word.lower(), known, 1, MIN_SPELLING_RATIO)

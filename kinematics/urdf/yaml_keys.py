@@ -71,11 +71,11 @@ class YamlMapping:
         return Refusal(f"{clean(key)} (line {self.items[key].line})", problem, remedy)
 
     def text(self, key: str) -> str | None:
-        """The text of a key, None if it is absent or holds a list."""
+        """Read the text of a key, None if it is absent or holds a list."""
         return self.items[key].text if key in self.items else None
 
     def entries(self, key: str) -> list[YamlItem]:
-        """The entries of the list of a key; none if the key is absent."""
+        """Read the entries of the list of a key; none if the key is absent."""
         if self.text(key) is not None:
             raise self.wrong(key, "not a list", f"put it in brackets: {key}: [ … ]")
         return self.items[key].parts if key in self.items else []

@@ -13,6 +13,7 @@ from urdf_text import UNIT_INERTIA, joint, link, saved
 import balance
 import kinematics
 from balance import design_space
+from balance.report.data import Report
 from balance.report.text.report import report_text
 from kinematics import Motion
 from kinematics.closure.joint_positions import joint_positions
@@ -62,8 +63,10 @@ def test_an_order_is_a_small_whole_number(order):
 
 def test_a_truncated_answer_says_so():
     linkage = kinematics.load("four_bar_kite")
-    assert "3, up to order 0: not complete" in report_text(design_space(linkage, max_order=0))
-    assert "7, complete at order 2" in report_text(design_space(linkage, max_order=4))
+    assert "3, up to order 0: not complete" in report_text(
+        Report(design_space(linkage, max_order=0))
+    )
+    assert "7, complete at order 2" in report_text(Report(design_space(linkage, max_order=4)))
 
 
 def test_a_number_that_is_also_a_name_is_refused():

@@ -16,7 +16,7 @@ from balance.conditions.collect import conditions_by_order, relative_tolerance
 from balance.inertial_parameters.multipole import NOUNS, UNITS, Primitive
 from balance.interpretation.explain import ExplainedTransfer, Explanation
 from balance.interpretation.freedoms import Freedom
-from balance.report.data import report_data
+from balance.report.data import Report, report_data
 from balance.report.html.render import bullets, facts_list, html_table, render_page
 from balance.report.html.scene import scene
 from balance.report.text.report import report_facts, report_table
@@ -57,7 +57,7 @@ def report_page(space: DesignSpace, explanation: Explanation, change: float = in
         "page.html",
         title=space.linkage.name,
         summary=_summary(space),
-        report=report_data(space, explanation, change=change),
+        report=report_data(Report(space, explanation, change=change)),
         data={"scene": drawing},
         scripts=SCRIPTS,
         warnings=_warning_section(space.warnings),

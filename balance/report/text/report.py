@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from balance.exact.modular_ranks import Exact
     from balance.interpretation.explain import Explanation
+    from balance.report.data import Report
     from balance.spaces.design_space import DesignSpace
 
 __all__ = [
@@ -97,20 +98,9 @@ def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[s
     ]
 
 
-def report_text(
-    space: DesignSpace,
-    explanation: Explanation | None = None,
-    exact: Exact | None = None,
-    change: float = inf,
-) -> str:
-    """Write the report on a design space as plain text.
-
-    Args:
-        space: the design space.
-        explanation: result of `balance.explain`; None without it.
-        exact: result of `balance.exact_ranks`; None without it.
-        change: result of `balance.distance_to_rank_drop`; infinite without it.
-    """
+def report_text(report: Report) -> str:
+    """Write the report on a design space as plain text."""
+    space, explanation, exact, change = report
     lines = [f"{label:<13} {value}" for label, value in report_facts(space, change)]
     rows = ["".join(f"{cell:>8}" for cell in row) for row in report_table(space, exact)]
     found = ["\n".join([*lines, "", *rows])]
@@ -131,20 +121,9 @@ def explanation_sections(explanation: Explanation) -> list[tuple[str, list[tuple
     return [(title, pairs) for title, pairs in sections if pairs]
 
 
-def report_for_terminal(
-    space: DesignSpace,
-    explanation: Explanation | None = None,
-    exact: Exact | None = None,
-    change: float = inf,
-) -> str:
-    """Write the report on a design space with the styles of a terminal.
-
-    Args:
-        space: the design space.
-        explanation: result of `balance.explain`; None without it.
-        exact: result of `balance.exact_ranks`; None without it.
-        change: result of `balance.distance_to_rank_drop`; infinite without it.
-    """
+def report_for_terminal(report: Report) -> str:
+    """Write the report on a design space with the styles of a terminal."""
+    space, explanation, exact, change = report
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table

@@ -17,7 +17,7 @@ import balance
 import kinematics
 from balance.certification import changed_numbers
 from balance.cli.main import main
-from balance.report.data import report_data
+from balance.report.data import Report, report_data
 from balance.spaces import compute_space
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics import gallery
@@ -46,7 +46,7 @@ def words(figure: Figure) -> list[str]:
 
 def data_of(space):
     """What the command prints of a space without further options."""
-    return report_data(space, change=distance_to_rank_drop(space))
+    return report_data(Report(space, change=distance_to_rank_drop(space)))
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -19,7 +19,7 @@ import kinematics
 from balance import design_space
 from balance.cli.main import main
 from balance.interpretation.explain import explain
-from balance.report.data import report_data
+from balance.report.data import Report, report_data
 from balance.report.html.report import report_page
 from balance.report.html.scene import scene
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
@@ -94,7 +94,7 @@ def displacements(rows):
 def plain(space):
     """The report as a reader of JSON sees it."""
     change = distance_to_rank_drop(space)
-    return json.loads(json.dumps(report_data(space, explain(space), change=change)))
+    return json.loads(json.dumps(report_data(Report(space, explain(space), change=change))))
 
 
 @pytest.mark.parametrize("model, motion", CASES)

@@ -15,7 +15,7 @@ import kinematics
 from balance import design_space
 from balance.interpretation.explain import explain
 from balance.momentum.momentum_lines import meeting, momentum_lines
-from balance.report.data import report_data
+from balance.report.data import Report, report_data
 from balance.report.html.report import report_page
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.spatial.screws import hat
@@ -188,7 +188,7 @@ def test_the_numbers_of_the_report_can_be_read(browser, pages, model):
     one(browser, "summary").click()
     text = browser.execute_script("return document.body.innerText")
     shown = {float(word) for word in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)}
-    wanted = numbers(json.loads(json.dumps(report_data(space, explain(space)))))
+    wanted = numbers(json.loads(json.dumps(report_data(Report(space, explain(space))))))
     assert len(wanted) > 30 and not [n for n in wanted if float(n) not in shown]
     assert len(browser.find_elements("css selector", "#spectrum svg path")) > space.rank
 

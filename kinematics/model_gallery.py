@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from yourdfpy import URDF
 
     from kinematics.model.linkage import Linkage, UnassembledLinkage
-    from kinematics.urdf.input_files import ReadOptions
+    from kinematics.urdf.read_options import ReadOptions
     from kinematics.urdf_elements.element import Document
 
 __all__ = ["LinkageLike", "as_linkage", "describe", "find", "gallery", "load", "robots"]
@@ -168,7 +168,7 @@ def load(
         >>> linkage.inputs, linkage.mobility, linkage.planar
         (('u1',), 1, True)
     """
-    from kinematics.urdf.input_files import ReadOptions
+    from kinematics.urdf.read_options import ReadOptions
 
     _check_options(bodies, angles)
     names = (massless,) if isinstance(massless, str) else tuple(massless)
@@ -249,18 +249,14 @@ def _read(
     options: ReadOptions,
 ) -> UnassembledLinkage:
     """Read a linkage from a file or a loaded model, its loops not yet closed."""
-    from kinematics.urdf.input_files import read_files
+    from kinematics.formats.robot_files import read_unassembled
     from kinematics.urdf.input_streams import read_stream
     from kinematics.urdf_elements.element import Document
 
     if isinstance(model, (str, PathLike)):
         model = read_stream(model) or find(model)
     if isinstance(model, (Document, Path)):
-        side = read_files(model, loops, options)
-        # Libraries are loaded only for a file that was accepted.
-        from kinematics.urdf.read import read_linkage
-
-        return read_linkage(model, side, options)
+        return read_unassembled(model, loops, options)
     if not hasattr(model, "robot"):
         raise TypeError(f"model is a path, a name or a yourdfpy.URDF, not {type(model)}")
     from kinematics.urdf.read import read_loaded_model

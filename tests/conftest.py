@@ -50,9 +50,11 @@ def robot(tmp_path):
 @pytest.fixture
 def read(robot):
     """Write elements to a file and read it."""
-    from kinematics.urdf import read as urdf
+    from kinematics.formats.robot_files import read_unassembled
 
-    return lambda *elements: urdf.read(robot(f'<robot name="r">{"".join(elements)}</robot>'))
+    return lambda *elements: read_unassembled(
+        robot(f'<robot name="r">{"".join(elements)}</robot>')
+    )
 
 
 @pytest.fixture

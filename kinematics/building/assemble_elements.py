@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
-from kinematics.urdf.input_files import ReadOptions
 from kinematics.urdf.loop_file import merge_loop_file
 from kinematics.urdf.read import read_linkage
-from kinematics.urdf.validate import validate_loaded
+from kinematics.urdf.read_options import ReadOptions
+from kinematics.urdf.validate import validate_robot
 from kinematics.urdf.xml_tree import name_file
 from kinematics.urdf_elements.element import Document, Element
 from kinematics.urdf_elements.write_numbers import element_text
@@ -46,11 +46,11 @@ def assemble_elements(
     """
     options = options or ReadOptions()
     with faults_of(source):
-        tree = validate_loaded(robot, source, options.fix_base)
-        side = merge_loop_file(tree, source, search=False)
-        side = side._replace(remarks=(*remarks, *side.remarks))
+        tree = validate_robot(robot, source, options.fix_base)
+        file = merge_loop_file(tree, source, search=False)
         document = Document(source, element_text(tree).encode())
-        draft = read_linkage(document, side, options)
+        file = file._replace(remarks=(*remarks, *file.remarks), document=document)
+        draft = read_linkage(source, file, options)
     return assemble(draft, inputs)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinematics.error_text import clean, closest_names
 from kinematics.tolerances import INERTIA_ASYMMETRY
-from kinematics.urdf.input_files import ReadOptions
+from kinematics.urdf.read_options import ReadOptions
 from kinematics.urdf.validate_fields import MAX_NUMBER, SMALLEST_AXIS
 from kinematics.urdf.xml_tree import Refusal
 

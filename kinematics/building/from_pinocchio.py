@@ -17,7 +17,7 @@ from kinematics.building.check_arguments import find_by_name
 from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
 from kinematics.tolerances import IDENTITY_POSE_ENTRY, PINOCCHIO_AXES_COSINE
-from kinematics.urdf.input_files import ReadOptions
+from kinematics.urdf.read_options import ReadOptions
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element

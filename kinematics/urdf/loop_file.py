@@ -13,10 +13,10 @@ import os
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
+from kinematics.urdf.read_options import RobotFile
 from kinematics.urdf.validate import validate_tree
 from kinematics.urdf.validate_fields import check_needed
 from kinematics.urdf.validate_inertias import find_unphysical
@@ -25,7 +25,7 @@ from kinematics.urdf.yaml_keys import YamlMapping
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM, coordinate_names
 
-__all__ = ["Sidecar", "loop_file_of", "merge_loop_file"]
+__all__ = ["loop_file_of", "merge_loop_file"]
 
 # Largest YAML file: one of a robot has a few kilobytes.
 MAX_BYTES = 2**17
@@ -45,20 +45,6 @@ _UNIVERSAL["CARDAN"] = ("X", "Y")
 _JOINTS = ("SPHERICAL", "FIXED", *_UNIVERSAL)
 
 
-class Sidecar(NamedTuple):
-    """A URDF file merged with the YAML file beside it, and remarks on both.
-
-    Attributes:
-        tree: the robot with all its loops.
-        inputs: coordinates named as inputs; None if the marks in the tree name them.
-        remarks: code and message of each remark for the user.
-    """
-
-    tree: Element
-    inputs: tuple[str, ...] | None = None
-    remarks: tuple[tuple[str, str], ...] = ()
-
-
 def loop_file_of(source: str) -> str | None:
     """Find the YAML file beside a URDF file, with the same stem, if it describes loops."""
     for path in (Path(source).with_suffix(suffix) for suffix in (".yaml", ".yml")):
@@ -72,7 +58,7 @@ def loop_file_of(source: str) -> str | None:
 
 def merge_loop_file(
     tree: Element, source: str, loops: str | os.PathLike[str] | None = None, search: bool = True
-) -> Sidecar:
+) -> RobotFile:
     """Merge loops from a YAML file into the tree of a URDF file.
 
     Args:
@@ -95,16 +81,16 @@ def merge_loop_file(
 
 def _find_and_merge(
     tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool
-) -> Sidecar:
+) -> RobotFile:
     """Merge as `merge_loop_file`, without remarks on the URDF file itself."""
     inline = tree.first("loop")
     if loops is None:
         file = loop_file_of(source) if search else None
         if file is None:
-            return Sidecar(tree)
+            return RobotFile(tree)
         if inline is not None:
             text = f"'{clean(file)}' is not read: the URDF file has <loop> elements"
-            return Sidecar(tree, None, (("loops_ignored", text),))
+            return RobotFile(tree, None, (("loops_ignored", text),))
     else:
         file = os.fsdecode(loops)
         if inline is not None:
@@ -115,14 +101,14 @@ def _find_and_merge(
         return _merge(tree, YamlMapping(read_bytes(file, MAX_BYTES), _KEYS + _IDLE, _RETIRED))
 
 
-def _merge(tree: Element, keys: YamlMapping) -> Sidecar:
+def _merge(tree: Element, keys: YamlMapping) -> RobotFile:
     """Change joints, add loops and name inputs."""
     tree = _validate(_replace_joints(tree, keys), "joint_type")
     inputs = _inputs(tree, keys)
     tree = _validate(_add_loops(tree, keys), "closed_loop")
     idle = [key for key in _IDLE if key in keys.items]
     remark = ("keys_ignored", f"keys without a meaning here: {', '.join(idle)}")
-    return Sidecar(tree, inputs, (remark,) if idle else ())
+    return RobotFile(tree, inputs, (remark,) if idle else ())
 
 
 def _validate(tree: Element, key: str) -> Element:

@@ -33,56 +33,33 @@ from kinematics.model.linkage import (
 )
 from kinematics.spatial.inertia import parameters
 from kinematics.spatial.screws import exp, revolute
-from kinematics.urdf.input_files import Path, ReadOptions, read_files
-from kinematics.urdf.input_streams import source_name
-from kinematics.urdf.loop_file import Sidecar, merge_loop_file
+from kinematics.urdf.loop_file import merge_loop_file
 from kinematics.urdf.loop_joints import (
     attach_loop,
     freedoms_of_joint,
     perpendicular_to,
     unit_vector,
 )
+from kinematics.urdf.read_options import Path, ReadOptions, RobotFile
 from kinematics.urdf.robot_tree import Follows, Inertial, Robot, TreeJoint, describe_robot
-from kinematics.urdf.validate import validate_loaded
-from kinematics.urdf_elements.element import Document, Element
+from kinematics.urdf.validate import validate_robot
+from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import coordinate_names
 
 if TYPE_CHECKING:
     from yourdfpy import URDF
 
-__all__ = ["read_loaded_model", "read_linkage", "read"]
+__all__ = ["read_loaded_model", "read_linkage"]
 
 Array = NDArray[np.float64]
 
 
-def read(
-    path: Path, loops: Path | None = None, options: ReadOptions | None = None
-) -> UnassembledLinkage:
-    """Read a URDF file.
+def read_linkage(source: str, file: RobotFile, options: ReadOptions) -> UnassembledLinkage:
+    """Build an unassembled linkage from a checked file.
 
     Args:
-        path: the file.
-        loops: a YAML file with its loops; see `kinematics.urdf.loop_file`.
-        options: changes to the file.
-
-    Returns:
-        The linkage of the file, with its loops not yet closed.
-
-    Raises:
-        FileError: the file cannot be read as a linkage; the message gives place and reason.
-    """
-    options = options or ReadOptions()
-    return read_linkage(path, read_files(path, loops, options), options)
-
-
-def read_linkage(
-    model: Path | Document, side: Sidecar, options: ReadOptions
-) -> UnassembledLinkage:
-    """Build an unassembled linkage from a checked file, or from a checked stream.
-
-    Args:
-        model: path or document of the file.
-        side: its checked tree, merged with the YAML file beside it.
+        source: name of the file in messages, and its path unless it has a document.
+        file: its checked elements.
         options: changes to the file.
 
     Returns:
@@ -91,9 +68,8 @@ def read_linkage(
     Raises:
         FileError: the file is not a linkage that can move; the message gives the reason.
     """
-    draft = _build_linkage(describe_robot(side.tree), side, source_name(model), options)
-    document = model if isinstance(model, Document) else None
-    return replace(draft, tree=side.tree, document=document)
+    draft = _build_linkage(describe_robot(file.tree), file, source, options)
+    return replace(draft, tree=file.tree, document=file.document)
 
 
 def read_loaded_model(
@@ -120,13 +96,13 @@ def read_loaded_model(
 
     options = options or ReadOptions()
     source = model.robot.name or "URDF"
-    tree = validate_loaded(tree_of(model), source, options.fix_base)
+    tree = validate_robot(tree_of(model), source, options.fix_base)
     side = merge_loop_file(tree, source, loops, search=False)
     return _build_linkage(set_poses(describe_robot(side.tree), model), side, source, options)
 
 
 def _build_linkage(
-    robot: Robot, side: Sidecar, source: str, options: ReadOptions
+    robot: Robot, side: RobotFile, source: str, options: ReadOptions
 ) -> UnassembledLinkage:
     """Build the unassembled linkage of a robot.
 

@@ -87,7 +87,7 @@ def describe_robot(tree: Element) -> Robot:
     """Read joints, frames and inertias of a tree.
 
     Args:
-        tree: a tree that `kinematics.urdf.validate.validate_file` accepted.
+        tree: a tree that `kinematics.urdf.validate.validate_robot` accepted.
     """
     links = {link.name: _inertial(link.first("inertial")) for link in tree.every("link")}
     return Robot(tree.name, links, tuple(_joint(joint) for joint in tree.every("joint")))

@@ -6,7 +6,6 @@ standard library is imported, so that an invalid file is rejected at once.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -24,56 +23,18 @@ from kinematics.urdf.validate_fields import (
     rotates,
 )
 from kinematics.urdf.validate_misplaced import check_misplaced
-from kinematics.urdf.xml_tree import Refusal, build_tree, name_file, read_bytes
+from kinematics.urdf.xml_tree import Refusal, name_file
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM, coordinate_names
 
-__all__ = ["validate_file", "validate_loaded", "parse_file", "validate_tree"]
+__all__ = ["validate_robot", "validate_tree"]
 
 # Largest number of degrees of freedom of all joints: cost grows with its third power.
 MAX_FREEDOMS = 1000
 _LOOP_PARTS = ("predecessor", "successor", "axis", "axis2")
 
 
-def validate_file(path: str | os.PathLike[str], fix_base: bool = False) -> Element:
-    """Read and check a URDF file.
-
-    Args:
-        path: the file.
-        fix_base: change floating joints on the ground into fixed joints.
-
-    Returns:
-        The ``<robot>`` element.
-
-    Raises:
-        FileError: the file is missing, too large, not well-formed, or not a linkage.
-    """
-    file = os.fsdecode(path)
-    with name_file(file):
-        data = read_bytes(file)
-    return parse_file(data, file, fix_base)
-
-
-def parse_file(data: bytes, file: str, fix_base: bool = False) -> Element:
-    """Parse and check the bytes of a URDF file.
-
-    Args:
-        data: the bytes.
-        file: its name in messages.
-        fix_base: change floating joints on the ground into fixed joints.
-
-    Returns:
-        The ``<robot>`` element.
-
-    Raises:
-        FileError: the file is not well-formed, or not a linkage.
-    """
-    with name_file(file):
-        robot = build_tree(data)
-    return validate_loaded(robot, file, fix_base)
-
-
-def validate_loaded(robot: Element, file: str, fix_base: bool = False) -> Element:
+def validate_robot(robot: Element, file: str, fix_base: bool = False) -> Element:
     """Check the tree of a robot.
 
     Args:

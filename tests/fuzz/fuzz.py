@@ -30,8 +30,8 @@ from time_limit import time_limit  # noqa: E402
 from balance import design_space  # noqa: E402
 from kinematics.assembly.assemble import assemble  # noqa: E402
 from kinematics.errors import FileError, LinkageError  # noqa: E402
-from kinematics.urdf import read as urdf  # noqa: E402
-from kinematics.urdf.input_files import ReadOptions  # noqa: E402
+from kinematics.formats.robot_files import read_unassembled  # noqa: E402
+from kinematics.urdf.read_options import ReadOptions  # noqa: E402
 
 # Seconds after which a case hangs.
 LIMIT = 60.0
@@ -94,7 +94,7 @@ def _outcome(case: Mutant, folder: Path) -> str:
     path = written(case, folder)
     reading = ("as_written", "nominal")[case.seed % 2]
     try:
-        draft = urdf.read(path, options=ReadOptions(angles=reading))
+        draft = read_unassembled(path, options=ReadOptions(angles=reading))
     except LinkageError as error:
         _check_line(error, folder)
         return "refused by the reader"

@@ -12,8 +12,8 @@ from second_words import Strange
 from time_limit import Hang, time_limit
 
 from kinematics import gallery
-from kinematics.urdf import read as urdf
-from kinematics.urdf.input_files import ReadOptions
+from kinematics.formats.robot_files import read_unassembled
+from kinematics.urdf.read_options import ReadOptions
 
 CASES = 1000
 EXACT = ReadOptions(angles="as_written")
@@ -39,7 +39,9 @@ def test_a_seed_is_one_case():
 
 @pytest.mark.parametrize("name", sorted(gallery()))
 def test_the_gallery_itself(name):
-    compare(urdf.read(gallery()[name], options=EXACT), read(gallery()[name].read_bytes()))
+    compare(
+        read_unassembled(gallery()[name], options=EXACT), read(gallery()[name].read_bytes())
+    )
 
 
 # What the second reading must notice: text replaced, and its replacement, of the Bennett.
@@ -63,7 +65,7 @@ def test_the_comparison_sees_a_difference(case):
     old, new = WRONG[case]
     changed = text.replace(old, new, 1)
     assert changed != text
-    draft = urdf.read(gallery()["bennett"], options=EXACT)
+    draft = read_unassembled(gallery()["bennett"], options=EXACT)
     compare(draft, read(text.encode()))
     with pytest.raises(AssertionError):
         compare(draft, read(changed.encode()))

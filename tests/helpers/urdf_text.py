@@ -6,7 +6,7 @@ from laws import sums
 from scipy.spatial.transform import Rotation
 
 from kinematics.errors import FileError
-from kinematics.urdf.validate import validate_file
+from kinematics.formats.robot_files import read_robot
 
 INERTIAL = (
     '<inertial><origin xyz="0.5 0 0" rpy="0 0 0"/><mass value="1"/>'
@@ -139,7 +139,7 @@ def inertial_of(rng, masses, points):
 def refusal(path):
     """The error for a file: one line that starts with the file and holds its parts."""
     with pytest.raises(FileError) as caught:
-        validate_file(path)
+        read_robot(path)
     error = caught.value
     text = str(error)
     assert text.splitlines() == [text] and text.isprintable()

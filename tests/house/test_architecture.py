@@ -25,7 +25,7 @@ kinematics.linalg kinematics.spatial
 kinematics.urdf_elements
 kinematics.model
 kinematics.urdf kinematics.closure
-kinematics.mobility
+kinematics.formats kinematics.mobility
 kinematics.assembly
 kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup

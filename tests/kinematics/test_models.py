@@ -13,7 +13,7 @@ from kinematics import gallery
 from kinematics import model_gallery as models
 from kinematics.errors import FileError, LinkageError
 from kinematics.urdf import read as urdf
-from kinematics.urdf.input_files import ReadOptions
+from kinematics.urdf.read_options import ReadOptions
 
 
 def arm(*kinds, first="base", extra=""):

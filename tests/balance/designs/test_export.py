@@ -15,9 +15,10 @@ import kinematics
 from balance.atomic_files import open_atomic
 from balance.designs.write_urdf import replace_inertials
 from kinematics.errors import FileError
+from kinematics.formats.robot_files import read_unassembled
 from kinematics.model_gallery import gallery
-from kinematics.urdf.input_files import ReadOptions
-from kinematics.urdf.read import read, read_loaded_model
+from kinematics.urdf.read import read_loaded_model
+from kinematics.urdf.read_options import ReadOptions
 
 ELEMENT = "<inertial>\n  <mass/>\n</inertial>"
 ANY = re.compile(rb"[\r\n]*[ \t]*<inertial\b[^>]*(?:/>|>.*?</inertial\s*>)", re.DOTALL)
@@ -90,7 +91,7 @@ def robot(tmp_path):
     def read_text(text, **options):
         path = tmp_path / "robot.urdf"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return read(path, None, ReadOptions(**options))
+        return read_unassembled(path, None, ReadOptions(**options))
 
     return read_text
 
@@ -120,11 +121,11 @@ def test_encodings_keep_their_bytes(robot, encoding):
 
 @pytest.mark.parametrize("model", gallery())
 def test_what_is_read_again_is_what_was_meant(model, tmp_path):
-    draft = read(gallery()[model])
+    draft = read_unassembled(gallery()[model])
     elements, expected = redrawn(draft, len(model))
     path = tmp_path / "out.urdf"
     path.write_bytes(replace_inertials(draft, elements))
-    close(read(path).bodies, expected)
+    close(read_unassembled(path).bodies, expected)
     rest = ANY.sub(b"", path.read_bytes())
     assert rest == ANY.sub(b"", gallery()[model].read_bytes())
 

@@ -15,9 +15,9 @@ import kinematics
 from balance import design_space
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError, MobilityError, OpenLoopError
+from kinematics.formats.robot_files import read_unassembled
 from kinematics.model.arrays import freeze
 from kinematics.spatial.screws import Ad
-from kinematics.urdf import read as urdf
 
 # Models whose loops close only because their axes fulfil relations.
 OVERCONSTRAINED = (
@@ -94,7 +94,7 @@ def test_a_spherical_manipulator_with_rounded_axes(tmp_path):
 def test_loops_with_moved_axes_close_at_finite_poses(tmp_path):
     """By products of rotations and least squares, from positions that are drawn."""
     linkage = kinematics.load(spherical(tmp_path, 1e-6))
-    given = urdf.read(spherical(tmp_path, 1e-6))
+    given = read_unassembled(spherical(tmp_path, 1e-6))
     starts = 0.3 * np.random.default_rng(2).standard_normal((4, 9))
     assert max(least_opening(linkage, q) for q in starts) < 1e-13
     assert least_opening(given, starts[0]) > 1e-8
@@ -140,7 +140,7 @@ def perturbed(draft, size, seed=1):
 @pytest.mark.parametrize("name", OVERCONSTRAINED)
 def test_overconstrained_models_survive_rounding(name, size):
     """Parallel axes stay parallel, and the ranks are those of the linkage that is meant."""
-    draft = urdf.read(kinematics.gallery()[name])
+    draft = read_unassembled(kinematics.gallery()[name])
     linkage, given = assemble(perturbed(draft, size)), assemble(draft)
     assert (linkage.mobility, linkage.planar) == (given.mobility, given.planar)
     assert ranks(linkage) == ranks(given)
@@ -150,13 +150,13 @@ def test_overconstrained_models_survive_rounding(name, size):
 
 @pytest.mark.parametrize("name", ["bennett", "four_bar_spherical"])
 def test_axes_taken_as_written_are_not_moved(name):
-    draft = perturbed(urdf.read(kinematics.gallery()[name]), 1e-6)
+    draft = perturbed(read_unassembled(kinematics.gallery()[name]), 1e-6)
     with pytest.raises(MobilityError, match="rigid"):
         assemble(draft, exactly=True)
 
 
 def test_axes_far_off_leave_a_rigid_linkage_and_say_how_far():
-    draft = perturbed(urdf.read(kinematics.gallery()["bennett"]), 1e-3)
+    draft = perturbed(read_unassembled(kinematics.gallery()["bennett"]), 1e-3)
     with pytest.raises(MobilityError, match="loops do not close: as written .* no rounding"):
         assemble(draft)
 
@@ -175,5 +175,5 @@ def test_a_loop_out_of_plane_by_rounding(tmp_path):
     assert numbers(remark(linkage))[0] == pytest.approx(1e-6, rel=2.0)
     assert ranks(linkage) == ranks(kinematics.load("four_bar_general"))
     with pytest.raises(OpenLoopError) as caught:
-        assemble(urdf.read(path), exactly=True)
+        assemble(read_unassembled(path), exactly=True)
     assert caught.value.distance == pytest.approx(1e-6, rel=1e-6)

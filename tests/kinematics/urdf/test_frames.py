@@ -7,10 +7,10 @@ from yourdfpy import URDF
 from kinematics import gallery
 from kinematics import model_gallery as models
 from kinematics.errors import FileError
+from kinematics.formats.robot_files import read_robot, read_unassembled
 from kinematics.urdf import read as urdf
-from kinematics.urdf.input_files import ReadOptions
+from kinematics.urdf.read_options import ReadOptions
 from kinematics.urdf.robot_tree import describe_robot
-from kinematics.urdf.validate import validate_file
 
 ROUND_OFF = 1e-15
 
@@ -31,7 +31,7 @@ def apart(ours, theirs):
 
 def agree(path):
     """Compare both readings of a file; returns how many links have inertia."""
-    robot, other = describe_robot(validate_file(path)), second(path).robot
+    robot, other = describe_robot(read_robot(path).tree), second(path).robot
     assert robot.name == other.name
     assert list(robot.links) == [link.name for link in other.links]
     for ours, theirs in zip(robot.links.values(), other.links, strict=True):
@@ -65,7 +65,7 @@ def test_robots_of_example_robot_data():
         pytest.skip("needs example-robot-data")
     for path in found.values():
         try:
-            validate_file(path)
+            read_robot(path)
         except FileError:
             continue
         weighed += agree(path)
@@ -140,7 +140,7 @@ def test_both_sources_make_the_same_draft(tmp_path):
     options = ReadOptions(bodies="all", angles="as_written")
     for seed in range(300, 400):
         path = random_file(tmp_path, seed)
-        one = urdf.read(path, None, options)
+        one = read_unassembled(path, None, options)
         other = urdf.read_loaded_model(second(path), None, options)
         for ours, theirs in zip(one.joints, other.joints, strict=True):
             assert (ours.name, ours.kind, ours.parent) == (

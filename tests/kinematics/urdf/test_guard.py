@@ -10,7 +10,7 @@ import pytest
 from spent import spent
 from urdf_text import FOUR_BAR, INERTIAL, refusal
 
-from kinematics.urdf.validate import validate_file
+from kinematics.formats.robot_files import read_robot
 
 J1_AXIS = '<origin xyz="0 0 0" rpy="0 0 1.5"/><axis xyz="0 0 1"/>'
 J2_PLACE = '<parent link="crank"/><child link="coupler"/>'
@@ -22,14 +22,14 @@ J2 = 'name="j2" type="continuous"'
 
 
 def test_a_good_file_becomes_a_tree(robot):
-    tree = validate_file(robot(FOUR_BAR))
+    tree = read_robot(robot(FOUR_BAR)).tree
     assert tree.tag == "robot" and tree.name == "four_bar"
     assert [link.name for link in tree.every("link")] == ["base", "crank", "coupler", "rocker"]
     assert tree.every("joint")[0].label == "joint 'j1' (line 8)"
     assert tree.every("loop")[0].first("axis").vector("xyz", "") == [0.0, 0.0, 1.0]
     assert (
-        validate_file(str(robot(FOUR_BAR)))
-        == validate_file(os.fsencode(robot(FOUR_BAR)))
+        read_robot(str(robot(FOUR_BAR))).tree
+        == read_robot(os.fsencode(robot(FOUR_BAR))).tree
         == tree
     )
     with pytest.raises(AttributeError):
@@ -191,7 +191,7 @@ def test_a_loop_between_rigidly_joined_links(robot):
 def test_second_axis_of_a_universal_joint_is_perpendicular(robot):
     text = FOUR_BAR.replace(J2, 'name="j2" type="universal"')
     good = text.replace(J2_PLACE, J2_PLACE + '<axis2 xyz="3 1 0"/>')
-    validate_file(robot(good))
+    read_robot(robot(good))
     error = refusal(robot(good.replace("3 1 0", "3 1 0.001")))
     assert "<axis2>" in error.problem and "perpendicular" in error.problem
 
@@ -200,7 +200,7 @@ def test_fixed_joints_may_have_an_axis_of_zero(robot):
     place = '<origin xyz="1 0 0"/><axis xyz="0 0 1"/>'
     text = FOUR_BAR.replace(place, '<axis xyz="0 0 0"/>')
     assert "'j2'" in refusal(robot(text)).element
-    validate_file(robot(text.replace(J2, FIXED_J2)))
+    read_robot(robot(text.replace(J2, FIXED_J2)))
 
 
 def test_cycle_names_its_links(robot):
@@ -217,8 +217,8 @@ def test_refusal_is_quick_and_light(robot):
     program = (
         "import sys\n"
         "from kinematics.errors import FileError\n"
-        "from kinematics.urdf.validate import validate_file\n"
-        "try:\n    validate_file(sys.argv[1])\n"
+        "from kinematics.formats.robot_files import read_robot\n"
+        "try:\n    read_robot(sys.argv[1])\n"
         "except FileError as error:\n    print(error)\n"
         "print(sorted({'numpy', 'scipy', 'numba', 'yourdfpy', 'lxml'} & set(sys.modules)))\n"
     )
@@ -246,7 +246,7 @@ def test_long_chains_of_joints_and_mimics(robot):
         )
     text = "".join(parts) + "</robot>"
     begin = spent()
-    validate_file(robot(text))
+    read_robot(robot(text))
     assert spent() - begin < 1.0
     last = f'<child link="l1"/><mimic joint="j{count - 1}"/>'
     closed = text.replace('<child link="l1"/>', last)

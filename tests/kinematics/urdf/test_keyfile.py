@@ -11,7 +11,7 @@ from sidecar_text import PAIR, bench, written
 from spent import spent
 
 from kinematics.errors import FileError
-from kinematics.urdf import read as urdf
+from kinematics.formats.robot_files import read_unassembled
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def test_refused(write, case, explicit):
     yaml, element, problem, remedy = BAD[case]
     path = write(bench(), yaml)
     with pytest.raises(FileError) as caught:
-        urdf.read(path, path.with_suffix(".yaml") if explicit else None)
+        read_unassembled(path, path.with_suffix(".yaml") if explicit else None)
     error = caught.value
     assert str(error).splitlines() == [str(error)] and str(error).isprintable()
     assert error.file.endswith("robot.yaml") and error.element.startswith(element)
@@ -121,7 +121,7 @@ def test_hostile_files_are_refused_quickly(write, data):
     path = write(bench(), data)
     begin = spent()
     with pytest.raises(FileError):
-        urdf.read(path, path.with_suffix(".yaml"))
+        read_unassembled(path, path.with_suffix(".yaml"))
     assert spent() - begin < 10.0
 
 
@@ -137,7 +137,7 @@ def test_no_byte_that_is_lost_does_more_than_refuse(write):
     for case in damaged:
         path = write(bench(), case)
         try:
-            urdf.read(path, path.with_suffix(".yaml"))
+            read_unassembled(path, path.with_suffix(".yaml"))
         except FileError as error:
             assert error.file.endswith("robot.yaml") and error.problem and error.remedy
 
@@ -147,9 +147,9 @@ def test_refusal_loads_nothing_heavy(write):
     program = (
         "import sys\n"
         "from kinematics.errors import FileError\n"
-        "from kinematics.urdf.validate import validate_file\n"
+        "from kinematics.formats.robot_files import read_robot\n"
         "from kinematics.urdf.loop_file import merge_loop_file\n"
-        "try:\n    merge_loop_file(validate_file(sys.argv[1]), sys.argv[1])\n"
+        "try:\n    merge_loop_file(read_robot(sys.argv[1]).tree, sys.argv[1])\n"
         "except FileError as error:\n    print(error)\n"
         "print(sorted({'numpy', 'scipy', 'numba', 'yourdfpy', 'lxml'} & set(sys.modules)))\n"
     )

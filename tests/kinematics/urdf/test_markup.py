@@ -7,13 +7,12 @@ import pytest
 from spent import spent
 from urdf_text import FOUR_BAR, refusal
 
-from kinematics.urdf.validate import validate_file
+from kinematics.formats.robot_files import read_robot
 
 
 def test_text_and_order_are_kept(robot):
-    tree = validate_file(
-        robot('<robot name="r"><link name="l"/><note> a<b/> b </note></robot>')
-    )
+    text = '<robot name="r"><link name="l"/><note> a<b/> b </note></robot>'
+    tree = read_robot(robot(text)).tree
     assert tree.first("note").text == "a b"
     assert [item.tag for item in tree.walk()] == ["robot", "link", "note", "b"]
 
@@ -21,7 +20,7 @@ def test_text_and_order_are_kept(robot):
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "iso-8859-1"])
 def test_encodings(robot, encoding):
     text = FOUR_BAR.replace('"1.0"', f'"1.0" encoding="{encoding}"').replace("crank", "bièle")
-    assert validate_file(robot(text.encode(encoding))).every("link")[1].name == "bièle"
+    assert read_robot(robot(text.encode(encoding))).tree.every("link")[1].name == "bièle"
 
 
 @pytest.mark.parametrize("percent", range(10, 100))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from urdf_text import FOUR_BAR, INERTIAL, refusal
 
-from kinematics.urdf import read as urdf
+from kinematics.formats.robot_files import read_unassembled
 
 PLAIN = FOUR_BAR.replace('<mimic joint="j1" multiplier="1" offset="0"/>', "")
 J2 = '<origin xyz="1 0 0"/><axis xyz="0 0 1"/>'
@@ -63,7 +63,7 @@ def test_harmless(robot, case):
         old, new = HARMLESS[case]
         assert old in PLAIN
         text = PLAIN.replace(old, new)
-    expected, draft = urdf.read(robot(PLAIN)), urdf.read(robot(text))
+    expected, draft = read_unassembled(robot(PLAIN)), read_unassembled(robot(text))
     for ours, theirs in zip(draft.joints, expected.joints, strict=True):
         assert ours.name == theirs.name
         np.testing.assert_allclose(ours.screw, theirs.screw, atol=1e-15)
@@ -75,32 +75,34 @@ def test_harmless(robot, case):
 
 @pytest.mark.parametrize("origin", ["", "<origin/>"])
 def test_no_origin_is_the_frame_of_the_parent(robot, origin):
-    draft = urdf.read(robot(PLAIN.replace(J2, origin + '<axis xyz="0 0 1"/>')))
+    draft = read_unassembled(robot(PLAIN.replace(J2, origin + '<axis xyz="0 0 1"/>')))
     assert draft.joints[1].point.tolist() == [0.0, 0.0, 0.0]
 
 
 def test_no_axis_is_x(robot):
-    draft = urdf.read(robot(PLAIN.replace(J2, '<origin xyz="1 0 0" rpy="0 0 -1.5"/>')))
+    draft = read_unassembled(robot(PLAIN.replace(J2, '<origin xyz="1 0 0" rpy="0 0 -1.5"/>')))
     np.testing.assert_allclose(draft.joints[1].screw[:3], [1, 0, 0], atol=1e-15)
 
 
 def test_an_empty_inertial_is_none(robot):
     empty = PLAIN.replace(INERTIAL, "<inertial>\n</inertial>", 1)
-    draft = urdf.read(robot(empty))
+    draft = read_unassembled(robot(empty))
     assert [b.name for b in draft.bodies] == ["coupler", "rocker"]
     assert [n.code for n in draft.notices] == ["massless"]
 
 
 def test_an_inertial_without_products_of_inertia(robot):
-    draft = urdf.read(robot(PLAIN.replace(' ixy="0" ixz="0"', "").replace(' iyz="0"', "")))
-    expected = urdf.read(robot(PLAIN))
+    draft = read_unassembled(
+        robot(PLAIN.replace(' ixy="0" ixz="0"', "").replace(' iyz="0"', ""))
+    )
+    expected = read_unassembled(robot(PLAIN))
     for ours, theirs in zip(draft.bodies, expected.bodies, strict=True):
         assert np.array_equal(ours.inertia, theirs.inertia)
 
 
 def test_mimic_without_multiplier_and_offset(robot):
     text = FOUR_BAR.replace(' multiplier="1" offset="0"', "")
-    (mimic,) = urdf.read(robot(text)).mimics
+    (mimic,) = read_unassembled(robot(text)).mimics
     assert (mimic.joint, mimic.source, mimic.ratio) == (2, 0, 1.0)
 
 

@@ -25,8 +25,8 @@ from balance import design_space
 from balance.cli.main import main
 from kinematics import gallery
 from kinematics.errors import FileError
+from kinematics.formats.robot_files import read_unassembled
 from kinematics.model.linkage import GROUND
-from kinematics.urdf import read as urdf
 
 
 @pytest.fixture
@@ -55,9 +55,9 @@ def same(one, other):
 @pytest.mark.parametrize("frames", [("tip_a", "tip_b"), ("ja", "jb"), ("tip_b", "ja")])
 def test_a_pair_is_a_loop_element(write, kind, word, frames):
     yaml = f"closed_loop: [{list(frames)}]\ntype: ['{word}']\nname_mot: [j3]\n"
-    draft = urdf.read(write(bench(), yaml))
+    draft = read_unassembled(write(bench(), yaml))
     ends = ["tip_" + name[-1] for name in frames]
-    expected = urdf.read(write(bench(loop("k", kind, ends)), None))
+    expected = read_unassembled(write(bench(loop("k", kind, ends)), None))
     same(draft, expected)
     assert [w.name for w in draft.loops] == ["/".join(frames)]
     assert draft.named_inputs == ("j3",) and not draft.notices
@@ -65,7 +65,7 @@ def test_a_pair_is_a_loop_element(write, kind, word, frames):
 
 def test_a_joint_names_the_frame_after_it(write):
     yaml = "closed_loop: [[j2, j3]]\ntype: ['3d']"
-    draft = urdf.read(write(bench(), yaml))
+    draft = read_unassembled(write(bench(), yaml))
     assert (draft.loops[0].end, draft.loops[0].successor) == (5, 2)
     assert draft.joints[3].parent == 1
     gap = draft.loops[0].gap
@@ -85,20 +85,22 @@ def test_forms_of_yaml(write, form):
     }
     data = yaml.encode("utf-16") if form == "utf-16" else texts.get(form, yaml)
     path = write(bench(), data, "loops.txt")
-    draft = urdf.read(path, path.with_name("loops.txt"))
+    draft = read_unassembled(path, path.with_name("loops.txt"))
     assert [w.name for w in draft.loops] == ["tip_a/tip_b"] and draft.named_inputs == ("j3",)
 
 
 @pytest.mark.parametrize("name", ["on", "1", "1e5", "null_", "~x", "é", "a b", "2.0"])
 def test_names_stay_text(write, name):
     text = bench().replace('"tip_a"', f'"{name}"').replace('"j3"', f'"{name}."')
-    draft = urdf.read(write(text, f"closed_loop: [[{name}, tip_b]]\nname_mot: [{name}.]\n"))
+    draft = read_unassembled(
+        write(text, f"closed_loop: [[{name}, tip_b]]\nname_mot: [{name}.]\n")
+    )
     assert draft.loops[0].name == f"{name}/tip_b" and draft.named_inputs == (f"{name}.",)
 
 
 def test_type_has_a_default_and_may_be_one_word(write):
-    assert len(urdf.read(write(bench(), PAIR)).joints) == 3
-    assert len(urdf.read(write(bench(), PAIR + "type: 3D")).joints) == 6
+    assert len(read_unassembled(write(bench(), PAIR)).joints) == 3
+    assert len(read_unassembled(write(bench(), PAIR + "type: 3D")).joints) == 6
 
 
 @pytest.mark.parametrize(
@@ -113,7 +115,7 @@ def test_joints_are_replaced(write, kind, axes):
     old = joint("j2", "revolute", "crank", "coupler", along([1, 0, 0]), [0, 0, 1])
     new = joint("j2", "revolute", "crank", "coupler", origin, [0, 0, 1])
     text = bench().replace(old, new)
-    draft = urdf.read(write(text, f"joint_name: [j2]\njoint_type: ['{kind}']\n"))
+    draft = read_unassembled(write(text, f"joint_name: [j2]\njoint_type: ['{kind}']\n"))
     pose = about([0, 0, 1], 1.1) @ origin
     names = [f"j2.{k}" for k in range(len(axes))]
     assert [j.name for j in draft.joints] == ["j1", *names, "j3"]
@@ -126,7 +128,7 @@ def test_joints_are_replaced(write, kind, axes):
 
 def test_replaced_joints_and_loops_together(write):
     yaml = PAIR + "type: [6d]\njoint_name: [j2, s0]\njoint_type: [UJOINT_ZY, SPHERICAL]\n"
-    draft = urdf.read(write(bench(spins=[[1, 0, 0]]), yaml + "name_mot: [s0, j1]\n"))
+    draft = read_unassembled(write(bench(spins=[[1, 0, 0]]), yaml + "name_mot: [s0, j1]\n"))
     assert [j.name for j in draft.joints] == [
         "j1", "j2.0", "j2.1", "j3", "s0.0", "s0.1", "s0.2",
     ]  # fmt: skip
@@ -161,28 +163,28 @@ def test_a_spherical_pair_and_three_joints_with_a_weld_are_one_mechanism(write):
 
 def test_where_loops_are_found(write, tmp_path):
     path = write(bench(), PAIR + "type: [3d]", "robot.yml")
-    assert len(urdf.read(path).loops) == 1
+    assert len(read_unassembled(path).loops) == 1
     (tmp_path / "robot.yaml").write_text("controllers:\n  rate: !deg 3\n")
-    assert len(urdf.read(path).loops) == 1
+    assert len(read_unassembled(path).loops) == 1
     (tmp_path / "robot.yaml").write_text(PAIR + "type: [6d]")
-    assert len(urdf.read(path).joints) == 3
+    assert len(read_unassembled(path).joints) == 3
     elsewhere = tmp_path / "sub"
     elsewhere.mkdir()
     shutil.copy(path, elsewhere)
-    assert urdf.read(elsewhere / "robot.urdf").loops == ()
-    assert len(urdf.read(elsewhere / "robot.urdf", path.with_suffix(".yml")).joints) == 6
+    assert read_unassembled(elsewhere / "robot.urdf").loops == ()
+    assert len(read_unassembled(elsewhere / "robot.urdf", path.with_suffix(".yml")).joints) == 6
 
 
 def test_elements_win_over_a_file_that_was_only_found(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # so that the path is short, and told as a whole
     ours = loop("k", "revolute", FRAMES, axis=[0, 0, 1])
     path = written(Path(), bench(ours), PAIR + "colour: red")
-    draft = urdf.read(path)
+    draft = read_unassembled(path)
     assert [w.name for w in draft.loops] == ["k"]
     assert [notice.code for notice in draft.notices] == ["loops_ignored"]
     assert "robot.yaml" in draft.notices[0].message
     with pytest.raises(FileError) as caught:
-        urdf.read(path, path.with_suffix(".yaml"))
+        read_unassembled(path, path.with_suffix(".yaml"))
     assert caught.value.element.startswith("loop 'k'") and "robot.yaml" in caught.value.problem
 
 
@@ -198,17 +200,17 @@ def test_the_command_takes_loops(write, capsys):
 def test_inputs_of_the_file_replace_marks_and_yield_to_the_user(write):
     old = 'name="j3" type="revolute"'
     text = bench().replace(old, f'{old} independent="true"')
-    assert urdf.read(write(text)).named_inputs == ("j3",)
+    assert read_unassembled(write(text)).named_inputs == ("j3",)
     path = write(text, PAIR + "type: [3d]\nname_mot: [j1]")
     assert kinematics.load(path).inputs == ("j1",)
     assert kinematics.load(path, inputs=["j2"]).inputs == ("j2",)
-    assert urdf.read(write(text, PAIR + "name_mot: []")).named_inputs == ("j3",)
+    assert read_unassembled(write(text, PAIR + "name_mot: []")).named_inputs == ("j3",)
 
 
 def test_older_keys(write):
     """Words that names contain, and indices that mean nothing here."""
     yaml = PAIR + "rotule_name: s\nname_mot: j\nLidmot: [0, 1]\nLidvmot: [0]\n"
-    draft = urdf.read(write(bench(spins=[[1, 0, 0]]), yaml))
+    draft = read_unassembled(write(bench(spins=[[1, 0, 0]]), yaml))
     assert [j.name for j in draft.joints] == ["j1", "j2", "j3", "s0.0", "s0.1", "s0.2"]
     assert draft.named_inputs == ("j1", "j2", "j3")
     (notice,) = draft.notices
@@ -223,25 +225,25 @@ def test_loops_to_the_ground(write):
     """A frame on the ground may come first or second."""
     ends = (along([1.0, 0, 0]), pose_of([0.5, 0.5, 0], [0, 0, 0]))
     for pair in ("[tip_a, base]", "[base, tip_a]"):
-        draft = urdf.read(write(bench(ends=ends), f"closed_loop: [{pair}]\ntype: [6d]"))
+        draft = read_unassembled(write(bench(ends=ends), f"closed_loop: [{pair}]\ntype: [6d]"))
         assert (draft.loops[0].end, draft.loops[0].successor) == (1, GROUND)
 
 
 def test_names_that_the_file_makes_are_taken(write):
     text = bench(joint("tip_a/tip_b", "fixed", "base", "x") + link("x"))
     with pytest.raises(FileError, match="closed_loop: loop 'tip_a/tip_b'.*is taken by joint"):
-        urdf.read(write(text, PAIR))
+        read_unassembled(write(text, PAIR))
     text = bench().replace('name="j2"', 'name="j1.1"')
     yaml = "joint_name: [j1]\njoint_type: [SPHERICAL]"
     with pytest.raises(FileError, match="joint_type: joint 'j1.1'.*is taken by joint 'j1'"):
-        urdf.read(write(text, yaml))
+        read_unassembled(write(text, yaml))
 
 
 def test_a_link_and_a_joint_of_one_name(write):
     """One frame if the joint carries the link, else two that cannot be told apart."""
-    assert urdf.read(write(bench().replace('"ja"', '"tip_a"'), PAIR)).loops
+    assert read_unassembled(write(bench().replace('"ja"', '"tip_a"'), PAIR)).loops
     with pytest.raises(FileError, match="closed_loop.*'tip_b' is a link, and") as caught:
-        urdf.read(write(bench().replace('"ja"', '"tip_b"'), PAIR))
+        read_unassembled(write(bench().replace('"ja"', '"tip_b"'), PAIR))
     assert "rename" in caught.value.remedy
 
 
@@ -250,10 +252,10 @@ def test_mimics_and_pitches_of_replaced_joints(write):
     marked = follower.replace("</joint>", '<mimic joint="j1"/></joint>')
     yaml = "joint_name: [j1]\njoint_type: [SPHERICAL]"
     with pytest.raises(FileError, match="joint_type: joint 'j2'.*one degree of freedom"):
-        urdf.read(write(bench().replace(follower, marked), yaml))
+        read_unassembled(write(bench().replace(follower, marked), yaml))
     screwed = follower.replace("</joint>", '<screw_thread_pitch value="0.1"/></joint>')
     text = bench().replace(follower, screwed)
     with pytest.raises(FileError, match="joint_type: joint 'j2'.*<screw_thread_pitch>"):
-        urdf.read(write(text, yaml.replace("j1", "j2")))
-    frozen = urdf.read(write(text, "joint_name: [j2]\njoint_type: [FIXED]"))
+        read_unassembled(write(text, yaml.replace("j1", "j2")))
+    frozen = read_unassembled(write(text, "joint_name: [j2]\njoint_type: [FIXED]"))
     assert [j.name for j in frozen.joints] == ["j1", "j3"]

@@ -1,0 +1,45 @@
+"""What is read of a robot: changes that the user makes, and the checked elements."""
+
+from __future__ import annotations
+
+import os
+from typing import NamedTuple
+
+from kinematics.urdf_elements.element import Document, Element
+
+__all__ = ["Path", "ReadOptions", "RobotFile"]
+
+Path = str | os.PathLike[str]
+
+
+class ReadOptions(NamedTuple):
+    """Changes that the user makes to a file.
+
+    Attributes:
+        fix_base: change a floating joint between the ground and the base into a fixed one.
+        bodies: ``"given"``: moving links with mass or inertia in the file carry parameters;
+            ``"all"``: every moving link does.
+        massless: names of links that carry no parameters, even with mass in the file.
+        angles: ``"nominal"`` or ``"as_written"``; see `kinematics.urdf.rounded_angles`.
+    """
+
+    fix_base: bool = False
+    bodies: str = "given"
+    massless: tuple[str, ...] = ()
+    angles: str = "nominal"
+
+
+class RobotFile(NamedTuple):
+    """The checked elements of a robot with all its loops, and remarks on its files.
+
+    Attributes:
+        tree: the ``<robot>`` element.
+        inputs: coordinates named as inputs; None if the marks in the tree name them.
+        remarks: code and message of each remark for the user.
+        document: the URDF text, if the file itself is not one that can be read again.
+    """
+
+    tree: Element
+    inputs: tuple[str, ...] | None = None
+    remarks: tuple[tuple[str, str], ...] = ()
+    document: Document | None = None

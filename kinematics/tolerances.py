@@ -70,12 +70,10 @@ __all__ = [
     "ROTATION_ORTHOGONALITY",
     "ROTATION_PITCH",
     "ROTATION_ROUND_OFF",
-    "ROUNDED_ANGLE_DIGITS",
-    "ROUNDED_ANGLE_ERROR",
+    "ROUNDED_ANGLE_RELATIVE",
     "SAME_POSE_RELATIVE",
     "SCREW_PART_RELATIVE",
     "SERIES_RESIDUAL",
-    "SINGLE_PRECISION_ANGLE",
     "SINGULAR_CONDITIONING",
     "STANDSTILL_RELATIVE",
     "UNIT_AXIS_SQUARED_LENGTH",
@@ -229,13 +227,9 @@ AXES_PERPENDICULAR_COSINE = 1e-6
 INERTIA_INEQUALITY_EXCESS = 1e-5
 # Entries of RᵀR - 1 of a pose that a loaded model gives: files have six digits or more.
 ROTATION_ORTHOGONALITY = 1e-5
-# Distance of a rounded angle from the multiple of π/12 that it stands for, rad.
-ROUNDED_ANGLE_ERROR = 1e-4
-# The same distance, in units of its last digit: one if the angle was rounded, two if π was
-# rounded before half of it was taken (1.570795).
-ROUNDED_ANGLE_DIGITS = 2.0
-# The same distance of an angle in single precision, rad.
-SINGLE_PRECISION_ANGLE = 1e-6
+# Distance of a rounded angle from the multiple of π/12 that it stands for, relative to it:
+# three decimals of π/12 cut off.
+ROUNDED_ANGLE_RELATIVE = 4e-3
 # Distance of two angles that are one, rad: many programs write twelve digits.
 ANGLE_ROUND_OFF = 1e-11
 # Distance of an angle from the multiple of π/12 that replaces it in exact arithmetic, rad.

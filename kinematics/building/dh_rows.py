@@ -20,12 +20,12 @@ from kinematics.error_text import clean
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.screws import exp, prismatic, revolute
 from kinematics.tolerances import ANGLE_ROUND_OFF, RIGHT_ANGLE_ENTRY
+from kinematics.urdf.nominal_angles import nearest_twelfth
 from kinematics.urdf.rounded_angles import (
     ANGLE_READINGS,
     ROUNDED_ANGLES,
     Rounded,
     describe_rounded_angles,
-    nearest_twelfth,
 )
 from kinematics.urdf.validate_fields import MAX_ANGLE, MAX_NUMBER
 from kinematics.urdf.xml_tree import Refusal

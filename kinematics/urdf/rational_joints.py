@@ -29,6 +29,7 @@ from kinematics.linalg.rational import (
 from kinematics.model.linkage import Notice
 from kinematics.tolerances import UNIT_AXIS_SQUARED_LENGTH
 from kinematics.urdf.loop_joints import FREEDOMS
+from kinematics.urdf.nominal_angles import exact_angle
 from kinematics.urdf.rational_poses import (
     AXES,
     Matrix,
@@ -37,7 +38,6 @@ from kinematics.urdf.rational_poses import (
     rotation,
     scale_vector,
 )
-from kinematics.urdf.rounded_angles import exact_angle
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import coordinate_names
 

@@ -1,10 +1,9 @@
 """Find and replace rounded angles of a URDF file, such as 1.5708 for π/2.
 
 Read as written, a rounded right angle tilts axes by 3.7e-6 rad: a planar loop no longer
-closes, and a planar chain has the conditions of a spatial one. A number within 1e-4 rad of a
-multiple of π/12 that looks rounded is therefore replaced by that multiple, unless the user
-chooses ``as_written``; a remark names it in either case. A calibrated angle such as 1.570828
-does not look rounded: its digits continue beyond those in which it differs from π/2.
+closes, and a planar chain has the conditions of a spatial one. A number that stands for a
+multiple of π/12 by the rules of `kinematics.urdf.nominal_angles` is therefore replaced by it,
+unless the user chooses ``as_written``; a remark names it in either case.
 """
 
 from __future__ import annotations
@@ -12,29 +11,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from typing import NamedTuple
 
 from kinematics.error_text import clean
-from kinematics.linalg.rational import MAX_DIGITS, decimal, pi
-from kinematics.tolerances import (
-    ANGLE_ROUND_OFF,
-    EXACT_ANGLE_ERROR,
-    ROUNDED_ANGLE_DIGITS,
-    ROUNDED_ANGLE_ERROR,
-    SINGLE_PRECISION_ANGLE,
-)
+from kinematics.linalg.rational import pi
+from kinematics.tolerances import ANGLE_ROUND_OFF
+from kinematics.urdf.nominal_angles import nearest_twelfth
 from kinematics.urdf_elements.element import Element
 
 __all__ = [
     "ANGLE_READINGS",
     "ROUNDED_ANGLES",
     "Rounded",
-    "exact_angle",
     "replace_rounded_angles",
     "describe_rounded_angles",
     "find_rounded_angles",
-    "nearest_twelfth",
 ]
 
 ANGLE_READINGS = ("nominal", "as_written")
@@ -42,8 +33,6 @@ ANGLE_READINGS = ("nominal", "as_written")
 ROUNDED_ANGLES = "rounded_angles"
 """The code of the remark on such angles."""
 
-# Largest angle that may stand for a multiple of π/12, rad: a larger one is not a design value.
-MAX_ROUNDED_ANGLE = 1e3
 # Number of angles that a remark names.
 MAX_NAMED = 3
 
@@ -63,26 +52,6 @@ class Rounded(NamedTuple):
     label: str
     attribute: str
     word: str
-
-
-def nearest_twelfth(word: str) -> int:
-    """Find the k ≠ 0 for which a number looks like a rounded ``k π/12``.
-
-    Args:
-        word: a finite decimal number, in radians.
-
-    Returns:
-        k, or 0 if the number does not look rounded.
-    """
-    x = float(word)
-    k = round(x / _TWELFTH) if abs(x) <= MAX_ROUNDED_ANGLE and len(word) <= MAX_DIGITS else 0
-    if not k:
-        return 0
-    mantissa, _, exponent = word.lower().partition("e")
-    digits = mantissa.partition(".")[2].rstrip("0")
-    unit = 10.0 ** (int(exponent or 0) - len(digits))
-    written = max(ROUNDED_ANGLE_DIGITS * unit, SINGLE_PRECISION_ANGLE)
-    return k if abs(x - k * _TWELFTH) <= min(ROUNDED_ANGLE_ERROR, written) else 0
 
 
 def find_rounded_angles(tree: Element) -> list[Rounded]:
@@ -135,17 +104,6 @@ def describe_rounded_angles(found: Sequence[Rounded], reading: str) -> str:
         f"{len(found)} {look} rounded, {how}: {named}{more}; "
         f"write all 16 digits, or choose {choice}"
     )
-
-
-def exact_angle(word: str) -> Fraction:
-    """Convert an angle to a fraction: its decimals, or the multiple of π/12 within 1e-12 rad.
-
-    All digits of a double, and noise such as 1.2e-16, stand for such a multiple. π is the
-    fraction `kinematics.linalg.rational.pi`.
-    """
-    value = decimal(word)
-    multiple = round(value / (pi() / 12)) * pi() / 12
-    return multiple if abs(value - multiple) <= EXACT_ANGLE_ERROR else value
 
 
 def _all_digits(k: int) -> str:

@@ -1,12 +1,13 @@
 """Angles that look rounded: which ones, where, how they are read, and exact arithmetic."""
 
 import math
+import re
 
 import mpmath
 import numpy as np
 import pytest
 from chains import jointed, robot, written
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from urdf_text import INERTIAL
@@ -14,10 +15,11 @@ from urdf_text import INERTIAL
 import kinematics
 from balance import design_space
 from kinematics.errors import LinkageError
+from kinematics.model_gallery import robots
+from kinematics.urdf.nominal_angles import nearest_twelfth
 from kinematics.urdf.rational_screws import exact_geometry
 from kinematics.urdf.rounded_angles import (
     find_rounded_angles,
-    nearest_twelfth,
     replace_rounded_angles,
 )
 from kinematics.urdf.xml_tree import build_tree
@@ -31,6 +33,15 @@ ROUNDED = {
     "3.1415": 12, "0.7854": 3, "-.7853": -3, "1.0472": 4, "2.0944": 8, "0.5236": 2,
     "0.2618": 1, "1.309": 5, "2.35619": 9, "4.71239": 18, "6.2832": 24, "-6.28319": -24,
     "7.85398": 30, "314.1593": 1200,
+    # Two and three decimals.
+    "1.57": 6, "-1.570": -6, "1.571": 6, "3.14": 12, "3.141": 12, "3.142": 12, "-4.71": -18,
+    "6.28": 24, "0.785": 3, "1.047": 4, "0.524": 2, 
+    # π, π/2 and π/180 rounded or cut off, times a number.
+    "1.57075": 6, "-1.57075": -6, "1.5705": 6, "0.785375": 3, "2.09433333333": 8,
+    "1.0466666666666666": 4, "0.7855": 3, "3.14158": 12, "-3.14158": -12, "1.57077": 6,
+    "1.570797": 6, "0.78525": 3,
+    # Single precision.
+    "1.5707964": 6, "1.57079637": 6, "3.1415927410125732": 12, "0.52359879": 2,
 }  # fmt: skip
 # Written to all digits, or to as many as the closure of a loop can tell.
 FULL = {
@@ -39,8 +50,9 @@ FULL = {
     "6.283185307179586": 24, "0.523598775598": 2,
 }  # fmt: skip
 OTHER = [
-    "0", "-0.0", "0.0001", "1e-5", "-1.2246E-16", "1e-400", "1.5", "1.57", "3.14", "0.785",
-    "1.571", "1.5709", "1.5706", "0.26", "1.570828", "1.57074", "3.14153", "1.0471e1", "0.1",
+    "0", "-0.0", "0.0001", "1e-5", "-1.2246E-16", "1e-400", "1.5", "0.26", "0.79", "1.05",
+    "1.572", "1.569", "1.56", "1.58", "0.787", "1.5709", "1.5706", "1.570828", "1.57074",
+    "3.14153", "1.0471e1", "0.1", "1.6", "3.1", "-1.5707963267272802", "1.570796371123",
     "1e30", "15707963.267948966", "1.5708" + "0" * 500, "1e" + "0" * 5000,
 ]  # fmt: skip
 
@@ -57,7 +69,87 @@ def test_multiples_are_known_by_any_number_of_digits(k, places, cut):
         scaled = k * mpmath.pi / 12 * 10**places
         digits = int(scaled) if cut else int(mpmath.nint(scaled))
     word = f"{'-' * (digits < 0)}{abs(digits):0{places + 1}d}"
+    few = places - (len(word) - len(word.rstrip("0")))
+    assume(few >= 4 or (few == 3 and abs(k) <= 24))
     assert nearest_twelfth(f"{word[:-places]}.{word[-places:]}") == k
+
+
+def shortened(value, places):
+    """A positive number to so many decimals: rounded, and cut off."""
+    scaled = value * mpmath.mpf(10) ** places + mpmath.mpf(10) ** -30
+    return {f"{int(mpmath.nint(scaled)):0{places + 1}d}", f"{int(scaled):0{places + 1}d}"}
+
+
+def point(digits, places):
+    """A number from its digits."""
+    return f"{digits[:-places]}.{digits[-places:]}"
+
+
+def written_by_people(k, places):
+    """The decimals of so many places that are an angle, or a product of a rounded constant."""
+    found = shortened(k * mpmath.pi / 12, places)
+    for constant, least in ((mpmath.pi, 2), (mpmath.pi / 2, 2), (mpmath.pi / 180, 5)):
+        times = k * mpmath.pi / 12 / constant
+        if constant != mpmath.pi and abs(times - mpmath.nint(times)) > 1e-30:
+            continue
+        for digits in range(least, 17):
+            for word in shortened(constant, digits):
+                scaled = times * mpmath.mpf(word) * mpmath.mpf(10) ** (places - digits)
+                if digits <= places:
+                    found |= shortened(scaled / mpmath.mpf(10) ** places, places)
+                elif abs(scaled - mpmath.nint(scaled)) < 1e-20:
+                    found.add(f"{int(mpmath.nint(scaled)):0{places + 1}d}")
+    return {point(word, places) for word in found}
+
+
+# Every angle of the robots of example-robot-data that is within 5e-3, but not 1e-11, of a
+# multiple of π/12 other than 0.
+PUBLISHED = """
+0.2618 -0.5235988 0.5235988 -0.785 -0.7854 0.7854 -1.0510016535897932 1.308458 -1.309 1.309 1.57
+-1.57 1.57079 1.570796 -1.570796 1.570796325 -1.570796325 -1.5707963259 1.5707963259
+-1.570796327 -1.57079633 1.5708 -1.5708 1.571 -2.090591 2.8782 3.14 3.14036612 -3.14036612
+3.14148426 3.1415 3.14158 -3.14159 3.14159 -3.141592 3.141592 3.1415926 -3.14159265
+3.1415926518 3.1416 -3.1416 3.142 4.71239
+"""
+
+
+@pytest.mark.parametrize("word", PUBLISHED.split())
+def test_angles_of_public_robots(word):
+    """Against all ways to write the nearest multiple, by mpmath."""
+    k = round(float(word) * 12 / math.pi)
+    places = len(word.partition(".")[2].rstrip("0"))
+    with mpmath.workdps(50):
+        known = word.lstrip("-").rstrip("0") in {
+            text.rstrip("0") for text in written_by_people(abs(k), places)
+        }
+    assert nearest_twelfth(word) == (k if known else 0)
+
+
+def test_the_published_angles_are_those_of_the_package():
+    """So that a new robot there is looked at."""
+    if not (paths := robots()):
+        pytest.skip("example-robot-data is not installed")
+    found = set()
+    for path in paths.values():
+        for text in re.findall(r'rpy="([^"$]*)"', path.read_text("utf-8", "ignore")):
+            found |= set(text.split())
+    multiples = {word: round(float(word) * 12 / math.pi) for word in found}
+    off = {word: abs(float(word) - k * math.pi / 12) for word, k in multiples.items() if k}
+    assert len(found) > 200
+    near = {word for word, e in off.items() if 1e-11 < e < 5e-3}
+    assert len(near) > 30 and near <= set(PUBLISHED.split())
+
+
+@pytest.mark.parametrize("k", [1, 2, 3, 4, 6, 8, 12, 15, 18, 24])
+def test_every_way_to_write_a_multiple_is_known(k):
+    """With four decimals and more; with fewer, as the module says."""
+    for places in range(2, 9):
+        with mpmath.workdps(50):
+            words = written_by_people(k, places)
+        for word in words:
+            few = len(word.partition(".")[2].rstrip("0"))
+            if few >= 3 or (few == 2 and k % 6 == 0):
+                assert nearest_twelfth(word) == k and nearest_twelfth(f"-{word}") == -k, word
 
 
 @given(st.integers(-60, 60).filter(bool), st.floats(2e-6, 9e-5), st.sampled_from([-1, 1]))
@@ -152,20 +244,20 @@ def test_the_notice_says_which_where_and_how_they_are_read(tmp_path):
         kinematics.load(path, angles="exact")
 
 
-@pytest.mark.parametrize("word", ["1.5707963267948966", "1.57079632679", "1.57", "0.3"])
+@pytest.mark.parametrize("word", ["1.5707963267948966", "1.57079632679", "1.56", "0.3"])
 def test_other_angles_give_no_notice(word, tmp_path):
     path = written(tmp_path, robot(jointed(1, f"{word} 0 0")))
     for reading in ("nominal", "as_written"):
         assert kinematics.load(path, angles=reading).notices == ()
 
 
-@pytest.mark.parametrize("rpy", ["1.5708 0 0", "0 3.1416 0", "0 4.712 0", "0 0 -1.57079632679"])
+@pytest.mark.parametrize("rpy", ["1.5708 0 0", "0 3.1416 0", "0 4.714 0", "0 0 -1.57079632679"])
 def test_right_angles_that_are_meant_are_exact(rpy, tmp_path):
     """Axes are whole numbers in exact arithmetic, which says what it took the angles for."""
     path = written(tmp_path, robot(*(jointed(i, rpy) for i in range(1, 5))))
     found = exact_geometry(kinematics.load(path))
     whole = all(x.denominator == 1 for screw in found.screws for x in screw[:3])
-    assert whole == ("4.712" not in rpy)
+    assert whole == ("4.714" not in rpy)
     assert [notice.code for notice in found.notices] == ["not_exact"] * 4
     assert all(("π/2" in notice.message) == whole for notice in found.notices)
 

@@ -27,6 +27,7 @@ from balance.transfers.by_joint import Transfer, by_joint
 from balance.transfers.compute_transfers import Transfers
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.urdf.validate_inertias import UNPHYSICAL
 from kinematics.wording import first_names, html_facts, repr_lines
 
 __all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace"]
@@ -40,12 +41,20 @@ class AsGiven(NamedTuple):
     """Residual of the masses in the file, and whether they lie in the design space.
 
     Attributes:
-        balanced: residual up to 1e-9.
-        residual: size of the conditions' residual over the sum of the bodies' parts in it.
+        balanced: residual up to 1e-9; None if no body has mass or inertia in the file.
+        residual: size of the conditions' residual over the sum of the bodies' parts in it;
+            None likewise.
     """
 
-    balanced: bool
-    residual: float
+    balanced: bool | None
+    residual: float | None
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in words."""
+        if self.balanced is None:
+            return "no masses"
+        return "balanced" if self.balanced else "not balanced"
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +85,7 @@ class DesignSpace(SpaceData):
             f"ranks by order {ranks}",
             f"bodies {first_names(self.bodies)}",
             self.assurance,
-            f"as given: {'balanced' if self.as_given.balanced else 'not balanced'}",
+            f"as given: {self.as_given.verdict}",
         )
 
     def _repr_html_(self) -> str:
@@ -87,7 +96,7 @@ class DesignSpace(SpaceData):
             ("ranks by order", ", ".join(str(order.rank) for order in self.orders)),
             ("bodies", first_names(self.bodies)),
             ("certainty", self.assurance),
-            ("as given", "balanced" if self.as_given.balanced else "not balanced"),
+            ("as given", self.as_given.verdict),
         )
 
     @property
@@ -187,6 +196,8 @@ class DesignSpace(SpaceData):
         """Whether the masses in the file are balanced."""
         rows = self.decision.conditions.rows
         given = np.array([body.inertia for body in self.linkage.bodies])
+        if not given.any():
+            return AsGiven(None, None)
         z = to_chain(given, self.chain.frame, self.planar, self.balance == "force")
         by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
         total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
@@ -200,15 +211,19 @@ class DesignSpace(SpaceData):
     def brief(self) -> str:
         """Summary in one line of words."""
         count, algebra = self.rank + self.nullity, "planar" if self.planar else "spatial"
-        verdict = "balanced" if self.as_given.balanced else "not balanced"
         return (
             f"rank {self.rank} of {count} {algebra} parameters, nullity {self.nullity}, "
-            f"mobility {self.linkage.mobility}, {verdict} as given"
+            f"mobility {self.linkage.mobility}, {self.as_given.verdict} as given"
         )
 
     @property
     def warnings(self) -> tuple[Notice, ...]:
-        """The notices, and then the inequalities of physical bodies that masses violate."""
+        """The notices, and then the inequalities of physical bodies that masses violate.
+
+        The notice on a file names all links that violate them.
+        """
+        if any(notice.code == UNPHYSICAL for notice in self.linkage.notices):
+            return self.notices
         unreal = [
             Notice("non_physical", f"link '{body.name}': {problem}")
             for body in self.linkage.bodies

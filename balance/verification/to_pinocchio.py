@@ -26,7 +26,8 @@ from balance.verification.result import Run, Verification
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters, wrench_to_si
 from balance.verification.trajectory import Trajectory, drive, random_motions
 from kinematics.closure.joint_positions import input_chain
-from kinematics.errors import LinkageError, PackageError, PoseError
+from kinematics.error_text import clean
+from kinematics.errors import FileError, LinkageError, PackageError, PoseError
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Joint, Linkage
 from kinematics.model.motion import Motion, motion_of
@@ -73,7 +74,7 @@ def verify(
 
     Raises:
         PackageError: Pinocchio is missing.
-        LinkageError: a body without mass has a first moment of mass.
+        LinkageError: a body without mass has a first moment of mass, or none has a mass.
         PoseError: the linkage cannot follow the motion, or nothing moves in it.
         MotionError: a relation is wrong.
         ValueError: an option has no such value, or excludes another.
@@ -88,7 +89,11 @@ def verify(
     if balance not in ("dynamic", "force"):
         raise ValueError(f"balance must be 'dynamic' or 'force', not {balance!r}")
     linkage = as_linkage(linkage)
-    model = PinocchioModel(linkage, mass_parameters(linkage, z))
+    masses = mass_parameters(linkage, z)
+    if z is None and not masses.any():
+        problem, remedy = "no moving link has a mass", "give the links that move an <inertial>"
+        raise FileError(clean(linkage.source, 1000), "", problem, remedy)
+    model = PinocchioModel(linkage, masses)
     given, rotation = _given_motions(linkage, along, speed, crank, motion)
     motions: Iterable[Trajectory] = given or ()
     if given is None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from kinematics.error_text import clean
 from kinematics.formats.convert import convert_to_urdf
+from kinematics.urdf.harmless_oddities import mend_oddities
 from kinematics.urdf.input_streams import source_name
 from kinematics.urdf.loop_file import merge_loop_file
 from kinematics.urdf.read_options import Path, ReadOptions, RobotFile
@@ -77,7 +78,9 @@ def read_robot(model: Path | Document, fix_base: bool = False) -> RobotFile:
         from kinematics.urdf_elements.write_numbers import element_text
 
         document = Document(source, element_text(robot).encode())
-    return RobotFile(validate_robot(robot, source, fix_base), None, remarks, document)
+    robot, odd = mend_oddities(robot, source)
+    tree = validate_robot(robot, source, fix_base)
+    return RobotFile(tree, None, (*remarks, *odd), document)
 
 
 def read_files(model: Path | Document, loops: Path | None, options: ReadOptions) -> RobotFile:

@@ -10,7 +10,7 @@ same for both kinds of files.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,6 +31,8 @@ __all__ = ["loop_file_of", "merge_loop_file"]
 MAX_BYTES = 2**17
 
 _KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type", "rotule_name")
+# Keys that may have a part of the names of several joints.
+_GENERIC = ("name_mot", "rotule_name")
 # Indices into the state vectors of another program, in files of 2023.
 _IDLE = ("Lidmot", "Lidvmot")
 # Frames by a pattern, likewise.
@@ -103,12 +105,13 @@ def _find_and_merge(
 
 def _merge(tree: Element, keys: YamlMapping) -> RobotFile:
     """Change joints, add loops and name inputs."""
+    remarks = [*_unmatched_words(tree, keys)]
     tree = _validate(_replace_joints(tree, keys), "joint_type")
     inputs = _inputs(tree, keys)
     tree = _validate(_add_loops(tree, keys), "closed_loop")
-    idle = [key for key in _IDLE if key in keys.items]
-    remark = ("keys_ignored", f"keys without a meaning here: {', '.join(idle)}")
-    return RobotFile(tree, inputs, (remark,) if idle else ())
+    if idle := [key for key in _IDLE if key in keys.items]:
+        remarks.append(("keys_ignored", f"keys without a meaning here: {', '.join(idle)}"))
+    return RobotFile(tree, inputs, tuple(remarks))
 
 
 def _validate(tree: Element, key: str) -> Element:
@@ -125,11 +128,19 @@ def _matching_joints(tree: Element, keys: YamlMapping, key: str) -> list[str]:
     """Find the moving joint named by a key, or else all those whose names contain it."""
     word = keys.text(key) or ""
     moving = [j.name for j in tree.every("joint") if DEGREES_OF_FREEDOM[j.attributes["type"]]]
-    found = [word] if word in moving else [name for name in moving if word in name]
-    if not found or not word:
+    if not word:
         remedy = f"list names; the joints that move are {closest_names(word, moving)}"
-        raise keys.wrong(key, f"no moving joint is called like '{clean(word)}'", remedy)
-    return found
+        raise keys.wrong(key, "no part of a name", remedy)
+    return [word] if word in moving else [name for name in moving if word in name]
+
+
+def _unmatched_words(tree: Element, keys: YamlMapping) -> Iterator[tuple[str, str]]:
+    """Remarks on parts of names that are in no name of a moving joint: they mean no joint."""
+    for key in _GENERIC:
+        if (word := keys.text(key)) and not _matching_joints(tree, keys, key):
+            line = keys.items[key].line
+            text = f"{key} (line {line}): no moving joint is called like '{clean(word)}'"
+            yield "keys_ignored", text
 
 
 def _check_names(

@@ -107,8 +107,8 @@ def _build_linkage(
     """Build the unassembled linkage of a robot.
 
     Raises:
-        FileError: no joint moves, no moving link has inertia, or a massless link does not
-            exist.
+        FileError: no joint moves, no moving link carries parameters, or a massless link does
+            not exist.
     """
     file, tree = clean(source, 1000), side.tree
     mimics = {joint.name: joint.mimic for joint in robot.joints if joint.mimic is not None}
@@ -117,6 +117,9 @@ def _build_linkage(
         remedy = "give a linkage with joints that are not fixed"
         raise FileError(file, "", "no joint moves", remedy)
     bodies = _bodies(robot, places, options, file)
+    bare = not bodies and not options.massless
+    if bare:
+        bodies = _bodies(robot, places, options._replace(bodies="all"), file)
     if not bodies:
         remedy = "give the links that move a mass and an inertia, or use --bodies all"
         raise FileError(file, "", "no moving link has an <inertial>", remedy)
@@ -129,7 +132,10 @@ def _build_linkage(
         loops=tuple(loops),
         mimics=tuple(_mimics(mimics, joints)),
         named_inputs=_inputs(tree) if side.inputs is None else side.inputs,
-        notices=(*(Notice(*remark) for remark in side.remarks), *_notices(places, bodies)),
+        notices=(
+            *(Notice(*remark) for remark in side.remarks),
+            *_notices(places, bodies, bare),
+        ),
         places={
             name: LinkPose(place.link, freeze(place.pose)) for name, place in places.items()
         },
@@ -284,8 +290,13 @@ def _inputs(tree: Element) -> tuple[str, ...]:
     return tuple(name for names in marked for name in names)
 
 
-def _notices(places: Mapping[str, LinkPose], bodies: Sequence[Body]) -> tuple[Notice, ...]:
-    """Moving bodies that carry no parameters."""
+def _notices(
+    places: Mapping[str, LinkPose], bodies: Sequence[Body], none_given: bool
+) -> tuple[Notice, ...]:
+    """Moving bodies that carry no parameters, or parameters without any mass in the file."""
+    if none_given:
+        text = "no moving link has an <inertial>: each carries parameters, as by --bodies all"
+        return (Notice("no_masses", text),)
     known = {GROUND, *(body.link for body in bodies)}
     bare = []
     for name, place in places.items():

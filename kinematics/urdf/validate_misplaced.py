@@ -55,8 +55,6 @@ _ELSEWHERE = {"link": ("inertial", "mass", "inertia"), "robot": ("link", "joint"
 MIN_SPELLING_RATIO = 0.7
 # Longest word that is compared with known ones.
 MAX_WORD = 40
-# Zeros as exporters write them.
-ZEROS = {"0", "0.0", "-0", "-0.0"}
 
 
 def check_misplaced(robot: Element) -> None:
@@ -85,7 +83,7 @@ def check_misplaced(robot: Element) -> None:
 def _check_attributes(item: Element) -> None:
     """Reject attributes that are not read."""
     known = _ATTRIBUTES.get(item.tag, ())
-    for name, value in item.attributes.items():
+    for name in item.attributes:
         plain = name.rpartition(":")[2]
         if item.tag in ("joint", "loop"):
             intended = "" if name in _OWN else _intended_word(plain, _OWN)
@@ -95,8 +93,6 @@ def _check_attributes(item: Element) -> None:
             continue
         elif ":" in name and not _intended_word(plain, known):
             continue
-        elif (item.tag, name) == ("axis", "rpy") and set(value.split()) <= ZEROS:
-            continue  # Old exporters write it beside every axis.
         else:
             intended = _intended_word(plain, known) or " or ".join(known)
         problem = f"<{item.tag} {clean(name)}> is not read"

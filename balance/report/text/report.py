@@ -47,7 +47,7 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     if space.idle:
         lines.append(("idle joints", ", ".join(space.idle)))
     given = space.as_given
-    verdict = "balanced" if given.balanced else "not balanced"
+    residual = "" if given.residual is None else f" (residual {given.residual:.1e})"
     return [
         *lines,
         ("conditions", f"{space.rank}, {_completeness(space)}"),
@@ -56,7 +56,7 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
         *([("near-special", _distance_text(change))] if change < inf else []),
         ("certainty", space.assurance),
         *(("in doubt", doubt) for doubt in space.doubts),
-        ("as given", f"{verdict} (residual {given.residual:.1e})"),
+        ("as given", f"{given.verdict}{residual}"),
     ]
 
 

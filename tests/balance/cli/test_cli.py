@@ -199,10 +199,6 @@ BAD = {
     "two_parents": (replaced('child link="rocker"', 'child link="coupler"'), ["coupler"]),
     "unknown_link": (replaced('successor link="rocker"', 'successor link="ghost"'), ["ghost"]),
     "open_loop": (opened, ["does not close", "5 m", "q3"]),
-    "no_inertia": (
-        lambda text: text.replace("<inertial>", "<!--").replace("</inertial>", "-->"),
-        ["inertial"],
-    ),
 }
 
 
@@ -300,3 +296,35 @@ def test_plain_serial_robots_work_too(capsys):
     assert main(["report", "hprs", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert (report["loops"], report["mobility"]) == (0, 6)
+
+
+BARE = (
+    '<robot name="bare"><link name="base"/><link name="arm"/>'
+    '<joint name="j" type="continuous"><parent link="base"/><child link="arm"/>'
+    '<axis xyz="0 0 1"/></joint></robot>'
+)
+
+
+def test_a_file_without_masses(tmp_path, capsys):
+    """A report needs none, and does not call them balanced; simulation needs them."""
+    path = tmp_path / "bare.urdf"
+    path.write_text(BARE)
+    assert main(["report", str(path), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["bodies"] == ["arm"]
+    assert report["as_given"] == {"balanced": None, "residual": None}
+    assert [warning["code"] for warning in report["warnings"]] == ["no_masses"]
+    assert main(["report", str(path)]) == 0
+    assert "as given      no masses" in capsys.readouterr().out
+    assert main(["verify", str(path), "--json"]) == 3
+    said = capsys.readouterr()
+    assert said.out == "" and "no moving link has a mass; give the links" in said.err
+
+
+def test_impossible_inertias_are_remarked_once(tmp_path, capsys):
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="5"/></inertial>'
+    path = tmp_path / "bare.urdf"
+    path.write_text(BARE.replace('<link name="arm"/>', f'<link name="arm">{inertial}</link>'))
+    assert main(["report", str(path), "--json"]) == 0
+    warnings = json.loads(capsys.readouterr().out)["warnings"]
+    assert [warning["code"] for warning in warnings] == ["unphysical"]

@@ -87,8 +87,7 @@ BAD = {
     "welded input": (PAIR + "name_mot: [j1]\njoint_name: [j1]\njoint_type: [FIXED]", "name_mot",
         "'j1' is fixed", "that move"),
     "nested input": (PAIR + "name_mot: [[j1]]", "name_mot", "not a list of names", "[first"),
-    "word of no joint": (PAIR + "name_mot: motor", "name_mot", "called like 'motor'", "'j1'"),
-    "empty word": (PAIR + "rotule_name: ''", "rotule_name", "called like ''", "list names"),
+    "empty word": (PAIR + "rotule_name: ''", "rotule_name", "no part of a name", "list names"),
 }  # fmt: skip
 
 

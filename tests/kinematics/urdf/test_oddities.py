@@ -106,6 +106,57 @@ def test_mimic_without_multiplier_and_offset(robot):
     assert (mimic.joint, mimic.source, mimic.ratio) == (2, 0, 1.0)
 
 
+# Text replaced and its replacement, and words of the one remark.
+REMARKED = {
+    "axis with angles of zero": (AXIS, '<axis rpy="0 0 -0.0" xyz="0 0 1"/>',
+        "joint 'j1' (line 8) has an <axis rpy> of zeros"),
+    "inertial outside of links": ("</robot>", INERTIAL + "</robot>",
+        "<inertial> (line 27) is in no link, and is not read"),
+    "no name": (' name="four_bar"', "", "<robot> (line 2) has no name, that of the file is"),
+    "products below the diagonal": ('ixy="0" ixz="0"', 'iyx="0" izx="0"',
+        "link 'crank' (line 5) has iyx for ixy, izx for ixz"),
+    "product twice": ('ixy="0"', 'ixy="0" iyx="0"', "link 'crank' (line 5) has iyx for ixy"),
+    "mark in capitals": ('type="revolute">', 'type="revolute" independent="True">',
+        "joint 'j3' (line 16) has independent=\"True\" for \"true\""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REMARKED)
+def test_remarked(robot, case):
+    old, new, words = REMARKED[case]
+    assert old in PLAIN
+    plain, odd = PLAIN, PLAIN.replace(old, new, 1)
+    if case == "mark in capitals":
+        plain = odd.replace("True", "true")
+    expected, draft = (read_unassembled(robot(text)) for text in (plain, odd))
+    (notice,) = draft.notices
+    assert notice.code == "oddities" and words in notice.message
+    assert expected.notices == () and draft.named_inputs == expected.named_inputs
+    assert draft.name == ("robot" if case == "no name" else expected.name)
+    for ours, theirs in zip(draft.joints, expected.joints, strict=True):
+        assert ours.name == theirs.name and np.array_equal(ours.screw, theirs.screw)
+    for ours, theirs in zip(draft.bodies, expected.bodies, strict=True):
+        assert ours.name == theirs.name and np.array_equal(ours.inertia, theirs.inertia)
+
+
+def test_many_oddities_are_one_remark(robot):
+    text = PLAIN.replace(AXIS, '<axis xyz="0 0 1" rpy="0 0 0"/>').replace("ixy", "iyx")
+    (notice,) = read_unassembled(robot(text.replace("</robot>", INERTIAL + "</robot>"))).notices
+    assert notice.message.count("; ") == 4 and notice.message.endswith("; and 4 more")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        (AXIS, '<axis xyz="0 0 1" rpy="0 0 1"/>', "<axis rpy> is not read"),
+        ('ixy="0"', 'ixy="0" iyx="0.1"', "<inertia iyx> is not read"),
+        ('type="revolute">', 'type="revolute" independent="yes">', "neither true nor false"),
+    ],
+)
+def test_what_may_change_the_model_is_refused(robot, old, new, problem):
+    assert problem in refusal(robot(PLAIN.replace(old, new, 1))).problem
+
+
 # text replaced, replacement, words of the problem, words of the remedy
 REFUSED = {
     "capital type": ('type="continuous"', 'type="Continuous"', "unknown type 'Continuous'",

@@ -259,3 +259,13 @@ def test_mimics_and_pitches_of_replaced_joints(write):
         read_unassembled(write(text, yaml.replace("j1", "j2")))
     frozen = read_unassembled(write(text, "joint_name: [j2]\njoint_type: [FIXED]"))
     assert [j.name for j in frozen.joints] == ["j1", "j3"]
+
+
+@pytest.mark.parametrize("key", ["name_mot", "rotule_name"])
+def test_a_part_of_a_name_that_is_in_none_is_remarked(write, key):
+    draft = read_unassembled(write(bench(), f"{PAIR}{key}: motor\n"))
+    expected = read_unassembled(write(bench(), PAIR))
+    (notice,) = draft.notices
+    assert notice.code == "keys_ignored" and "called like 'motor'" in notice.message
+    assert draft.named_inputs == expected.named_inputs
+    assert [j.kind for j in draft.joints] == [j.kind for j in expected.joints]

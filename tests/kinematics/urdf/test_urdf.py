@@ -186,19 +186,25 @@ def test_a_group_is_named_after_its_topmost_link(read):
     assert "bare" in draft.notices[0].message and "arm" not in draft.notices[0].message
 
 
-@pytest.mark.parametrize(
-    ("kind", "inertia", "problem"),
-    [
-        ("fixed", UNIT_INERTIA, "no joint moves"),
-        ("revolute", {}, "no moving link has an <inertial>"),
-        ("revolute", NO_INERTIA, "no moving link has an <inertial>"),
-    ],
-)
-def test_nothing_moves_with_inertia(read, kind, inertia, problem):
+def test_nothing_moves(read):
     with pytest.raises(FileError) as caught:
-        read(link("a", **UNIT_INERTIA), link("b", **inertia), joint("j", kind, "a", "b"))
-    assert caught.value.file.endswith("robot.urdf") and caught.value.problem == problem
-    assert caught.value.remedy.startswith("give ")
+        read(
+            link("a", **UNIT_INERTIA), link("b", **UNIT_INERTIA), joint("j", "fixed", "a", "b")
+        )
+    assert caught.value.file.endswith("robot.urdf")
+    assert caught.value.problem == "no joint moves" and caught.value.remedy.startswith("give ")
+
+
+@pytest.mark.parametrize("inertia", [{}, NO_INERTIA])
+def test_without_any_mass_all_moving_links_carry_parameters(read, inertia):
+    """One remark, in place of one on each link."""
+    parts = [
+        link("a", **UNIT_INERTIA), link("b", **inertia), link("c", **inertia),
+        joint("j", "revolute", "a", "b"), joint("k", "revolute", "b", "c"),
+    ]  # fmt: skip
+    draft = read(*parts)
+    assert [body.name for body in draft.bodies] == ["b", "c"]
+    assert [notice.code for notice in draft.notices] == ["no_masses"]
 
 
 # --- order, marks, mimics -----------------------------------------------------------------

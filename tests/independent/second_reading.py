@@ -151,9 +151,10 @@ def _of_tree(root: Tree, inputs: list[str]) -> Reading:
         raise Strange("a coordinate twice")
     if not inputs:
         for item in [*root.findall("joint"), *root.findall("loop")]:
-            if item.get("independent", "false") not in ("true", "false"):
+            mark = item.get("independent", "false").strip().lower()
+            if mark not in ("true", "false"):
                 raise Strange("independent")
-            inputs.extend(names_of(item) if item.get("independent") == "true" else ())
+            inputs.extend(names_of(item) if mark == "true" else ())
     return reading._replace(extent=extent)
 
 
@@ -198,6 +199,15 @@ def _position(name: str, mimics: dict) -> float:
     return ratio * _position(source, mimics) + offset
 
 
+def _product(inertia: Tree, name: str) -> float:
+    """A product of inertia, above the diagonal or below."""
+    other = f"i{name[2]}{name[1]}"
+    given = {inertia.get(each) for each in (name, other)} - {None}
+    if len(given) > 1:
+        raise Strange(f"{name} and {other}")
+    return _number(inertia, name if inertia.get(name) else other, "0")
+
+
 def _weigh(link: Tree, reading: Reading) -> None:
     """Add mass, first moment and inertia about the inertial origin to the rigid body."""
     inertial = link.find("inertial")
@@ -208,9 +218,8 @@ def _weigh(link: Tree, reading: Reading) -> None:
     if any(part is None for part in parts):
         raise Strange("half an inertial")
     m = _number(parts[0], "value", "0")
-    xx, yy, zz, xy, xz, yz = (
-        _number(parts[1], name, "0") for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    )
+    xx, yy, zz = (_number(parts[1], name, "0") for name in ("ixx", "iyy", "izz"))
+    xy, xz, yz = (_product(parts[1], name) for name in ("ixy", "ixz", "iyz"))
     inertia, c = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), pose[:3, 3]
     E = pose[:3, :3] @ inertia @ pose[:3, :3].T
     for i in range(3):

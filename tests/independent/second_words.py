@@ -23,7 +23,7 @@ PARTS = {
     "predecessor": ("origin", "link"), "successor": ("origin", "link"),
     "parent": ("", "link"), "child": ("", "link"), "origin": ("", "xyz rpy"),
     "axis": ("", "xyz"), "axis2": ("", "xyz"), "mass": ("", "value"),
-    "inertia": ("", "ixx ixy ixz iyy iyz izz"), "mimic": ("", "joint multiplier offset"),
+    "inertia": ("", "ixx ixy ixz iyy iyz izz iyx izx izy"), "mimic": ("", "joint multiplier offset"),
     "screw_thread_pitch": ("", "value"),
 }  # fmt: skip
 SEVERAL = {"link", "joint", "loop"}
@@ -42,6 +42,8 @@ def strict(item: Tree) -> None:
     """Every element is known, every attribute too, nothing is there twice."""
     parts, attributes = (words.split() for words in PARTS[item.tag])
     for name in item.attrib:
+        if (item.tag, name) == ("axis", "rpy") and set(item.attrib[name]) <= set("-0. \t\n"):
+            continue
         if name not in attributes and not name.startswith("{"):
             raise Strange(f"attribute {name} of <{item.tag}>")
     seen: set[str] = set()
@@ -53,6 +55,8 @@ def strict(item: Tree) -> None:
             if any(inner.tag == "predecessor" for inner in child.iter()):
                 raise Strange(f"<predecessor> in <{child.tag}>")
         elif (item.tag, child.tag.rpartition("}")[2]) == ("link", "origin"):
+            continue
+        elif (item.tag, child.tag) == ("robot", "inertial"):
             continue
         elif child.tag not in parts and not _resembles(child):
             continue

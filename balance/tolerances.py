@@ -55,6 +55,8 @@ __all__ = [
     "MOMENTUM_RESIDUAL_ILL_CONDITIONED",
     "MOMENT_ROUND_OFF",
     "MOTION_RETURN",
+    "NEWTON_DECREMENT_LEAST",
+    "NEWTON_DECREMENT_STALLED",
     "PARALLEL_AXES_ROUNDED",
     "PHYSICAL_INEQUALITY",
     "POINT_EQUAL_RELATIVE",
@@ -240,6 +242,10 @@ SOLVER_INFEASIBILITY = 1e-10
 # Residuals and relative gap at which the conic solver stops: careful, and fast.
 SOLVER_RESIDUAL = 1e-10
 SOLVER_RESIDUAL_FAST = 1e-9
+# Newton decrement at which the nearest design is found: the distance exceeds its minimum by at
+# most the square of it. Below the second one, steps may end by round-off.
+NEWTON_DECREMENT_LEAST = 1e-12
+NEWTON_DECREMENT_STALLED = 1e-7
 # Singular values of the conditions of kept bodies and fixed masses that count as zero, relative
 # to the largest one: file values carry ten digits or more.
 FIXED_RANK_RELATIVE = 1e-10

@@ -182,8 +182,10 @@ def design(
             inertia of any body that is not kept, about the origin of its link frame, kg m²;
             ``"rotor"``: trace of the generalised inertia matrix of the motion at the reference
             pose, kg m², with sliding coordinates in lengths of ``space.length`` metres;
-            ``"change"``: distance from the masses in the file, without a unit. By default, the
-            margin is maximised. Bounds of each: see `balance.designs.objectives`.
+            ``"change"``: distance from the masses in the file, without a unit, the same in
+            every link frame and unit; convex, so its minimum is a global one (see
+            `balance.designs.nearest`). By default, the margin is maximised. Bounds of each: see
+            `balance.designs.objectives`.
         keep: names of bodies that stay as in the file.
         bounds: least and largest mass of bodies, kg, by name.
         within: radius of the balls, in lengths of the links; None for masses anywhere.

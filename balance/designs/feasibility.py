@@ -258,16 +258,17 @@ def assemble_design(
         constraints: kept bodies are copied from the file; in a plane, the centres of mass of
             the others have their height.
         P: pseudo-inertias (bodies, k, k).
-        along: see `to_si`.
+        along: see `to_si`; if given and no body is kept, the centres of mass in a plane have
+            the height of those in the file.
 
     Returns:
         Parameters (bodies, 10) about the inertial origin.
     """
     frame, keep = space.chain.frame, list(constraints.keep)
-    if not keep:
-        return freeze(to_si(P, frame, 0.0, along))
+    if not keep and along is None:
+        return freeze(to_si(P, frame))
     file = given_parameters(space)
-    moving = [b for b in keep if space.chain.links[b] >= 0]
+    moving = [b for b in keep or range(len(P)) if space.chain.links[b] >= 0]
     z = to_si(P, frame, plane_offset(from_si(file[moving], frame)), along)
     z[keep] = file[keep]
     return freeze(z)

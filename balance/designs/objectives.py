@@ -8,16 +8,15 @@ bounded:
 mass        total mass                                                              F = 1
 inertia     the largest principal moment of any body about the origin of its link   F = 1
 rotor       trace of the inertia matrix seen by the coordinates of the motion       F = 1
-change      ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, P0 from the file                    F = P0
+change      the log-det distance from the masses in the file; see `nearest`            none
 ==========  =====================================================================  =========
 
 in units of the chain and of the mean mass in the file. ε is 0.01, or half of the largest value
 that kept bodies and bounds allow. The traces add up to at most ten times the sum that the
 design of the largest margin has at this ε; with kept bodies or bounds, ten times its own sum.
 
-The distance equals, to second order, the affine-invariant metric on pseudo-inertias, which
-is the same in any frame and unit (T. Lee, P. M. Wensing, F. C. Park, IEEE Transactions on
-Robotics 36(1), 2020).
+The least change depends neither on ε nor on that bound. Newton's method starts at the design
+that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with F = P0.
 """
 
 from __future__ import annotations
@@ -29,6 +28,7 @@ from numpy.typing import NDArray
 
 from balance.designs.clarabel_adapter import ConstraintBlock, solve_conic, triangles
 from balance.designs.constraints import Program
+from balance.designs.nearest import file_distance, minimise_distance
 from balance.designs.pseudo_inertia_cone import Cone, given_parameters, matrices_of
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import PSEUDO_INERTIA_SINGULAR
@@ -119,9 +119,29 @@ def minimise_objective(
     v = _solve(program, cone, goal, epsilon * lower, trace_limit)
     if v is None:
         return None
-    half = 0.0 if goal.H is None else 0.5 * v @ goal.H @ v
-    value = float((goal.q @ v + half + goal.constant) * goal.scale)
+    if wanted == "change":
+        return _least_change(program, cone, lower, v[:-1])
+    value = float((goal.q @ v + goal.constant) * goal.scale)
     return Optimum(program.unit * cone.at(v[:-1]), value)
+
+
+def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Optimum | None:
+    """Minimise the log-det distance from the file, from a design at coordinates ``start``."""
+    lines = np.zeros((len(program.lines), start.size))
+    lines[:, : program.traces.size] = program.lines
+    moves, constant = np.ones(start.size, dtype=bool), np.zeros_like(start)
+    if program.sized:
+        unit = program.traces.size - 1
+        moves[unit], constant[unit] = False, start[unit]
+    v = minimise_distance(
+        cone.blocks[:, moves], cone.sums_at(constant), file, lines[:, moves], lines @ constant,
+        start[moves],
+    )  # fmt: skip
+    if v is None:
+        return None
+    constant[moves] = v
+    P = cone.sums_at(constant)
+    return Optimum(program.unit * P, file_distance(P, file))
 
 
 def _solve(

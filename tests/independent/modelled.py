@@ -85,10 +85,10 @@ class Model:
 
     def best(self, wanted, margin, floor=1e-2, room=10.0):
         """The least value of an objective in SI units."""
-        F = self.given if wanted == "change" else [np.eye(self.k)] * self.count
-        largest = max(np.linalg.eigvalsh(matrix)[-1] for matrix in F)
-        limits = [P - floor * G >> 0 for P, G in zip(self.P, F, strict=True)]
-        limits.append(self.trace <= room * floor * largest / margin)
+        limits = [P - floor * np.eye(self.k) >> 0 for P in self.P]
+        limits.append(self.trace <= room * floor / margin)
+        if wanted == "change":
+            limits = []
         goal, unit = getattr(self, wanted)()
         problem = cp.Problem(cp.Minimize(goal), [*self.balanced, *limits])
         return solved(problem, **PRECISE) * unit
@@ -111,5 +111,6 @@ class Model:
         goal = 0
         for P, P0 in zip(self.P, self.given, strict=True):
             W = np.linalg.inv(np.linalg.cholesky(P0))
-            goal += cp.sum_squares(W @ P @ W.T - np.eye(self.k))
+            own = W @ P @ W.T
+            goal += 2.0 * (cp.trace(own) - cp.log_det(own) - self.k)
         return goal, 1.0

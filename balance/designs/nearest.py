@@ -77,7 +77,9 @@ def minimise_distance(
     v, before = start.copy(), np.inf
     for _ in range(MAX_STEPS):
         L, down = _newton_system(own, fixed + np.einsum("bnij,n->bij", own, v))
-        y = _constrained_step(down, np.linalg.solve(L, lines.T).T, lines @ v + offset)
+        y = _constrained_step(
+            down, np.asarray(np.linalg.solve(L, lines.T)).T, lines @ v + offset
+        )
         decrement = float(np.linalg.norm(y))
         if not np.isfinite(decrement):
             return None
@@ -100,7 +102,7 @@ def _newton_system(own: Array, P: Array) -> tuple[Array, Array]:
     C = np.linalg.inv(np.linalg.cholesky(P))[:, None]
     D = C @ own @ C.swapaxes(-1, -2)
     rows = triangles(D).transpose(0, 2, 1).reshape(-1, D.shape[1])
-    L = np.linalg.qr(rows, mode="r").T
+    L = np.asarray(np.linalg.qr(rows, mode="r")).T
     return L, -np.linalg.solve(L, np.einsum("bnii->n", own - D))
 
 

@@ -25,7 +25,9 @@ __all__ = [
     "CONDITIONING_LEAST",
     "CONDITIONING_NOTICE",
     "CONDITIONING_SINGULAR",
+    "COORDINATE_ROUND_OFF",
     "CRANK_ADVANCE",
+    "CURVATURE_ZERO",
     "DESIGN_RESIDUAL",
     "DROPPED_CLEARLY",
     "ECHELON_PIVOT",
@@ -36,7 +38,9 @@ __all__ = [
     "FRACTION_IN_TEXT",
     "FRACTION_ROUND_OFF",
     "GEOMETRY_EQUAL",
+    "HULL_FLAT",
     "INPUT_RANGE_RELATIVE",
+    "INSIDE_REGION",
     "JOINTS_COINCIDE",
     "JOINT_RATE_RATIO",
     "KEPT_BODY_RESIDUAL",
@@ -77,11 +81,13 @@ __all__ = [
     "SOLVER_RESIDUAL_FAST",
     "SPACES_EQUAL_SINE",
     "SQUARE_ROUND_OFF",
+    "STATIONARY_INSIDE",
     "SWEEP_CLOSURE_RESIDUAL",
     "SWEEP_PIVOT_CLEAR",
     "SWEEP_REGULAR",
     "TERMS_RANK",
     "TERM_ABSENT",
+    "TETRAHEDRON_FLAT",
     "TRANSFER_DIRECTION_EQUAL",
     "TRANSFER_ENTRY_ROUND_OFF",
     "UNIT_ROWS_DEPENDENT",
@@ -267,6 +273,23 @@ BALL_DISTANCE_EQUAL = 1e-12
 # Smallest eigenvalue of a pseudo-inertia that counts as zero, relative to its trace: below it
 # the inverse has no correct digit.
 PSEUDO_INERTIA_SINGULAR = 1e-12
+
+# --- counterweights
+
+# Distance outside a region that counts as inside, in its unit coordinates, where half of its
+# extent is 1.
+INSIDE_REGION = 1e-9
+# The same for stationary points of a polynomial: round-off.
+STATIONARY_INSIDE = 1e-12
+# Smallest extent of a hull of points over the largest: a flatter one has no volume.
+HULL_FLAT = 1e-9
+# Determinant of the sides of a tetrahedron in unit coordinates: a smaller one is flat.
+TETRAHEDRON_FLAT = 1e-12
+# Eigenvalue of a quadratic form over its largest entry that counts as zero.
+CURVATURE_ZERO = 1e-13
+# Coordinate of a joint in its link frame over the length of the link: up to this it is
+# round-off of the frames.
+COORDINATE_ROUND_OFF = 1e-15
 
 # --- verification
 

@@ -27,11 +27,11 @@ class ConstraintBlock(NamedTuple):
     Attributes:
         kind: ``"psd_triangle"``: positive semidefinite matrices, as vectors of `triangles`;
             ``"second_order"``: first entry at least the norm of the others;
-            ``"nonnegative"``: entries not negative.
+            ``"nonnegative"``: entries not negative; ``"zero"``: entries zero.
         size: size of the matrices, or number of rows.
     """
 
-    kind: Literal["psd_triangle", "second_order", "nonnegative"]
+    kind: Literal["psd_triangle", "second_order", "nonnegative", "zero"]
     size: int
 
     @property
@@ -91,6 +91,7 @@ def solve_conic(
         "psd_triangle": clarabel.PSDTriangleConeT,
         "second_order": clarabel.SecondOrderConeT,
         "nonnegative": clarabel.NonnegativeConeT,
+        "zero": clarabel.ZeroConeT,
     }
     settings = clarabel.DefaultSettings()
     accuracy = SOLVER_RESIDUAL if careful else SOLVER_RESIDUAL_FAST

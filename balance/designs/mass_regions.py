@@ -26,7 +26,7 @@ from balance.spaces.design_space import DesignSpace
 from balance.tolerances import BALL_DISTANCE_EQUAL, LINK_LENGTH_ZERO
 from kinematics.model.linkage import Body
 
-__all__ = ["BALL_RADIUS", "Ball", "ball_of", "middle_of", "reach_of"]
+__all__ = ["BALL_RADIUS", "Ball", "ball_of", "joint_points", "middle_of", "reach_of"]
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def ball_of(space: DesignSpace, body: Body, within: float) -> Ball:
         The ball in the coordinates of the chain.
     """
     frame, d = space.chain.frame, 2 if space.planar else 3
-    joints = _joint_points(space, body)
+    joints = joint_points(space, body)
     if body.inertia[0] > 0.0:
         joints.append(body.inertia[1:4] / body.inertia[0])
     points = (np.array(joints) - frame.origin) @ frame.R.T[:, :d] / frame.length
@@ -123,8 +123,16 @@ def _smallest_ball(points: Array) -> tuple[Array, float, Array]:
     return best
 
 
-def _joint_points(space: DesignSpace, body: Body) -> list[Array]:
-    """Return the points of a body's joints (3,), that of the carrying joint first."""
+def joint_points(space: DesignSpace, body: Body) -> list[Array]:
+    """Return the points of a body's joints (3,), that of the carrying joint first.
+
+    Args:
+        space: the design space.
+        body: one of its bodies.
+
+    Returns:
+        Points at the reference pose, metres, inertial frame; joints of loops included.
+    """
     joints, link = space.linkage.joints, body.link
     ends = {loop.end for loop in space.linkage.loops if loop.successor == link}
     others = [joint.point for j, joint in enumerate(joints)

@@ -38,6 +38,7 @@ balance.spaces
 balance.search balance.interpretation
 balance.certification
 balance.designs balance.verification balance.taylor_poses
+balance.counterweights
 balance.report
 balance.report.text
 balance.report.html

@@ -1,0 +1,1 @@
+"""Counterweights: matter that is added to given links, inside regions of their frames."""

@@ -1,0 +1,157 @@
+"""Matter added to a link inside a region, as convex variables.
+
+Added matter is a measure inside the region. Linkages feel its pseudo-inertia
+``ΔP = ∫ [x; 1][x; 1]ᵀ dm`` alone. The pseudo-inertias of all measures inside are a convex
+cone, described here exactly, in the unit coordinates of the region:
+
+- ball and ellipsoid: ``ΔP ⪰ 0`` and ``tr(G ΔP) ≥ 0`` with ``G = diag(-1, -1, -1, 1)``. Such a
+  ΔP is a sum of at most four ``p_i p_iᵀ`` with ``p_iᵀ G p_i ≥ 0`` (J. F. Sturm, S. Zhang,
+  Mathematics of Operations Research 28(2), 2003).
+- box and hull: a partition into tetrahedra with corners ``V_t = [v; 1]`` gives
+  ``ΔP = Σ_t V_t Y_t V_tᵀ`` with Y_t positive semidefinite and without negative entries. A
+  point of a tetrahedron is ``V_t w`` with ``w ≥ 0``, and matrices (4, 4) of that kind are
+  sums of ``w wᵀ`` (P. H. Diananda, 1962).
+- cylinder: no such description is known. Point masses at chosen points, ``ΔP = Σ μ_i p_i p_iᵀ``
+  with ``μ_i ≥ 0``, are the cone from inside, and `quadratic_minimum.minimise_in_region` finds
+  the points that are missing.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.counterweights.regions import Region
+from balance.designs.clarabel_adapter import TRIANGLES, ConstraintBlock
+from balance.inertial_parameters.conversions import to_chain
+from balance.spaces.design_space import DesignSpace
+from balance.tolerances import TETRAHEDRON_FLAT
+from kinematics.spatial.inertia import from_pseudo_inertia
+
+__all__ = ["AddedMatter", "Cone", "added_matter", "lump_cone", "moment_cone"]
+
+Array = NDArray[np.float64]
+
+
+class Cone(NamedTuple):
+    """Pseudo-inertias ``ΔP = Σ_i v_i matrices[i]`` of measures in a region, unit coordinates.
+
+    Attributes:
+        matrices: symmetric matrices (n, 4, 4), in the unit coordinates of the region.
+        rows: rows of the constraints on v (rows, n): ``rows @ v`` lies in the cones.
+        parts: the cones, for `balance.designs.clarabel_adapter.solve_conic`.
+        exact: whether every measure in the region is described; False for point masses.
+    """
+
+    matrices: Array
+    rows: Array
+    parts: tuple[ConstraintBlock, ...]
+    exact: bool
+
+
+class AddedMatter(NamedTuple):
+    """Matter added to a body as a linear function of the variables v of a cone.
+
+    Attributes:
+        body: position of the body in the design space.
+        region: region of its link frame.
+        to_inertial: affine map (4, 4) from the region's unit coordinates to the inertial
+            frame at the reference pose, metres.
+        cone: constraints on v; v is in kilograms.
+        parameters: parameters about the inertial origin, SI units, per unit of v (10, n).
+        counted: those that the space counts, in the units of its chain (count, n); count is 4
+            in a plane and 10 in space, for force balance 3 and 4. They are in the order of
+            the rows of the conditions of the body.
+    """
+
+    body: int
+    region: Region
+    to_inertial: Array
+    cone: Cone
+    parameters: Array
+    counted: Array
+
+    def pseudo_inertia(self, v: ArrayLike) -> Array:
+        """Compute ΔP (4, 4) in the region's unit coordinates from variables v (n,)."""
+        return np.asarray(np.einsum("nij,n->ij", self.cone.matrices, np.asarray(v)))
+
+
+def added_matter(
+    space: DesignSpace, body: int, region: Region, points: ArrayLike | None = None
+) -> AddedMatter:
+    """Describe the matter that may be added to a body.
+
+    Args:
+        space: the design space.
+        body: position of the body among ``space.bodies``.
+        region: where matter may be added, in the frame of its link.
+        points: positions (n, 3) in unit coordinates: point masses there are the variables
+            instead of the exact description. Needed for a cylinder.
+    """
+    cone = moment_cone(region) if points is None else lump_cone(points)
+    H = space.frames[body] @ region.place
+    z = from_pseudo_inertia(H @ cone.matrices @ H.T)
+    counted = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
+    return AddedMatter(body, region, H, cone, z.T, counted.T)
+
+
+def moment_cone(region: Region) -> Cone:
+    """Describe the pseudo-inertias of all measures in a region, in its unit coordinates.
+
+    Raises:
+        ValueError: the region is a cylinder, which has no such description.
+    """
+    if region.kind == "cylinder":
+        raise ValueError("a cylinder has no exact cone: give points")
+    if not region.ellipsoidal:
+        return _tetrahedra_cone(region)
+    S = _symmetric_basis()
+    G = np.diag([-1.0, -1.0, -1.0, 1.0])
+    rows = np.vstack([np.eye(10), np.einsum("nij,ij->n", S, G)])
+    parts = (ConstraintBlock("psd_triangle", 4), ConstraintBlock("nonnegative", 1))
+    return Cone(S, rows, parts, True)
+
+
+def lump_cone(points: ArrayLike) -> Cone:
+    """Describe point masses at points (n, 3) in unit coordinates."""
+    p = homogeneous(points)
+    count = len(p)
+    matrices = p[:, :, None] * p[:, None, :]
+    return Cone(matrices, np.eye(count), (ConstraintBlock("nonnegative", count),), False)
+
+
+def homogeneous(points: ArrayLike) -> Array:
+    """Append 1 to points (n, 3)."""
+    u = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    return np.column_stack([u, np.ones(len(u))])
+
+
+def _tetrahedra_cone(region: Region) -> Cone:
+    """Describe the pseudo-inertias of measures in a box or hull."""
+    S, corners = _symmetric_basis(), homogeneous(region.vertices)
+    tetrahedra = [corners[one].T for one in partition(region)]
+    matrices = np.concatenate([V @ S @ V.T for V in tetrahedra])
+    entries = np.array([S[:, i, j] for i in range(4) for j in range(i + 1, 4)])
+    count = len(tetrahedra)
+    own = np.vstack([np.eye(10), entries])
+    rows = np.kron(np.eye(count), own)
+    parts = (ConstraintBlock("psd_triangle", 4), ConstraintBlock("nonnegative", 6)) * count
+    return Cone(matrices, rows, parts, True)
+
+
+def partition(region: Region) -> list[list[int]]:
+    """Partition a box or hull into tetrahedra, as positions of their four corners.
+
+    Each has the first corner and a facet that does not contain it.
+    """
+    v = region.vertices
+    found = [[0, *map(int, facet)] for facet in region.triangles]
+    volumes = [abs(float(np.linalg.det(v[one[1:]] - v[0]))) for one in found]
+    return [one for one, volume in zip(found, volumes, strict=True) if volume > TETRAHEDRON_FLAT]
+
+
+def _symmetric_basis() -> Array:
+    """Return the ten symmetric matrices (10, 4, 4) of the coordinates of `triangles`."""
+    return np.asarray(TRIANGLES[4].T.reshape(10, 4, 4))

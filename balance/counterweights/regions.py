@@ -1,0 +1,313 @@
+"""Regions of a link frame in which matter may be added: convex shapes of positive volume.
+
+A region is an affine image ``x = H [u; 1]`` of a shape in unit coordinates u, whose centre is
+0 and which has no point further away than 1 in its own norm:
+
+==========  ======================================  ==========================================
+ball        ``|u| ≤ 1``                             ``ball(x,y,z,r)``
+ellipsoid   ``|u| ≤ 1``                             ``ellipsoid(x,y,z,a,b,c[,roll,pitch,yaw])``
+box         ``|u_i| ≤ 1``                           ``box(x0:x1,y0:y1,z0:z1)``
+cylinder    ``u_1² + u_2² ≤ 1``, ``|u_3| ≤ 1``      ``cylinder(x,y,z,ax,ay,az,r,length)``
+hull        ``normals u ≤ offsets``                 ``collision``, of the link's own elements
+==========  ======================================  ==========================================
+
+Lengths are metres in the link frame, angles radians; a cylinder has its middle at (x, y, z)
+and its axis along (ax, ay, az).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from balance.tolerances import HULL_FLAT, INSIDE_REGION
+from kinematics.errors import UsageError
+from kinematics.model.arrays import freeze
+
+__all__ = [
+    "Kind", "Region", "ball", "box", "cylinder", "ellipsoid", "hull", "read_region",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Kind = Literal["ball", "ellipsoid", "box", "cylinder", "hull"]
+
+USAGE = {
+    "ball": "ball(x,y,z,r)",
+    "box": "box(x0:x1,y0:y1,z0:z1)",
+    "cylinder": "cylinder(x,y,z,ax,ay,az,r,length)",
+    "ellipsoid": "ellipsoid(x,y,z,a,b,c) or with ,roll,pitch,yaw",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """A convex region of a link frame.
+
+    Attributes:
+        kind: shape in unit coordinates.
+        place: affine map H (4, 4) from unit coordinates to the link frame, metres.
+        text: the region in words that `read_region` reads, ``collision`` for a hull.
+        vertices: corners of a box or hull in unit coordinates (n, 3); empty otherwise.
+        triangles: its facets as triples of corners (t, 3).
+        normals: outward unit normals of its facets (t, 3).
+        offsets: distances of its facets from the centre (t,).
+    """
+
+    kind: Kind
+    place: Array
+    text: str
+    vertices: Array
+    triangles: IntArray
+    normals: Array
+    offsets: Array
+
+    def __repr__(self) -> str:
+        """One line: the text of the region."""
+        return f"Region {self.text}"
+
+    @property
+    def centre(self) -> Array:
+        """Centre (3,) in the link frame, metres."""
+        return self.place[:3, 3]
+
+    @property
+    def size(self) -> float:
+        """Largest half axis, metres."""
+        return float(np.linalg.norm(self.place[:3, :3], axis=0).max())
+
+    @property
+    def ellipsoidal(self) -> bool:
+        """Whether the shape is a ball or an ellipsoid."""
+        return self.kind in ("ball", "ellipsoid")
+
+    def to_unit(self, points: ArrayLike) -> Array:
+        """Convert points (..., 3) of the link frame, metres, to unit coordinates."""
+        away = np.asarray(points, dtype=np.float64) - self.centre
+        return np.asarray(away @ np.linalg.inv(self.place[:3, :3]).T)
+
+    def to_link(self, points: ArrayLike) -> Array:
+        """Convert points (..., 3) in unit coordinates to the link frame, metres."""
+        return np.asarray(np.asarray(points) @ self.place[:3, :3].T + self.centre)
+
+    def excess(self, units: ArrayLike) -> Array:
+        """Compute how far points are outside, negative inside, in unit coordinates.
+
+        Args:
+            units: points (..., 3) in unit coordinates.
+        """
+        u = np.asarray(units, dtype=np.float64)
+        if self.ellipsoidal:
+            return np.asarray(np.linalg.norm(u, axis=-1) - 1.0)
+        if self.kind == "cylinder":
+            across = np.linalg.norm(u[..., :2], axis=-1)
+            return np.asarray(np.maximum(across, np.abs(u[..., 2])) - 1.0)
+        return np.asarray((u @ self.normals.T - self.offsets).max(axis=-1))
+
+    def contains(self, points: ArrayLike, tolerance: float = INSIDE_REGION) -> NDArray[np.bool_]:
+        """Return whether points (..., 3) of the link frame are inside.
+
+        Args:
+            points: metres, in the link frame.
+            tolerance: distance outside that counts as inside, in unit coordinates.
+        """
+        return np.asarray(self.excess(self.to_unit(points)) <= tolerance)
+
+    def grown(self, factor: float) -> Region:
+        """Return the region stretched about its centre by a factor."""
+        place = self.place.copy()
+        place[:3, :3] *= factor
+        return replace(self, place=freeze(place), text=f"{self.text} × {factor:.6g}")
+
+
+def ball(centre: ArrayLike, radius: float) -> Region:
+    """Make a ball.
+
+    Args:
+        centre: centre (3,), metres, link frame.
+        radius: metres.
+
+    Raises:
+        UsageError: a number is not finite, or the ball is empty.
+    """
+    c = _finite(centre, "ball")
+    _positive([radius], "ball", "radius")
+    text = f"ball({_listed([*c, radius])})"
+    return _round("ball", _place(radius * np.eye(3), c), text)
+
+
+def ellipsoid(centre: ArrayLike, axes: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Region:
+    """Make an ellipsoid.
+
+    Args:
+        centre: centre (3,), metres, link frame.
+        axes: half axes (3,), metres.
+        rpy: roll, pitch and yaw of its axes (3,), radians, as in URDF.
+
+    Raises:
+        UsageError: a number is not finite, or the ellipsoid is empty.
+    """
+    c, a, angles = (_finite(part, "ellipsoid") for part in (centre, axes, rpy))
+    _positive(a, "ellipsoid", "half axis")
+    text = f"ellipsoid({_listed([*c, *a, *(angles if angles.any() else ())])})"
+    return _round("ellipsoid", _place(rotation(angles) * a, c), text)
+
+
+def cylinder(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -> Region:
+    """Make a cylinder.
+
+    Args:
+        centre: middle of its axis (3,), metres, link frame.
+        axis: direction of its axis (3,), of any length but 0.
+        radius: metres.
+        length: metres.
+
+    Raises:
+        UsageError: a number is not finite, the axis is 0, or the cylinder is empty.
+    """
+    c, n = _finite(centre, "cylinder"), _finite(axis, "cylinder")
+    _positive([radius, length], "cylinder", "radius or length")
+    if not n.any():
+        raise UsageError("region cylinder: its axis is 0 0 0: give a direction")
+    text = f"cylinder({_listed([*c, *n, radius, length])})"
+    n = n / np.abs(n).max()
+    n = n / np.linalg.norm(n)
+    side = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
+    side /= np.linalg.norm(side)
+    axes = np.column_stack([radius * side, radius * np.cross(n, side), 0.5 * length * n])
+    return _round("cylinder", _place(axes, c), text)
+
+
+def box(low: ArrayLike, high: ArrayLike) -> Region:
+    """Make a box along the axes of the link frame.
+
+    Args:
+        low: least coordinates (3,), metres.
+        high: largest coordinates (3,), metres.
+
+    Raises:
+        UsageError: a number is not finite, or the box is empty or inside out.
+    """
+    lo, hi = _finite(low, "box"), _finite(high, "box")
+    for name, a, b in zip("xyz", lo, hi, strict=True):
+        if not a < b:
+            what = "is inside out" if a > b else "has no volume"
+            raise UsageError(f"region box {what}: {name} from {a:g} to {b:g}: give x0 < x1")
+    text = "box(" + ",".join(f"{a:.12g}:{b:.12g}" for a, b in zip(lo, hi, strict=True)) + ")"
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    return _polytope("box", _place(np.diag(0.5 * (hi - lo)), 0.5 * (lo + hi)), text, corners)
+
+
+def hull(points: ArrayLike, text: str = "collision") -> Region:
+    """Make the convex hull of points.
+
+    Args:
+        points: points (n, 3), metres, link frame.
+        text: the region in words.
+
+    Raises:
+        UsageError: a number is not finite, or the hull has no volume.
+    """
+    given = _finite(points, "hull").reshape(-1, 3)
+    low, high = given.min(axis=0), given.max(axis=0)
+    half = 0.5 * float((high - low).max())
+    spread = np.linalg.svd(given - given.mean(axis=0), compute_uv=False)
+    if len(given) < 4 or not spread[-1] > HULL_FLAT * spread[0]:
+        raise UsageError(f"region {text}: the hull of these points has no volume")
+    centre = 0.5 * (low + high)
+    return _polytope("hull", _place(half * np.eye(3), centre), text, (given - centre) / half)
+
+
+def read_region(text: str) -> Region:
+    """Read a region from its text, such as ``ball(0,0,0.1,0.2)``; not ``collision``.
+
+    Raises:
+        UsageError: the text has another form, or the region is empty or inside out.
+    """
+    words = text.strip()
+    kind, _, inner = words.partition("(")
+    numbers = _numbers(inner, ":" if kind == "box" else "")
+    if kind in USAGE and words.endswith(")") and numbers is not None:
+        if kind == "ball" and numbers.size == 4:
+            return ball(numbers[:3], float(numbers[3]))
+        if kind == "box" and numbers.size == 6 and inner.count(":") == 3:
+            return box(numbers[::2], numbers[1::2])
+        if kind == "cylinder" and numbers.size == 8:
+            return cylinder(numbers[:3], numbers[3:6], float(numbers[6]), float(numbers[7]))
+        if kind == "ellipsoid" and numbers.size in (6, 9):
+            rpy = numbers[6:] if numbers.size == 9 else np.zeros(3)
+            return ellipsoid(numbers[:3], numbers[3:6], rpy)
+    usage = USAGE.get(kind)
+    wanted = usage or ", ".join([*USAGE.values(), "collision"])
+    raise UsageError(f"region '{text}' has no known form: write {wanted}")
+
+
+def rotation(rpy: ArrayLike) -> Array:
+    """Compute the rotation matrix (3, 3) of roll, pitch and yaw (3,), as in URDF."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    return np.array([
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ])  # fmt: skip
+
+
+def _numbers(inner: str, separator: str) -> Array | None:
+    """Parse the numbers of ``a,b:c)``; None if one is no number."""
+    words = inner.removesuffix(")").split(",")
+    split = [word.split(separator) if separator else [word] for word in words]
+    parts = [part for group in split for part in group]
+    try:
+        return np.array([float(part) for part in parts])
+    except ValueError:
+        return None
+
+
+def _finite(numbers: ArrayLike, what: str) -> Array:
+    """Convert to an array; raise UsageError for numbers that are not finite."""
+    found = np.asarray(numbers, dtype=np.float64)
+    if not np.isfinite(found).all():
+        raise UsageError(f"region {what}: every number must be finite")
+    return found
+
+
+def _positive(numbers: ArrayLike, what: str, part: str) -> None:
+    """Raise UsageError unless all numbers are finite and above 0."""
+    for value in _finite(numbers, what):
+        if not value > 0.0:
+            raise UsageError(f"region {what} is empty: {part} {value:g}: give one above 0")
+
+
+def _listed(numbers: list[float]) -> str:
+    return ",".join(f"{value:.12g}" for value in numbers)
+
+
+def _place(axes: Array, centre: Array) -> Array:
+    """Build the affine map (4, 4) with these columns and this centre."""
+    H = np.eye(4)
+    H[:3, :3], H[:3, 3] = axes, centre
+    return freeze(H)
+
+
+def _round(kind: Kind, place: Array, text: str) -> Region:
+    """Make a region without corners."""
+    none = freeze(np.empty((0, 3)))
+    return Region(kind, place, text, none, np.empty((0, 3), np.int64), none, freeze([]))
+
+
+def _polytope(kind: Kind, place: Array, text: str, points: Array) -> Region:
+    """Make the convex hull of points in unit coordinates (n, 3)."""
+    from scipy.spatial import ConvexHull
+
+    found = ConvexHull(points)
+    number = np.full(len(points), -1)
+    number[found.vertices] = np.arange(found.vertices.size)
+    return Region(
+        kind, place, text, freeze(points[found.vertices]),
+        number[found.simplices].astype(np.int64), freeze(found.equations[:, :3]),
+        freeze(-found.equations[:, 3]),
+    )  # fmt: skip

@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 class JointReactions(NamedTuple):
     """Joint wrenches along a motion, in the frame and units of a spatial chain.
 
+    They are linear in the loads. If the loads have more axes, all arrays have them too.
+
     Attributes:
         joints: wrench of each joint on the link that it carries (N, n, 6).
         welds: wrench of each loop's successor on its end (N, loops, 6).
@@ -50,13 +52,15 @@ def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:
     Args:
         chain: all joints of a spatial chain, from
             `kinematics.closure.joint_positions.input_chain`.
-        loads: from `balance.verification.shaking_wrench.inertia_loads`.
+        loads: from `balance.verification.shaking_wrench.inertia_loads`; the rates may have
+            more axes (N, bodies, 6, …).
 
     Returns:
         The wrenches, about the origin of the chain, in its units.
     """
     samples, n = loads.screws.shape[:2]
-    wrenches = np.zeros((samples, n, 6))
+    more = loads.rate.shape[3:]
+    wrenches = np.zeros((samples, n, 6, *more))
     for body, link in enumerate(chain.links.tolist()):
         if link >= 0:
             wrenches[:, link] += loads.rate[:, body]
@@ -64,17 +68,17 @@ def joint_reactions(chain: Chain, loads: Loads) -> JointReactions:
         if chain.parent[j] >= 0:
             wrenches[:, chain.parent[j]] += wrenches[:, j]
     signs, loops = loop_signs(chain.parent, chain.ends), len(chain.ends)
-    torque = np.einsum("tji,tji->tj", loads.screws, wrenches)
+    torque = np.einsum("tji,tji...->tj...", loads.screws, wrenches)
     A = np.einsum("lj,tji->tlij", signs, loads.screws).reshape(samples, 6 * loops, n)
     mimics = np.broadcast_to(chain.mimics, (samples, *chain.mimics.shape))
     A = np.concatenate([A, mimics], axis=1)
     if chain.dependent.size == 0:
-        return JointReactions(wrenches, np.zeros((samples, loops, 6)), torque, 0)
+        return JointReactions(wrenches, np.zeros((samples, loops, 6, *more)), torque, 0)
     Q, R = np.linalg.qr(A[:, :, chain.dependent])
-    right = torque[:, chain.dependent, None]
-    least = (Q @ np.linalg.solve(R.transpose(0, 2, 1), right))[..., 0]
-    welds = least[:, : 6 * loops].reshape(samples, loops, 6)
-    joints = wrenches - np.einsum("lj,tli->tji", signs, welds)
-    motors = torque - np.einsum("trj,tr->tj", A, least)
+    right = torque[:, chain.dependent].reshape(samples, chain.dependent.size, -1)
+    least = (Q @ np.linalg.solve(R.transpose(0, 2, 1), right)).reshape(samples, -1, *more)
+    welds = least[:, : 6 * loops].reshape(samples, loops, 6, *more)
+    joints = wrenches - np.einsum("lj,tli...->tji...", signs, welds)
+    motors = torque - np.einsum("trj,tr...->tj...", A, least)
     motors[:, chain.dependent] = 0.0
     return JointReactions(joints, welds, motors, A.shape[1] - chain.dependent.size)

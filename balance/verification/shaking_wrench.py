@@ -10,7 +10,7 @@ opposite one on its base.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -27,13 +27,17 @@ from kinematics.model.arrays import Chain, Frame
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
 
-__all__ = ["Loads", "inertia_loads", "mass_parameters", "shaking", "wrench_to_si"]
+__all__ = [
+    "Loads", "inertia_loads", "load_regressors", "mass_parameters", "shaking", "wrench_to_si",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
 
 class Loads(NamedTuple):
     """Momentum and its rate along a motion, in the frame and units of a spatial chain.
+
+    Regressors have one more axis, for the parameters.
 
     Attributes:
         momentum: ``[ξ; p]`` of each body (N, bodies, 6), about the origin of the chain.
@@ -109,16 +113,42 @@ def inertia_loads(chain: Chain, z: Array, q: Array, ud: Array, udd: Array) -> Lo
     own = to_chain(z, chain.frame, False, False)
     found = np.zeros((2, len(q), len(own), 6))
     screws = np.empty((len(q), *chain.screws.shape))
-    for k, (position, speed, change) in enumerate(zip(q, ud, udd, strict=True)):
+    for k, (pose, both) in enumerate(_regressors(chain, q, ud, udd)):
+        screws[k], found[:, k] = pose, np.einsum("kibp,bp->kbi", both, own)
+    return Loads(found[0], found[1], screws)
+
+
+def load_regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Loads:
+    """Compute the loads as linear functions of the parameters, along a motion.
+
+    Args:
+        chain: see `inertia_loads`, as for the other arguments.
+        q: positions of all joints (N, n).
+        ud: velocities of the inputs (N, mobility).
+        udd: accelerations of the inputs (N, mobility).
+
+    Returns:
+        Momenta and inertia wrenches per unit of each of the ten parameters of the body, all in
+        the units of the chain (N, bodies, 6, 10).
+    """
+    found = np.zeros((2, len(q), chain.links.size, 6, 10))
+    screws = np.empty((len(q), *chain.screws.shape))
+    for k, (pose, both) in enumerate(_regressors(chain, q, ud, udd)):
+        screws[k], found[:, k] = pose, both.swapaxes(1, 2)
+    return Loads(found[0], found[1], screws)
+
+
+def _regressors(
+    chain: Chain, q: Array, ud: Array, udd: Array
+) -> Iterator[tuple[Array, Array]]:
+    """Yield screws, and regressors of momentum and rate (2, 6, bodies, 10), of each sample."""
+    for position, speed, change in zip(q, ud, udd, strict=True):
         pose = forward_kinematics(chain, position)
-        screws[k] = pose.screws
         series = expand_from(chain, pose.screws, speed[None], 1)
         X = RegressorSeries(chain, series, pose=pose).rows(1)[:, 0]
         steady, changing = X.reshape(2, speed.size, -1)
         both = np.stack([speed @ steady, change @ steady + speed @ changing])
-        parts = both.reshape(2, 6, *own.shape)
-        found[:, k] = np.einsum("kibp,bp->kbi", parts, own)
-    return Loads(found[0], found[1], screws)
+        yield pose.screws, both.reshape(2, 6, -1, 10)
 
 
 def wrench_to_si(wrenches: Array, frame: Frame) -> Array:

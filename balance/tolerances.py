@@ -15,6 +15,7 @@ __all__ = [
     "BALL_DISTANCE_EQUAL",
     "BODY_AT_REST",
     "BOUND_RELATIVE",
+    "CAP_EXCEEDED",
     "CERTIFICATE_ENTRY_RELATIVE",
     "CERTIFICATE_MARGIN",
     "CERTIFICATE_RANK_RELATIVE",
@@ -46,6 +47,7 @@ __all__ = [
     "KEPT_BODY_RESIDUAL",
     "KEPT_CLEARLY",
     "KNOWN_RANK_RELATIVE",
+    "LEAST_SHAKING_GAP",
     "LENGTH_ROUND_OFF",
     "LENGTH_SHORT",
     "LINES_MEET",
@@ -58,12 +60,14 @@ __all__ = [
     "MOMENTUM_RESIDUAL_CLEAR",
     "MOMENTUM_RESIDUAL_ILL_CONDITIONED",
     "MOMENT_ROUND_OFF",
+    "MOTION_JOINS",
     "MOTION_RETURN",
     "NEWTON_DECREMENT_LEAST",
     "NEWTON_DECREMENT_STALLED",
     "PARALLEL_AXES_ROUNDED",
     "PHYSICAL_INEQUALITY",
     "POINT_EQUAL_RELATIVE",
+    "PRICE_ZERO",
     "PSEUDO_INERTIA_SINGULAR",
     "RATE_RESIDUAL_RELATIVE",
     "RELATION_RESIDUAL",
@@ -290,6 +294,20 @@ CURVATURE_ZERO = 1e-13
 # Coordinate of a joint in its link frame over the length of the link: up to this it is
 # round-off of the frames.
 COORDINATE_ROUND_OFF = 1e-15
+
+# --- partial balance
+
+# Excess of a bearing force or drive torque over its cap: the accuracy of the conic solver.
+CAP_EXCEEDED = 1e-8
+# Shaking that matter at a new point would save, relative to that of the file: less adds no
+# point. The lightest of the designs of the least shaking may shake by this part more.
+LEAST_SHAKING_GAP = 1e-7
+# Price of the whole budget, relative to the shaking of the file, that counts as zero: the budget
+# is then larger than needed.
+PRICE_ZERO = 1e-6
+# Difference between the ends of a motion, relative to its range, up to which it is repeated;
+# splines through tables leave less.
+MOTION_JOINS = 1e-6
 
 # --- verification
 

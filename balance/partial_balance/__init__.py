@@ -1,0 +1,1 @@
+"""Partial balance: the least shaking for a budget of added matter."""

@@ -1,0 +1,297 @@
+"""The least root mean square of loads over matter in regions, by one conic program.
+
+With the triangular factor R of all weighted samples (QR, never the Gram matrix, which would
+lose half of the digits), the root mean square of the shaking is ``|R [s; 1]|`` at the coordinates
+s of the added matter (`balance.partial_balance.motion_loads`). The program
+
+    minimise t    |R [s; 1]| ≤ t,  s in the cones of the regions,  mass(s) ≤ budget,
+                  |A_k [s; 1]| ≤ cap_k at every sample
+
+is convex, so its minimum is a global one. A unit vector u and prices λ ≥ 0 of mass, and w_k of
+the caps, prove a bound without the solver:
+
+    t ≥ u·r - λ budget - Σ (cap_k |w_k| + w_k·a_k) + budget · min(0, least of M_b)
+
+where r and a_k are the last columns, and ``M_b = Rᵀ u + λ mass - Σ A_kᵀ w_k`` is, for each link, a
+quadratic polynomial of the position of a unit of mass. Its least value over the region is
+found globally (`balance.added_masses.quadratic_minimum`).
+
+Caps hold at all samples; only those that a design exceeds enter the program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.added_masses.added_matter import lump_cone, moment_cone
+from balance.added_masses.cylinder_points import first_points
+from balance.added_masses.quadratic_minimum import minimise_in_region
+from balance.designs.clarabel_adapter import (
+    TRIANGLES,
+    ConstraintBlock,
+    solve_conic,
+    triangles,
+)
+from balance.partial_balance.motion_loads import AddedParameters
+from balance.tolerances import (
+    CAP_EXCEEDED,
+    LEAST_SHAKING_GAP,
+    PRICE_ZERO,
+    SOLVER_RESIDUAL,
+)
+
+__all__ = ["Cap", "LeastShaking", "Program", "least_shaking", "quadratic_factor"]
+
+Array = NDArray[np.float64]
+
+# Most solutions of one question: each adds samples at which a cap is exceeded, or points.
+MAX_ROUNDS = 60
+# Samples of one cap that enter the program at once.
+SAMPLES_AT_ONCE = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Cap:
+    """A bound on the size of a load at every sample.
+
+    Attributes:
+        name: name of the joint.
+        most: the bound, N or N m.
+        columns: the load as an affine function ``columns @ [s; 1]`` (N, k, count + 1).
+    """
+
+    name: str
+    most: float
+    columns: Array
+
+    def sizes(self, s: Array) -> Array:
+        """Compute the size of the load at every sample (N,)."""
+        return np.asarray(np.linalg.norm(self.columns @ np.append(s, 1.0), axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """What `least_shaking` minimises over.
+
+    Attributes:
+        matter: regions of the links and parameters.
+        factor: triangular factor R (rows, count + 1).
+        caps: bounds on loads.
+    """
+
+    matter: AddedParameters
+    factor: Array
+    caps: tuple[Cap, ...] = ()
+
+    def value(self, s: Array) -> float:
+        """Compute ``|R [s; 1]|``."""
+        return float(np.linalg.norm(self.factor @ np.append(s, 1.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class LeastShaking:
+    """A minimiser.
+
+    Attributes:
+        s: coordinates of the added matter (count,).
+        value: ``|R [s; 1]|``.
+        bound: no matter within the budget has less; proved without the solver.
+        excess: largest part by which a cap is exceeded.
+        rounds: number of conic programs solved.
+    """
+
+    s: Array
+    value: float
+    bound: float
+    excess: float
+    rounds: int
+
+
+def quadratic_factor(rows: Sequence[Array]) -> Array:
+    """Compute the factor R with ``|R x| = |rows x|`` for every x, one block after the other.
+
+    Args:
+        rows: blocks of rows (any number, columns).
+    """
+    R = np.empty((0, rows[0].shape[1]))
+    for block in rows:
+        R = np.asarray(np.linalg.qr(np.concatenate([R, block]), mode="r"))
+    return R
+
+
+def least_shaking(program: Program, budget: float) -> LeastShaking | None:
+    """Minimise ``|R [s; 1]|`` over matter within a budget; among minimisers, the lightest.
+
+    Args:
+        program: the regions, the factor and the caps.
+        budget: most mass to add, kilograms, above 0.
+
+    Returns:
+        The minimiser, and a bound that is proved without the solver; None if no matter within
+        the budget fulfils the caps, or the solver fails.
+    """
+    work = _Work(program, budget)
+    found = work.solve(None)
+    if found is None:
+        return None
+    bound = work.bound()
+    if work.price * budget <= PRICE_ZERO * work.scale:
+        lighter = work.solve(program.value(found))
+        found = found if lighter is None else lighter
+    excess = max((float(c.sizes(found).max()) / c.most - 1.0 for c in program.caps), default=0.0)
+    return LeastShaking(found, program.value(found), bound, max(0.0, excess), work.rounds)
+
+
+class _Work:
+    """Conic programs of one question, which grow by samples of caps and by points.
+
+    Loads are relative to ``scale``, masses of variables to ``unit``.
+    """
+
+    def __init__(self, program: Program, budget: float) -> None:
+        """Start with no samples of caps, and with few points in cylinders."""
+        matter, self.program, self.budget = program.matter, program, budget
+        self.regions = list(matter.regions.values())
+        self.points = {
+            k: first_points() for k, one in enumerate(self.regions) if one.kind == "cylinder"
+        }
+        self.active: list[list[int]] = [[] for _ in program.caps]
+        self.scale = program.value(np.zeros(matter.count)) or 1.0
+        self.unit = min(budget, float(matter.given[:, 0].sum()) or budget)
+        self.rounds, self.price = 0, 0.0
+        # The multipliers: of the load, and of the samples of each cap.
+        self.u, self.w = np.empty(0), [np.empty((0, 0)) for _ in program.caps]
+
+    def solve(self, limit: float | None) -> Array | None:
+        """Minimise the load; or, with a limit on it, the mass.
+
+        Returns:
+            Coordinates s (count,); None if there are none, or the solver fails.
+        """
+        while self.rounds < MAX_ROUNDS:
+            self.rounds += 1
+            s = self._solve_once(limit)
+            if s is None:
+                return None
+            grown = self._add_samples(s)
+            if limit is None:
+                grown |= self._add_points()
+            if not grown:
+                return s
+        return None
+
+    def bound(self) -> float:
+        """Compute the bound that the multipliers prove; see the head of this module."""
+        least = min(value for value, _ in self._polynomial_minima())
+        fixed = self.u @ self.program.factor[:, -1] - self.price * self.budget
+        for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
+            last = cap.columns[chosen, :, -1]
+            fixed -= cap.most * np.linalg.norm(w, axis=1).sum() + float(np.sum(w * last))
+        return max(0.0, float(fixed + self.budget * min(0.0, least)))
+
+    def _polynomial_minima(self) -> list[tuple[float, Array]]:
+        """Compute the least value of each link's polynomial M_b, and where it is."""
+        matter = self.program.matter
+        own = self.u @ self.program.factor[:, :-1] + self.price * matter.masses
+        for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
+            own = own - np.einsum("nk,nki->i", w, cap.columns[chosen, :, :-1])
+        forms = (matter.parts(own) @ TRIANGLES[4].T).reshape(-1, 4, 4)
+        return [
+            minimise_in_region(one, form)
+            for one, form in zip(self.regions, forms, strict=True)
+        ]
+
+    def _add_points(self) -> bool:
+        """Add points of cylinders where a unit of mass lowers the load; whether there are any."""
+        grown = False
+        for k, (value, at) in enumerate(self._polynomial_minima()):
+            if k in self.points and value * self.budget < -LEAST_SHAKING_GAP * self.scale:
+                self.points[k] = np.vstack([self.points[k], at])
+                grown = True
+        return grown
+
+    def _add_samples(self, s: Array) -> bool:
+        """Add samples at which caps are exceeded most; whether there are any."""
+        grown = False
+        for cap, chosen in zip(self.program.caps, self.active, strict=True):
+            sizes = cap.sizes(s)
+            sizes[chosen] = 0.0
+            worst = np.argsort(-sizes)[:SAMPLES_AT_ONCE]
+            new = worst[sizes[worst] > cap.most * (1.0 + CAP_EXCEEDED)]
+            chosen.extend(new.tolist())
+            grown |= bool(new.size)
+        return grown
+
+    def _solve_once(self, limit: float | None) -> Array | None:
+        """Solve one conic program in the variables of the cones, and t."""
+        cones = [
+            lump_cone(self.points[k]) if k in self.points else moment_cone(one)
+            for k, one in enumerate(self.regions)
+        ]
+        sizes = [len(cone.matrices) for cone in cones]
+        # Coordinates s as a function of the variables.
+        T = self.unit * _block_diagonal([triangles(cone.matrices).T for cone in cones])
+        mass = self.program.matter.masses @ T
+        blocks = [(_block_diagonal([cone.rows for cone in cones]), np.zeros(0))]
+        parts = [part for cone in cones for part in cone.parts]
+        blocks.append((-mass[None] / self.budget, np.ones(1)))
+        parts.append(ConstraintBlock("nonnegative", 1))
+        R = self.program.factor / self.scale
+        blocks.append((np.vstack([0.0 * mass, R[:, :-1] @ T]), np.append(0.0, R[:, -1])))
+        parts.append(ConstraintBlock("second_order", len(R) + 1))
+        for cap, chosen in zip(self.program.caps, self.active, strict=True):
+            for columns in cap.columns[chosen] / cap.most:
+                blocks.append((
+                    np.vstack([0.0 * mass, columns[:, :-1] @ T]),
+                    np.append(1.0, columns[:, -1]),
+                ))  # fmt: skip
+                parts.append(ConstraintBlock("second_order", len(columns) + 1))
+        rows = np.vstack([block for block, _ in blocks])
+        cone_rows = len(blocks[0][0])
+        offset = np.concatenate([np.zeros(cone_rows), *(own for _, own in blocks[1:])])
+        if limit is None:
+            t = np.zeros((len(rows), 1))
+            t[cone_rows + 1] = 1.0
+            q, rows = np.append(np.zeros(sum(sizes)), 1.0), np.hstack([rows, t])
+        else:
+            q = mass / self.unit
+            offset[cone_rows + 1] = _loosened(limit / self.scale)
+        found = solve_conic(q, rows, offset, parts)
+        if found.infeasible or not np.isfinite(found.x).all():
+            return None
+        if limit is None:
+            self._read_multipliers(found.dual[cone_rows:], len(R))
+        return np.asarray(T @ found.x[: sum(sizes)])
+
+    def _read_multipliers(self, dual: Array, size: int) -> None:
+        """Keep the multipliers of budget, load and caps, in SI units."""
+        self.price = max(0.0, float(dual[0])) * self.scale / self.budget
+        u = -dual[2 : 2 + size]
+        self.u = u / max(1.0, float(np.linalg.norm(u)))
+        at = 2 + size
+        for k, (cap, chosen) in enumerate(zip(self.program.caps, self.active, strict=True)):
+            width = cap.columns.shape[1] + 1
+            own = dual[at : at + width * len(chosen)].reshape(len(chosen), width)
+            self.w[k] = own[:, 1:] * self.scale / cap.most
+            at += own.size
+
+
+def _loosened(limit: float) -> float:
+    """Loosen a limit on a relative load by what the solver leaves open."""
+    return limit * (1.0 + LEAST_SHAKING_GAP) + 2.0 * SOLVER_RESIDUAL
+
+
+
+def _block_diagonal(blocks: Sequence[Array]) -> Array:
+    """Put matrices on the diagonal of a matrix."""
+    shapes = np.array([block.shape for block in blocks])
+    found, at = np.zeros(shapes.sum(axis=0)), np.zeros(2, dtype=int)
+    for block in blocks:
+        end = at + block.shape
+        found[at[0] : end[0], at[1] : end[1]] = block
+        at = end
+    return found

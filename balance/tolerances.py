@@ -18,6 +18,7 @@ __all__ = [
     "CAP_EXCEEDED",
     "CERTIFICATE_ENTRY_RELATIVE",
     "CERTIFICATE_MARGIN",
+    "CERTIFICATE_ORTHOGONAL",
     "CERTIFICATE_RANK_RELATIVE",
     "CERTIFICATE_RESIDUAL",
     "CERTIFICATE_RIDGE_RELATIVE",
@@ -26,7 +27,10 @@ __all__ = [
     "CONDITIONING_LEAST",
     "CONDITIONING_NOTICE",
     "CONDITIONING_SINGULAR",
+    "CONDITION_LEFT",
+    "CONDITION_WITHOUT_MATTER",
     "COORDINATE_ROUND_OFF",
+    "COUNTERWEIGHT_RESIDUAL",
     "CRANK_ADVANCE",
     "CURVATURE_ZERO",
     "DESIGN_RESIDUAL",
@@ -39,6 +43,7 @@ __all__ = [
     "FRACTION_IN_TEXT",
     "FRACTION_ROUND_OFF",
     "GEOMETRY_EQUAL",
+    "GROWTH_RELATIVE",
     "HULL_FLAT",
     "INPUT_RANGE_RELATIVE",
     "INSIDE_REGION",
@@ -54,6 +59,12 @@ __all__ = [
     "LINES_PARALLEL_SINE",
     "LINE_END_RELATIVE",
     "LINK_LENGTH_ZERO",
+    "LUMP_FIT",
+    "LUMP_MASS_ZERO",
+    "LUMP_ON_SURFACE",
+    "LUMP_RESIDUAL",
+    "LUMP_SPREAD",
+    "MASS_EXCLUDED",
     "MASS_MULTIPLIER_RELATIVE",
     "MASS_ROUND_OFF",
     "MOMENTUM_RESIDUAL",
@@ -68,6 +79,7 @@ __all__ = [
     "PHYSICAL_INEQUALITY",
     "POINT_EQUAL_RELATIVE",
     "PRICE_ZERO",
+    "PRICE_NEGATIVE",
     "PSEUDO_INERTIA_SINGULAR",
     "RATE_RESIDUAL_RELATIVE",
     "RELATION_RESIDUAL",
@@ -278,7 +290,7 @@ BALL_DISTANCE_EQUAL = 1e-12
 # the inverse has no correct digit.
 PSEUDO_INERTIA_SINGULAR = 1e-12
 
-# --- counterweights
+# --- added_masses
 
 # Distance outside a region that counts as inside, in its unit coordinates, where half of its
 # extent is 1.
@@ -308,6 +320,34 @@ PRICE_ZERO = 1e-6
 # Difference between the ends of a motion, relative to its range, up to which it is repeated;
 # splines through tables leave less.
 MOTION_JOINS = 1e-6
+# Size of conditions on added matter that counts as none, over the largest: no such matter has
+# a part in them.
+CONDITION_WITHOUT_MATTER = 1e-10
+# What given masses leave of conditions in which no added matter has a part, over the sum of
+# the parts of the bodies: masses in files are rounded.
+CONDITION_LEFT = 1e-9
+# Mass of a lump over all added mass that is left out: the accuracy of the conic solver.
+LUMP_MASS_ZERO = 1e-8
+# Distance from the surface of a region, in its unit coordinates, up to which a lump stays on
+# it while lumps are refined.
+LUMP_ON_SURFACE = 1e-6
+# Residual of the conditions over their size up to which lumps are refined: round-off.
+LUMP_RESIDUAL = 1e-15
+# Error of the moments of lumps, relative to their mass, up to which they are fitted.
+LUMP_FIT = 1e-12
+# Spread of matter about its centre in unit coordinates, squared, up to which it is one lump.
+LUMP_SPREAD = 1e-8
+# Residual of the conditions with counterweights over the sum of the parts of the bodies.
+COUNTERWEIGHT_RESIDUAL = 1e-10
+# Price of a point of a region up to which the dual polynomial counts as not negative, where
+# the price of mass is 1.
+PRICE_NEGATIVE = 1e-8
+# Least mass that a certificate of infeasibility excludes, over the given mass.
+MASS_EXCLUDED = 1e6
+# Part of a certificate that vanishes on balanced distributions only up to this.
+CERTIFICATE_ORTHOGONAL = 1e-12
+# Relative width at which the search for the smallest growth of a region ends.
+GROWTH_RELATIVE = 1e-3
 
 # --- verification
 

@@ -35,7 +35,7 @@ from balance.tolerances import PSEUDO_INERTIA_SINGULAR
 from kinematics.closure.series import expand
 from kinematics.errors import BodyError
 
-__all__ = ["Objective", "Optimum", "minimise_objective"]
+__all__ = ["Objective", "Optimum", "minimise_objective", "rotor_weights"]
 
 Array = NDArray[np.float64]
 Objective = Literal["mass", "inertia", "rotor", "change"]
@@ -202,7 +202,7 @@ def _goal(
         rows, part = _moments(space, cone, free)
         parts = (part,) * (len(free) if part.kind == "psd_triangle" else 1)
         return _Goal(q, 0.0, program.unit * area, None, rows, parts)
-    weights = _rotor_weights(space) if wanted == "rotor" else np.zeros_like(file)
+    weights = rotor_weights(space) if wanted == "rotor" else np.zeros_like(file)
     if wanted == "mass":
         weights[:, -1, -1] = 1.0
     q[:n] = np.einsum("bij,bnij->n", weights[free], cone.blocks)
@@ -233,7 +233,7 @@ def _moments(space: DesignSpace, cone: Cone, free: list[int]) -> tuple[Array, Co
     return rows, ConstraintBlock("psd_triangle", d)
 
 
-def _rotor_weights(space: DesignSpace) -> Array:
+def rotor_weights(space: DesignSpace) -> Array:
     """Compute K with ``Σ_b <K_b, P_b>`` the trace of the inertia matrix of the motion.
 
     A point x of a body has the velocity ``T [x; 1]`` for a unit rate of a coordinate, where T

@@ -38,7 +38,7 @@ balance.spaces
 balance.search balance.interpretation
 balance.certification
 balance.designs balance.verification balance.taylor_poses
-balance.counterweights
+balance.added_masses
 balance.report
 balance.report.text
 balance.report.html

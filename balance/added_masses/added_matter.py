@@ -23,14 +23,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.counterweights.regions import Region
+from balance.added_masses.regions import Region
 from balance.designs.clarabel_adapter import TRIANGLES, ConstraintBlock
 from balance.inertial_parameters.conversions import to_chain
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import TETRAHEDRON_FLAT
 from kinematics.spatial.inertia import from_pseudo_inertia
 
-__all__ = ["AddedMatter", "Cone", "added_matter", "lump_cone", "moment_cone"]
+__all__ = [
+    "AddedMatter", "Cone", "added_matter", "homogeneous", "lump_cone", "moment_cone",
+    "parameters_per_moment",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -122,8 +125,28 @@ def lump_cone(points: ArrayLike) -> Cone:
     return Cone(matrices, np.eye(count), (ConstraintBlock("nonnegative", count),), False)
 
 
+def parameters_per_moment(space: DesignSpace, body: int, region: Region) -> Array:
+    """Compute counted parameters of a body from the coordinates `triangles` of ΔP.
+
+    Args:
+        space: the design space.
+        body: position of the body among ``space.bodies``.
+        region: region whose unit coordinates ΔP is in.
+
+    Returns:
+        Matrix (count, 10) in the units of the chain; see `AddedMatter.counted`.
+    """
+    H = space.frames[body] @ region.place
+    z = from_pseudo_inertia(H @ _symmetric_basis() @ H.T)
+    return to_chain(z, space.chain.frame, space.planar, space.balance == "force").T
+
+
 def homogeneous(points: ArrayLike) -> Array:
-    """Append 1 to points (n, 3)."""
+    """Append 1 to points (n, 3).
+
+    Args:
+        points: points in any coordinates.
+    """
     u = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     return np.column_stack([u, np.ones(len(u))])
 
@@ -149,7 +172,9 @@ def partition(region: Region) -> list[list[int]]:
     v = region.vertices
     found = [[0, *map(int, facet)] for facet in region.triangles]
     volumes = [abs(float(np.linalg.det(v[one[1:]] - v[0]))) for one in found]
-    return [one for one, volume in zip(found, volumes, strict=True) if volume > TETRAHEDRON_FLAT]
+    return [
+        one for one, volume in zip(found, volumes, strict=True) if volume > TETRAHEDRON_FLAT
+    ]
 
 
 def _symmetric_basis() -> Array:

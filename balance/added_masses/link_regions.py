@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.counterweights.regions import Region, ball, hull, read_region, rotation
+from balance.added_masses.regions import Region, ball, hull, read_region, rotation
 from balance.designs.mass_regions import joint_points
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import COORDINATE_ROUND_OFF, LINK_LENGTH_ZERO
@@ -172,5 +172,3 @@ def _shape_points(shape: Element | None) -> Array:
     heights = np.sin(np.linspace(-0.5, 0.5, SPHERE_CIRCLES + 2)[1:-1] * np.pi)
     rings = [np.sqrt(1.0 - z * z) * circle + [0.0, 0.0, z] for z in heights]
     return np.asarray(radius * np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]]))
-
-

@@ -108,7 +108,40 @@ class Region:
             return np.asarray(np.maximum(across, np.abs(u[..., 2])) - 1.0)
         return np.asarray((u @ self.normals.T - self.offsets).max(axis=-1))
 
-    def contains(self, points: ArrayLike, tolerance: float = INSIDE_REGION) -> NDArray[np.bool_]:
+    def gauge(self, units: ArrayLike) -> Array:
+        """Compute the factor by which the region must grow to reach points, (...,).
+
+        Args:
+            units: points (..., 3) in unit coordinates.
+        """
+        u = np.asarray(units, dtype=np.float64)
+        if self.offsets.size:
+            return np.asarray((u @ (self.normals / self.offsets[:, None]).T).max(axis=-1))
+        return self.excess(u) + 1.0
+
+    def outward(self, unit: ArrayLike, near: float) -> Array:
+        """Compute unit normals (k, 3) of the surfaces that a point is on; k is 0 inside.
+
+        Args:
+            unit: the point (3,) in unit coordinates.
+            near: distance up to which it is on a surface.
+        """
+        u = np.asarray(unit, dtype=np.float64)
+        if self.offsets.size:
+            return np.asarray(self.normals[self.normals @ u >= self.offsets - near])
+        if self.ellipsoidal:
+            size = float(np.linalg.norm(u))
+            return np.reshape(u / size if size >= 1.0 - near else [], (-1, 3))
+        across, found = float(np.hypot(u[0], u[1])), []
+        if across >= 1.0 - near:
+            found.append([u[0] / across, u[1] / across, 0.0])
+        if abs(u[2]) >= 1.0 - near:
+            found.append([0.0, 0.0, float(np.sign(u[2]))])
+        return np.reshape(found, (-1, 3)).astype(np.float64)
+
+    def contains(
+        self, points: ArrayLike, tolerance: float = INSIDE_REGION
+    ) -> NDArray[np.bool_]:
         """Return whether points (..., 3) of the link frame are inside.
 
         Args:
@@ -213,13 +246,15 @@ def hull(points: ArrayLike, text: str = "collision") -> Region:
         UsageError: a number is not finite, or the hull has no volume.
     """
     given = _finite(points, "hull").reshape(-1, 3)
-    low, high = given.min(axis=0), given.max(axis=0)
-    half = 0.5 * float((high - low).max())
     spread = np.linalg.svd(given - given.mean(axis=0), compute_uv=False)
     if len(given) < 4 or not spread[-1] > HULL_FLAT * spread[0]:
         raise UsageError(f"region {text}: the hull of these points has no volume")
-    centre = 0.5 * (low + high)
-    return _polytope("hull", _place(half * np.eye(3), centre), text, (given - centre) / half)
+    from scipy.spatial import ConvexHull
+
+    corners = given[ConvexHull(given).vertices]
+    centre = corners.mean(axis=0)
+    half = float(np.abs(corners - centre).max())
+    return _polytope("hull", _place(half * np.eye(3), centre), text, (corners - centre) / half)
 
 
 def read_region(text: str) -> Region:

@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.counterweights.regions import Region
+from balance.added_masses.regions import Region
 from balance.tolerances import CURVATURE_ZERO, STATIONARY_INSIDE
 
 __all__ = ["minimise_in_ball", "minimise_in_region"]

@@ -1,0 +1,197 @@
+"""Lumps: few point masses inside a region with a given pseudo-inertia.
+
+In a ball or ellipsoid at most four are enough: of the products ``p pᵀ`` of a matrix
+``ΔP ⪰ 0`` with ``tr(G ΔP) ≥ 0``, two with ``pᵀ G p`` on different sides of the mean are turned
+in their plane until one has the mean, which is not negative (J. F. Sturm, S. Zhang,
+Mathematics of Operations Research 28(2), 2003). In other regions lumps are found one by one:
+each is where a linear functional of the error is least, and all masses are fitted again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.added_masses.added_matter import homogeneous
+from balance.added_masses.quadratic_minimum import minimise_in_region
+from balance.added_masses.regions import Region
+from balance.designs.clarabel_adapter import TRIANGLES, triangles
+from balance.tolerances import (
+    FIXED_RANK_RELATIVE,
+    INSIDE_REGION,
+    LUMP_FIT,
+    LUMP_MASS_ZERO,
+    LUMP_ON_SURFACE,
+    LUMP_RESIDUAL,
+    LUMP_SPREAD,
+)
+
+__all__ = ["Lumps", "lumps_of", "refine_lumps"]
+
+Array = NDArray[np.float64]
+
+# Most lumps that are tried one after the other.
+MOST_TRIALS = 60
+# Most steps that refine all lumps.
+MOST_STEPS = 30
+
+
+class Lumps(NamedTuple):
+    """Point masses in the unit coordinates of a region.
+
+    Attributes:
+        masses: masses (n,).
+        points: positions (n, 3).
+    """
+
+    masses: Array
+    points: Array
+
+    @property
+    def moments(self) -> Array:
+        """Their pseudo-inertia (4, 4)."""
+        p = homogeneous(self.points)
+        return np.asarray(np.einsum("n,ni,nj->ij", self.masses, p, p))
+
+
+def lumps_of(region: Region, P: Array, force: bool, least: float = 0.0) -> Lumps:
+    """Find lumps inside a region with a pseudo-inertia.
+
+    Args:
+        region: the region.
+        P: pseudo-inertia (4, 4) of a measure in the region, in unit coordinates.
+        force: whether only mass and first moments count: one lump is then enough.
+        least: mass up to which there is no lump.
+
+    Returns:
+        At most four lumps in a ball or ellipsoid, at most ten in other regions.
+    """
+    mass = float(P[3, 3])
+    if not mass > least:
+        return Lumps(np.empty(0), np.empty((0, 3)))
+    centre = P[:3, 3] / mass
+    spread = float(np.trace(P[:3, :3])) / mass - float(centre @ centre)
+    if force or spread <= LUMP_SPREAD:
+        return Lumps(np.array([mass]), _inside(region, centre[None]))
+    if region.ellipsoidal:
+        return _products(region, P)
+    return _fitted(region, P)
+
+
+def refine_lumps(
+    regions: Sequence[Region], rows: Array, target: Array, lumps: Sequence[Lumps]
+) -> list[Lumps]:
+    """Move lumps slightly so that they fulfil the conditions to round-off.
+
+    Each step is the least change of masses and positions to first order, along the surface
+    for lumps that are on it. Lumps stay in their regions, and masses stay positive.
+
+    Args:
+        regions: region of each link.
+        rows: conditions (links, ρ, 10) on the coordinates `triangles` of each ΔP.
+        target: their values (ρ,).
+        lumps: lumps of each link.
+    """
+    found, best, least = list(lumps), list(lumps), np.inf
+    for _ in range(MOST_STEPS):
+        error = target - sum(
+            (row @ triangles(one.moments) for row, one in zip(rows, found, strict=True)),
+            np.zeros(target.size),
+        )
+        size = float(np.linalg.norm(error))
+        if size < least:
+            best, least = found, size
+        if size <= LUMP_RESIDUAL * (float(np.linalg.norm(target)) or 1.0):
+            break
+        blocks = [_slopes(*item) for item in zip(regions, rows, found, strict=True)]
+        J = np.concatenate([J for J, _ in blocks], axis=1)
+        step, at = np.linalg.lstsq(J, error, rcond=FIXED_RANK_RELATIVE)[0], 0
+        moved = []
+        for region, one, (own, frames) in zip(regions, found, blocks, strict=True):
+            moved.append(_moved(region, one, step[at : at + own.shape[1]], frames))
+            at += own.shape[1]
+        found = moved
+    return best
+
+
+def _slopes(region: Region, rows: Array, lumps: Lumps) -> tuple[Array, list[Array]]:
+    """Compute derivatives of the conditions in masses and moves, and the axes of the moves."""
+    columns, frames = [], []
+    for m, u in zip(lumps.masses, lumps.points, strict=True):
+        p = np.append(u, 1.0)
+        columns.append(m * (rows @ triangles(np.outer(p, p))))
+        normals = region.outward(u, LUMP_ON_SURFACE)
+        along = np.eye(3)
+        if len(normals):
+            V = np.linalg.svd(normals, full_matrices=True)[2]
+            along = V[np.linalg.matrix_rank(normals, tol=INSIDE_REGION) :]
+        frames.append(along)
+        for axis in along:
+            turn = np.outer(np.append(axis, 0.0), p)
+            columns.append(m * (rows @ triangles(turn + turn.T)))
+    return np.array(columns).reshape(-1, len(rows)).T, frames
+
+
+def _moved(region: Region, lumps: Lumps, step: Array, frames: list[Array]) -> Lumps:
+    """Change masses, relative to them, and positions by a step."""
+    masses, points, at = lumps.masses.copy(), lumps.points.copy(), 0
+    for k, along in enumerate(frames):
+        masses[k] *= max(0.5, 1.0 + step[at])
+        move = step[at + 1 : at + 1 + len(along)] @ along
+        points[k] += move * min(1.0, 0.5 / (float(np.linalg.norm(move)) or 1.0))
+        at += 1 + len(along)
+    return Lumps(masses, _inside(region, points))
+
+
+def _inside(region: Region, points: Array) -> Array:
+    """Move points (n, 3) that are outside towards the centre, onto the surface."""
+    gauge = np.maximum(region.gauge(points), 1.0)
+    return np.asarray(points / gauge[:, None])
+
+
+def _products(region: Region, P: Array) -> Lumps:
+    """Split a matrix of a ball or ellipsoid into products ``p pᵀ`` of points inside."""
+    w, V = np.linalg.eigh(P)
+    kept = w > LUMP_MASS_ZERO * w[-1]
+    left = list((V[:, kept] * np.sqrt(w[kept])).T)
+    G = np.diag([-1.0, -1.0, -1.0, 1.0])
+    mean = sum(float(p @ G @ p) for p in left) / len(left)
+    done: list[Array] = []
+    while len(left) > 1:
+        own = [float(p @ G @ p) for p in left]
+        low, high = int(np.argmin(own)), int(np.argmax(own))
+        if low == high or own[high] - own[low] <= 0.0:
+            break
+        p, q = left[low], left[high]
+        # (q·Gq - mean) t² + 2 (p·Gq) t + (p·Gp - mean) = 0
+        roots = np.roots([own[high] - mean, 2.0 * float(p @ G @ q), own[low] - mean])
+        t = float(roots.real[0]) if roots.size else 0.0
+        size = np.hypot(1.0, t)
+        done.append((p + t * q) / size)
+        left = [x for k, x in enumerate(left) if k not in (low, high)] + [(q - t * p) / size]
+    found = np.array(done + left)
+    found = found[found[:, 3] ** 2 > LUMP_MASS_ZERO * P[3, 3]]
+    return Lumps(found[:, 3] ** 2, _inside(region, found[:, :3] / found[:, 3:]))
+
+
+def _fitted(region: Region, P: Array) -> Lumps:
+    """Fit lumps one by one to a pseudo-inertia."""
+    from scipy.optimize import nnls
+
+    wanted = triangles(P) / P[3, 3]
+    points = _inside(region, np.vstack([P[:3, 3] / P[3, 3], region.vertices]))
+    masses = np.ones(len(points))
+    for _ in range(MOST_TRIALS):
+        p = homogeneous(points)
+        columns = triangles(p[:, :, None] * p[:, None, :]).T
+        masses, error = nnls(columns, wanted)
+        rest = wanted - columns @ masses
+        points, masses = points[masses > 0.0], masses[masses > 0.0]
+        value, at = minimise_in_region(region, -(TRIANGLES[4] @ rest).reshape(4, 4))
+        if error <= LUMP_FIT or value >= -LUMP_FIT:
+            break
+        points = np.vstack([points, at])
+    return Lumps(masses * float(P[3, 3]), points[: len(masses)])

@@ -1,0 +1,258 @@
+"""The conic program of counterweights: least cost of added matter that balances a linkage.
+
+Added matter of link b is a measure μ_b in its region. The linkage is balanced if
+
+    Σ_b ∫ A_b(x) dμ_b = r,
+
+where r is what the given masses leave and A_b are quadratic polynomials, one for each
+condition. The least ``Σ_b ∫ c_b dμ_b`` has the dual
+
+    maximise y·r    so that    c_b - y·A_b ≥ 0 on the region of b,
+
+so that y proves a lower bound. If no measures balance, some y with ``y·r > 0`` has
+``-y·A_b ≥ 0`` on all regions, which is a certificate. In both cases the polynomials are
+quadratic, and `minimise_in_region` checks them without a solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.added_masses.added_matter import (
+    Cone,
+    lump_cone,
+    moment_cone,
+    parameters_per_moment,
+)
+from balance.added_masses.regions import Region
+from balance.designs.clarabel_adapter import TRIANGLES, ConstraintBlock, solve_conic, triangles
+from balance.designs.objectives import rotor_weights
+from balance.designs.pseudo_inertia_cone import given_parameters
+from balance.inertial_parameters.conversions import pseudo_inertia, to_chain
+from balance.spaces.design_space import DesignSpace
+from balance.tolerances import CONDITION_WITHOUT_MATTER
+
+__all__ = [
+    "AddedObjective",
+    "AddedProgram",
+    "AddedSolution",
+    "build_added_program",
+    "solve_added",
+]
+
+Array = NDArray[np.float64]
+# Price of mass for the objectives inertia and rotor, in squares of the characteristic length,
+# so that no mass is added that serves nothing.
+IDLE_MASS_PRICE = 1e-3
+AddedObjective = Literal["mass", "inertia", "rotor"]
+
+
+class AddedProgram(NamedTuple):
+    """The program, with lengths in the unit coordinates of the regions.
+
+    Attributes:
+        space: the design space.
+        regions: region by position of the body, ascending.
+        unit: kilograms per unit of mass.
+        rows: conditions (links, ρ, 10) on the coordinates `triangles` of each ΔP. Stacked side
+            by side their rows are orthonormal.
+        target: r (ρ,).
+        lift: functionals on the counted parameters of all bodies, in the units of the chain
+            (parameters, ρ), of which the conditions are made.
+        left: functional (parameters,) in which no added matter has a part and that the given
+            masses do not fulfil; zero if there is none.
+        given: counted parameters of the given masses (parameters,), in units of mass.
+        cost: polynomials c_b of the objective, likewise (links, 10).
+        inertia: for ``inertia``, moments of inertia about the link's origin: of ΔP
+            (links, 6, 10) and of the given masses (links, 6); otherwise empty.
+        scale: SI units per unit of the objective.
+        constant: objective of the given masses alone, SI units.
+    """
+
+    space: DesignSpace
+    regions: Mapping[int, Region]
+    unit: float
+    rows: Array
+    target: Array
+    lift: Array
+    left: Array
+    given: Array
+    cost: Array
+    inertia: tuple[Array, Array]
+    scale: float
+    constant: float
+
+
+class AddedSolution(NamedTuple):
+    """An answer of the solver.
+
+    Attributes:
+        infeasible: whether the solver found that no matter balances.
+        moments: ΔP of each link, in unit coordinates and units of mass (links, 4, 4).
+        dual: y (ρ,).
+        forms: polynomials ``c_b - y·A_b``, matrices (links, 4, 4) in unit coordinates; for an
+            infeasible program without c_b.
+        cones: the cones of the links; those of cylinders hold the points that were found.
+    """
+
+    infeasible: bool
+    moments: Array
+    dual: Array
+    forms: Array
+    cones: tuple[Cone, ...]
+
+
+def build_added_program(
+    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective
+) -> AddedProgram:
+    """Build the program of counterweights.
+
+    Args:
+        space: the design space.
+        regions: region by position of the body.
+        minimise: the objective.
+    """
+    file = given_parameters(space)
+    unit = float(file[:, 0].sum()) / len(file) or 1.0
+    frame, force = space.chain.frame, space.balance == "force"
+    given = to_chain(file, frame, space.planar, force).reshape(-1) / unit
+    conditions = _orthonormal_conditions(space.scaled_basis)
+    count = len(space.labels)
+    raw = np.array([
+        conditions[:, b * count : (b + 1) * count] @ parameters_per_moment(space, b, region)
+        for b, region in regions.items()
+    ])  # fmt: skip
+    U, values, V = np.linalg.svd(np.concatenate(raw, axis=1), full_matrices=True)
+    rank = int(np.sum(values > CONDITION_WITHOUT_MATTER * values.max(initial=0.0)))
+    r, kept = -conditions @ given, U[:, :rank] / values[:rank]
+    outside = U[:, rank:]
+    rows = V[:rank].reshape(rank, len(regions), 10).transpose(1, 0, 2)
+    cost, inertia, scale, constant = _objective(space, regions, minimise, file, unit)
+    return AddedProgram(
+        space, regions, unit, rows, r @ kept, conditions.T @ kept,
+        conditions.T @ (outside @ (outside.T @ r)), given, cost, inertia, scale, constant,
+    )  # fmt: skip
+
+
+def solve_added(program: AddedProgram) -> AddedSolution:
+    """Solve the program; points of cylinders are added until none has a negative price.
+
+    Args:
+        program: the program.
+    """
+    from balance.added_masses.cylinder_points import first_points, missing_points
+
+    points = {
+        k: first_points() for k, region in enumerate(program.regions.values())
+        if region.kind == "cylinder"
+    }  # fmt: skip
+    exact = {
+        k: moment_cone(region) for k, region in enumerate(program.regions.values())
+        if k not in points
+    }  # fmt: skip
+    while True:
+        cones = exact | {k: lump_cone(p) for k, p in points.items()}
+        found = _solve(program, tuple(cones[k] for k in range(len(cones))))
+        more = missing_points(program.regions, found.forms, points)
+        if not more:
+            return found
+        points = {
+            k: np.concatenate([p, more[k]]) if k in more else p for k, p in points.items()
+        }
+
+
+def _solve(program: AddedProgram, cones: tuple[Cone, ...]) -> AddedSolution:
+    """Solve the program with these cones."""
+    widths = [len(cone.matrices) for cone in cones]
+    at = np.cumsum([0, *widths])
+    rank, n, heavy = program.target.size, int(at[-1]), program.inertia[0].size > 0
+    equal, q = np.zeros((rank, n + heavy)), np.zeros(n + heavy)
+    blocks: list[Array] = []
+    offsets, parts = [-program.target], [ConstraintBlock("zero", rank)]
+    for k, cone in enumerate(cones):
+        own, moments = slice(at[k], at[k + 1]), triangles(cone.matrices).T
+        equal[:, own], q[own] = program.rows[k] @ moments, program.cost[k] @ moments
+        block = np.zeros((len(cone.rows), n + heavy))
+        block[:, own] = cone.rows
+        blocks.append(block)
+        offsets.append(np.zeros(len(block)))
+        parts += cone.parts
+        if heavy:
+            block = np.zeros((6, n + heavy))
+            block[:, own], block[:, n] = -program.inertia[0][k] @ moments, triangles(np.eye(3))
+            blocks.append(block)
+            offsets.append(-program.inertia[1][k])
+            parts.append(ConstraintBlock("psd_triangle", 3))
+    q[n:] = 1.0
+    found = solve_conic(q, np.concatenate([equal, *blocks]), np.concatenate(offsets), parts)
+    moments = np.array([
+        np.einsum("n,nij->ij", found.x[at[k] : at[k + 1]], cone.matrices)
+        for k, cone in enumerate(cones)
+    ])  # fmt: skip
+    dual = found.dual[:rank]
+    flat = -np.einsum("r,lrj->lj", dual, program.rows)
+    if not found.infeasible:
+        flat = flat + program.cost + _inertia_prices(program, found.dual, cones)
+    forms = (flat @ TRIANGLES[4].T).reshape(-1, 4, 4)
+    return AddedSolution(found.infeasible, moments, dual, forms, cones)
+
+
+def _inertia_prices(program: AddedProgram, dual: Array, cones: tuple[Cone, ...]) -> Array:
+    """Compute the polynomials (links, 10) that weigh the moments of inertia in the dual."""
+    prices = np.zeros_like(program.cost)
+    at = program.target.size
+    for k, cone in enumerate(cones if program.inertia[0].size else ()):
+        at += len(cone.rows)
+        prices[k] = dual[at : at + 6] @ program.inertia[0][k]
+        at += 6
+    return prices
+
+
+def _orthonormal_conditions(basis: Array) -> Array:
+    """Compute orthonormal rows (rank, parameters) that vanish on a space (parameters, n)."""
+    if basis.shape[1] == 0:
+        return np.eye(len(basis))
+    Q = np.linalg.qr(basis, mode="complete")[0]
+    return np.asarray(Q[:, basis.shape[1] :].T)
+
+
+def _objective(
+    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective, file: Array,
+    unit: float,
+) -> tuple[Array, tuple[Array, Array], float, float]:  # fmt: skip
+    """Compute ``cost``, ``inertia``, ``scale`` and ``constant`` of the program."""
+    empty, S = np.empty(0), np.asarray(TRIANGLES[4].T.reshape(10, 4, 4))
+    cost = np.zeros((len(regions), 10))
+    if minimise == "mass":
+        cost[:] = S[:, 3, 3]
+        return cost, (empty, empty), unit, 0.0
+    area = space.length**2
+    cost += IDLE_MASS_PRICE * S[:, 3, 3]
+    if minimise == "inertia":
+        own, given = np.zeros((len(regions), 6, 10)), np.zeros((len(regions), 6))
+        for k, (b, region) in enumerate(regions.items()):
+            own[k] = _inertia_triangles(region.place @ S @ region.place.T).T / area
+            F = np.linalg.inv(space.frames[b])
+            given[k] = _inertia_triangles(F @ pseudo_inertia(file[b]) @ F.T) / (area * unit)
+        return cost, (own, given), unit * area, 0.0
+    frame, flat = space.chain.frame, [0, 1, 3] if space.planar else [0, 1, 2, 3]
+    to_frame = np.eye(4)
+    to_frame[:3, :3] = frame.R / frame.length
+    to_frame[:3, 3] = -to_frame[:3, :3] @ frame.origin
+    weights = rotor_weights(space)
+    for k, (b, region) in enumerate(regions.items()):
+        H = (to_frame @ space.frames[b] @ region.place)[flat]
+        cost[k] += np.einsum("nij,ij->n", S, H.T @ weights[b] @ H)
+    P = (to_frame @ pseudo_inertia(file) @ to_frame.T)[:, flat][:, :, flat]
+    return cost, (empty, empty), unit * area, float(np.sum(weights * P)) * area
+
+
+def _inertia_triangles(P: Array) -> Array:
+    """Compute the vectors (..., 6) of inertia tensors from pseudo-inertias (..., 4, 4)."""
+    second = P[..., :3, :3]
+    trace = np.trace(second, axis1=-2, axis2=-1)
+    return triangles(trace[..., None, None] * np.eye(3) - second)

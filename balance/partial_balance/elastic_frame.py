@@ -60,9 +60,9 @@ class ElasticFrame(NamedTuple):
         """
         if not (np.isfinite(self).all() and min(self[:3]) > 0.0 and self.damping >= 0.0):
             raise UsageError(
-                f"no frame has mass {self.mass:g} kg, inertia {self.inertia:g} kg m², stiffness "
-                f"{self.stiffness:g} N/m and damping {self.damping:g} N s/m: give three "
-                "numbers above 0 and a damping from 0 up"
+                f"no frame has mass {self.mass:g} kg, inertia {self.inertia:g} kg m², "
+                f"stiffness {self.stiffness:g} N/m and damping {self.damping:g} N s/m: give "
+                "three numbers above 0 and a damping from 0 up"
             )
 
 

@@ -1,8 +1,8 @@
 """The least root mean square of loads over matter in regions, by one conic program.
 
 With the triangular factor R of all weighted samples (QR, never the Gram matrix, which would
-lose half of the digits), the root mean square of the shaking is ``|R [s; 1]|`` at the coordinates
-s of the added matter (`balance.partial_balance.motion_loads`). The program
+lose half of the digits), the root mean square of the shaking is ``|R [s; 1]|`` at the
+coordinates s of the added matter (`balance.partial_balance.motion_loads`). The program
 
     minimise t    |R [s; 1]| ≤ t,  s in the cones of the regions,  mass(s) ≤ budget,
                   |A_k [s; 1]| ≤ cap_k at every sample
@@ -12,9 +12,9 @@ the caps, prove a bound without the solver:
 
     t ≥ u·r - λ budget - Σ (cap_k |w_k| + w_k·a_k) + budget · min(0, least of M_b)
 
-where r and a_k are the last columns, and ``M_b = Rᵀ u + λ mass - Σ A_kᵀ w_k`` is, for each link, a
-quadratic polynomial of the position of a unit of mass. Its least value over the region is
-found globally (`balance.added_masses.quadratic_minimum`).
+where r and a_k are the last columns, and ``M_b = Rᵀ u + λ mass - Σ A_kᵀ w_k`` is, for each
+link, a quadratic polynomial of the position of a unit of mass. Its least value over the region
+is found globally (`balance.added_masses.quadratic_minimum`).
 
 Caps hold at all samples; only those that a design exceeds enter the program.
 """
@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,14 @@ from balance.tolerances import (
     SOLVER_RESIDUAL,
 )
 
-__all__ = ["Cap", "LeastShaking", "Program", "least_shaking", "quadratic_factor"]
+__all__ = [
+    "Cap",
+    "CapsConflict",
+    "LeastShaking",
+    "Program",
+    "least_shaking",
+    "quadratic_factor",
+]
 
 Array = NDArray[np.float64]
 
@@ -52,6 +60,8 @@ Array = NDArray[np.float64]
 MAX_ROUNDS = 60
 # Samples of one cap that enter the program at once.
 SAMPLES_AT_ONCE = 8
+# The multiplier of t is 1 at a minimum, and 0 in a certificate that there is none.
+MULTIPLIER_HALF = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,23 +102,32 @@ class Program:
         return float(np.linalg.norm(self.factor @ np.append(s, 1.0)))
 
 
-@dataclass(frozen=True, eq=False)
-class LeastShaking:
+class LeastShaking(NamedTuple):
     """A minimiser.
 
     Attributes:
         s: coordinates of the added matter (count,).
         value: ``|R [s; 1]|``.
         bound: no matter within the budget has less; proved without the solver.
-        excess: largest part by which a cap is exceeded.
         rounds: number of conic programs solved.
     """
 
     s: Array
     value: float
     bound: float
-    excess: float
     rounds: int
+
+
+class CapsConflict(NamedTuple):
+    """No matter was found that keeps all caps.
+
+    Attributes:
+        proved: whether multipliers prove without the solver that there is none.
+        names: joints whose caps are part of the proof.
+    """
+
+    proved: bool
+    names: tuple[str, ...]
 
 
 def quadratic_factor(rows: Sequence[Array]) -> Array:
@@ -123,7 +142,7 @@ def quadratic_factor(rows: Sequence[Array]) -> Array:
     return R
 
 
-def least_shaking(program: Program, budget: float) -> LeastShaking | None:
+def least_shaking(program: Program, budget: float) -> LeastShaking | CapsConflict:
     """Minimise ``|R [s; 1]|`` over matter within a budget; among minimisers, the lightest.
 
     Args:
@@ -131,19 +150,18 @@ def least_shaking(program: Program, budget: float) -> LeastShaking | None:
         budget: most mass to add, kilograms, above 0.
 
     Returns:
-        The minimiser, and a bound that is proved without the solver; None if no matter within
-        the budget fulfils the caps, or the solver fails.
+        The minimiser, and a bound that is proved without the solver; or a proof that no matter
+        within the budget keeps the caps.
     """
     work = _Work(program, budget)
     found = work.solve(None)
     if found is None:
-        return None
+        return work.conflict()
     bound = work.bound()
     if work.price * budget <= PRICE_ZERO * work.scale:
         lighter = work.solve(program.value(found))
         found = found if lighter is None else lighter
-    excess = max((float(c.sizes(found).max()) / c.most - 1.0 for c in program.caps), default=0.0)
-    return LeastShaking(found, program.value(found), bound, max(0.0, excess), work.rounds)
+    return LeastShaking(found, program.value(found), max(0.0, bound), work.rounds)
 
 
 class _Work:
@@ -191,7 +209,22 @@ class _Work:
         for cap, chosen, w in zip(self.program.caps, self.active, self.w, strict=True):
             last = cap.columns[chosen, :, -1]
             fixed -= cap.most * np.linalg.norm(w, axis=1).sum() + float(np.sum(w * last))
-        return max(0.0, float(fixed + self.budget * min(0.0, least)))
+        return float(fixed + self.budget * min(0.0, least))
+
+    def conflict(self) -> CapsConflict:
+        """Return the proof that no matter keeps the caps, if the multipliers are one."""
+        sizes = [
+            cap.most * float(np.linalg.norm(w, axis=1).sum())
+            for cap, w in zip(self.program.caps, self.w, strict=True)
+        ]
+        whole = sum(sizes)
+        names = tuple(
+            cap.name for cap, size in zip(self.program.caps, sizes, strict=True)
+            if size > LEAST_SHAKING_GAP * whole
+        )  # fmt: skip
+        return CapsConflict(
+            not self.u.any() and self.bound() > LEAST_SHAKING_GAP * whole, names
+        )
 
     def _polynomial_minima(self) -> list[tuple[float, Array]]:
         """Compute the least value of each link's polynomial M_b, and where it is."""
@@ -201,12 +234,11 @@ class _Work:
             own = own - np.einsum("nk,nki->i", w, cap.columns[chosen, :, :-1])
         forms = (matter.parts(own) @ TRIANGLES[4].T).reshape(-1, 4, 4)
         return [
-            minimise_in_region(one, form)
-            for one, form in zip(self.regions, forms, strict=True)
+            minimise_in_region(one, form) for one, form in zip(self.regions, forms, strict=True)
         ]
 
     def _add_points(self) -> bool:
-        """Add points of cylinders where a unit of mass lowers the load; whether there are any."""
+        """Add points of cylinders where mass lowers the load; whether there are any."""
         grown = False
         for k, (value, at) in enumerate(self._polynomial_minima()):
             if k in self.points and value * self.budget < -LEAST_SHAKING_GAP * self.scale:
@@ -232,47 +264,47 @@ class _Work:
             lump_cone(self.points[k]) if k in self.points else moment_cone(one)
             for k, one in enumerate(self.regions)
         ]
-        sizes = [len(cone.matrices) for cone in cones]
         # Coordinates s as a function of the variables.
         T = self.unit * _block_diagonal([triangles(cone.matrices).T for cone in cones])
-        mass = self.program.matter.masses @ T
-        blocks = [(_block_diagonal([cone.rows for cone in cones]), np.zeros(0))]
-        parts = [part for cone in cones for part in cone.parts]
-        blocks.append((-mass[None] / self.budget, np.ones(1)))
-        parts.append(ConstraintBlock("nonnegative", 1))
-        R = self.program.factor / self.scale
-        blocks.append((np.vstack([0.0 * mass, R[:, :-1] @ T]), np.append(0.0, R[:, -1])))
-        parts.append(ConstraintBlock("second_order", len(R) + 1))
-        for cap, chosen in zip(self.program.caps, self.active, strict=True):
-            for columns in cap.columns[chosen] / cap.most:
-                blocks.append((
-                    np.vstack([0.0 * mass, columns[:, :-1] @ T]),
-                    np.append(1.0, columns[:, -1]),
-                ))  # fmt: skip
-                parts.append(ConstraintBlock("second_order", len(columns) + 1))
-        rows = np.vstack([block for block, _ in blocks])
-        cone_rows = len(blocks[0][0])
-        offset = np.concatenate([np.zeros(cone_rows), *(own for _, own in blocks[1:])])
+        own = _block_diagonal([cone.rows for cone in cones])
+        blocks, parts = self._load_blocks(T)
+        rows, offset = np.vstack([own, *(A for A, _ in blocks)]), np.zeros(len(own))
+        offset = np.concatenate([offset, *(b for _, b in blocks)])
+        parts = [*(part for cone in cones for part in cone.parts), *parts]
+        size, at = T.shape[1], len(own) + 1
         if limit is None:
-            t = np.zeros((len(rows), 1))
-            t[cone_rows + 1] = 1.0
-            q, rows = np.append(np.zeros(sum(sizes)), 1.0), np.hstack([rows, t])
+            q, t = np.append(np.zeros(size), 1.0), np.zeros((len(rows), 1))
+            t[at] = 1.0
+            rows = np.hstack([rows, t])
         else:
-            q = mass / self.unit
-            offset[cone_rows + 1] = _loosened(limit / self.scale)
+            q = self.program.matter.masses @ T / self.unit
+            offset[at] = _loosened(limit / self.scale)
         found = solve_conic(q, rows, offset, parts)
+        if limit is None:
+            self._read_multipliers(found.dual[len(own) :])
         if found.infeasible or not np.isfinite(found.x).all():
             return None
-        if limit is None:
-            self._read_multipliers(found.dual[cone_rows:], len(R))
-        return np.asarray(T @ found.x[: sum(sizes)])
+        return np.asarray(T @ found.x[:size])
 
-    def _read_multipliers(self, dual: Array, size: int) -> None:
+    def _load_blocks(self, T: Array) -> tuple[list[tuple[Array, Array]], list[ConstraintBlock]]:
+        """Build rows and constants of the budget, the load and the caps, and their cones."""
+        R, mass = self.program.factor / self.scale, self.program.matter.masses @ T
+        blocks = [(-mass[None] / self.budget, np.ones(1)), _bounded(R, 0.0, T)]
+        parts = [ConstraintBlock("nonnegative", 1), ConstraintBlock("second_order", len(R) + 1)]
+        for cap, chosen in zip(self.program.caps, self.active, strict=True):
+            for columns in cap.columns[chosen] / cap.most:
+                blocks.append(_bounded(columns, 1.0, T))
+                parts.append(ConstraintBlock("second_order", len(columns) + 1))
+        return blocks, parts
+
+    def _read_multipliers(self, dual: Array) -> None:
         """Keep the multipliers of budget, load and caps, in SI units."""
         self.price = max(0.0, float(dual[0])) * self.scale / self.budget
-        u = -dual[2 : 2 + size]
-        self.u = u / max(1.0, float(np.linalg.norm(u)))
-        at = 2 + size
+        at = 2 + len(self.program.factor)
+        # The multiplier of t is 1; in a certificate that there is nothing, it is 0.
+        u, self.u = -dual[2:at], np.zeros(at - 2)
+        if dual[1] > MULTIPLIER_HALF:
+            self.u = u / max(1.0, float(np.linalg.norm(u)))
         for k, (cap, chosen) in enumerate(zip(self.program.caps, self.active, strict=True)):
             width = cap.columns.shape[1] + 1
             own = dual[at : at + width * len(chosen)].reshape(len(chosen), width)
@@ -280,10 +312,15 @@ class _Work:
             at += own.size
 
 
+def _bounded(columns: Array, most: float, T: Array) -> tuple[Array, Array]:
+    """Build rows and constants of ``|columns [s; 1]| ≤ most`` with ``s = T v``."""
+    rows = np.vstack([np.zeros(T.shape[1]), columns[:, :-1] @ T])
+    return rows, np.append(most, columns[:, -1])
+
+
 def _loosened(limit: float) -> float:
     """Loosen a limit on a relative load by what the solver leaves open."""
     return limit * (1.0 + LEAST_SHAKING_GAP) + 2.0 * SOLVER_RESIDUAL
-
 
 
 def _block_diagonal(blocks: Sequence[Array]) -> Array:

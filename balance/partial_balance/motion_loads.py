@@ -202,7 +202,9 @@ class MotionLoads:
         return np.asarray(found.motors[:, moving] * scale[:, None])
 
 
-def motion_loads(matter: AddedParameters, trajectories: Sequence[Trajectory]) -> list[MotionLoads]:
+def motion_loads(
+    matter: AddedParameters, trajectories: Sequence[Trajectory]
+) -> list[MotionLoads]:
     """Compute the loads along motions.
 
     Args:

@@ -40,6 +40,14 @@ Masses that bodies can have:
 - ``DesignCheck``: what the check of a design found
 - ``Feasibility``: the verdict on a space
 
+Least shaking for a budget:
+
+- ``partial``: the matter within a budget that lets a linkage shake least along motions
+- ``pareto``: designs between nothing added and the least shaking
+- ``ElasticFrame``: a frame on springs and dampers that carries a linkage
+- ``ParetoFront``: result of ``pareto``
+- ``PartialBalance``: result of ``partial``
+
 Shaking in motion:
 
 - ``shaking``: shaking force and moment along a motion
@@ -109,6 +117,9 @@ if TYPE_CHECKING:
     )
     from balance.momentum.momentum_taylor_series import MomentumTaylor, momentum_taylor
     from balance.momentum.regressor import momentum_regressor
+    from balance.partial_balance.budgets import pareto, partial
+    from balance.partial_balance.elastic_frame import ElasticFrame
+    from balance.partial_balance.results import ParetoFront, PartialBalance
     from balance.search.many_geometries import ManySpaces, design_space_many
     from balance.spaces.certainty import Certainty
     from balance.spaces.compute_space import design_space
@@ -129,6 +140,7 @@ __all__ = [
     "Design",
     "DesignCheck",
     "DesignSpace",
+    "ElasticFrame",
     "Exact",
     "Explanation",
     "Feasibility",
@@ -136,6 +148,8 @@ __all__ = [
     "ManySpaces",
     "Meeting",
     "MomentumTaylor",
+    "ParetoFront",
+    "PartialBalance",
     "Primitive",
     "Proof",
     "ScrewLine",
@@ -162,6 +176,8 @@ __all__ = [
     "momentum_taylor",
     "momentum_wrenches",
     "parameters",
+    "pareto",
+    "partial",
     "pseudo_inertia",
     "save_space",
     "screw_figure",
@@ -178,6 +194,7 @@ _HOMES = {
     "Design": "designs.best_design",
     "DesignCheck": "designs.design_check",
     "DesignSpace": "spaces.design_space",
+    "ElasticFrame": "partial_balance.elastic_frame",
     "Exact": "exact.modular_ranks",
     "Explanation": "interpretation.explain",
     "Feasibility": "designs.feasibility",
@@ -185,6 +202,8 @@ _HOMES = {
     "ManySpaces": "search.many_geometries",
     "Meeting": "momentum.momentum_lines",
     "MomentumTaylor": "momentum.momentum_taylor_series",
+    "ParetoFront": "partial_balance.results",
+    "PartialBalance": "partial_balance.results",
     "Primitive": "inertial_parameters.multipole",
     "Proof": "exact.proof",
     "ScrewLine": "momentum.momentum_lines",
@@ -211,6 +230,8 @@ _HOMES = {
     "momentum_taylor": "momentum.momentum_taylor_series",
     "momentum_wrenches": "momentum.momentum_lines",
     "parameters": "inertial_parameters.conversions",
+    "pareto": "partial_balance.budgets",
+    "partial": "partial_balance.budgets",
     "pseudo_inertia": "inertial_parameters.conversions",
     "save_space": "spaces.save",
     "screw_figure": "momentum.momentum_figure",

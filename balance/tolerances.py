@@ -63,6 +63,7 @@ __all__ = [
     "LUMP_MASS_ZERO",
     "LUMP_ON_SURFACE",
     "LUMP_RESIDUAL",
+    "LUMP_SHARE_LEAST",
     "LUMP_SPREAD",
     "MASS_EXCLUDED",
     "MASS_MULTIPLIER_RELATIVE",
@@ -87,6 +88,7 @@ __all__ = [
     "ROD_DYADS_SINGULAR",
     "SCREW_ROUNDED",
     "SECOND_MOMENT_NEGATIVE_RELATIVE",
+    "SHAKING_GAP_PROVED",
     "SHAKING_RELATIVE",
     "SHORT_CONVERGENCE_RADIUS",
     "SINGULAR_VALUE_ROUND_OFF",
@@ -314,8 +316,13 @@ CAP_EXCEEDED = 1e-8
 # Shaking that matter at a new point would save, relative to that of the file: less adds no
 # point. The lightest of the designs of the least shaking may shake by this part more.
 LEAST_SHAKING_GAP = 1e-7
-# Price of the whole budget, relative to the shaking of the file, that counts as zero: the budget
-# is then larger than needed.
+# Distance of the shaking from its proved bound, relative to the shaking of the file, up to
+# which it counts as the least.
+SHAKING_GAP_PROVED = 1e-6
+# Part of the added mass up to which a link gets nothing.
+LUMP_SHARE_LEAST = 1e-7
+# Price of the whole budget, relative to the shaking of the file, that counts as zero: the
+# budget is then larger than needed.
 PRICE_ZERO = 1e-6
 # Difference between the ends of a motion, relative to its range, up to which it is repeated;
 # splines through tables leave less.

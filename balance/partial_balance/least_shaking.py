@@ -195,9 +195,9 @@ class _Work:
             s = self._solve_once(limit)
             if s is None:
                 return None
-            grown = self._add_samples(s)
-            if limit is None:
-                grown |= self._add_points()
+            # Points first: the multipliers belong to the samples of the last program.
+            grown = limit is None and self._add_points()
+            grown |= self._add_samples(s)
             if not grown:
                 return s
         return None

@@ -39,6 +39,7 @@ balance.search balance.interpretation
 balance.certification
 balance.designs balance.verification balance.taylor_poses
 balance.added_masses
+balance.partial_balance
 balance.report
 balance.report.text
 balance.report.html

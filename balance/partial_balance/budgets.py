@@ -1,0 +1,257 @@
+"""The least shaking for a budget of added matter, and many budgets side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import inf, isfinite
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.added_masses.lumps import lumps_of
+from balance.added_masses.regions import Region
+from balance.designs.clarabel_adapter import TRIANGLES
+from balance.inertial_parameters.conversions import mass_properties
+from balance.partial_balance.elastic_frame import ElasticFrame
+from balance.partial_balance.least_shaking import CapsConflict, LeastShaking
+from balance.partial_balance.results import AddedMatterOfLink, ParetoFront, PartialBalance
+from balance.partial_balance.shaking_problem import (
+    ShakingFigures,
+    ShakingProblem,
+    build_problem,
+)
+from balance.spaces.compute_space import design_space
+from balance.spaces.design_space import DesignSpace
+from balance.tolerances import LEAST_SHAKING_GAP, LUMP_SHARE_LEAST, SHAKING_GAP_PROVED
+from balance.verification.trajectory import Trajectory
+from kinematics.errors import UsageError
+from kinematics.model.arrays import freeze
+from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.spatial.inertia import displace_parameters
+
+__all__ = ["pareto", "partial"]
+
+Array = NDArray[np.float64]
+
+# Largest budget of a front without one, in masses of the linkage.
+UNLIMITED = 100.0
+
+
+def partial(
+    space: DesignSpace | LinkageLike, add: Sequence[str], budget: float, *,
+    regions: Mapping[str, Region | str] | None = None,
+    trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    max_bearing: Mapping[str, float] | None = None,
+    max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
+) -> PartialBalance:  # fmt: skip
+    """Compute the matter within a budget that lets a linkage shake least along motions.
+
+    It minimises the root of the mean over the motions of ``|F|² + |M|²/ℓ²``, with the shaking
+    force F, the shaking moment M about the middle of the mechanism, and ``ℓ = weight_moment``.
+    With an elastic frame it minimises that of ``|x|² + ℓ² |θ|²``, its displacement and
+    rotation. Matter is only added, inside the regions. The problem is convex, and
+    ``PartialBalance.bound`` proves the optimum. If less matter than the budget is enough, the
+    lightest is found.
+
+    Args:
+        space: a design space, or an argument of `kinematics.load`; a space for force balance
+            does not count moments, and the motion of a space restricts the random motions.
+        add: names of the links that may get matter.
+        budget: most mass to add, kg, from 0 up.
+        regions: where matter may be added, by link: a region, or a text such as
+            ``"ball(0,0,0,0.1)"``; by default a ball about the proximal joint of half the
+            link's length.
+        trajectories: motions; by default the random ones of `balance.verify`.
+        weight_moment: ℓ, metres; by default the characteristic length of the linkage.
+        max_bearing: largest force in joints, N, by name. In overconstrained linkages forces
+            are those of least norm.
+        max_torque: largest drive torque of inputs, N m or N, by name, without gravity.
+        frame: an elastic frame that carries the linkage.
+
+    Returns:
+        The matter, what the linkage does with it, and the proof that nothing does better.
+
+    Raises:
+        BodyError: a link is unknown, or its region cannot be found.
+        PoseError: nothing moves.
+        UsageError: a number is out of range, or a joint is unknown.
+
+    Source:
+        S. Boyd, L. Vandenberghe, Convex Optimization, 2004, sections 4.4 and 5.8.
+
+    Example:
+        >>> import balance
+        >>> found = balance.partial("robot.urdf", ["crank"], 0.2)
+        >>> found.verdict, found.found.objective < found.given.objective
+        ('optimal', True)
+    """
+    _check_budget(budget)
+    problem = build_problem(
+        _space_of(space), add, regions or {}, trajectories, weight_moment, max_bearing or {},
+        max_torque or {}, frame,
+    )  # fmt: skip
+    return _solve(problem, [budget])[0]
+
+
+def pareto(
+    space: DesignSpace | LinkageLike, add: Sequence[str], n: int = 12,
+    budget: float | None = None, *,
+    regions: Mapping[str, Region | str] | None = None,
+    trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    max_bearing: Mapping[str, float] | None = None,
+    max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> ParetoFront:  # fmt: skip
+    """Compute designs between nothing added and the least shaking.
+
+    The motions are computed and factorised once; see `partial`. Budgets are equally spaced
+    from 0 to the mass of the lightest design of the least shaking.
+
+    Args:
+        space: see `partial`, as for the other arguments.
+        add: names of the links that may get matter.
+        n: number of designs, from 2 up.
+        budget: most mass to add, kg; by default a hundred times the mass of the linkage.
+        regions: where matter may be added, by link.
+        trajectories: motions.
+        weight_moment: metres.
+        max_bearing: largest force in joints, N.
+        max_torque: largest drive torque of inputs, N m or N.
+        frame: an elastic frame.
+        progress: called with the number of steps done and the number of all steps.
+
+    Returns:
+        The designs.
+
+    Raises:
+        BodyError: a link is unknown, or its region cannot be found.
+        PoseError: nothing moves.
+        UsageError: a number is out of range, or a joint is unknown.
+
+    Source:
+        S. Boyd, L. Vandenberghe, Convex Optimization, 2004, section 4.7.
+
+    Example:
+        >>> import balance
+        >>> front = balance.pareto("robot.urdf", ["crank", "rocker"], 3, 0.5)
+        >>> [one.budget for one in front.designs]
+        [0.0, 0.25, 0.5]
+    """
+    if n < 2:
+        raise UsageError(f"a front of {n} designs has no two ends: ask for 2 or more")
+    if budget is not None:
+        _check_budget(budget)
+    known = _space_of(space)
+    given = float(sum(body.inertia[0] for body in known.linkage.bodies))
+
+    def advance(done: int, count: int) -> None:
+        if progress is not None:
+            progress(done, count + n)
+
+    problem = build_problem(
+        known, add, regions or {}, trajectories, weight_moment, max_bearing or {},
+        max_torque or {}, frame, advance,
+    )  # fmt: skip
+    most = UNLIMITED * given if budget is None else budget
+    end = problem.solve(most)
+    if isinstance(end, LeastShaking):
+        needed = float(problem.matter.masses @ end.s)
+        most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
+    count = len(problem.loads)
+    designs = _solve(
+        problem, np.linspace(0.0, most, n).tolist(),
+        lambda done: advance(count + done, count),
+    )  # fmt: skip
+    return ParetoFront(tuple(designs), problem.weight_moment, frame)
+
+
+def _solve(
+    problem: ShakingProblem, budgets: Sequence[float],
+    progress: Callable[[int], None] | None = None,
+) -> list[PartialBalance]:  # fmt: skip
+    """Solve a problem for several budgets.
+
+    Args:
+        problem: the problem.
+        budgets: kilograms.
+        progress: called with the number of budgets done.
+    """
+    answers = []
+    for done, budget in enumerate(budgets, 1):
+        answers.append(problem.solve(budget))
+        if progress is not None:
+            progress(done)
+    found = [one.s for one in answers if isinstance(one, LeastShaking)]
+    given, *figures = problem.figures([np.zeros(problem.matter.count), *found])
+    left = iter(figures)
+    return [
+        _conflict(problem, budget, given, one) if isinstance(one, CapsConflict)
+        else _result(problem, budget, given, next(left), one)
+        for budget, one in zip(budgets, answers, strict=True)
+    ]  # fmt: skip
+
+
+def _result(
+    problem: ShakingProblem, budget: float, given: ShakingFigures, found: ShakingFigures,
+    best: LeastShaking,
+) -> PartialBalance:  # fmt: skip
+    """Describe a minimiser."""
+    gap = (best.value - best.bound) / (given.objective or 1.0)
+    added = _added(problem, best.s)
+    share = best.value / (given.objective or 1.0)
+    mass = sum(one.mass for one in added)
+    what = f"{share:.3g} of the {problem.objective} in the file"
+    if gap <= SHAKING_GAP_PROVED:
+        text = f"optimal: {mass:.4g} kg leave {what}, and nothing in the regions does better"
+        verdict: Literal["optimal", "undecided"] = "optimal"
+    else:
+        text = f"undecided: {mass:.4g} kg leave {what}; {gap:.1e} of it may be saved"
+        verdict = "undecided"
+    z = freeze(problem.matter.parameters(best.s))
+    return PartialBalance(
+        problem.space, budget, verdict, text, given, found, best.bound, added, z
+    )
+
+
+def _conflict(
+    problem: ShakingProblem, budget: float, given: ShakingFigures, conflict: CapsConflict
+) -> PartialBalance:
+    """Describe caps that no matter keeps."""
+    caps = ", ".join(conflict.names) or "the joints"
+    if conflict.proved:
+        text = f"infeasible: no matter within {budget:g} kg in the regions keeps {caps} capped"
+        return PartialBalance(
+            problem.space, budget, "infeasible", text, given, None, 0.0, (), None
+        )
+    text = "undecided: the solver found neither matter that keeps the caps nor a proof"
+    return PartialBalance(problem.space, budget, "undecided", text, given, None, 0.0, (), None)
+
+
+def _added(problem: ShakingProblem, s: Array) -> tuple[AddedMatterOfLink, ...]:
+    """Describe the matter of each link that gets more than round-off."""
+    matter, space, found = problem.matter, problem.space, []
+    total = float(matter.masses @ s)
+    for (b, region), part in zip(matter.regions.items(), matter.parts(s), strict=True):
+        P = (TRIANGLES[4] @ part).reshape(4, 4)
+        if not P[3, 3] > LUMP_SHARE_LEAST * total:
+            continue
+        lumps = lumps_of(region, P, False)
+        own = displace_parameters((matter.si[b] @ part)[None], np.linalg.inv(space.frames[b]))
+        mass, com, inertia = mass_properties(own[0])
+        points = region.to_link(lumps.points)
+        found.append(AddedMatterOfLink(
+            space.bodies[b], region, mass, com, inertia, (lumps.masses, points)
+        ))  # fmt: skip
+    return tuple(found)
+
+
+def _check_budget(budget: float) -> None:
+    """Raise UsageError for a budget that is no mass."""
+    if not (isfinite(budget) and 0.0 <= budget < inf):
+        raise UsageError(f"a budget of {budget:g} kg is none: give a mass from 0 up")
+
+
+def _space_of(space: DesignSpace | LinkageLike) -> DesignSpace:
+    """Compute the design space of a linkage."""
+    return space if isinstance(space, DesignSpace) else design_space(as_linkage(space))

@@ -1,0 +1,174 @@
+"""Results of partial balance: the matter to add, what it buys, and the proof of the optimum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.added_masses.regions import Region
+from balance.inertial_parameters.body_inertia import BodyInertia, body_inertias
+from balance.inertial_parameters.conversions import LABELS
+from balance.partial_balance.elastic_frame import ElasticFrame
+from balance.partial_balance.shaking_problem import ShakingFigures
+from balance.spaces.design_space import DesignSpace
+from kinematics.wording import html_facts, repr_lines
+
+__all__ = ["PARTIAL_SCHEMA", "AddedMatterOfLink", "ParetoFront", "PartialBalance"]
+
+Array = NDArray[np.float64]
+
+PARTIAL_SCHEMA = "balance.partial/1"
+
+
+class AddedMatterOfLink(NamedTuple):
+    """Matter that is added to a link, in its link frame, SI units.
+
+    Attributes:
+        name: name of the link.
+        region: the region that contains it.
+        mass: kg.
+        com: centre of mass (3,), m.
+        inertia: tensor about the centre of mass (3, 3), kg m².
+        lumps: masses (n,) and positions (n, 3) of point masses in the region that have these
+            moments: at most four in balls and ellipsoids, ten in other regions.
+    """
+
+    name: str
+    region: Region
+    mass: float
+    com: Array
+    inertia: Array
+    lumps: tuple[Array, Array]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        masses, points = self.lumps
+        return {
+            "name": self.name, "region": self.region.text, "mass": self.mass,
+            "com": self.com.tolist(), "inertia": self.inertia.tolist(),
+            "lumps": [
+                {"mass": float(m), "at": at.tolist()}
+                for m, at in zip(masses, points, strict=True)
+            ],
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class PartialBalance:
+    """Result of `partial`: the matter to add for the least shaking.
+
+    Attributes:
+        space: a design space of the linkage.
+        budget: most mass that may be added, kg.
+        verdict: ``"optimal"``: no matter in the regions shakes less, to 1e-6 of the shaking in
+            the file; ``"infeasible"``: none keeps the caps, and that is proved;
+            ``"undecided"``.
+        words: the verdict in one line.
+        given: what the linkage of the file does.
+        found: what the linkage with the added matter does; None without a design.
+        bound: no matter within the budget has a smaller objective; proved without the solver.
+        added: matter of each link that gets any.
+        z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
+    """
+
+    space: DesignSpace
+    budget: float
+    verdict: Literal["optimal", "infeasible", "undecided"]
+    words: str
+    given: ShakingFigures
+    found: ShakingFigures | None
+    bound: float
+    added: tuple[AddedMatterOfLink, ...]
+    z: Array | None
+
+    @property
+    def share(self) -> float:
+        """Objective over that of the file; 1 without a design."""
+        if self.found is None or self.given.objective == 0.0:
+            return 1.0
+        return self.found.objective / self.given.objective
+
+    @property
+    def mass(self) -> float:
+        """Mass of the added matter, kg."""
+        return float(sum(one.mass for one in self.added))
+
+    @property
+    def bodies(self) -> tuple[BodyInertia, ...]:
+        """Inertial parameters of the bodies with the added matter; empty without a design."""
+        if self.z is None:
+            return ()
+        space, size = self.space, 2.0 ** np.round(np.log2(np.linalg.norm(self.z)))
+        return body_inertias(
+            space.bodies, self.z.reshape(-1, 1) / size, [size], space.frames, space.axes,
+            LABELS, space.length, space.source,
+        )  # fmt: skip
+
+    def __repr__(self) -> str:
+        """Up to six lines: the verdict, and the matter of each link."""
+        parts = (f"{one.name} +{one.mass:.4g} kg" for one in self.added)
+        return repr_lines(f"PartialBalance of {self.space.linkage.name}", self.words, *parts)
+
+    def _repr_html_(self) -> str:
+        """Table of the same facts, for notebooks."""
+        parts = ((one.name, f"+{one.mass:.4g} kg") for one in self.added)
+        title = f"PartialBalance of {self.space.linkage.name}"
+        return html_facts(title, ("verdict", self.words), *parts)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return a design as plain data for JSON."""
+        return {
+            "budget": self.budget, "verdict": self.verdict, "words": self.words,
+            "mass": self.mass, "bound": self.bound,
+            "found": self.found._asdict() if self.found else None,
+            "added": [one.to_dict() for one in self.added],
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class ParetoFront:
+    """Result of `pareto`: designs from nothing added to the least shaking.
+
+    Attributes:
+        designs: the designs by budget, ascending; those whose caps cannot be kept have none.
+        weight_moment: newton metres that count as one newton; infinite if moments do not
+            count.
+        frame: the elastic frame, if there is one.
+    """
+
+    designs: tuple[PartialBalance, ...]
+    weight_moment: float
+    frame: ElasticFrame | None
+
+    @property
+    def objective(self) -> str:
+        """What is minimised: ``"shaking"``, or ``"vibration"`` of an elastic frame."""
+        return "shaking" if self.frame is None else "vibration"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/partial.schema.json``."""
+        first = self.designs[0]
+        return {
+            "schema": PARTIAL_SCHEMA,
+            "model": first.space.linkage.name,
+            "at": first.space.linkage.at,
+            "balance": first.space.balance,
+            "objective": self.objective,
+            "weight_moment": self.weight_moment if isfinite(self.weight_moment) else None,
+            "frame": self.frame._asdict() if self.frame else None,
+            "given": first.given._asdict(),
+            "designs": [one.to_dict() for one in self.designs],
+        }
+
+    def __repr__(self) -> str:
+        """Up to six lines: mass and relative objective of the first designs."""
+        parts = (
+            f"+{one.mass:.4g} kg: {one.share:.4g} of the {self.objective} in the file"
+            for one in self.designs if one.found is not None
+        )  # fmt: skip
+        name = self.designs[0].space.linkage.name
+        return repr_lines(f"ParetoFront of {name}, {len(self.designs)} designs", *parts)

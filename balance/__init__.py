@@ -32,13 +32,16 @@ Its meaning:
 Masses that bodies can have:
 
 - ``design``: the best design of a space, or a certificate that there is none
+- ``counterweights``: the least matter, added inside regions of links, that balances
 - ``feasible``: whether a space holds a distribution that can be built
 - ``check_certificate``: check a certificate without the solver
 - ``check_design``: check a design without the solver
 - ``CertificateCheck``: what the check of a certificate found
+- ``Counterweights``: added matter, or why none balances
 - ``Design``: a design, or why there is none
 - ``DesignCheck``: what the check of a design found
 - ``Feasibility``: the verdict on a space
+- ``Region``: a convex region of a link frame in which matter may be added
 
 Least shaking for a budget:
 
@@ -87,6 +90,8 @@ from typing import TYPE_CHECKING
 from kinematics.compiled.background import register_warm_up
 
 if TYPE_CHECKING:
+    from balance.added_masses.counterweights import Counterweights, counterweights
+    from balance.added_masses.regions import Region
     from balance.certification.certified_space import CertifiedSpace
     from balance.certification.certify_space import certify
     from balance.certification.exact_ranks import exact_ranks
@@ -137,6 +142,7 @@ __all__ = [
     "Certainty",
     "CertificateCheck",
     "CertifiedSpace",
+    "Counterweights",
     "Design",
     "DesignCheck",
     "DesignSpace",
@@ -152,6 +158,7 @@ __all__ = [
     "PartialBalance",
     "Primitive",
     "Proof",
+    "Region",
     "ScrewLine",
     "SpaceRecord",
     "Trajectory",
@@ -161,6 +168,7 @@ __all__ = [
     "check_certificate",
     "check_design",
     "common_normal",
+    "counterweights",
     "design",
     "design_space",
     "design_space_many",
@@ -191,6 +199,7 @@ _HOMES = {
     "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
     "CertifiedSpace": "certification.certified_space",
+    "Counterweights": "added_masses.counterweights",
     "Design": "designs.best_design",
     "DesignCheck": "designs.design_check",
     "DesignSpace": "spaces.design_space",
@@ -206,6 +215,7 @@ _HOMES = {
     "PartialBalance": "partial_balance.results",
     "Primitive": "inertial_parameters.multipole",
     "Proof": "exact.proof",
+    "Region": "added_masses.regions",
     "ScrewLine": "momentum.momentum_lines",
     "SpaceRecord": "spaces.save",
     "Trajectory": "verification.trajectory",
@@ -215,6 +225,7 @@ _HOMES = {
     "common_normal": "momentum.momentum_lines",
     "check_certificate": "designs.certificate",
     "check_design": "designs.design_check",
+    "counterweights": "added_masses.counterweights",
     "design": "designs.best_design",
     "design_space": "spaces.compute_space",
     "design_space_many": "search.many_geometries",

@@ -194,4 +194,5 @@ def _fitted(region: Region, P: Array) -> Lumps:
         if error <= LUMP_FIT or value >= -LUMP_FIT:
             break
         points = np.vstack([points, at])
-    return Lumps(masses * float(P[3, 3]), points[: len(masses)])
+    rough = Lumps(masses * float(P[3, 3]), points[: len(masses)])
+    return refine_lumps([region], np.eye(10)[None], triangles(P), [rough])[0]

@@ -16,7 +16,7 @@ quadratic, and `minimise_in_region` checks them without a solver.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -47,7 +47,7 @@ __all__ = [
 Array = NDArray[np.float64]
 # Price of mass for the objectives inertia and rotor, in squares of the characteristic length,
 # so that no mass is added that serves nothing.
-IDLE_MASS_PRICE = 1e-3
+IDLE_MASS_PRICE = 1e-2
 AddedObjective = Literal["mass", "inertia", "rotor"]
 
 
@@ -71,6 +71,7 @@ class AddedProgram(NamedTuple):
             (links, 6, 10) and of the given masses (links, 6); otherwise empty.
         scale: SI units per unit of the objective.
         constant: objective of the given masses alone, SI units.
+        idle: part of ``cost`` that is a price on mass besides the objective.
     """
 
     space: DesignSpace
@@ -85,6 +86,7 @@ class AddedProgram(NamedTuple):
     inertia: tuple[Array, Array]
     scale: float
     constant: float
+    idle: float
 
 
 class AddedSolution(NamedTuple):
@@ -96,6 +98,7 @@ class AddedSolution(NamedTuple):
         dual: y (ρ,).
         forms: polynomials ``c_b - y·A_b``, matrices (links, 4, 4) in unit coordinates; for an
             infeasible program without c_b.
+        bound: value of the dual, in units of the objective.
         cones: the cones of the links; those of cylinders hold the points that were found.
     """
 
@@ -103,6 +106,7 @@ class AddedSolution(NamedTuple):
     moments: Array
     dual: Array
     forms: Array
+    bound: float
     cones: tuple[Cone, ...]
 
 
@@ -135,6 +139,7 @@ def build_added_program(
     return AddedProgram(
         space, regions, unit, rows, r @ kept, conditions.T @ kept,
         conditions.T @ (outside @ (outside.T @ r)), given, cost, inertia, scale, constant,
+        0.0 if minimise == "mass" else IDLE_MASS_PRICE,
     )  # fmt: skip
 
 
@@ -165,6 +170,27 @@ def solve_added(program: AddedProgram) -> AddedSolution:
         }
 
 
+def added_objective(program: AddedProgram, moments: Sequence[Array]) -> tuple[float, float]:
+    """Compute the objective of added matter.
+
+    Args:
+        program: the program.
+        moments: ΔP of each link (4, 4), in unit coordinates and units of mass.
+
+    Returns:
+        Its value in SI units, and its value in the program: in the program's units, without
+        the given masses and with the price on mass.
+    """
+    vectors = triangles(np.array(moments))
+    priced = float(np.sum(program.cost * vectors))
+    idle = program.idle * float(np.sum([P[3, 3] for P in moments]))
+    if not program.inertia[0].size:
+        return (priced - idle) * program.scale + program.constant, priced
+    tensors = np.einsum("lij,lj->li", program.inertia[0], vectors) + program.inertia[1]
+    largest = float(np.linalg.eigvalsh((tensors @ TRIANGLES[3].T).reshape(-1, 3, 3)).max())
+    return largest * program.scale, largest + priced
+
+
 def _solve(program: AddedProgram, cones: tuple[Cone, ...]) -> AddedSolution:
     """Solve the program with these cones."""
     widths = [len(cone.matrices) for cone in cones]
@@ -188,7 +214,8 @@ def _solve(program: AddedProgram, cones: tuple[Cone, ...]) -> AddedSolution:
             offsets.append(-program.inertia[1][k])
             parts.append(ConstraintBlock("psd_triangle", 3))
     q[n:] = 1.0
-    found = solve_conic(q, np.concatenate([equal, *blocks]), np.concatenate(offsets), parts)
+    offset = np.concatenate(offsets)
+    found = solve_conic(q, np.concatenate([equal, *blocks]), offset, parts)
     moments = np.array([
         np.einsum("n,nij->ij", found.x[at[k] : at[k + 1]], cone.matrices)
         for k, cone in enumerate(cones)
@@ -198,7 +225,8 @@ def _solve(program: AddedProgram, cones: tuple[Cone, ...]) -> AddedSolution:
     if not found.infeasible:
         flat = flat + program.cost + _inertia_prices(program, found.dual, cones)
     forms = (flat @ TRIANGLES[4].T).reshape(-1, 4, 4)
-    return AddedSolution(found.infeasible, moments, dual, forms, cones)
+    bound = -float(offset @ found.dual)
+    return AddedSolution(found.infeasible, moments, dual, forms, bound, cones)
 
 
 def _inertia_prices(program: AddedProgram, dual: Array, cones: tuple[Cone, ...]) -> Array:

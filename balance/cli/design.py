@@ -8,6 +8,11 @@ from typing import TYPE_CHECKING
 
 from balance.atomic_files import write_all_atomic
 from balance.cli.arguments import Verbs, page_path
+from balance.cli.counterweights import (
+    add_counterweight_options,
+    check_counterweight_options,
+    run_counterweights,
+)
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import add_model_options, certified_space
 from balance.cli.outcome import Outcome
@@ -51,6 +56,7 @@ def add_design(verbs: Verbs) -> None:
         help="let masses be anywhere, not just within 1.5 lengths of each link from the middle "
         "of its joints",
     )  # fmt: skip
+    add_counterweight_options(parser)
     parser.add_argument(
         "--out", metavar="FILE.urdf",
         help="write the file of the linkage with the masses of the design",
@@ -64,6 +70,9 @@ def add_design(verbs: Verbs) -> None:
 
 def _run(arguments: argparse.Namespace) -> Outcome:
     """Compute the design of the options and write their files."""
+    check_counterweight_options(arguments)
+    if arguments.add:
+        return run_counterweights(arguments)
     with spinner("finding the mass distributions that balance"):
         space = certified_space(arguments)
         found = _design(arguments, space)

@@ -21,7 +21,7 @@ from kinematics.model.plane import plane_axes
 from kinematics.spatial.inertia import displace_parameters
 from kinematics.wording import vector_text
 
-__all__ = ["BodyInertia", "body_inertias", "in_link_frames"]
+__all__ = ["BodyInertia", "body_inertias", "in_link_frames", "inertial_element"]
 
 Array = NDArray[np.float64]
 
@@ -188,7 +188,7 @@ def _body_inertia(
     else:
         inertia = freeze(inertia_tensor(z) - mass * (c @ c * np.eye(3) - np.outer(c, c)))
         whole = local = freeze(R.T @ inertia @ R)
-    element = _inertial_element(mass, at, whole)
+    element = inertial_element(mass, at, whole)
     about = MOMENT_ROUND_OFF * float(np.abs(z[3:] if planar else z[4:]).max())
     unreal = violations(
         parameters(mass, np.zeros(3), whole),
@@ -199,8 +199,14 @@ def _body_inertia(
     )
 
 
-def _inertial_element(mass: float, com: Array, inertia: Array) -> str:
-    """Write the element ``<inertial>``: tensor about the centre of mass, axes of the link."""
+def inertial_element(mass: float, com: Array, inertia: Array) -> str:
+    """Write the element ``<inertial>``: tensor about the centre of mass, axes of the link.
+
+    Args:
+        mass: kg.
+        com: centre of mass in the link frame (3,), metres.
+        inertia: tensor (3, 3), kg m².
+    """
     xyz = " ".join(repr(float(value)) for value in com)
     i, j = np.triu_indices(3)
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")

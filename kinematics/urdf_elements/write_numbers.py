@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kinematics.tolerances import ROTATION_ROUND_OFF
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["roll_pitch_yaw", "number_words", "element_text"]
+__all__ = ["roll_pitch_yaw", "number_words", "element_lines", "element_text"]
 
 Array = NDArray[np.float64]
 
@@ -27,10 +27,16 @@ def number_words(values: Iterable[float]) -> str:
 
 def element_text(tree: Element) -> str:
     """Write a tree of elements as the text of an XML file, indented by two blanks."""
-    return "\n".join(['<?xml version="1.0"?>', *_element_lines(tree, "")]) + "\n"
+    return "\n".join(['<?xml version="1.0"?>', *element_lines(tree, "")]) + "\n"
 
 
-def _element_lines(item: Element, margin: str) -> Iterator[str]:
+def element_lines(item: Element, margin: str) -> Iterator[str]:
+    """Yield the lines of an element, indented by two blanks.
+
+    Args:
+        item: the element.
+        margin: text before each line.
+    """
     pairs = (f' {key}="{escape(value, _QUOTED)}"' for key, value in item.attributes.items())
     head = f"{margin}<{item.tag}{''.join(pairs)}"
     if not item.children:
@@ -38,7 +44,7 @@ def _element_lines(item: Element, margin: str) -> Iterator[str]:
         return
     yield f"{head}>"
     for child in item.children:
-        yield from _element_lines(child, f"{margin}  ")
+        yield from element_lines(child, f"{margin}  ")
     yield f"{margin}</{item.tag}>"
 
 

@@ -97,6 +97,16 @@ def _bounds(rng: random.Random, place: Place) -> str:
     return f"{_one(rng, place.names.links, 0.05)}={low}{sign}{high}"
 
 
+def _region(rng: random.Random, place: Place) -> str:
+    """A region of a link, good or bad."""
+    kinds = (
+        "ball({0},{1},{2},{3})", "box({0}:{1},{2}:{3},{4}:{5})", "ellipsoid({0},{1},0,{3},1,1)",
+        "cylinder(0,0,0,{0},{1},1,{2},{3})", "collision", "ball({0})", "cube(1)", "",
+    )  # fmt: skip
+    numbers = [_number(rng, 0.05) for _ in range(6)]
+    return f"{_one(rng, place.names.links, 0.05)}={rng.choice(kinds).format(*numbers)}"
+
+
 def _target(rng: random.Random, place: Place) -> str:
     inputs = place.names.inputs
     if rng.random() < 0.5:
@@ -181,6 +191,8 @@ WORDS: dict[str, Maker] = {
     "--minimise": _of("mass", "inertia", "rotor", "change"),
     "--keep": lambda rng, place: [_one(rng, place.names.links, 0.05)],
     "--bounds": lambda rng, place: [_bounds(rng, place)],
+    "--add": lambda rng, place: [_list(rng, place.names.links)],
+    "--region": lambda rng, place: [_region(rng, place)],
     "--out": lambda rng, place: [_out(rng, place, "out.urdf")],
     "--tool": lambda rng, place: [_one(rng, place.names.links, 0.05)],
     "--along": lambda rng, place: [_directions(rng, place)],
@@ -198,6 +210,7 @@ GOOD: dict[str, list[str]] = {
     "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
+    "--add": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)", "--add", "{link}"],
     "--out": ["{folder}/out.urdf"], "--write-closed": ["{folder}/closed.urdf"],
     "--tool": ["{tool}", "--along", "x"],
     "--along": ["x", "--tool", "{tool}"],

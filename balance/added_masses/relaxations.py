@@ -1,0 +1,70 @@
+"""Single changes that make an infeasible request for counterweights feasible."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from balance.added_masses.counterweights import Counterweights, Relaxation, decide
+from balance.added_masses.link_regions import default_region
+from balance.added_masses.regions import Region
+from balance.spaces.design_space import DesignSpace
+from balance.tolerances import GROWTH_RELATIVE
+
+__all__ = ["single_relaxations"]
+
+# Largest factor by which a region may grow.
+LARGEST_GROWTH = 64.0
+
+
+def single_relaxations(
+    space: DesignSpace, regions: Mapping[int, Region]
+) -> tuple[Relaxation, ...]:
+    """Find the smallest growth of each region, and each further link, that alone helps.
+
+    A region that grows about its centre contains the smaller one, so that feasibility is
+    monotone in the factor, and bisection finds the smallest one. The factor that is returned
+    was found feasible, and one smaller by a thousandth was not.
+
+    Args:
+        space: the design space.
+        regions: region by position of the body; no matter in them balances the linkage.
+
+    Returns:
+        Growths of regions, the smallest first, then further links, the lightest first.
+    """
+    grown = [one for b in regions if (one := _smallest_growth(space, regions, b))]
+    more = []
+    for b in range(len(space.bodies)):
+        if b not in regions:
+            found = decide(
+                space, dict(sorted({**regions, b: default_region(space, b)}.items()))
+            )
+            if found.verdict == "feasible":
+                more.append(Relaxation(space.bodies[b], None, found.added_mass))
+    grown.sort(key=lambda one: one.factor or 0.0)
+    more.sort(key=lambda one: one.mass)
+    return (*grown, *more)
+
+
+def _smallest_growth(
+    space: DesignSpace, regions: Mapping[int, Region], body: int
+) -> Relaxation | None:
+    """Find the smallest factor by which a region must grow; None if none up to 64 helps."""
+
+    def at(factor: float) -> Counterweights:
+        return decide(space, {**regions, body: regions[body].grown(factor)})
+
+    low, high = 1.0, LARGEST_GROWTH
+    found = at(high)
+    if found.verdict != "feasible":
+        return None
+    while high > low * (1.0 + GROWTH_RELATIVE):
+        middle = float(np.sqrt(low * high))
+        trial = at(middle)
+        if trial.verdict == "feasible":
+            high, found = middle, trial
+        else:
+            low = middle
+    return Relaxation(space.bodies[body], high, found.added_mass)

@@ -1,0 +1,99 @@
+"""Write a linkage's URDF file with counterweights and no other change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.added_masses.counterweight import Counterweight
+from balance.added_masses.counterweights import Counterweights
+from balance.designs.write_urdf import replace_inertials
+from balance.inertial_parameters.body_inertia import inertial_element
+from balance.inertial_parameters.conversions import mass_properties
+from kinematics.spatial.inertia import displace_parameters
+from kinematics.urdf.edit_xml import Splice, Text, read_source
+from kinematics.urdf_elements import make_elements
+from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.write_numbers import element_lines
+
+__all__ = ["with_counterweights"]
+
+Array = NDArray[np.float64]
+
+
+def with_counterweights(found: Counterweights, *, merge: bool = False) -> bytes:
+    """Return the linkage's URDF file with counterweights.
+
+    Each lump is a link of its own on a fixed joint, without inertia about its centre. A
+    counterweight of more lumps than are listed is one link with its inertia. These elements
+    stand before the end tag of the file. With ``merge``, the counterweights are in the
+    ``<inertial>`` of their links instead; see `replace_inertials`.
+
+    Args:
+        found: feasible counterweights.
+        merge: whether they go into the masses of their links.
+
+    Returns:
+        The bytes of the new file.
+
+    Raises:
+        FileError: the linkage was not read from a file, or it can no longer be read.
+    """
+    if merge:
+        return replace_inertials(found.space.linkage, dict(_merged_inertials(found)))
+    data, root = read_source(found.space.linkage, "link", "to which links could be added")
+    names = {item.name for tag in ("link", "joint") for item in root.every(tag)}
+    text, at = Text(data), root.span[1]
+    if text.is_tag(root):
+        raise AssertionError("a linkage has links")
+    end = text.margin(at)
+    margin = text.margin(root.children[-1].span[0]) or end
+    lines = [
+        line for weight in found.weights for element in _own_links(weight, names)
+        for line in element_lines(element, "")
+    ]  # fmt: skip
+    inside = "".join(f"{margin}{line}" for line in lines)
+    return text.replace([Splice(at - text.size(end), at - text.size(end), inside)])
+
+
+def _merged_inertials(found: Counterweights) -> Iterator[tuple[str, str]]:
+    """Yield the element ``<inertial>`` of each body with its counterweight, by its name."""
+    assert found.z is not None
+    for weight in found.weights:
+        b = found.space.bodies.index(weight.link)
+        yield weight.link, _link_inertial(found.z[b], found.space.frames[b])
+
+
+def _link_inertial(z: Array, frame: Array) -> str:
+    """Write the element ``<inertial>`` of parameters (10,) in a link frame (4, 4)."""
+    back = np.eye(4)
+    back[:3, :3], back[:3, 3] = frame[:3, :3].T, -frame[:3, :3].T @ frame[:3, 3]
+    mass, com, inertia = mass_properties(displace_parameters(z, back))
+    return inertial_element(mass, com, inertia)
+
+
+def _own_links(weight: Counterweight, names: set[str]) -> Iterator[Element]:
+    """Yield links and joints of a counterweight, and add their names to those taken."""
+    parts = [(lump.mass, lump.position, np.zeros((3, 3))) for lump in weight.lumps]
+    for mass, position, inertia in parts or [(weight.mass, weight.com, weight.inertia)]:
+        name = _free_name(f"{weight.link}_counterweight", names)
+        at, pose = make_elements.origin(np.eye(4)), np.eye(4)
+        pose[:3, 3] = position
+        yield make_elements.link(name, make_elements.inertial(mass, inertia, at))
+        ends = (
+            make_elements.origin(pose),
+            Element("parent", {"link": weight.link}), Element("child", {"link": name}),
+        )  # fmt: skip
+        yield Element("joint", {"name": f"{name}_joint", "type": "fixed"}, ends)
+
+
+def _free_name(wanted: str, names: set[str]) -> str:
+    """Return a name that neither it nor its joint has been given to, and take both."""
+    count, name = 1, wanted
+    while {name, f"{name}_joint"} & names:
+        count += 1
+        name = f"{wanted}_{count}"
+    names |= {name, f"{name}_joint"}
+    return name

@@ -1,0 +1,137 @@
+"""Options of ``balance design`` that add matter to links, and the answer to them."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.model_options import certified_space
+from balance.cli.outcome import Outcome
+from balance.cli.spinner import spinner
+from kinematics.errors import UsageError
+
+if TYPE_CHECKING:
+    from balance.added_masses.counterweights import Counterweights
+
+__all__ = ["add_counterweight_options", "check_counterweight_options", "run_counterweights"]
+
+
+def add_counterweight_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of counterweights to the command ``design``."""
+    parser.add_argument(
+        "--add", type=_names, default=[], metavar="L1,L2",
+        help="keep all masses of the file, and only add matter to these links: the least that "
+        "balances, or why there is none",
+    )  # fmt: skip
+    parser.add_argument(
+        "--region", action="append", type=_region, default=[], metavar="L=SHAPE",
+        help="where matter may be added, metres in the link frame: ball(x,y,z,r), "
+        "box(x0:x1,y0:y1,z0:z1), cylinder(x,y,z,ax,ay,az,r,length), "
+        "ellipsoid(x,y,z,a,b,c[,roll,pitch,yaw]) or collision; by default a ball about the "
+        "joint of the link, of half its length; repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--merge", action="store_true",
+        help="with --add and --out: put counterweights into the masses of their links, not "
+        "into links of their own",
+    )  # fmt: skip
+
+
+def check_counterweight_options(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if options contradict each other."""
+    if not arguments.add:
+        given = {"--region": arguments.region, "--merge": arguments.merge}
+        for name, value in given.items():
+            if value:
+                arguments.refuse(f"{name} needs --add")
+        return
+    for name in arguments.keep:
+        if name in arguments.add:
+            arguments.refuse(f"link '{name}' is both kept and added to: name it once")
+    clash = {
+        "--keep": arguments.keep, "--bounds": arguments.bounds, "--anywhere": arguments.anywhere,
+        "--minimise change": arguments.minimise == "change",
+    }  # fmt: skip
+    for name, value in clash.items():
+        if value:
+            arguments.refuse(f"{name} does not go with --add, which keeps the given masses")
+    if arguments.merge and not arguments.out:
+        arguments.refuse("--merge needs --out")
+    names = [name for name, _ in arguments.region]
+    for name in names:
+        if names.count(name) > 1:
+            arguments.refuse(f"link '{name}' has two regions: give one")
+
+
+def run_counterweights(arguments: argparse.Namespace) -> Outcome:
+    """Compute the counterweights of the options and write their files.
+
+    Raises:
+        LinkageError: the file, the linkage, a link or a region cannot be used.
+    """
+    from balance.added_masses.counterweights import counterweights
+
+    with spinner("finding the least matter that balances"):
+        space = certified_space(arguments)
+        found = counterweights(
+            space, arguments.add, dict(arguments.region), arguments.minimise or "mass"
+        )
+    remark = _write_files(arguments, found)
+    from balance.report.text.counterweights import counterweights_text
+
+    code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
+    return Outcome(
+        code, found.to_dict, lambda: counterweights_text(found), notices=space.warnings,
+        remark=remark,
+    )  # fmt: skip
+
+
+def _write_files(arguments: argparse.Namespace, found: Counterweights) -> str:
+    """Write the files of the options, if there are counterweights; return a remark.
+
+    Raises:
+        LinkageError: a file cannot be written, or a library is missing.
+    """
+    from balance.atomic_files import write_all_atomic
+
+    paths = [path for path in (arguments.out, arguments.html) if path is not None]
+    if found.z is None:
+        return f"not written, for there is no design: {', '.join(paths)}" if paths else ""
+    contents = []
+    if arguments.out is not None:
+        from balance.added_masses.write_counterweights import with_counterweights
+
+        contents.append(with_counterweights(found, merge=arguments.merge))
+    if arguments.html is not None:
+        from balance.report.html.counterweights import counterweights_page
+
+        contents.append(counterweights_page(found).encode())
+    write_all_atomic(zip(paths, contents, strict=True))
+    return ""
+
+
+def _names(text: str) -> list[str]:
+    """Parse names of ``a,b``, each once."""
+    names = [name.strip() for name in text.split(",")]
+    if not all(names) or len(set(names)) < len(names):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of names: write a,b")
+    return names
+
+
+def _region(text: str) -> tuple[str, str]:
+    """Parse link and shape of ``L=SHAPE``."""
+    from balance.added_masses.link_regions import COLLISION
+    from balance.added_masses.regions import read_region
+
+    name, _, shape = text.rpartition("=")
+    if not name:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not L=SHAPE, such as crank=ball(0,0,0,0.1)"
+        )
+    try:
+        if shape.strip() != COLLISION:
+            read_region(shape)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(f"link '{name}': {error}") from None
+    return name, shape

@@ -1,0 +1,92 @@
+"""Text of counterweights for ``balance design --add``.
+
+`Counterweights.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from balance.added_masses.counterweight import DENSITIES, Counterweight
+from balance.added_masses.counterweights import Counterweights
+
+__all__ = ["counterweight_rows", "counterweights_facts", "counterweights_text"]
+
+UNITS = {"mass": "kg", "inertia": "kg m²", "rotor": "kg m²"}
+CUBIC_CENTIMETRES = 1e6
+DIGITS = 6
+
+
+def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
+    """List the facts on counterweights as pairs of label and value.
+
+    Args:
+        found: the answer.
+    """
+    space = found.space
+    algebra = "planar" if space.planar else "spatial"
+    pairs = [("linkage", f"{space.linkage.name}, {algebra}, {space.balance} balance")]
+    if space.linkage.at:
+        pairs.append(("pose", space.linkage.pose))
+    if space.motion:
+        pairs.append(("motion", ", ".join(space.motion.relations)))
+    pairs.append(("verdict", found.words))
+    for name, region in found.regions.items():
+        default = " (default: half the link's length about its joint)"
+        pairs.append((f"region {name}", region.text + default * (name in found.chosen)))
+    if found.value is not None:
+        value = f"{found.minimise}: {found.value:.{DIGITS}g} {UNITS[found.minimise]}"
+        pairs.append(("minimised", f"{value}, the least up to {found.gap:.1e} of it"))
+        share = found.added_mass / found.given_mass if found.given_mass else 0.0
+        added = f"{found.added_mass:.{DIGITS}g} kg, {share:.3g} times the given mass"
+        pairs += [("added", added), ("residual", f"{found.residual:.1e}")]
+    if found.check:
+        pairs.append(("certificate", str(found.check)))
+    pairs += [("would help", one.words) for one in found.relaxations]
+    return pairs
+
+
+def counterweight_rows(weights: Sequence[Counterweight]) -> list[tuple[str, ...]]:
+    """Build the table of lumps, its head first; a link with many lumps has one row.
+
+    Args:
+        weights: the counterweights.
+    """
+    metals = tuple(f"{name} (cm³)" for name in DENSITIES)
+    rows: list[tuple[str, ...]] = [("link", "mass (kg)", "position, link frame (m)", *metals)]
+    for weight in weights:
+        parts = [(lump.mass, lump.position) for lump in weight.lumps]
+        for mass, position in parts or [(weight.mass, weight.com)]:
+            place = ", ".join(f"{x + 0.0:.{DIGITS}g}" for x in position.round(9))
+            volumes = (
+                f"{CUBIC_CENTIMETRES * mass / density:.4g}" for density in DENSITIES.values()
+            )
+            rows.append((weight.link, f"{mass:.{DIGITS}g}", place, *volumes))
+    return rows
+
+
+def counterweights_text(found: Counterweights) -> str:
+    """Write counterweights as plain text.
+
+    Args:
+        found: the answer.
+    """
+    facts = counterweights_facts(found)
+    width = max(len(label) for label, _ in facts)
+    lines = [f"{label:<{width}} {value}" for label, value in facts]
+    if found.weights:
+        table = counterweight_rows(found.weights)
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        cells = ("  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
+                 for row in table)  # fmt: skip
+        lines += ["", *(line.rstrip() for line in cells)]
+    for weight in found.weights:
+        if not weight.lumps:
+            entries = [weight.inertia[i, j] for i, j in _ENTRIES]
+            moments = ", ".join(f"{x:.{DIGITS}g}" for x in entries)
+            lines.append(f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
+                         f"{moments} kg m²")  # fmt: skip
+    return "\n".join(lines)
+
+
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

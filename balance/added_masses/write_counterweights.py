@@ -3,27 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.added_masses.counterweight import Counterweight
-from balance.added_masses.counterweights import Counterweights
 from balance.designs.write_urdf import replace_inertials
 from balance.inertial_parameters.body_inertia import inertial_element
 from balance.inertial_parameters.conversions import mass_properties
+from balance.spaces.design_space import DesignSpace
 from kinematics.spatial.inertia import displace_parameters
 from kinematics.urdf.edit_xml import Splice, Text, read_source
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.write_numbers import element_lines
 
-__all__ = ["with_counterweights"]
+__all__ = ["WithCounterweights", "with_counterweights"]
 
 Array = NDArray[np.float64]
 
 
-def with_counterweights(found: Counterweights, *, merge: bool = False) -> bytes:
+class WithCounterweights(Protocol):
+    """Counterweights of a linkage, balanced or not."""
+
+    @property
+    def space(self) -> DesignSpace:
+        """A design space of the linkage."""
+
+    @property
+    def weights(self) -> tuple[Counterweight, ...]:
+        """The counterweights."""
+
+    @property
+    def z(self) -> Array | None:
+        """Parameters with them (bodies, 10), inertial origin, SI units."""
+
+
+def with_counterweights(found: WithCounterweights, *, merge: bool = False) -> bytes:
     """Return the linkage's URDF file with counterweights.
 
     Each lump is a link of its own on a fixed joint, without inertia about its centre. A
@@ -58,7 +75,7 @@ def with_counterweights(found: Counterweights, *, merge: bool = False) -> bytes:
     return text.replace([Splice(at - text.size(end), at - text.size(end), inside)])
 
 
-def _merged_inertials(found: Counterweights) -> Iterator[tuple[str, str]]:
+def _merged_inertials(found: WithCounterweights) -> Iterator[tuple[str, str]]:
     """Yield the element ``<inertial>`` of each body with its counterweight, by its name."""
     assert found.z is not None
     for weight in found.weights:

@@ -16,6 +16,7 @@ from balance.cli.counterweights import (
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import add_model_options, certified_space
 from balance.cli.outcome import Outcome
+from balance.cli.partial import add_partial_options, check_partial_options, run_partial
 from balance.cli.spinner import spinner
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def add_design(verbs: Verbs) -> None:
         "of its joints",
     )  # fmt: skip
     add_counterweight_options(parser)
+    add_partial_options(parser)
     parser.add_argument(
         "--out", metavar="FILE.urdf",
         help="write the file of the linkage with the masses of the design",
@@ -71,6 +73,9 @@ def add_design(verbs: Verbs) -> None:
 def _run(arguments: argparse.Namespace) -> Outcome:
     """Compute the design of the options and write their files."""
     check_counterweight_options(arguments)
+    check_partial_options(arguments)
+    if arguments.partial:
+        return run_partial(arguments)
     if arguments.add:
         return run_counterweights(arguments)
     with spinner("finding the mass distributions that balance"):

@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from time import monotonic
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from balance.atomic_files import write_all_atomic
@@ -16,17 +14,14 @@ from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.outcome import Outcome
+from balance.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
     from balance.verification.result import Verification
     from kinematics.model.linkage import Notice
 
 __all__ = ["Verified", "add_verify"]
 
-# Seconds before the progress bar appears; most commands are faster.
-PATIENCE = 2.0
 # Default number of random motions.
 TRAJECTORIES = 10
 # Units of speed in radians per second.
@@ -116,7 +111,7 @@ def add_verify(verbs: Verbs) -> None:
 
 def _run(arguments: argparse.Namespace) -> Outcome:
     """Run the verification and write the files of the options."""
-    with _progress() as advance:
+    with progress_bar("motions") as advance:
         found = _verify(arguments, advance)
     code = DONE if found.first.balanced else NEGATIVE
     if not found.first.agreed:
@@ -205,32 +200,6 @@ def _write_files(found: Verified, arguments: argparse.Namespace) -> None:
     if arguments.table:
         contents.append((arguments.table, verification_table(found.first).encode()))
     write_all_atomic(contents)
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar on a terminal after `PATIENCE`.
-
-    The function that it yields takes the number of motions done and of all motions.
-    """
-    start, shown = monotonic(), ExitStack()
-    bar: Progress | None = None
-
-    def advance(done: int, total: int) -> None:
-        nonlocal bar
-        if bar is None and monotonic() - start > PATIENCE:
-            from rich.console import Console
-            from rich.progress import Progress
-
-            console = Console(stderr=True)
-            bar = Progress(console=console, transient=True, disable=not console.is_terminal)
-            bar.add_task("motions")
-            shown.enter_context(bar)
-        if bar is not None:
-            bar.update(bar.task_ids[0], completed=done, total=total, refresh=True)
-
-    with shown:
-        yield advance
 
 
 def _seed(text: str) -> int:

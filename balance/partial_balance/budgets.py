@@ -9,13 +9,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.added_masses.counterweight import Counterweight, counterweight_of
 from balance.added_masses.lumps import lumps_of
 from balance.added_masses.regions import Region
 from balance.designs.clarabel_adapter import TRIANGLES
-from balance.inertial_parameters.conversions import mass_properties
 from balance.partial_balance.elastic_frame import ElasticFrame
 from balance.partial_balance.least_shaking import CapsConflict, LeastShaking
-from balance.partial_balance.results import AddedMatterOfLink, ParetoFront, PartialBalance
+from balance.partial_balance.results import ParetoFront, PartialBalance
 from balance.partial_balance.shaking_problem import (
     ShakingFigures,
     ShakingProblem,
@@ -28,9 +28,8 @@ from balance.verification.trajectory import Trajectory
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.spatial.inertia import displace_parameters
 
-__all__ = ["pareto", "partial"]
+__all__ = ["pareto", "partial", "single"]
 
 Array = NDArray[np.float64]
 
@@ -86,12 +85,40 @@ def partial(
         >>> found.verdict, found.found.objective < found.given.objective
         ('optimal', True)
     """
+    return single(
+        space, add, budget, regions=regions, trajectories=trajectories, frame=frame,
+        weight_moment=weight_moment, max_bearing=max_bearing, max_torque=max_torque,
+    ).designs[0]  # fmt: skip
+
+
+def single(
+    space: DesignSpace | LinkageLike, add: Sequence[str], budget: float, *,
+    regions: Mapping[str, Region | str] | None = None,
+    trajectories: Sequence[Trajectory] | None = None, weight_moment: float | None = None,
+    max_bearing: Mapping[str, float] | None = None,
+    max_torque: Mapping[str, float] | None = None, frame: ElasticFrame | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> ParetoFront:  # fmt: skip
+    """Compute what `partial` does, as a front of one design.
+
+    Args:
+        space: see `partial`, as for the other arguments.
+        add: names of the links that may get matter.
+        budget: most mass to add, kg.
+        regions: where matter may be added, by link.
+        trajectories: motions.
+        weight_moment: metres.
+        max_bearing: largest force in joints, N.
+        max_torque: largest drive torque of inputs, N m or N.
+        frame: an elastic frame.
+        progress: called with the number of motions done and the number of all motions.
+    """
     _check_budget(budget)
     problem = build_problem(
         _space_of(space), add, regions or {}, trajectories, weight_moment, max_bearing or {},
-        max_torque or {}, frame,
+        max_torque or {}, frame, progress,
     )  # fmt: skip
-    return _solve(problem, [budget])[0]
+    return ParetoFront(tuple(_solve(problem, [budget])), problem.weight_moment, frame)
 
 
 def pareto(
@@ -198,9 +225,9 @@ def _result(
 ) -> PartialBalance:  # fmt: skip
     """Describe a minimiser."""
     gap = (best.value - best.bound) / (given.objective or 1.0)
-    added = _added(problem, best.s)
+    weights = _weights(problem, best.s)
     share = best.value / (given.objective or 1.0)
-    mass = sum(one.mass for one in added)
+    mass = sum(one.mass for one in weights)
     what = f"{share:.3g} of the {problem.objective} in the file"
     if gap <= SHAKING_GAP_PROVED:
         text = f"optimal: {mass:.4g} kg leave {what}, and nothing in the regions does better"
@@ -210,7 +237,7 @@ def _result(
         verdict = "undecided"
     z = freeze(problem.matter.parameters(best.s))
     return PartialBalance(
-        problem.space, budget, verdict, text, given, found, best.bound, added, z
+        problem.space, budget, verdict, text, given, found, best.bound, weights, z
     )
 
 
@@ -228,21 +255,15 @@ def _conflict(
     return PartialBalance(problem.space, budget, "undecided", text, given, None, 0.0, (), None)
 
 
-def _added(problem: ShakingProblem, s: Array) -> tuple[AddedMatterOfLink, ...]:
+def _weights(problem: ShakingProblem, s: Array) -> tuple[Counterweight, ...]:
     """Describe the matter of each link that gets more than round-off."""
-    matter, space, found = problem.matter, problem.space, []
+    matter, found = problem.matter, []
     total = float(matter.masses @ s)
     for (b, region), part in zip(matter.regions.items(), matter.parts(s), strict=True):
         P = (TRIANGLES[4] @ part).reshape(4, 4)
-        if not P[3, 3] > LUMP_SHARE_LEAST * total:
-            continue
-        lumps = lumps_of(region, P, False)
-        own = displace_parameters((matter.si[b] @ part)[None], np.linalg.inv(space.frames[b]))
-        mass, com, inertia = mass_properties(own[0])
-        points = region.to_link(lumps.points)
-        found.append(AddedMatterOfLink(
-            space.bodies[b], region, mass, com, inertia, (lumps.masses, points)
-        ))  # fmt: skip
+        if P[3, 3] > LUMP_SHARE_LEAST * total:
+            lumps = lumps_of(region, P, False)
+            found.append(counterweight_of(problem.space.bodies[b], region, lumps, 1.0))
     return tuple(found)
 
 
@@ -253,5 +274,7 @@ def _check_budget(budget: float) -> None:
 
 
 def _space_of(space: DesignSpace | LinkageLike) -> DesignSpace:
-    """Compute the design space of a linkage."""
-    return space if isinstance(space, DesignSpace) else design_space(as_linkage(space))
+    """Compute a design space of a linkage: its bodies and frames are all that counts."""
+    if isinstance(space, DesignSpace):
+        return space
+    return design_space(as_linkage(space), max_order=0)

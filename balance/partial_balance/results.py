@@ -4,57 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.added_masses.regions import Region
+from balance.added_masses.counterweight import Counterweight
 from balance.inertial_parameters.body_inertia import BodyInertia, body_inertias
 from balance.inertial_parameters.conversions import LABELS
 from balance.partial_balance.elastic_frame import ElasticFrame
 from balance.partial_balance.shaking_problem import ShakingFigures
 from balance.spaces.design_space import DesignSpace
+from kinematics.model.linkage import Notice
 from kinematics.wording import html_facts, repr_lines
 
-__all__ = ["PARTIAL_SCHEMA", "AddedMatterOfLink", "ParetoFront", "PartialBalance"]
+__all__ = ["PARTIAL_SCHEMA", "ParetoFront", "PartialBalance"]
 
 Array = NDArray[np.float64]
 
 PARTIAL_SCHEMA = "balance.partial/1"
-
-
-class AddedMatterOfLink(NamedTuple):
-    """Matter that is added to a link, in its link frame, SI units.
-
-    Attributes:
-        name: name of the link.
-        region: the region that contains it.
-        mass: kg.
-        com: centre of mass (3,), m.
-        inertia: tensor about the centre of mass (3, 3), kg m².
-        lumps: masses (n,) and positions (n, 3) of point masses in the region that have these
-            moments: at most four in balls and ellipsoids, ten in other regions.
-    """
-
-    name: str
-    region: Region
-    mass: float
-    com: Array
-    inertia: Array
-    lumps: tuple[Array, Array]
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain data for JSON."""
-        masses, points = self.lumps
-        return {
-            "name": self.name, "region": self.region.text, "mass": self.mass,
-            "com": self.com.tolist(), "inertia": self.inertia.tolist(),
-            "lumps": [
-                {"mass": float(m), "at": at.tolist()}
-                for m, at in zip(masses, points, strict=True)
-            ],
-        }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +39,7 @@ class PartialBalance:
         given: what the linkage of the file does.
         found: what the linkage with the added matter does; None without a design.
         bound: no matter within the budget has a smaller objective; proved without the solver.
-        added: matter of each link that gets any.
+        weights: the counterweight of each link that gets matter.
         z: parameters (bodies, 10) about the inertial origin, SI units; None without a design.
     """
 
@@ -82,7 +50,7 @@ class PartialBalance:
     given: ShakingFigures
     found: ShakingFigures | None
     bound: float
-    added: tuple[AddedMatterOfLink, ...]
+    weights: tuple[Counterweight, ...]
     z: Array | None
 
     @property
@@ -95,7 +63,7 @@ class PartialBalance:
     @property
     def mass(self) -> float:
         """Mass of the added matter, kg."""
-        return float(sum(one.mass for one in self.added))
+        return float(sum(one.mass for one in self.weights))
 
     @property
     def bodies(self) -> tuple[BodyInertia, ...]:
@@ -110,12 +78,12 @@ class PartialBalance:
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the matter of each link."""
-        parts = (f"{one.name} +{one.mass:.4g} kg" for one in self.added)
+        parts = (f"{one.link} +{one.mass:.4g} kg" for one in self.weights)
         return repr_lines(f"PartialBalance of {self.space.linkage.name}", self.words, *parts)
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
-        parts = ((one.name, f"+{one.mass:.4g} kg") for one in self.added)
+        parts = ((one.link, f"+{one.mass:.4g} kg") for one in self.weights)
         title = f"PartialBalance of {self.space.linkage.name}"
         return html_facts(title, ("verdict", self.words), *parts)
 
@@ -125,7 +93,7 @@ class PartialBalance:
             "budget": self.budget, "verdict": self.verdict, "words": self.words,
             "mass": self.mass, "bound": self.bound,
             "found": self.found._asdict() if self.found else None,
-            "added": [one.to_dict() for one in self.added],
+            "weights": [one.to_dict() for one in self.weights],
         }  # fmt: skip
 
 
@@ -143,6 +111,11 @@ class ParetoFront:
     designs: tuple[PartialBalance, ...]
     weight_moment: float
     frame: ElasticFrame | None
+
+    @property
+    def notices(self) -> tuple[Notice, ...]:
+        """Notices of the linkage."""
+        return self.designs[0].space.linkage.notices
 
     @property
     def objective(self) -> str:

@@ -236,11 +236,11 @@ def test_the_page_holds_the_report_and_escapes_names():
 
 
 def test_a_bar_appears_when_it_takes_long(monkeypatch, capsys):
-    monkeypatch.setattr("balance.cli.verify.PATIENCE", -1.0)
+    monkeypatch.setattr("balance.cli.progress_bar.PATIENCE", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
     assert main(["verify", BALANCED, "--trajectories", "2"]) == 0
     streams = capsys.readouterr()
     assert "motions" in streams.err and "motions" not in streams.out.partition("motions  ")[0]
-    monkeypatch.setattr("balance.cli.verify.PATIENCE", 1e9)
+    monkeypatch.setattr("balance.cli.progress_bar.PATIENCE", 1e9)
     assert main(["verify", BALANCED, *FEW]) == 0
     assert capsys.readouterr().err == ""

@@ -1,0 +1,45 @@
+"""A progress bar on the terminal, for commands with many equal steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from time import monotonic
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+__all__ = ["progress_bar"]
+
+# Seconds before the progress bar appears; most commands are faster.
+PATIENCE = 2.0
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Show a progress bar with the remaining time on a terminal after `PATIENCE`.
+
+    The function that it yields takes the number of steps done and of all steps.
+
+    Args:
+        what: what is counted, in the plural.
+    """
+    start, shown = monotonic(), ExitStack()
+    bar: Progress | None = None
+
+    def advance(done: int, total: int) -> None:
+        nonlocal bar
+        if bar is None and monotonic() - start > PATIENCE:
+            from rich.console import Console
+            from rich.progress import Progress
+
+            console = Console(stderr=True)
+            bar = Progress(console=console, transient=True, disable=not console.is_terminal)
+            bar.add_task(what)
+            shown.enter_context(bar)
+        if bar is not None:
+            bar.update(bar.task_ids[0], completed=done, total=total, refresh=True)
+
+    with shown:
+        yield advance

@@ -1,0 +1,101 @@
+"""Text of partial balance for ``balance design --partial``.
+
+`ParetoFront.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import inf
+
+from balance.partial_balance.results import ParetoFront, PartialBalance
+from balance.report.text.counterweights import counterweight_rows
+
+__all__ = ["front_rows", "partial_facts", "partial_text"]
+
+DIGITS = 6
+
+
+def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
+    """List the facts on designs as pairs of label and value.
+
+    Args:
+        front: the designs.
+    """
+    best, weight = front.designs[-1], front.weight_moment
+    space, given = best.space, best.given
+    pairs = [("linkage", f"{space.linkage.name}, {space.balance} balance")]
+    if space.linkage.at:
+        pairs.append(("pose", space.linkage.pose))
+    if space.motion:
+        pairs.append(("motion", ", ".join(space.motion.relations)))
+    counts = "forces alone" if weight == inf else f"{weight:.4g} N m count as 1 N"
+    pairs.append(("minimised", f"root mean square of the {front.objective}, {counts}"))
+    if front.frame is not None:
+        pairs.append(("frame", f"natural frequency {front.frame.frequency:.4g} Hz"))
+    pairs.append(("verdict", best.words))
+    if best.found is not None:
+        for label, name, unit in (("force", "force", "N"), ("moment", "moment", "N m")):
+            before, after = getattr(given, name), getattr(best.found, name)
+            pairs.append((label, f"{before:.4g} {unit} before, {after:.4g} {unit} after (rms)"))
+        pairs += _drives(best)
+    return pairs
+
+
+def _drives(best: PartialBalance) -> list[tuple[str, str]]:
+    """List what the motors feel, before and after."""
+    assert best.found is not None
+    inertia, torque = best.given.inertia, best.given.torque
+    return [
+        (
+            f"input {name}",
+            f"inertia {inertia[name]:.4g} before, {best.found.inertia[name]:.4g} after; peak "
+            f"torque {torque[name]:.4g} before, {best.found.torque[name]:.4g} after",
+        )
+        for name in inertia
+    ]
+
+
+def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
+    """Build the table of designs, its head first.
+
+    Args:
+        front: the designs.
+    """
+    unit = "N" if front.frame is None else "m"
+    head = ("added (kg)", f"{front.objective} ({unit})", "force (N)", "moment (N m)",
+            "largest torque", "verdict")  # fmt: skip
+    rows: list[tuple[str, ...]] = [head]
+    for one in front.designs:
+        if one.found is None:
+            rows.append((f"{one.budget:.{DIGITS}g}", "-", "-", "-", "-", one.verdict))
+            continue
+        numbers = (
+            one.mass, one.found.objective, one.found.force, one.found.moment,
+            max(one.found.torque.values(), default=0.0),
+        )  # fmt: skip
+        rows.append((*(f"{x:.{DIGITS}g}" for x in numbers), one.verdict))
+    return rows
+
+
+def partial_text(front: ParetoFront) -> str:
+    """Write designs as plain text.
+
+    Args:
+        front: the designs; the last one is described in full.
+    """
+    facts, best = partial_facts(front), front.designs[-1]
+    width = max(len(label) for label, _ in facts)
+    lines = [f"{label:<{width}}  {value}" for label, value in facts]
+    if len(front.designs) > 1:
+        lines += ["", *_aligned(front_rows(front))]
+    if best.weights:
+        lines += ["", *_aligned(counterweight_rows(best.weights))]
+    return "\n".join(lines)
+
+
+def _aligned(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
+    """Write rows of a table in columns of equal width."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        yield "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True)).rstrip()

@@ -23,7 +23,10 @@ from balance.tolerances import FORCE_EQUAL_RELATIVE
 from balance.verification.result import Run, Verification
 from kinematics.wording import count_noun
 
-__all__ = ["COLOURS", "Panel", "panels", "verification_picture", "verification_table", "verification_page"]
+__all__ = [
+    "COLOURS", "Panel", "panels", "verification_page", "verification_picture",
+    "verification_table",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 

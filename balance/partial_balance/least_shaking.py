@@ -161,6 +161,9 @@ def least_shaking(program: Program, budget: float) -> LeastShaking | CapsConflic
     if work.price * budget <= PRICE_ZERO * work.scale:
         lighter = work.solve(program.value(found))
         found = found if lighter is None else lighter
+    # The solver keeps the budget to its accuracy only; less of the same matter is in the cones.
+    mass = float(program.matter.masses @ found)
+    found = found * min(1.0, budget / mass) if mass > 0.0 else found
     return LeastShaking(found, program.value(found), max(0.0, bound), work.rounds)
 
 

@@ -118,7 +118,8 @@ def single(
         _space_of(space), add, regions or {}, trajectories, weight_moment, max_bearing or {},
         max_torque or {}, frame, progress,
     )  # fmt: skip
-    return ParetoFront(tuple(_solve(problem, [budget])), problem.weight_moment, frame)
+    designs = _describe(problem, [budget], [problem.solve(budget)])
+    return ParetoFront(designs, problem.weight_moment, frame)
 
 
 def pareto(
@@ -185,38 +186,29 @@ def pareto(
     if isinstance(end, LeastShaking):
         needed = float(problem.matter.masses @ end.s)
         most = needed if needed < most * (1.0 - LEAST_SHAKING_GAP) else most
-    count = len(problem.loads)
-    designs = _solve(
-        problem, np.linspace(0.0, most, n).tolist(),
-        lambda done: advance(count + done, count),
-    )  # fmt: skip
-    return ParetoFront(tuple(designs), problem.weight_moment, frame)
+    count, budgets = len(problem.loads), np.linspace(0.0, most, n).tolist()
+    answers = [end]
+    for done, one in enumerate(budgets[:-1], 1):
+        advance(count + done, count)
+        answers.insert(-1, problem.solve(one))
+    advance(count + n, count)
+    designs = _describe(problem, budgets, answers)
+    return ParetoFront(designs, problem.weight_moment, frame)
 
 
-def _solve(
+def _describe(
     problem: ShakingProblem, budgets: Sequence[float],
-    progress: Callable[[int], None] | None = None,
-) -> list[PartialBalance]:  # fmt: skip
-    """Solve a problem for several budgets.
-
-    Args:
-        problem: the problem.
-        budgets: kilograms.
-        progress: called with the number of budgets done.
-    """
-    answers = []
-    for done, budget in enumerate(budgets, 1):
-        answers.append(problem.solve(budget))
-        if progress is not None:
-            progress(done)
+    answers: Sequence[LeastShaking | CapsConflict],
+) -> tuple[PartialBalance, ...]:  # fmt: skip
+    """Describe the answers to budgets, and compute what the designs do along the motions."""
     found = [one.s for one in answers if isinstance(one, LeastShaking)]
     given, *figures = problem.figures([np.zeros(problem.matter.count), *found])
     left = iter(figures)
-    return [
+    return tuple(
         _conflict(problem, budget, given, one) if isinstance(one, CapsConflict)
         else _result(problem, budget, given, next(left), one)
         for budget, one in zip(budgets, answers, strict=True)
-    ]  # fmt: skip
+    )  # fmt: skip
 
 
 def _result(

@@ -165,7 +165,8 @@ def test_more_budget_leaves_less(shape):  # fmt: skip
         found = partial(
             space, ADD, budget, regions=dict.fromkeys(ADD, shape), trajectories=ways
         )
-        assert found.verdict == "optimal" and found.mass <= budget * (1 + 1e-8)
+        # Lumps of a cylinder are fitted to seven digits.
+        assert found.verdict == "optimal" and found.mass <= budget * (1 + 1e-6)
         assert found.found.objective < last
         gap = found.found.objective - found.bound
         assert -1e-9 <= gap / found.given.objective <= 1e-6

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import Counterweight
-from balance.added_masses.counterweights import Counterweights
 from balance.designs.write_urdf import replace_inertials
 from balance.inertial_parameters.body_inertia import inertial_element
 from balance.inertial_parameters.conversions import mass_properties

@@ -90,7 +90,8 @@ from typing import TYPE_CHECKING
 from kinematics.compiled.background import register_warm_up
 
 if TYPE_CHECKING:
-    from balance.added_masses.counterweights import Counterweights, counterweights
+    from balance.added_masses.answer import Counterweights
+    from balance.added_masses.counterweights import counterweights
     from balance.added_masses.regions import Region
     from balance.certification.certified_space import CertifiedSpace
     from balance.certification.certify_space import certify
@@ -199,7 +200,7 @@ _HOMES = {
     "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
     "CertifiedSpace": "certification.certified_space",
-    "Counterweights": "added_masses.counterweights",
+    "Counterweights": "added_masses.answer",
     "Design": "designs.best_design",
     "DesignCheck": "designs.design_check",
     "DesignSpace": "spaces.design_space",

@@ -31,14 +31,14 @@ from balance.tolerances import TETRAHEDRON_FLAT
 from kinematics.spatial.inertia import from_pseudo_inertia
 
 __all__ = [
-    "AddedMatter", "Cone", "added_matter", "homogeneous", "lump_cone", "moment_cone",
+    "AddedMatter", "MomentCone", "added_matter", "homogeneous", "lump_cone", "moment_cone",
     "parameters_per_moment",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
 
 
-class Cone(NamedTuple):
+class MomentCone(NamedTuple):
     """Pseudo-inertias ``ΔP = Σ_i v_i matrices[i]`` of measures in a region, unit coordinates.
 
     Attributes:
@@ -72,7 +72,7 @@ class AddedMatter(NamedTuple):
     body: int
     region: Region
     to_inertial: Array
-    cone: Cone
+    cone: MomentCone
     parameters: Array
     counted: Array
 
@@ -100,7 +100,7 @@ def added_matter(
     return AddedMatter(body, region, H, cone, z.T, counted.T)
 
 
-def moment_cone(region: Region) -> Cone:
+def moment_cone(region: Region) -> MomentCone:
     """Describe the pseudo-inertias of all measures in a region, in its unit coordinates.
 
     Raises:
@@ -114,15 +114,15 @@ def moment_cone(region: Region) -> Cone:
     G = np.diag([-1.0, -1.0, -1.0, 1.0])
     rows = np.vstack([np.eye(10), np.einsum("nij,ij->n", S, G)])
     parts = (ConstraintBlock("psd_triangle", 4), ConstraintBlock("nonnegative", 1))
-    return Cone(S, rows, parts, True)
+    return MomentCone(S, rows, parts, True)
 
 
-def lump_cone(points: ArrayLike) -> Cone:
+def lump_cone(points: ArrayLike) -> MomentCone:
     """Describe point masses at points (n, 3) in unit coordinates."""
     p = homogeneous(points)
     count = len(p)
     matrices = p[:, :, None] * p[:, None, :]
-    return Cone(matrices, np.eye(count), (ConstraintBlock("nonnegative", count),), False)
+    return MomentCone(matrices, np.eye(count), (ConstraintBlock("nonnegative", count),), False)
 
 
 def parameters_per_moment(space: DesignSpace, body: int, region: Region) -> Array:
@@ -151,7 +151,7 @@ def homogeneous(points: ArrayLike) -> Array:
     return np.column_stack([u, np.ones(len(u))])
 
 
-def _tetrahedra_cone(region: Region) -> Cone:
+def _tetrahedra_cone(region: Region) -> MomentCone:
     """Describe the pseudo-inertias of measures in a box or hull."""
     S, corners = _symmetric_basis(), homogeneous(region.vertices)
     tetrahedra = [corners[one].T for one in partition(region)]
@@ -161,7 +161,7 @@ def _tetrahedra_cone(region: Region) -> Cone:
     own = np.vstack([np.eye(10), entries])
     rows = np.kron(np.eye(count), own)
     parts = (ConstraintBlock("psd_triangle", 4), ConstraintBlock("nonnegative", 6)) * count
-    return Cone(matrices, rows, parts, True)
+    return MomentCone(matrices, rows, parts, True)
 
 
 def partition(region: Region) -> list[list[int]]:

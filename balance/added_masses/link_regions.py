@@ -7,7 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.added_masses.regions import Region, ball, hull, read_region, rotation
+from balance.added_masses.region_text import read_region
+from balance.added_masses.regions import (
+    Region,
+    ball_region,
+    hull_region,
+    rotation_matrix,
+)
 from balance.designs.mass_regions import joint_points
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import COORDINATE_ROUND_OFF, LINK_LENGTH_ZERO
@@ -85,7 +91,7 @@ def default_region(space: DesignSpace, body: int) -> Region:
     R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
     centre = R.T @ (points[0] - origin)
     tiny = np.abs(centre) <= COORDINATE_ROUND_OFF * (length + np.abs(origin).max())
-    return ball(np.where(tiny, 0.0, centre), DEFAULT_RADIUS * length)
+    return ball_region(np.where(tiny, 0.0, centre), DEFAULT_RADIUS * length)
 
 
 def _check_body(space: DesignSpace, name: str) -> None:
@@ -108,7 +114,7 @@ def _region_of(space: DesignSpace, body: int, given: Region | str | None) -> Reg
         return default_region(space, body)
     try:
         if given.strip() == COLLISION:
-            return hull(_collision_points(space, name), COLLISION)
+            return hull_region(_collision_points(space, name), COLLISION)
         return read_region(given)
     except UsageError as error:
         raise UsageError(f"link '{name}': {error}") from None
@@ -137,7 +143,7 @@ def _element_points(space: DesignSpace, name: str, element: Element) -> Array:
     try:
         points = _shape_points(shape)
         xyz, rpy = (np.array(origin.vector(key, "0 0 0")) for key in ("xyz", "rpy"))
-        placed = points @ rotation(rpy).T + xyz
+        placed = points @ rotation_matrix(rpy).T + xyz
         if not np.isfinite(placed).all():
             raise ValueError
     except (ValueError, KeyError, IndexError):

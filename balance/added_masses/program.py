@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.added_masses.added_matter import (
-    Cone,
+    MomentCone,
     lump_cone,
     moment_cone,
     parameters_per_moment,
@@ -107,7 +107,7 @@ class AddedSolution(NamedTuple):
     dual: Array
     forms: Array
     bound: float
-    cones: tuple[Cone, ...]
+    cones: tuple[MomentCone, ...]
 
 
 def build_added_program(
@@ -191,7 +191,7 @@ def added_objective(program: AddedProgram, moments: Sequence[Array]) -> tuple[fl
     return largest * program.scale, largest + priced
 
 
-def _solve(program: AddedProgram, cones: tuple[Cone, ...]) -> AddedSolution:
+def _solve(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolution:
     """Solve the program with these cones."""
     widths = [len(cone.matrices) for cone in cones]
     at = np.cumsum([0, *widths])
@@ -229,7 +229,7 @@ def _solve(program: AddedProgram, cones: tuple[Cone, ...]) -> AddedSolution:
     return AddedSolution(found.infeasible, moments, dual, forms, bound, cones)
 
 
-def _inertia_prices(program: AddedProgram, dual: Array, cones: tuple[Cone, ...]) -> Array:
+def _inertia_prices(program: AddedProgram, dual: Array, cones: tuple[MomentCone, ...]) -> Array:
     """Compute the polynomials (links, 10) that weigh the moments of inertia in the dual."""
     prices = np.zeros_like(program.cost)
     at = program.target.size

@@ -29,19 +29,13 @@ from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 
 __all__ = [
-    "Kind", "Region", "ball", "box", "cylinder", "ellipsoid", "hull", "read_region",
+    "Kind", "Region", "ball_region", "box_region", "cylinder_region", "ellipsoid_region",
+    "hull_region", "rotation_matrix",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Kind = Literal["ball", "ellipsoid", "box", "cylinder", "hull"]
-
-USAGE = {
-    "ball": "ball(x,y,z,r)",
-    "box": "box(x0:x1,y0:y1,z0:z1)",
-    "cylinder": "cylinder(x,y,z,ax,ay,az,r,length)",
-    "ellipsoid": "ellipsoid(x,y,z,a,b,c) or with ,roll,pitch,yaw",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +45,7 @@ class Region:
     Attributes:
         kind: shape in unit coordinates.
         place: affine map H (4, 4) from unit coordinates to the link frame, metres.
-        text: the region in words that `read_region` reads, ``collision`` for a hull.
+        text: the region in words, as `region_text` reads them; ``collision`` for a hull.
         vertices: corners of a box or hull in unit coordinates (n, 3); empty otherwise.
         triangles: its facets as triples of corners (t, 3).
         normals: outward unit normals of its facets (t, 3).
@@ -157,7 +151,7 @@ class Region:
         return replace(self, place=freeze(place), text=f"{self.text} × {factor:.6g}")
 
 
-def ball(centre: ArrayLike, radius: float) -> Region:
+def ball_region(centre: ArrayLike, radius: float) -> Region:
     """Make a ball.
 
     Args:
@@ -173,7 +167,9 @@ def ball(centre: ArrayLike, radius: float) -> Region:
     return _round("ball", _place(radius * np.eye(3), c), text)
 
 
-def ellipsoid(centre: ArrayLike, axes: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Region:
+def ellipsoid_region(
+    centre: ArrayLike, axes: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)
+) -> Region:
     """Make an ellipsoid.
 
     Args:
@@ -187,10 +183,10 @@ def ellipsoid(centre: ArrayLike, axes: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.
     c, a, angles = (_finite(part, "ellipsoid") for part in (centre, axes, rpy))
     _positive(a, "ellipsoid", "half axis")
     text = f"ellipsoid({_listed([*c, *a, *(angles if angles.any() else ())])})"
-    return _round("ellipsoid", _place(rotation(angles) * a, c), text)
+    return _round("ellipsoid", _place(rotation_matrix(angles) * a, c), text)
 
 
-def cylinder(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -> Region:
+def cylinder_region(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -> Region:
     """Make a cylinder.
 
     Args:
@@ -215,7 +211,7 @@ def cylinder(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -
     return _round("cylinder", _place(axes, c), text)
 
 
-def box(low: ArrayLike, high: ArrayLike) -> Region:
+def box_region(low: ArrayLike, high: ArrayLike) -> Region:
     """Make a box along the axes of the link frame.
 
     Args:
@@ -235,7 +231,7 @@ def box(low: ArrayLike, high: ArrayLike) -> Region:
     return _polytope("box", _place(np.diag(0.5 * (hi - lo)), 0.5 * (lo + hi)), text, corners)
 
 
-def hull(points: ArrayLike, text: str = "collision") -> Region:
+def hull_region(points: ArrayLike, text: str = "collision") -> Region:
     """Make the convex hull of points.
 
     Args:
@@ -257,31 +253,7 @@ def hull(points: ArrayLike, text: str = "collision") -> Region:
     return _polytope("hull", _place(half * np.eye(3), centre), text, (corners - centre) / half)
 
 
-def read_region(text: str) -> Region:
-    """Read a region from its text, such as ``ball(0,0,0.1,0.2)``; not ``collision``.
-
-    Raises:
-        UsageError: the text has another form, or the region is empty or inside out.
-    """
-    words = text.strip()
-    kind, _, inner = words.partition("(")
-    numbers = _numbers(inner, ":" if kind == "box" else "")
-    if kind in USAGE and words.endswith(")") and numbers is not None:
-        if kind == "ball" and numbers.size == 4:
-            return ball(numbers[:3], float(numbers[3]))
-        if kind == "box" and numbers.size == 6 and inner.count(":") == 3:
-            return box(numbers[::2], numbers[1::2])
-        if kind == "cylinder" and numbers.size == 8:
-            return cylinder(numbers[:3], numbers[3:6], float(numbers[6]), float(numbers[7]))
-        if kind == "ellipsoid" and numbers.size in (6, 9):
-            rpy = numbers[6:] if numbers.size == 9 else np.zeros(3)
-            return ellipsoid(numbers[:3], numbers[3:6], rpy)
-    usage = USAGE.get(kind)
-    wanted = usage or ", ".join([*USAGE.values(), "collision"])
-    raise UsageError(f"region '{text}' has no known form: write {wanted}")
-
-
-def rotation(rpy: ArrayLike) -> Array:
+def rotation_matrix(rpy: ArrayLike) -> Array:
     """Compute the rotation matrix (3, 3) of roll, pitch and yaw (3,), as in URDF."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array([
@@ -289,17 +261,6 @@ def rotation(rpy: ArrayLike) -> Array:
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ])  # fmt: skip
-
-
-def _numbers(inner: str, separator: str) -> Array | None:
-    """Parse the numbers of ``a,b:c)``; None if one is no number."""
-    words = inner.removesuffix(")").split(",")
-    split = [word.split(separator) if separator else [word] for word in words]
-    parts = [part for group in split for part in group]
-    try:
-        return np.array([float(part) for part in parts])
-    except ValueError:
-        return None
 
 
 def _finite(numbers: ArrayLike, what: str) -> Array:

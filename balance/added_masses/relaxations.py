@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from balance.added_masses.counterweights import Counterweights, Relaxation, decide
+from balance.added_masses.answer import Counterweights, Relaxation
+from balance.added_masses.decide import decide
 from balance.added_masses.link_regions import default_region
 from balance.added_masses.regions import Region
 from balance.spaces.design_space import DesignSpace

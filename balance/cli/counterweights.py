@@ -12,7 +12,7 @@ from balance.cli.spinner import spinner
 from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
-    from balance.added_masses.counterweights import Counterweights
+    from balance.added_masses.answer import Counterweights
 
 __all__ = ["add_counterweight_options", "check_counterweight_options", "run_counterweights"]
 
@@ -50,8 +50,8 @@ def check_counterweight_options(arguments: argparse.Namespace) -> None:
         if name in arguments.add:
             arguments.refuse(f"link '{name}' is both kept and added to: name it once")
     clash = {
-        "--keep": arguments.keep, "--bounds": arguments.bounds, "--anywhere": arguments.anywhere,
-        "--minimise change": arguments.minimise == "change",
+        "--keep": arguments.keep, "--bounds": arguments.bounds,
+        "--anywhere": arguments.anywhere, "--minimise change": arguments.minimise == "change",
     }  # fmt: skip
     for name, value in clash.items():
         if value:
@@ -122,7 +122,7 @@ def _names(text: str) -> list[str]:
 def _region(text: str) -> tuple[str, str]:
     """Parse link and shape of ``L=SHAPE``."""
     from balance.added_masses.link_regions import COLLISION
-    from balance.added_masses.regions import read_region
+    from balance.added_masses.region_text import read_region
 
     name, _, shape = text.rpartition("=")
     if not name:

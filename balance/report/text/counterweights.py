@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import DENSITIES, Counterweight
-from balance.added_masses.counterweights import Counterweights
 
 __all__ = ["counterweight_rows", "counterweights_facts", "counterweights_text"]
 

@@ -1,0 +1,148 @@
+"""Decide whether matter in some regions balances a linkage, and find the least."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.added_masses.added_matter import homogeneous
+from balance.added_masses.answer import Counterweights
+from balance.added_masses.counterweight import counterweight_of
+from balance.added_masses.exclusion import check_exclusion, describe_exclusion
+from balance.added_masses.lumps import Lumps, lumps_of, refine_lumps
+from balance.added_masses.program import (
+    AddedObjective,
+    AddedProgram,
+    AddedSolution,
+    added_objective,
+    build_added_program,
+    solve_added,
+)
+from balance.added_masses.quadratic_minimum import minimise_in_region
+from balance.added_masses.regions import Region
+from balance.designs.pseudo_inertia_cone import given_parameters
+from balance.designs.verdicts import TOO_NARROW, UNSETTLED
+from balance.inertial_parameters.conversions import to_chain
+from balance.spaces.design_space import DesignSpace
+from balance.tolerances import (
+    CONDITION_LEFT,
+    COUNTERWEIGHT_RESIDUAL,
+    INSIDE_REGION,
+    LUMP_MASS_ZERO,
+)
+from kinematics.linalg.vectors import project_out
+from kinematics.model.arrays import freeze
+from kinematics.spatial.inertia import from_pseudo_inertia
+
+__all__ = ["balance_residual", "decide"]
+
+Array = NDArray[np.float64]
+
+
+def decide(
+    space: DesignSpace, regions: Mapping[int, Region], minimise: AddedObjective = "mass"
+) -> Counterweights:
+    """Decide whether matter in some regions balances a linkage, and minimise it.
+
+    Args:
+        space: the design space, whose conditions are used as they are.
+        regions: region by position of the body.
+        minimise: the objective; see `counterweights`.
+    """
+    names = {space.bodies[b]: region for b, region in regions.items()}
+    given_mass = float(given_parameters(space)[:, 0].sum())
+    blank = Counterweights(
+        space, "undecided", minimise, None, None, names, (), (), None, None, None, None, (),
+        given_mass, "undecided: neither an answer nor a certificate stands up to its check",
+    )  # fmt: skip
+    program = build_added_program(space, regions, minimise)
+    if _left_over(program):
+        return _proved(blank, regions, program.left)
+    solution = solve_added(program)
+    if solution.infeasible or not np.isfinite(solution.moments).all():
+        return _proved(blank, regions, program.lift @ solution.dual)
+    return _balanced(blank, program, solution)
+
+
+def _left_over(program: AddedProgram) -> bool:
+    """Whether the given masses leave something in which no added matter has a part."""
+    parts = program.given.reshape(len(program.space.bodies), -1)
+    size = float(np.linalg.norm(parts, axis=1).sum())
+    return float(np.linalg.norm(program.left)) > CONDITION_LEFT * size
+
+
+def _proved(blank: Counterweights, regions: Mapping[int, Region], w: Array) -> Counterweights:
+    """Return the verdict by a certificate, if its check accepts it."""
+    w = freeze(w / (float(np.linalg.norm(w)) or 1.0))
+    check = check_exclusion(blank.space, regions, w)
+    if not check.accepted:
+        return blank
+    if not blank.space.encloses:
+        return replace(blank, words=f"undecided: {TOO_NARROW}")
+    text = describe_exclusion(blank.space, regions, w)
+    return replace(blank, verdict="infeasible", certificate=w, check=check, words=text)
+
+
+def _balanced(
+    blank: Counterweights, program: AddedProgram, solution: AddedSolution
+) -> Counterweights:
+    """Return the verdict with counterweights, if their check accepts them."""
+    space, kinds = program.space, list(program.regions.values())
+    least = LUMP_MASS_ZERO * max(0.0, float(solution.moments[:, 3, 3].sum()))
+    force = space.balance == "force"
+    rough = [
+        lumps_of(region, P, force, least)
+        for region, P in zip(kinds, solution.moments, strict=True)
+    ]
+    lumps = refine_lumps(kinds, program.rows, program.target, rough)
+    z = _with_lumps(program, lumps)
+    residual = balance_residual(space, z)
+    inside = all(
+        not one.masses.size or float(region.excess(one.points).max()) <= INSIDE_REGION
+        for region, one in zip(kinds, lumps, strict=True)
+    )
+    if not (inside and residual <= COUNTERWEIGHT_RESIDUAL):
+        return blank
+    if not space.sure:
+        return replace(blank, words=f"undecided: {UNSETTLED}")
+    value, priced = added_objective(program, [one.moments for one in lumps])
+    prices = [minimise_in_region(*item)[0] for item in zip(kinds, solution.forms, strict=True)]
+    added = sum(float(one.masses.sum()) for one in lumps)
+    bound = solution.bound + added * min(0.0, *prices)
+    weights = tuple(
+        counterweight_of(space.bodies[b], region, one, program.unit)
+        for (b, region), one in zip(program.regions.items(), lumps, strict=True)
+        if one.masses.size
+    )
+    total = sum(weight.mass for weight in weights)
+    return replace(
+        blank, verdict="feasible", value=value, z=freeze(z), residual=residual,
+        weights=weights, gap=max(0.0, priced - bound) / priced if priced > 0.0 else 0.0,
+        words=f"feasible: {total:.4g} kg added to {blank.given_mass:.4g} kg balance it",
+    )  # fmt: skip
+
+
+def _with_lumps(program: AddedProgram, lumps: Sequence[Lumps]) -> Array:
+    """Add lumps to the given masses: parameters (bodies, 10), SI units."""
+    z = given_parameters(program.space).copy()
+    for (b, region), one in zip(program.regions.items(), lumps, strict=True):
+        H = program.space.frames[b] @ region.place
+        p = homogeneous(one.points) @ H.T
+        z[b] += program.unit * from_pseudo_inertia(np.einsum("n,ni,nj->ij", one.masses, p, p))
+    return z
+
+
+def balance_residual(space: DesignSpace, z: Array) -> float:
+    """Compute how far a distribution is from the design space, over the bodies' sizes.
+
+    Args:
+        space: the design space.
+        z: parameters (bodies, 10) about the inertial origin, SI units.
+    """
+    own = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
+    size = float(np.linalg.norm(own, axis=1).sum())
+    rest = project_out(own.reshape(-1), space.scaled_basis)
+    return float(np.linalg.norm(rest)) / (size or 1.0)

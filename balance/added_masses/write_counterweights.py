@@ -8,7 +8,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import Counterweight
 from balance.designs.write_urdf import replace_inertials
 from balance.inertial_parameters.body_inertia import inertial_element

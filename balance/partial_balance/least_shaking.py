@@ -49,7 +49,7 @@ __all__ = [
     "Cap",
     "CapsConflict",
     "LeastShaking",
-    "Program",
+    "ShakingProgram",
     "least_shaking",
     "quadratic_factor",
 ]
@@ -84,7 +84,7 @@ class Cap:
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class ShakingProgram:
     """What `least_shaking` minimises over.
 
     Attributes:
@@ -142,7 +142,7 @@ def quadratic_factor(rows: Sequence[Array]) -> Array:
     return R
 
 
-def least_shaking(program: Program, budget: float) -> LeastShaking | CapsConflict:
+def least_shaking(program: ShakingProgram, budget: float) -> LeastShaking | CapsConflict:
     """Minimise ``|R [s; 1]|`` over matter within a budget; among minimisers, the lightest.
 
     Args:
@@ -173,7 +173,7 @@ class _Work:
     Loads are relative to ``scale``, masses of variables to ``unit``.
     """
 
-    def __init__(self, program: Program, budget: float) -> None:
+    def __init__(self, program: ShakingProgram, budget: float) -> None:
         """Start with no samples of caps, and with few points in cylinders."""
         matter, self.program, self.budget = program.matter, program, budget
         self.regions = list(matter.regions.values())

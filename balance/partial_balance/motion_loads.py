@@ -191,11 +191,20 @@ class MotionLoads:
         return joint_reactions(self.matter.chain, Loads(rate, rate, self.screws))
 
     def bearings(self, found: JointReactions, joint: int) -> Array:
-        """Convert the reaction of a joint to its force (N, 3, columns), newtons."""
+        """Convert the reaction of a joint to its force (N, 3, columns), newtons.
+
+        Args:
+            found: from `reactions`.
+            joint: position of the joint.
+        """
         return np.asarray(self.matter.chain.frame.length * found.joints[:, joint, 3:])
 
     def torques(self, found: JointReactions) -> Array:
-        """Convert reactions to drive torques of the inputs (N, inputs, columns), N m or N."""
+        """Convert reactions to drive torques of the inputs (N, inputs, columns), N m or N.
+
+        Args:
+            found: from `reactions`.
+        """
         chain = self.matter.chain
         moving = np.argmax(np.abs(chain.columns), axis=0)
         scale = chain.frame.length**2 / self.matter.input_units

@@ -17,7 +17,7 @@ from balance.partial_balance.least_shaking import (
     Cap,
     CapsConflict,
     LeastShaking,
-    Program,
+    ShakingProgram,
     least_shaking,
     quadratic_factor,
 )
@@ -79,7 +79,7 @@ class ShakingProblem:
     space: DesignSpace
     matter: AddedParameters
     loads: tuple[MotionLoads, ...]
-    program: Program
+    program: ShakingProgram
     factors: tuple[Array, Array]
     weight_moment: float
     frame: ElasticFrame | None
@@ -183,7 +183,7 @@ def build_problem(
             for root, one in zip(blocks, loads, strict=True)
         ])  # fmt: skip
     caps = _caps(space, loads, max_bearing, max_torque)
-    program = Program(matter, whole, caps)
+    program = ShakingProgram(matter, whole, caps)
     return ShakingProblem(
         space, matter, tuple(loads), program, (factors[0], factors[1]), weight, frame
     )

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from four_rrr import BODIES, CROSSED, GENERAL, PAIR
 from second_counterweights import (
     by_points,
     certificate_fault,
@@ -15,12 +16,14 @@ from second_counterweights import (
 )
 
 import balance
+from balance.added_masses.decide import balance_residual
 from balance.added_masses.exclusion import check_exclusion
 from balance.added_masses.quadratic_minimum import minimise_in_region
 from balance.added_masses.region_text import read_region
 from balance.added_masses.regions import ball_region, hull_region
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.cli.main import main
+from balance.report.html.counterweights import counterweights_page, outlines
 from kinematics.errors import BodyError, UsageError
 
 
@@ -31,9 +34,10 @@ def arm(path, length, bodies):
         inertia = mass * own**2 / 12.0
         at = "0 0 0" if k == 1 else f"{length!r} 0 0"
         parts.append(
-            f'<link name="l{k}"><inertial><origin xyz="{centre!r} 0 0"/><mass value="{mass!r}"/>'
-            f'<inertia ixx="0" ixy="0" ixz="0" iyy="{inertia!r}" iyz="0" izz="{inertia!r}"/>'
-            f'</inertial></link><joint name="j{k}" type="continuous"><parent link="{parent}"/>'
+            f'<link name="l{k}"><inertial><origin xyz="{centre!r} 0 0"/>'
+            f'<mass value="{mass!r}"/><inertia ixx="0" ixy="0" ixz="0" iyy="{inertia!r}" '
+            f'iyz="0" izz="{inertia!r}"/></inertial></link>'
+            f'<joint name="j{k}" type="continuous"><parent link="{parent}"/>'
             f'<child link="l{k}"/><origin xyz="{at}"/><axis xyz="0 0 1"/></joint>'
         )
         parent = f"l{k}"
@@ -56,8 +60,9 @@ def test_the_textbook_formula_of_two_counterweights(seed, tmp_path):
         rng.uniform(0.1, 1, 2),
     )
     d1, d2 = 0.5 * length, rng.uniform(0.1, 1.0)
-    path = arm(tmp_path / "a.urdf", float(length), [(float(m1), float(d1), float(length)),
-                                                   (float(m2), float(d2), float(2 * d2))])  # fmt: skip
+    bodies = [(m1, d1, length), (m2, d2, 2 * d2)]
+    bodies = [tuple(map(float, body)) for body in bodies]
+    path = arm(tmp_path / "a.urdf", float(length), bodies)
     space = balance.design_space(path, balance="force")
     regions = {"l1": ball_region([0, 0, 0], r1), "l2": ball_region([0, 0, 0], r2)}
     found = balance.counterweights(space, ["l1", "l2"], regions)
@@ -135,8 +140,9 @@ def test_dynamic_balance_in_every_shape(shape):
 @pytest.mark.parametrize("seed", range(6))
 def test_a_region_too_small_names_the_growth_that_helps(seed, tmp_path):
     rng = np.random.default_rng(100 + seed)
-    path = arm(tmp_path / "a.urdf", 1.0, [(float(rng.uniform(1, 3)), 0.5, 1.0),
-                                         (float(rng.uniform(0.5, 2)), float(rng.uniform(0.2, 0.5)), 0.8)])  # fmt: skip
+    second = (float(rng.uniform(0.5, 2)), float(rng.uniform(0.2, 0.5)), 0.8)
+    bodies = [(float(rng.uniform(1, 3)), 0.5, 1.0), second]
+    path = arm(tmp_path / "a.urdf", 1.0, bodies)
     space = balance.design_space(path, balance="force")
     x, r = float(rng.uniform(0.3, 0.6)), float(rng.uniform(0.05, 0.25))
     small = {"l2": ball_region([x, 0.0, 0.0], r)}
@@ -283,3 +289,53 @@ def test_collision_elements_give_a_hull(tmp_path):
     assert region.kind == "hull" and found.verdict == "feasible"
     assert region.contains([[0, 0, 0.2], [0.1, 0, 0]]).all()
     assert not region.contains([[0, 0, 0.21], [2.0, 0, 0]]).any()
+
+
+@pytest.mark.parametrize(("geometry", "relation", "verdict"), [
+    (PAIR, "c1=-a1-b1", "feasible"), (CROSSED, "c1=-a1-b1", "feasible"),
+    (GENERAL, "c1=-a1-b1", "infeasible"), (CROSSED, None, "infeasible"),
+])  # fmt: skip
+def test_matter_on_the_base_links_of_a_four_rrr(geometry, relation, verdict, tmp_path):
+    """Fig. 6b of the paper of 2011: enough for parallel legs and no rotation."""
+    path = tmp_path / "rrr.urdf"
+    path.write_text(geometry.text())
+    space = balance.design_space(str(path), [relation] if relation else None, balance="force")
+    found = balance.counterweights(space, BODIES[:4], relax=False)
+    assert found.verdict == verdict
+    if verdict == "infeasible":
+        assert certificate_fault(found, np.random.default_rng(0)) == ""
+
+
+def test_leg_by_leg_equations_of_a_four_rrr(tmp_path):
+    """Eqs. 10 and 11, with the platform's mass at C1, balance; the optimum is no heavier."""
+    path = tmp_path / "rrr.urdf"
+    path.write_text(GENERAL.text())
+    space = balance.design_space(str(path), balance="force")
+    radius, total = 0.2, 0.0
+    z = np.array([body.inertia for body in space.linkage.bodies])
+    A, B, C = GENERAL.points
+    for i, (l1, l2) in enumerate(GENERAL.lengths):
+        mu = float(i == 0)
+        upper = mu * l2 / radius
+        lower = (1.0 + upper + mu) * l1 / radius
+        for name, mass, joint, end, length in (
+            (f"upper{i + 1}", upper, B[i], C[i], l2), (f"lower{i + 1}", lower, A[i], B[i], l1),
+        ):  # fmt: skip
+            at = np.append(joint - radius * (end - joint) / length, 0.0)
+            z[space.bodies.index(name)] += balance.parameters(mass, at, np.zeros((3, 3)))
+            total += mass
+    assert balance_residual(space, z) <= 1e-12
+    balls = {name: f"ball(0,0,0,{radius})" for name in BODIES[:8]}
+    found = balance.counterweights(space, BODIES[:8], balls)
+    assert found.verdict == "feasible" and found.added_mass <= total * (1 + 1e-9)
+
+
+def test_the_page_draws_regions_and_lumps(rod_arm):
+    space = balance.design_space(rod_arm, balance="force")
+    regions = {"l1": "box(-1:0,-0.1:0.1,-0.1:0.1)", "l2": "cylinder(-0.1,0,0,1,0,0,0.1,0.4)"}
+    found = balance.counterweights(space, ["l1", "l2"], regions)
+    page = counterweights_page(found)
+    assert 'id="additions"' in page and "added lump" in page and "Tungsten" in page
+    for name, region in found.regions.items():
+        points = np.concatenate(outlines(region))
+        assert np.abs(region.excess(region.to_unit(points))).max() <= 1e-12, name

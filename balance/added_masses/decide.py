@@ -31,6 +31,7 @@ from balance.tolerances import (
     CONDITION_LEFT,
     COUNTERWEIGHT_RESIDUAL,
     INSIDE_REGION,
+    LUMP_FIT,
     LUMP_MASS_ZERO,
     MASS_EXCLUDED,
 )
@@ -94,7 +95,7 @@ def _balanced(
 ) -> Counterweights:
     """Return the verdict with counterweights, if their check accepts them."""
     space, kinds = program.space, list(program.regions.values())
-    least = LUMP_MASS_ZERO * max(0.0, float(solution.moments[:, 3, 3].sum()))
+    least = max(LUMP_FIT, LUMP_MASS_ZERO * float(solution.moments[:, 3, 3].sum()))
     force = space.balance == "force"
     rough = [
         lumps_of(region, P, force, least)

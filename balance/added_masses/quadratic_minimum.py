@@ -89,12 +89,13 @@ def _secular_solution(w: Array, beta: Array, zero: float) -> Array:
             x[0] = np.sqrt(1.0 - size) if low > 0.0 else 0.0
             return x
     high = low + float(np.linalg.norm(beta)) + zero
+    pairs = list(zip(w.tolist(), (beta * beta).tolist(), strict=True))
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         if middle in (low, high):
             break
-        x = beta / (w + middle)
-        low, high = (middle, high) if x @ x > 1.0 else (low, middle)
+        outside = sum(square / (value + middle) ** 2 for value, square in pairs) > 1.0
+        low, high = (middle, high) if outside else (low, middle)
     x = -beta / (w + high)
     return np.asarray(x / np.linalg.norm(x))
 

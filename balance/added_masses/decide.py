@@ -31,7 +31,9 @@ from balance.tolerances import (
     CONDITION_LEFT,
     COUNTERWEIGHT_RESIDUAL,
     INSIDE_REGION,
+    LUMP_FIT,
     LUMP_MASS_ZERO,
+    MASS_EXCLUDED,
 )
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import freeze
@@ -62,7 +64,9 @@ def decide(
     if _left_over(program):
         return _proved(blank, regions, program.left)
     solution = solve_added(program)
-    if solution.infeasible or not np.isfinite(solution.moments).all():
+    added = program.unit * float(solution.moments[:, 3, 3].sum())
+    # Of a mass that certificates exclude, the dual is a certificate.
+    if solution.infeasible or not added < MASS_EXCLUDED * given_mass:
         return _proved(blank, regions, program.lift @ solution.dual)
     return _balanced(blank, program, solution)
 
@@ -91,7 +95,7 @@ def _balanced(
 ) -> Counterweights:
     """Return the verdict with counterweights, if their check accepts them."""
     space, kinds = program.space, list(program.regions.values())
-    least = LUMP_MASS_ZERO * max(0.0, float(solution.moments[:, 3, 3].sum()))
+    least = max(LUMP_FIT, LUMP_MASS_ZERO * float(solution.moments[:, 3, 3].sum()))
     force = space.balance == "force"
     rough = [
         lumps_of(region, P, force, least)

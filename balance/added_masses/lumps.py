@@ -95,16 +95,17 @@ def refine_lumps(
         target: their values (ρ,).
         lumps: lumps of each link.
     """
-    found, best, least = list(lumps), list(lumps), np.inf
+    found, best, least, stalls = list(lumps), list(lumps), np.inf, 0
     for _ in range(MOST_STEPS):
         error = target - sum(
             (row @ triangles(one.moments) for row, one in zip(rows, found, strict=True)),
             np.zeros(target.size),
         )
         size = float(np.linalg.norm(error))
+        stalls += size > 0.5 * least
         if size < least:
             best, least = found, size
-        if size <= LUMP_RESIDUAL * (float(np.linalg.norm(target)) or 1.0):
+        if stalls > 1 or size <= LUMP_RESIDUAL * float(np.linalg.norm(target)):
             break
         blocks = [_slopes(*item) for item in zip(regions, rows, found, strict=True)]
         J = np.concatenate([J for J, _ in blocks], axis=1)

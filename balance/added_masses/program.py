@@ -41,6 +41,7 @@ __all__ = [
     "AddedProgram",
     "AddedSolution",
     "build_added_program",
+    "conic_arguments",
     "solve_added",
 ]
 
@@ -191,10 +192,19 @@ def added_objective(program: AddedProgram, moments: Sequence[Array]) -> tuple[fl
     return largest * program.scale, largest + priced
 
 
-def _solve(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolution:
-    """Solve the program with these cones."""
-    widths = [len(cone.matrices) for cone in cones]
-    at = np.cumsum([0, *widths])
+def conic_arguments(
+    program: AddedProgram, cones: Sequence[MomentCone]
+) -> tuple[Array, Array, Array, list[ConstraintBlock]]:
+    """Build arguments of `solve_conic`: the conditions, then the cones of the links.
+
+    Args:
+        program: the program.
+        cones: cone of each link. For ``inertia``, the last variable is the upper bound.
+
+    Returns:
+        Objective, rows, offset and cones.
+    """
+    at = np.cumsum([0, *(len(cone.matrices) for cone in cones)])
     rank, n, heavy = program.target.size, int(at[-1]), program.inertia[0].size > 0
     equal, q = np.zeros((rank, n + heavy)), np.zeros(n + heavy)
     blocks: list[Array] = []
@@ -214,8 +224,14 @@ def _solve(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolutio
             offsets.append(-program.inertia[1][k])
             parts.append(ConstraintBlock("psd_triangle", 3))
     q[n:] = 1.0
-    offset = np.concatenate(offsets)
-    found = solve_conic(q, np.concatenate([equal, *blocks]), offset, parts)
+    return q, np.concatenate([equal, *blocks]), np.concatenate(offsets), parts
+
+
+def _solve(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolution:
+    """Solve the program with these cones."""
+    q, rows, offset, parts = conic_arguments(program, cones)
+    found = solve_conic(q, rows, offset, parts)
+    at, rank = np.cumsum([0, *(len(cone.matrices) for cone in cones)]), program.target.size
     moments = np.array([
         np.einsum("n,nij->ij", found.x[at[k] : at[k + 1]], cone.matrices)
         for k, cone in enumerate(cones)

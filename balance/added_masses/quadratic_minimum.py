@@ -27,7 +27,7 @@ __all__ = ["minimise_in_ball", "minimise_in_region"]
 
 Array = NDArray[np.float64]
 
-# Steps of the bisection for the multiplier: enough for every bit of a double.
+# Most steps for the multiplier: enough for every bit of a double by bisection alone.
 BISECTIONS = 120
 
 
@@ -89,13 +89,19 @@ def _secular_solution(w: Array, beta: Array, zero: float) -> Array:
             x[0] = np.sqrt(1.0 - size) if low > 0.0 else 0.0
             return x
     high = low + float(np.linalg.norm(beta)) + zero
+    pairs = list(zip(w.tolist(), (beta * beta).tolist(), strict=True))
+    multiplier = high
     for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
+        # Newton's method for 1 / |x| = 1, within the bracket.
+        square = sum(part / (value + multiplier) ** 2 for value, part in pairs)
+        slope = sum(part / (value + multiplier) ** 3 for value, part in pairs)
+        low, high = (multiplier, high) if square > 1.0 else (low, multiplier)
+        step = (square / slope) * (np.sqrt(square) - 1.0)
+        if abs(step) <= CURVATURE_ZERO * (multiplier + abs(w[0])):
             break
-        x = beta / (w + middle)
-        low, high = (middle, high) if x @ x > 1.0 else (low, middle)
-    x = -beta / (w + high)
+        following = multiplier + step
+        multiplier = following if low < following < high else 0.5 * (low + high)
+    x = -beta / (w + multiplier)
     return np.asarray(x / np.linalg.norm(x))
 
 

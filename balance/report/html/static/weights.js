@@ -9,7 +9,7 @@ const drawn = Object.fromEntries(STATES.map((state) => [state, shapes(state)]));
 
 function show() {
   const choice = document.querySelector("#shown input:checked").value;
-  overlay.traces = (H) => STATES.flatMap((state) => {
+  overlay.traces = (H) => [...(overlay.added?.(H, choice !== "given") ?? []), ...STATES.flatMap((state) => {
     const {surface, outlines, centres, values} = [state, "both"].includes(choice) ? drawn[state] : nothing;
     const colour = COLOURS[state], alone = choice === state || state === "designed";
     return [
@@ -18,7 +18,7 @@ function show() {
       marks(`${state} centres`, centres, H, "diamond", 4, colour),
       texts(`${state} values`, roomy && alone ? values : nothing.values, H, INK, 13),
     ];
-  });
+  })];
 }
 
 function caption() {
@@ -38,6 +38,7 @@ function buildLegend() {
     [svg(`<path d="M1 8H33" stroke="${GHOST}" stroke-width="2" stroke-dasharray="5 3"/>`), "reference pose"],
     [ellipse(PLUS), "mass as designed"],
     [ellipse(MINUS), "mass as in the file"],
+    ...(overlay.legend?.(svg) ?? []),
   ];
   byId("legend").innerHTML = items.map(([image, text]) => `<li>${image}${text}</li>`).join("");
 }

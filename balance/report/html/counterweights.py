@@ -1,0 +1,108 @@
+"""HTML page of counterweights: the moving linkage with regions, lumps and masses."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.added_masses.answer import Counterweights
+from balance.added_masses.counterweight import Counterweight
+from balance.added_masses.regions import Region
+from balance.report.html.design import ellipsoid
+from balance.report.html.render import facts_list, html_table, render_page
+from balance.report.html.scene import scene
+from balance.report.text.counterweights import counterweight_rows, counterweights_facts
+
+__all__ = ["counterweights_page", "outlines"]
+
+Array = NDArray[np.float64]
+
+# Scripts in the order of their dependencies.
+SCRIPTS = ("shapes", "linkage", "masses", "additions", "figure", "controls", "weights")
+# Points of a drawn circle.
+AROUND = 48
+
+
+def counterweights_page(found: Counterweights) -> str:
+    """Render counterweights as one HTML file.
+
+    The page shows the linkage in 3D, with a slider for each degree of freedom of the motion,
+    the regions as outlines, the lumps, and the masses before and after as ellipsoids. The
+    element ``report`` contains `Counterweights.to_dict` as JSON.
+
+    Args:
+        found: feasible counterweights.
+
+    Returns:
+        The text of the file.
+
+    Raises:
+        PackageError: Plotly is missing.
+    """
+    assert found.z is not None
+    space = found.space
+    masses = [
+        {"name": body.name, "given": ellipsoid(body.inertia), "designed": ellipsoid(z)}
+        for body, z in zip(space.linkage.bodies, found.z, strict=True)
+    ]
+    weights = {weight.link: weight for weight in found.weights}
+    additions = [
+        _addition(name, region, space.frames[space.bodies.index(name)], weights.get(name))
+        for name, region in found.regions.items()
+    ]
+    head, *rows = counterweight_rows(found.weights)
+    cells = [[escape(cell).replace("-", "−") for cell in row] for row in rows]
+    wrench = "force and moment" if space.balance == "dynamic" else "force"
+    return render_page(
+        "counterweights.html",
+        title=space.linkage.name,
+        summary=f"Matter added inside regions of links that cancels the shaking {wrench}.",
+        report=found.to_dict(),
+        data={"scene": scene(space), "masses": masses, "additions": additions},
+        scripts=SCRIPTS,
+        facts=facts_list(counterweights_facts(found)),
+        lumps=html_table([name.capitalize() for name in head], cells, [1, 2, 3, 4]),
+    )
+
+
+def _addition(
+    name: str, region: Region, frame: Array, weight: Counterweight | None
+) -> dict[str, object]:
+    """Build the drawing data of a region and its lumps, in the inertial frame."""
+    lumps = [(one.mass, one.position) for one in weight.lumps] if weight else []
+    if weight and not lumps:
+        lumps = [(weight.mass, weight.com)]
+    return {
+        "name": name,
+        "paths": [
+            (path @ frame[:3, :3].T + frame[:3, 3]).round(9).tolist()
+            for path in outlines(region)
+        ],
+        "lumps": [
+            {"mass": mass, "at": (frame[:3, :3] @ at + frame[:3, 3]).round(9).tolist()}
+            for mass, at in lumps
+        ],
+    }
+
+
+def outlines(region: Region) -> list[Array]:
+    """Compute lines (n, 3) that show a region, in the link frame.
+
+    Args:
+        region: the region; of a hull, the edges of its triangles are drawn.
+    """
+    turn = np.linspace(0.0, 2.0 * np.pi, AROUND + 1)
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(AROUND + 1)])
+    if region.kind == "cylinder":
+        rings = [circle + [0.0, 0.0, z] for z in (-1.0, 1.0)]
+        sides = [np.array([ring[k] for ring in rings]) for k in range(0, AROUND, AROUND // 4)]
+        return [region.to_link(path) for path in (*rings, *sides)]
+    if region.ellipsoidal:
+        return [region.to_link(np.roll(circle, k, axis=1)) for k in range(3)]
+    v = region.vertices
+    if region.kind == "box":
+        pairs = [(a, b) for a in v for b in v if a.sum() < b.sum() and np.sum(a != b) == 1]
+        return [region.to_link(np.array(pair)) for pair in pairs]
+    return [region.to_link(v[[*facet, facet[0]]]) for facet in region.triangles]

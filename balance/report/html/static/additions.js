@@ -1,0 +1,30 @@
+/* Draw regions to which matter may be added, and the lumps in them. */
+
+const LUMP = "#8a5a00";
+
+const additions = data("additions").map((one) =>
+  ({...one, part: scene.bodies.find((body) => body.name === one.name).part}));
+
+overlay.points.push(...additions.flatMap(({part, paths}) =>
+  paths.flatMap((path) => path.map((point) => [part, point]))));
+
+/** Traces of the regions, and of the lumps where the design is shown. */
+overlay.added = (H, designed) => {
+  const borders = new Lines(), lumps = new Labels();
+  for (const {name, part, paths, lumps: own} of additions) {
+    for (const path of paths) borders.path(part, path, `region of ${plain(name)}`);
+    for (const {mass, at} of designed ? own : []) {
+      lumps.put(part, at, `${plain(name)}, ${Number(mass.toPrecision(3))} kg added`);
+    }
+  }
+  return [
+    lines("regions", borders, H, {color: GHOST, width: 2}),
+    marks("lumps", lumps, H, "circle", 7, LUMP),
+  ];
+};
+
+overlay.legend = (svg) => [
+  [svg(`<ellipse cx="17" cy="8" rx="15" ry="7" fill="none" stroke="${GHOST}" stroke-width="2"/>`),
+    "region for added matter"],
+  [svg(`<circle cx="17" cy="8" r="5" fill="${LUMP}"/>`), "added lump"],
+];

@@ -97,6 +97,9 @@ def strict(text: str) -> Any:
 def meant(words: list[str], found: dict[str, Any]) -> int:
     """The exit code that belongs to what was printed."""
     verb = words[0]
+    if verb == "design" and "designs" in found:
+        last = found["designs"][-1]["verdict"]
+        return {"optimal": 0, "infeasible": 1, "undecided": 4}[last]
     if verb == "design":
         return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
     if verb == "verify":
@@ -118,7 +121,12 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
 
 def consistent(words: list[str], found: dict[str, Any]) -> None:
     """What a report says fits what it holds."""
-    if words[0] == "design":
+    if words[0] == "design" and "designs" in found:
+        for one in found["designs"]:
+            assert one["words"].startswith(one["verdict"])
+            assert one["found"] is not None or one["verdict"] != "optimal"
+            assert one["mass"] <= one["budget"] * (1.0 + 1e-6)
+    elif words[0] == "design":
         assert (found["verdict"] == "infeasible") == bool(found["certificate"])
         assert found["words"].startswith(found["verdict"])
         if "counterweights" in found:
@@ -161,9 +169,9 @@ def check(words: list[str], done: Outcome) -> str:
         return f"{words[0]}: {code}"
     if "--json" in words:
         found = strict(out)
-        # ``design --add`` prints counterweights.
-        added = words[0] == "design" and found["schema"].startswith("balance.counterweights/")
-        validator("counterweights" if added else words[0]).validate(found)
+        # ``design --add`` prints counterweights, or partial balance.
+        kind = found["schema"].split(".")[1].split("/")[0] if words[0] == "design" else words[0]
+        validator(kind).validate(found)
         assert meant(words, found) == code, f"exit {code}, but {out[:300]}"
         consistent(words, found)
     assert out.strip() and out.endswith("\n")

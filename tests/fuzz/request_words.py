@@ -193,6 +193,13 @@ WORDS: dict[str, Maker] = {
     "--bounds": lambda rng, place: [_bounds(rng, place)],
     "--add": lambda rng, place: [_list(rng, place.names.links)],
     "--region": lambda rng, place: [_region(rng, place)],
+    "--budget": lambda rng, place: [_number(rng)],
+    "--trajectory": lambda rng, place: [_table(rng, place)],
+    "--weight-moment": lambda rng, place: [_number(rng)],
+    "--pareto": _of("2", "3", "1", "0", "x"),
+    "--max-bearing": lambda rng, place: [f"{_one(rng, place.names.joints)}={_number(rng)}"],
+    "--max-torque": lambda rng, place: [f"{_one(rng, place.names.inputs)}={_number(rng)}"],
+    "--frame": _of("9,1,1e4,10", "1,2,3", "1,1,0,0", "2,1,1e3,0"),
     "--out": lambda rng, place: [_out(rng, place, "out.urdf")],
     "--tool": lambda rng, place: [_one(rng, place.names.links, 0.05)],
     "--along": lambda rng, place: [_directions(rng, place)],
@@ -200,6 +207,8 @@ WORDS: dict[str, Maker] = {
     "--order": _of("1", "2", "3", "5", "0", "99"),
     "--to": lambda rng, place: [_target(rng, place)],
 }
+# What the options of partial balance need.
+PARTIAL = ("--add", "{link}", "--partial")
 # Words that the five-bar linkage with masses takes, and what else its option needs.
 GOOD: dict[str, list[str]] = {
     "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
@@ -211,6 +220,14 @@ GOOD: dict[str, list[str]] = {
     "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
     "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
     "--add": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)", "--add", "{link}"],
+    "--merge": ["--add", "{link}", "--out", "{folder}/out.urdf"],
+    "--partial": ["--add", "{link}", "--budget", "0.1"],
+    "--budget": ["0.1", *PARTIAL], "--trajectory": ["{table}", "--budget", "0.1", *PARTIAL],
+    "--weight-moment": ["0.2", "--budget", "0.1", *PARTIAL], "--pareto": ["2", *PARTIAL],
+    "--max-bearing": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
+    "--max-torque": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
+    "--frame": ["9,1,1e4,10", "--budget", "0.1", *PARTIAL],
+    "design --plot": ["{folder}/plot.svg", "--budget", "0.1", *PARTIAL],
     "--out": ["{folder}/out.urdf"], "--write-closed": ["{folder}/closed.urdf"],
     "--tool": ["{tool}", "--along", "x"],
     "--along": ["x", "--tool", "{tool}"],

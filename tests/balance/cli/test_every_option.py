@@ -58,7 +58,8 @@ def test_every_option(verb, name, tmp_path):
     models = ("",) if verb == "models" else MODELS
     ends = set()
     for model in models:
-        more = [] if flag else filled(GOOD[name], model, tmp_path)
+        own = GOOD.get(f"{verb} {name}", GOOD.get(name, []))
+        more = filled(own, model, tmp_path)
         words = [verb, *filter(None, [model]), name, *more, *["--json"] * (name != "--json")]
         if verb == "verify" and name not in ("--trajectories", "--speed"):
             words += ["--trajectories", "1"]

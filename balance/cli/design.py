@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, page_path
+from balance.cli.arguments import Verbs, page_path, whole_number
 from balance.cli.counterweights import (
     add_counterweight_options,
     check_counterweight_options,
@@ -38,7 +38,12 @@ def add_design(verbs: Verbs) -> None:
         "design, 1 if there is none, 4 if that is undecided.",
     )
     add_model_options(parser)
-    parser.set_defaults(run=_run, max_order=None)
+    parser.set_defaults(run=_run)
+    parser.add_argument(
+        "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
+        help="0: balance at the reference pose alone, see --at; more: only the conditions of "
+        "orders 0 to K count, which leaves designs undecided",
+    )  # fmt: skip
     parser.add_argument(
         "--minimise", "--minimize", choices=OBJECTIVES,
         help="the best design in this respect: total mass, largest inertia, inertia that the "
@@ -104,7 +109,10 @@ def _design(arguments: argparse.Namespace, space: DesignSpace) -> Design:
         least, most = limits.get(name, (low, high))
         limits[name] = max(least, low), min(most, high)
     within = None if arguments.anywhere else BALL_RADIUS
-    return design(space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within)
+    return design(
+        space, arguments.minimise, keep=arguments.keep, bounds=limits, within=within,
+        one_pose=arguments.max_order == 0,
+    )  # fmt: skip
 
 
 def _write_files(arguments: argparse.Namespace, found: Design) -> str:

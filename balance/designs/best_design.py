@@ -32,6 +32,8 @@ __all__ = ["DESIGN_SCHEMA", "Design", "Objective", "design"]
 Array = NDArray[np.float64]
 
 DESIGN_SCHEMA = "balance.design/2"
+# End of the verdict on one pose.
+ONE_POSE = "; at the reference pose alone"
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +167,7 @@ def _as_data(body: BodyInertia) -> dict[str, object]:
 def design(
     space: DesignSpace, minimise: Objective | None = None, *, keep: Sequence[str] = (),
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    within: float | None = BALL_RADIUS,
+    within: float | None = BALL_RADIUS, one_pose: bool = False,
 ) -> Design:  # fmt: skip
     """Compute the best balanced mass distribution, or a certificate that there is none.
 
@@ -189,6 +191,8 @@ def design(
         keep: names of bodies that stay as in the file.
         bounds: least and largest mass of bodies, kg, by name.
         within: radius of the balls, in lengths of the links; None for masses anywhere.
+        one_pose: whether balance at the reference pose alone is enough: no momentum for any
+            rates there. The space is then one of order 0, ``max_order=0``.
 
     Returns:
         The design, or the certificate, and the result of its check.
@@ -209,37 +213,43 @@ def design(
     """
     if minimise is not None and minimise not in get_args(Objective):
         raise ValueError(f"minimise must be one of {', '.join(get_args(Objective))}")
-    found, constraints = _widest_margin(space, tuple(keep), dict(bounds or {}), within)
+    if one_pose and len(space.orders) > 1:
+        raise ValueError("balance at one pose needs a space of order 0: give it max_order=0")
+    limits = dict(bounds or {})
+    found, constraints = _widest_margin(space, tuple(keep), limits, within, one_pose)
     found = replace(found, minimise=minimise)
     if minimise and found.z is not None:
         found = _minimise(found, constraints)
-    if within is None or found.z is not None:
-        return found
-    return _with_answer_anywhere(found, constraints)
+    if within is not None and found.z is None:
+        found = _with_answer_anywhere(found, constraints, one_pose)
+    return replace(found, words=f"{found.words}{ONE_POSE}") if one_pose else found
 
 
 def _widest_margin(
     space: DesignSpace, keep: tuple[str, ...], bounds: Mapping[str, tuple[float, float]],
-    within: float | None,
+    within: float | None, one_pose: bool,
 ) -> tuple[Design, Constraints]:  # fmt: skip
     """Compute the design of the largest margin, and its constraints; the space may widen."""
     constraints = constraints_of(space, keep, bounds, within)
     if space.planar and space.balance == "dynamic" and _leaves_plane(space, constraints):
-        wider = design_space(space.linkage, space.motion, spatial=True)
+        order = 0 if one_pose else None
+        wider = design_space(space.linkage, space.motion, max_order=order, spatial=True)
         space = certify(wider) if isinstance(space, CertifiedSpace) else wider
         constraints = constraints_of(space, keep, bounds, within)
-    found = decide_feasibility(space, constraints)
+    found = decide_feasibility(space, constraints, trusted=one_pose)
     return Design(
         space, found.verdict, None, None, keep, bounds, within, found.z,
         found.certificate, found.multipliers, found.margin, found.residuals, found.words,
     ), constraints  # fmt: skip
 
 
-def _with_answer_anywhere(known: Design, constraints: Constraints) -> Design:
+def _with_answer_anywhere(known: Design, constraints: Constraints, one_pose: bool) -> Design:
     """Add the answer without balls to one without a design within them."""
     without_balls = design(
-        known.space, known.minimise, keep=known.keep, bounds=known.bounds, within=None
-    )
+        known.space, known.minimise, keep=known.keep, bounds=known.bounds, within=None,
+        one_pose=one_pose,
+    )  # fmt: skip
+    without_balls = replace(without_balls, words=without_balls.words.removesuffix(ONE_POSE))
     if without_balls.verdict == "infeasible":
         return replace(without_balls, within=known.within)
     if known.verdict == without_balls.verdict:

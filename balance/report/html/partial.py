@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 # Most inputs with a line of their own; of more, those with the largest values.
 MOST_LINES = 6
+# Height of the axes over the largest value.
+HEADROOM = 1.1
 
 
 def front_picture(front: ParetoFront, kind: str = "png") -> bytes:
@@ -66,7 +68,7 @@ def _label(ax: Any, title: str) -> None:
     """Give axes a title, a grid and a scale from zero."""
     tidy(ax)
     ax.set_ylabel(title)
-    ax.set_ylim(bottom=0.0)
+    ax.set_ylim(0.0, HEADROOM * ax.dataLim.y1 or None)
 
 
 def _draw_inputs(ax: Any, mass: Array, shown: list[PartialBalance], name: str) -> None:

@@ -12,7 +12,7 @@ from balance.added_masses.added_matter import homogeneous
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import counterweight_of
 from balance.added_masses.exclusion import check_exclusion, describe_exclusion
-from balance.added_masses.lumps import Lumps, lumps_of, refine_lumps
+from balance.added_masses.lumps import Lumps, fewer_lumps, lumps_of, refine_lumps
 from balance.added_masses.program import (
     AddedObjective,
     AddedProgram,
@@ -102,6 +102,9 @@ def _balanced(
         for region, P in zip(kinds, solution.moments, strict=True)
     ]
     lumps = refine_lumps(kinds, program.rows, program.target, rough)
+    if not program.inertia[0].size:
+        fewer = fewer_lumps(program.rows, program.cost, lumps)
+        lumps = refine_lumps(kinds, program.rows, program.target, fewer)
     z = _with_lumps(program, lumps)
     residual = balance_residual(space, z)
     inside = all(

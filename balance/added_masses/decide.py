@@ -19,6 +19,7 @@ from balance.added_masses.program import (
     AddedSolution,
     added_objective,
     build_added_program,
+    certificate_dual,
     solve_added,
 )
 from balance.added_masses.quadratic_minimum import minimise_in_region
@@ -67,7 +68,10 @@ def decide(
     added = program.unit * float(solution.moments[:, 3, 3].sum())
     # Of a mass that certificates exclude, the dual is a certificate.
     if solution.infeasible or not added < MASS_EXCLUDED * given_mass:
-        return _proved(blank, regions, program.lift @ solution.dual)
+        found = _proved(blank, regions, program.lift @ solution.dual)
+        if found.verdict == "infeasible":
+            return found
+        return _proved(blank, regions, program.lift @ certificate_dual(program))
     return _balanced(blank, program, solution)
 
 

@@ -12,13 +12,14 @@ from balance.added_masses.added_matter import homogeneous
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import counterweight_of
 from balance.added_masses.exclusion import check_exclusion, describe_exclusion
-from balance.added_masses.lumps import Lumps, lumps_of, refine_lumps
+from balance.added_masses.lumps import Lumps, fewer_lumps, lumps_of, refine_lumps
 from balance.added_masses.program import (
     AddedObjective,
     AddedProgram,
     AddedSolution,
     added_objective,
     build_added_program,
+    certificate_dual,
     solve_added,
 )
 from balance.added_masses.quadratic_minimum import minimise_in_region
@@ -67,7 +68,10 @@ def decide(
     added = program.unit * float(solution.moments[:, 3, 3].sum())
     # Of a mass that certificates exclude, the dual is a certificate.
     if solution.infeasible or not added < MASS_EXCLUDED * given_mass:
-        return _proved(blank, regions, program.lift @ solution.dual)
+        found = _proved(blank, regions, program.lift @ solution.dual)
+        if found.verdict == "infeasible":
+            return found
+        return _proved(blank, regions, program.lift @ certificate_dual(program))
     return _balanced(blank, program, solution)
 
 
@@ -102,6 +106,9 @@ def _balanced(
         for region, P in zip(kinds, solution.moments, strict=True)
     ]
     lumps = refine_lumps(kinds, program.rows, program.target, rough)
+    if not program.inertia[0].size:
+        fewer = fewer_lumps(program.rows, program.cost, lumps)
+        lumps = refine_lumps(kinds, program.rows, program.target, fewer)
     z = _with_lumps(program, lumps)
     residual = balance_residual(space, z)
     inside = all(

@@ -29,7 +29,7 @@ from balance.tolerances import (
     LUMP_SPREAD,
 )
 
-__all__ = ["Lumps", "lumps_of", "refine_lumps"]
+__all__ = ["Lumps", "fewer_lumps", "lumps_of", "refine_lumps"]
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,8 @@ Array = NDArray[np.float64]
 MOST_TRIALS = 60
 # Most steps that refine all lumps.
 MOST_STEPS = 30
+# Most of them that do not halve the error.
+MOST_STALLS = 3
 
 
 class Lumps(NamedTuple):
@@ -105,7 +107,7 @@ def refine_lumps(
         stalls += size > 0.5 * least
         if size < least:
             best, least = found, size
-        if stalls > 1 or size <= LUMP_RESIDUAL * float(np.linalg.norm(target)):
+        if stalls > MOST_STALLS or size <= LUMP_RESIDUAL * float(np.linalg.norm(target)):
             break
         blocks = [_slopes(*item) for item in zip(regions, rows, found, strict=True)]
         J = np.concatenate([J for J, _ in blocks], axis=1)
@@ -116,6 +118,46 @@ def refine_lumps(
             at += own.shape[1]
         found = moved
     return best
+
+
+def fewer_lumps(rows: Array, costs: Array, lumps: Sequence[Lumps]) -> list[Lumps]:
+    """Leave out lumps that the conditions do not need, without a higher cost.
+
+    Masses move along null vectors of the conditions, in the direction that does not raise the
+    cost, until one of them is zero. At most as many lumps are left as there are conditions
+    (C. Carathéodory, 1911).
+
+    Args:
+        rows: conditions (links, ρ, 10) on the coordinates `triangles` of each ΔP.
+        costs: cost of each ΔP, likewise (links, 10).
+        lumps: lumps of each link that fulfil the conditions.
+    """
+    owner = np.repeat(np.arange(len(lumps)), [one.masses.size for one in lumps])
+    if not owner.size:
+        return list(lumps)
+    points = np.concatenate([one.points for one in lumps])
+    masses, p = np.concatenate([one.masses for one in lumps]), homogeneous(points)
+    products = triangles(p[:, :, None] * p[:, None, :])
+    A = np.einsum("nrj,nj->rn", rows[owner], products)
+    prices = np.einsum("nj,nj->n", costs[owner], products)
+    while True:
+        kept = np.flatnonzero(masses)
+        values, V = np.linalg.svd(A[:, kept] * masses[kept])[1:]
+        rank = int(np.sum(values > FIXED_RANK_RELATIVE * values.max(initial=0.0)))
+        if rank == kept.size:
+            break
+        change = V[-1] * masses[kept]
+        change *= -1.0 if prices[kept] @ change > 0.0 else 1.0
+        falling = change < 0.0
+        if not falling.any():
+            break
+        step = np.full(kept.size, np.inf)
+        step[falling] = -masses[kept][falling] / change[falling]
+        first = int(np.argmin(step))
+        masses[kept] = np.maximum(masses[kept] + step[first] * change, 0.0)
+        masses[kept[first]] = 0.0
+    own = [(owner == k) & (masses > 0.0) for k in range(len(lumps))]
+    return [Lumps(masses[mine], points[mine]) for mine in own]
 
 
 def _slopes(region: Region, rows: Array, lumps: Lumps) -> tuple[Array, list[Array]]:

@@ -16,7 +16,7 @@ quadratic, and `minimise_in_region` checks them without a solver.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -41,6 +41,7 @@ __all__ = [
     "AddedProgram",
     "AddedSolution",
     "build_added_program",
+    "certificate_dual",
     "conic_arguments",
     "solve_added",
 ]
@@ -150,6 +151,46 @@ def solve_added(program: AddedProgram) -> AddedSolution:
     Args:
         program: the program.
     """
+    return _with_points(program, _solve)
+
+
+def certificate_dual(program: AddedProgram) -> Array:
+    """Compute a certificate y (ρ,) with entries of at most 1, for programs near the border.
+
+    It is the dual of the least sum of absolute errors of the conditions, which has a solution
+    whether or not matter balances; with ``y·r`` zero if some does.
+
+    Args:
+        program: the program.
+    """
+    empty = np.empty(0)
+    free = program._replace(cost=np.zeros_like(program.cost), inertia=(empty, empty))
+    return _with_points(free, _least_errors).dual
+
+
+def _least_errors(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolution:
+    """Minimise the sum of absolute errors of the conditions."""
+    q, rows, offset, parts = conic_arguments(program, cones)
+    rank, count = program.target.size, q.size
+    more = np.zeros((len(rows) + 2 * rank, count + 2 * rank))
+    more[: len(rows), :count] = rows
+    more[:rank, count:] = np.hstack([np.eye(rank), -np.eye(rank)])
+    more[len(rows) :, count:] = np.eye(2 * rank)
+    found = solve_conic(
+        np.append(q, np.ones(2 * rank)), more, np.append(offset, np.zeros(2 * rank)),
+        [*parts, ConstraintBlock("nonnegative", 2 * rank)],
+    )  # fmt: skip
+    dual = found.dual[:rank]
+    forms = -np.einsum("r,lrj->lj", dual, program.rows) @ TRIANGLES[4].T
+    none = np.zeros((len(cones), 4, 4))
+    return AddedSolution(True, none, dual, forms.reshape(-1, 4, 4), 0.0, cones)
+
+
+def _with_points(
+    program: AddedProgram,
+    solve: Callable[[AddedProgram, tuple[MomentCone, ...]], AddedSolution],
+) -> AddedSolution:
+    """Solve with more and more points of cylinders, until none has a negative price."""
     from balance.added_masses.cylinder_points import first_points, missing_points
 
     points = {
@@ -162,7 +203,7 @@ def solve_added(program: AddedProgram) -> AddedSolution:
     }  # fmt: skip
     while True:
         cones = exact | {k: lump_cone(p) for k, p in points.items()}
-        found = _solve(program, tuple(cones[k] for k in range(len(cones))))
+        found = solve(program, tuple(cones[k] for k in range(len(cones))))
         more = missing_points(program.regions, found.forms, points)
         if not more:
             return found

@@ -66,7 +66,8 @@ def test_every_option(verb, name, tmp_path):
         done = asked(words)
         check(words, done)
         ends.add(done.code)
-    assert ends & {0, 1, 4} or name == "--loops", ends
+    # A flag of counterweights needs them; its words are in the tests of these.
+    assert ends & {0, 1, 4} or name in ("--loops", "--merge"), ends
 
 
 @pytest.mark.parametrize("choice", [

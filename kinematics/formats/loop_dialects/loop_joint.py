@@ -37,7 +37,7 @@ def translate_loop_joint(draft: Draft, item: Element) -> None:
         given = side.attributes
         sides.append((link, draft.origin(item, given.get("xyz", ZERO), given.get("rpy", ZERO))))
     axis = check_only(item, "axis")
-    axes = {"axis": axis.attributes.get("xyz", "1 0 0")} if axis is not None else {}
+    axes = {"axis": axis.attributes.get("xyz", "")} if axis is not None else {}
     if kind in ("fixed", "spherical"):
         axes = {}
     draft.add_loop(item, "loop_joint", kind, sides, axes)

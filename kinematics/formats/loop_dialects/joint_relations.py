@@ -95,7 +95,7 @@ def fix_joint(draft: Draft, item: Element, name: str, position: str) -> None:
         relation = _relation(draft, other)
         exact = relation.ratio * place + relation.offset
         word = position if other == name else decimal_word(exact)
-        fixed[other] = _fixed(draft.joints[other], float(word))
+        fixed[other] = _fixed(draft, draft.joints[other], float(word))
     draft.joints.update(fixed)
 
 
@@ -137,13 +137,17 @@ def _set_mimic(draft: Draft, name: str, source: str, ratio: str, offset: str) ->
     draft.joints[name] = replace(joint, children=(*joint.children, mimic))
 
 
-def _fixed(joint: Element, position: float) -> Element:
+def _fixed(draft: Draft, joint: Element, position: float) -> Element:
     """Change a joint to a fixed one, with its link where the joint at a position has it."""
     origin = joint.first("origin")
     if position:
         from kinematics.urdf.write_closed_pose import moved_origin
 
-        attributes = moved_origin(joint, [position])
+        # The angles that it adds to must not be rounded ones: their sum would not look so.
+        origin = draft.nominal_origin(origin)
+        others = [child for child in joint.children if child.tag != "origin"]
+        there = replace(joint, children=(*others, *([origin] if origin else [])))
+        attributes = moved_origin(there, [position])
         origin = Element("origin", attributes, (), joint.line)
     children = [child for child in joint.children if child.tag not in _IDLE]
     marks = {k: v for k, v in joint.attributes.items() if k != "independent"}

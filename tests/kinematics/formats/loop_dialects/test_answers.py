@@ -30,6 +30,8 @@ SAME = {
     "closing frames": (OPEN + PAIR, OPEN + POINT),
     "DetachableJoint": (OPEN + MORE + plugin(), OPEN + MORE + WELD),
 }
+# Inputs beside the first, where there is more than one.
+AT = {"joint": {"j2": 0.2}, "coupling": {"j2": 0.2}}
 
 
 def saved(folder, text, name="robot"):
@@ -50,7 +52,7 @@ def test_the_answer_is_that_of_the_loop(case, tmp_path):
 def test_a_file_at_another_pose_is_the_same_linkage(case, tmp_path):
     """The file that --write-closed writes at the pose of --at, in the words of the tool."""
     source, target = saved(tmp_path, SAME[case][0]), tmp_path / "closed.urdf"
-    moved = kinematics.at_pose(kinematics.load(source), {"j1": 0.3})
+    moved = kinematics.load(source, at={"j1": 0.3, **AT.get(case, {})})
     target.write_bytes(write_at_reference_pose(moved).data)
     again = kinematics.load(target)
     for joint in ("j1", "j2", "j3"):

@@ -57,9 +57,9 @@ def test_a_weld_at_the_pose_of_the_file(more, tmp_path):
     assert not codes(draft)
 
 
-@pytest.mark.parametrize("quaternion", ["0 1 1 0", "0 -0.3 -0.3 0"])
+@pytest.mark.parametrize("quaternion", ["0 1 -1 0", "0 -0.3 0.3 0"])
 def test_a_weld_with_a_pose(quaternion, tmp_path):
-    """Link c is turned by π about (1, 1, 0) of d, and its point ON_C is the origin of d."""
+    """Link c is turned by π about (1, -1, 0) of d, and its point ON_C is the origin of d."""
     text = f'<weld body1="d" body2="c" relpose="0 0 0 {quaternion}" anchor="{ON_C}"/>'
     draft = draft_of(tmp_path, OPEN, MORE, mujoco(text))
     compare_drafts(draft, draft_of(tmp_path, OPEN, MORE, WELD))

@@ -7,7 +7,12 @@ matrix of ROAM-Lab-ND/generalized_rbda. A ``<mimic>`` says the same if a joint m
 
 from __future__ import annotations
 
-from kinematics.formats.loop_dialects.draft import Draft, end_name, read_numbers
+from kinematics.formats.loop_dialects.draft import (
+    Draft,
+    check_spelling,
+    end_name,
+    read_numbers,
+)
 from kinematics.formats.loop_dialects.joint_relations import follow_joint
 from kinematics.urdf.validate_fields import check_only
 from kinematics.urdf.xml_tree import Refusal
@@ -26,6 +31,7 @@ def translate_coupling(draft: Draft, item: Element) -> None:
     Raises:
         Refusal: it does not say enough, or relates sums of several joints.
     """
+    check_spelling(item, item, "predecessor", "successor", "ratio", "name")
     ends = []
     for role in ("predecessor", "successor"):
         name = end_name(item, role)

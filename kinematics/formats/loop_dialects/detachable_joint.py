@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from kinematics.formats.loop_dialects.draft import Draft, end_name, write_instead
+from kinematics.formats.loop_dialects.draft import (
+    Draft,
+    check_spelling,
+    end_name,
+    write_instead,
+)
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 
 __all__ = ["translate_detachable_joints"]
+
+_ENDS = ("parent_link", "child_model", "child_link")
 
 
 def translate_detachable_joints(draft: Draft, gazebo: Element) -> None:
@@ -28,9 +35,8 @@ def translate_detachable_joints(draft: Draft, gazebo: Element) -> None:
 
 def _translate(draft: Draft, plugin: Element) -> None:
     """Add the loop of a plugin."""
-    parent, model, child = (
-        end_name(plugin, role) for role in ("parent_link", "child_model", "child_link")
-    )
+    check_spelling(plugin, plugin, *_ENDS)
+    parent, model, child = (end_name(plugin, role) for role in _ENDS)
     named = [name if name in draft.links else "" for name in (parent, child)]
     if model not in ("", "__model__", draft.tree.name) or not all(named):
         problem = "it welds links that are not both in this file"

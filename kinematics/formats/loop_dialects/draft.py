@@ -8,18 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from kinematics.error_text import clean, closest_names
 from kinematics.urdf.rounded_angles import replace_rounded_angles
-from kinematics.urdf.validate_fields import are_numbers, check_origin, check_type
+from kinematics.urdf.validate_fields import are_numbers, check_only, check_origin, check_type
+from kinematics.urdf.validate_misplaced import MAX_WORD, MIN_SPELLING_RATIO
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 
 if TYPE_CHECKING:
     from kinematics.formats.loop_dialects.file_poses import FilePoses
 
-__all__ = ["ZERO", "Draft", "Side", "end_name", "read_numbers", "write_instead"]
+__all__ = [
+    "ZERO",
+    "Draft",
+    "Side",
+    "check_spelling",
+    "end_name",
+    "read_numbers",
+    "write_instead",
+]
 
 ZERO = "0 0 0"
 """The numbers of an origin that is not given."""
@@ -36,11 +46,34 @@ def end_name(item: Element, role: str) -> str:
     Args:
         item: the element.
         role: tag of the child, or name of the attribute.
+
+    Raises:
+        Refusal: there are two such children.
     """
-    inner = item.first(role)
+    inner = check_only(item, role)
     if inner is None:
         return item.attributes.get(role, "").strip()
     return (inner.attributes.get("link", "") or inner.name or inner.text).strip()
+
+
+def check_spelling(owner: Element, item: Element, *known: str) -> None:
+    """Reject children and attributes that misspell a known one and would be lost.
+
+    Args:
+        owner: element in messages.
+        item: the element that holds them.
+        known: tags and names of attributes; others are those of another program.
+
+    Raises:
+        Refusal: there is one.
+    """
+    for word in (*(child.tag for child in item.children), *item.attributes):
+        plain = word.rpartition(":")[2].lower()
+        if word in known or len(plain) > MAX_WORD:
+            continue
+        if found := get_close_matches(plain, known, 1, MIN_SPELLING_RATIO):
+            problem = f"'{clean(word)}' in <{clean(item.tag)}> (line {item.line}) is not read"
+            raise Refusal(owner.label, problem, f"write {found[0]}, or remove it")
 
 
 def read_numbers(owner: Element, item: Element, text: str, count: int) -> list[str]:

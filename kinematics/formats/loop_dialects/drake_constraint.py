@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from kinematics.error_text import clean
-from kinematics.formats.loop_dialects.draft import ZERO, Draft, end_name, read_numbers
+from kinematics.formats.loop_dialects.draft import (
+    ZERO,
+    Draft,
+    check_spelling,
+    end_name,
+    read_numbers,
+)
+from kinematics.urdf.validate_fields import check_only
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 
 __all__ = ["translate_drake"]
+
+# Ends of the tags of a body and of a point on it.
+_BALL = (("_body_A", "_p_AP"), ("_body_B", "_p_BQ"))
 
 
 def translate_drake(draft: Draft, item: Element) -> None:
@@ -34,10 +44,11 @@ def translate_drake(draft: Draft, item: Element) -> None:
 
 def _translate_ball(draft: Draft, item: Element, tag: str) -> None:
     """Add the loop of a ball."""
+    check_spelling(item, item, *(tag + part for ends in _BALL for part in ends))
     sides = []
-    for body, point in (("_body_A", "_p_AP"), ("_body_B", "_p_BQ")):
+    for body, point in _BALL:
         link = draft.link(item, end_name(item, tag + body), "spherical", grounded=True)
-        given = item.first(tag + point)
+        given = check_only(item, tag + point)
         words = ZERO.split()
         if given is not None:
             text = given.attributes.get("value", "") or given.text

@@ -12,10 +12,12 @@ from kinematics.formats.loop_dialects.draft import (
     ZERO,
     Draft,
     Side,
+    check_spelling,
     end_name,
     read_numbers,
     write_instead,
 )
+from kinematics.urdf.validate_fields import check_only
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 
@@ -23,6 +25,11 @@ __all__ = ["translate_gazebo"]
 
 _TYPES = ("revolute", "continuous", "prismatic", "ball", "universal", "fixed")
 _AXES = {"universal": ("axis", "axis2"), "ball": (), "fixed": ()}
+_PARTS = (
+    "parent", "child", "pose", "axis", "axis2", "origin", "physics", "sensor", "name", "type",
+)  # fmt: skip
+# Attributes of <pose>, and the values that they may have.
+_PLAIN = {"degrees": "false", "rotation_format": "euler_rpy", "frame": ""}
 _MODEL = "__model__"
 _TRUE = ("1", "true", "True")
 
@@ -39,7 +46,6 @@ def translate_gazebo(draft: Draft, gazebo: Element) -> None:
     """
     direct = {id(item) for item in gazebo.every("joint")}
     for joint in gazebo.walk():
-        ends = [end_name(joint, role) for role in ("parent", "child")]
         if joint.tag != "joint":
             continue
         kind = joint.attributes.get("type", "").strip()
@@ -48,6 +54,7 @@ def translate_gazebo(draft: Draft, gazebo: Element) -> None:
             if id(joint) in direct and kind and not place:
                 draft.tell("unread_closure", joint, "it names no links: not read")
             continue
+        ends = [end_name(joint, role) for role in ("parent", "child")]
         if place or id(joint) not in direct:
             where = "in <gazebo reference=…>" if place else "not directly in <gazebo>"
             problem = f"it closes a loop {where}, where Gazebo does not read it"
@@ -60,6 +67,10 @@ def translate_gazebo(draft: Draft, gazebo: Element) -> None:
 
 def _translate(draft: Draft, joint: Element, kind: str) -> None:
     """Add the loop of a joint, unless it is a joint of the tree, or fixes the base."""
+    check_spelling(joint, joint, *_PARTS)
+    if joint.first("origin"):
+        problem = "<origin> of URDF in a joint of SDF is not read"
+        raise Refusal(joint.label, problem, "write <pose>, or a <loop> in its place")
     names = [_plain(draft, end_name(joint, role)) for role in ("parent", "child")]
     parent, child = (draft.link(joint, name, kind, grounded=True) for name in names)
     if _repeats(draft, joint, parent, child):
@@ -95,11 +106,12 @@ def _repeats(draft: Draft, joint: Element, parent: str, child: str) -> bool:
 
 def _frame(draft: Draft, joint: Element, child: str) -> Side:
     """Find the frame of a joint: a link, and an origin on it."""
-    pose = joint.first("pose")
+    pose = check_only(joint, "pose")
     if pose is None:
         return child, None
-    for attribute, plain in (("degrees", "false"), ("rotation_format", "euler_rpy")):
-        if pose.attributes.get(attribute, plain) not in (plain, "0"):
+    check_spelling(joint, pose, *_PLAIN, "relative_to")
+    for attribute, plain in _PLAIN.items():
+        if pose.attributes.get(attribute, plain) not in (plain, "0", ""):
             problem = f"<pose {attribute}=…> (line {pose.line}) is not read"
             raise Refusal(joint.label, problem, "write six numbers, in metres and radians")
     words = read_numbers(joint, pose, pose.text or f"{ZERO} {ZERO}", 6)
@@ -124,13 +136,17 @@ def _base(draft: Draft, joint: Element, name: str) -> str:
 
 def _axis(draft: Draft, joint: Element, tag: str, frame: Side) -> str:
     """Find the text of an axis, in the frame of the joint."""
-    item = joint.first(tag)
-    inner = item.first("xyz") if item is not None else None
+    item = check_only(joint, tag)
+    inner = check_only(item, "xyz") if item is not None else None
+    if item is not None and inner is None and "xyz" in item.attributes:
+        problem = f"<{tag} xyz=…> (line {item.line}) of URDF in a joint of SDF is not read"
+        raise Refusal(joint.label, problem, f"write <{tag}><xyz>…</xyz></{tag}>")
     if item is None or inner is None:
         if tag == "axis2":
             problem = "a universal joint without <axis2>"
             raise Refusal(joint.label, problem, "add <axis2><xyz>…</xyz></axis2>")
         return "0 0 1"
+    check_spelling(joint, inner, "expressed_in")
     text = " ".join(read_numbers(joint, inner, inner.text, 3))
     base = inner.attributes.get("expressed_in", "").strip()
     old = item.first("use_parent_model_frame")

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 from kinematics.error_text import clean
-from kinematics.formats.loop_dialects.draft import ZERO, Draft, end_name, write_instead
+from kinematics.formats.loop_dialects.draft import (
+    ZERO,
+    Draft,
+    check_spelling,
+    end_name,
+    write_instead,
+)
 from kinematics.urdf.validate_fields import check_only
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
@@ -22,6 +28,7 @@ def translate_loop_joint(draft: Draft, item: Element) -> None:
     Raises:
         Refusal: it does not say enough, or has no equal among loops.
     """
+    check_spelling(item, item, "link1", "link2", "axis", "name", "type", "independent")
     kind = item.attributes.get("type", "revolute").strip()
     kind = "spherical" if kind == "ball" else kind
     names = [end_name(item, role) for role in ("link1", "link2")]
@@ -34,6 +41,7 @@ def translate_loop_joint(draft: Draft, item: Element) -> None:
         if side is None:
             problem = f'no <{role} link="…" xyz="…"/>: the place of the loop is not given'
             raise Refusal(item.label, problem, write_instead(kind, *names))
+        check_spelling(item, side, "link", "xyz", "rpy")
         given = side.attributes
         sides.append((link, draft.origin(item, given.get("xyz", ZERO), given.get("rpy", ZERO))))
     axis = check_only(item, "axis")

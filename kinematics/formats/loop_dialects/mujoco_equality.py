@@ -7,7 +7,13 @@ the file, which is MuJoCo's reference pose ``qpos0``.
 from __future__ import annotations
 
 from kinematics.error_text import clean
-from kinematics.formats.loop_dialects.draft import ZERO, Draft, read_numbers, write_instead
+from kinematics.formats.loop_dialects.draft import (
+    ZERO,
+    Draft,
+    check_spelling,
+    read_numbers,
+    write_instead,
+)
 from kinematics.formats.loop_dialects.joint_relations import fix_joint, follow_joint
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
@@ -18,6 +24,10 @@ _DIALECT = "MuJoCo"
 _LINE = "0 1 0 0 0".split()
 _KINDS = {"connect": "spherical", "weld": "fixed"}
 _WORLD = "world"
+_ATTRIBUTES = (
+    "active", "anchor", "body1", "body2", "class", "joint1", "joint2", "name", "polycoef",
+    "relpose", "site1", "site2", "solimp", "solref", "torquescale",
+)  # fmt: skip
 
 
 def translate_mujoco(draft: Draft, mujoco: Element) -> None:
@@ -38,7 +48,12 @@ def translate_mujoco(draft: Draft, mujoco: Element) -> None:
 
 def _translate(draft: Draft, item: Element) -> None:
     """Translate an equality, unless it is switched off."""
-    if item.attributes.get("active", "true").strip() == "false":
+    check_spelling(item, item, *_ATTRIBUTES)
+    active = item.attributes.get("active", "true")
+    if active not in ("true", "false"):
+        problem = f'active="{clean(active)}" is neither true nor false'
+        raise Refusal(item.label, problem, "correct it")
+    if active == "false":
         draft.tell("loops_inactive", item, 'active="false": not read')
     elif item.tag == "joint":
         _translate_joint(draft, item)

@@ -1,6 +1,6 @@
 """Translate the loops of a checked file that are in the words of other tools.
 
-A file without such words costs one pass over the elements in ``<robot>``.
+A file without such words costs one pass over the elements in ``<robot>``, links and joints.
 """
 
 from __future__ import annotations
@@ -27,6 +27,11 @@ from kinematics.urdf_elements.element import Element
 __all__ = ["Translated", "drop_repeated_loops", "translate_loops"]
 
 _OWN = {"link", "joint", "loop", "material", "transmission"}
+# What is usual in links and joints.
+_PARTS = frozenset({
+    "axis", "axis2", "calibration", "child", "collision", "dynamics", "inertial", "limit",
+    "mimic", "origin", "parent", "safety_controller", "screw_thread_pitch", "visual",
+})  # fmt: skip
 _DIALECTS: Mapping[str, Callable[[Draft, Element], None]] = {
     "constraint": translate_constraint,
     "coupling": translate_coupling,
@@ -64,11 +69,20 @@ def translate_loops(tree: Element, nominal: bool = True) -> Translated:
     """
     foreign = [item for item in tree.children if item.tag not in _OWN]
     framed = any(link.name.startswith(CLOSING_PREFIX) for link in tree.every("link"))
-    if not foreign and not framed:
+    inside = [
+        part
+        for item in tree.children
+        if item.tag in ("link", "joint")
+        for part in item.children
+        if part.tag not in _PARTS
+    ]
+    if not foreign and not framed and not inside:
         return Translated(tree)
     draft = Draft(tree, nominal)
     for item in foreign:
         _translate(draft, item)
+    for item in inside:
+        tell_unread_closures(draft, item, frozenset())
     if framed:
         translate_closing_frames(draft)
     joints = {joint.name: joint for joint in tree.every("joint")}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from kinematics.formats.loop_dialects.draft import (
     ZERO,
     Draft,
+    check_spelling,
     end_name,
     read_numbers,
     write_instead,
@@ -16,6 +17,10 @@ from kinematics.urdf_elements.joint_types import DEGREES_OF_FREEDOM
 
 __all__ = ["translate_constraint"]
 
+_PARTS = (
+    "parent", "parent_origin", "parent_axis", "child", "child_origin", "child_axis", "name",
+    "type",
+)  # fmt: skip
 # Loops about or along one axis that leave the rotation about it free: any frame of the child
 # with that axis will do.
 _TURNING = ("revolute", "continuous", "cylindrical", "planar")
@@ -31,6 +36,7 @@ def translate_constraint(draft: Draft, item: Element) -> None:
     Raises:
         Refusal: it does not say enough, or has no equal among loops.
     """
+    check_spelling(item, item, *_PARTS)
     names = [end_name(item, role) for role in ("parent", "child")]
     kind = item.attributes.get("type", "").strip().removesuffix("_joint")
     kind = "spherical" if kind == "ball" else kind
@@ -42,6 +48,8 @@ def translate_constraint(draft: Draft, item: Element) -> None:
     for role in ("parent_origin", "child_origin"):
         given = check_only(item, role)
         attributes = given.attributes if given is not None else {}
+        if given is not None:
+            check_spelling(item, given, "xyz", "rpy")
         origins.append(
             draft.origin(item, attributes.get("xyz", ZERO), attributes.get("rpy", ZERO))
         )

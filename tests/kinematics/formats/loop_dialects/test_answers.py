@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from dialect_text import MORE, OPEN, WELD, answer, hand_written, robot_text
 from test_closing_frames import PAIR
+from test_coupling import coupling, mimicked
 from test_detachable_joint import plugin
 from test_drake_constraint import BALL
 from test_gazebo_joint import gazebo
 from test_loop_joint import loop_joint
 from test_mujoco_equality import connect, mujoco, related
-from test_coupling import coupling, mimicked
 from test_urdfdom_constraint import constraint
 
 import kinematics

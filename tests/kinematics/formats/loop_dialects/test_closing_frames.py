@@ -43,7 +43,9 @@ def test_a_yaml_file_says_more(tmp_path):
     """A pair of type 6d in the file beside it fixes the frames, and counts once."""
     beside = tmp_path / "robot.yaml"
     for kind, freedoms in (("3d", 3), ("6d", 0)):
-        beside.write_text(f"closed_loop: [[closing_hinge_1, closing_hinge_2]]\ntype: [{kind}]\n")
+        beside.write_text(
+            f"closed_loop: [[closing_hinge_1, closing_hinge_2]]\ntype: [{kind}]\n"
+        )
         draft = draft_of(tmp_path, OPEN, PAIR)
         assert len(draft.loops) == 1 and len(draft.joints) == 3 + freedoms
         assert "loops_repeated" in codes(draft) and "loops_ignored" not in codes(draft)

@@ -28,7 +28,9 @@ def test_the_successor_follows_the_predecessor(tmp_path):
 def test_an_input_is_not_made_to_follow(tmp_path):
     driven = OPEN.replace('<joint name="j3"', '<joint independent="true" name="j3"')
     draft = draft_of(tmp_path, driven, coupling())
-    wanted = mimicked("j1", "j3", "-0.5").replace('<joint name="j3"', '<joint independent="true" name="j3"')
+    wanted = mimicked("j1", "j3", "-0.5").replace(
+        '<joint name="j3"', '<joint independent="true" name="j3"'
+    )
     compare_drafts(draft, draft_of(tmp_path, wanted))
     assert draft.named_inputs == ("j3",)
 

@@ -1,7 +1,16 @@
 """Constraints of Drake: a ball closes a loop, a bushing is a spring."""
 
 import pytest
-from dialect_text import ON_B, ON_C, OPEN, codes, compare_drafts, draft_of, hand_written, refused
+from dialect_text import (
+    ON_B,
+    ON_C,
+    OPEN,
+    codes,
+    compare_drafts,
+    draft_of,
+    hand_written,
+    refused,
+)
 
 BALL = (
     '<drake:ball_constraint xmlns:drake="d"><drake:ball_constraint_body_A name="b"/>'

@@ -1,7 +1,16 @@
 """<loop_joint> of old versions of Drake and of Isaac Sim."""
 
 import pytest
-from dialect_text import ON_B, ON_C, OPEN, codes, compare_drafts, draft_of, hand_written, refused
+from dialect_text import (
+    ON_B,
+    ON_C,
+    OPEN,
+    codes,
+    compare_drafts,
+    draft_of,
+    hand_written,
+    refused,
+)
 
 
 def loop_joint(kind="revolute", axis='<axis xyz="0 0 1"/>', turn="0 3.141592653589793 0"):
@@ -12,7 +21,9 @@ def loop_joint(kind="revolute", axis='<axis xyz="0 0 1"/>', turn="0 3.1415926535
     )
 
 
-@pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic", "", "spherical", "ball"])
+@pytest.mark.parametrize(
+    "kind", ["revolute", "continuous", "prismatic", "", "spherical", "ball"]
+)
 def test_a_joint(kind, tmp_path):
     draft = draft_of(tmp_path, OPEN, loop_joint(kind))
     ball = kind in ("spherical", "ball")

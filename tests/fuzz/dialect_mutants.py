@@ -33,7 +33,8 @@ TEMPLATES = (
     "<drake:ball_constraint_p_AP value='{P}'/><drake:ball_constraint_body_B name='{B}'/>"
     "<drake:ball_constraint_p_BQ value='{P}'/></drake:ball_constraint>",
     "<drake:linear_bushing_rpy xmlns:drake='http://drake.mit.edu'>"
-    "<drake:bushing_frameA name='{A}'/><drake:bushing_frameC name='{B}'/></drake:linear_bushing_rpy>",
+    "<drake:bushing_frameA name='{A}'/><drake:bushing_frameC name='{B}'/>"
+    "</drake:linear_bushing_rpy>",
     "<mujoco><equality><connect body1='{A}' body2='{B}' anchor='{P}'/></equality></mujoco>",
     "<mujoco><equality><weld body1='{A}' body2='{B}' relpose='{P} {X} {P}' anchor='{P}'/>"
     "</equality></mujoco>",

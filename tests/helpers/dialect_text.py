@@ -23,7 +23,8 @@ OPEN = '<link name="base"/>' + "".join(
 ON_B, ON_C = "-0.5 -2 0", "0 1.5 0"
 # A fourth link on b, of which the hinge is in the tree: c and d are one body.
 MORE = (
-    f'<link name="d">{INERTIAL}</link><joint name="j4" type="continuous"><parent link="b"/><child link="d"/>'
+    f'<link name="d">{INERTIAL}</link><joint name="j4" type="continuous">'
+    '<parent link="b"/><child link="d"/>'
     f'<origin xyz="{ON_B}"/><axis xyz="0 0 1"/></joint>\n'
 )
 

@@ -11,7 +11,7 @@ from kinematics.formats.loop_dialects.draft import (
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["translate_detachable_joints"]
+__all__ = ["is_detachable_joint", "translate_detachable_joints"]
 
 _ENDS = ("parent_link", "child_model", "child_link")
 
@@ -27,10 +27,15 @@ def translate_detachable_joints(draft: Draft, gazebo: Element) -> None:
         Refusal: a link is not in the file.
     """
     for plugin in gazebo.walk():
-        words = plugin.name + plugin.attributes.get("filename", "")
-        plain = words.replace("-", "").replace("_", "").lower()
-        if plugin.tag == "plugin" and "detachablejoint" in plain:
+        if is_detachable_joint(plugin):
             _translate(draft, plugin)
+
+
+def is_detachable_joint(item: Element) -> bool:
+    """Return whether an element is this plugin, by its name or that of its file."""
+    words = item.name + item.attributes.get("filename", "")
+    plain = words.replace("-", "").replace("_", "").lower()
+    return item.tag == "plugin" and "detachablejoint" in plain
 
 
 def _translate(draft: Draft, plugin: Element) -> None:

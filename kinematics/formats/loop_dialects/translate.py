@@ -14,7 +14,10 @@ from kinematics.formats.loop_dialects.closing_frames import (
     translate_closing_frames,
 )
 from kinematics.formats.loop_dialects.coupling import translate_coupling
-from kinematics.formats.loop_dialects.detachable_joint import translate_detachable_joints
+from kinematics.formats.loop_dialects.detachable_joint import (
+    is_detachable_joint,
+    translate_detachable_joints,
+)
 from kinematics.formats.loop_dialects.draft import Draft, end_name
 from kinematics.formats.loop_dialects.drake_constraint import translate_drake
 from kinematics.formats.loop_dialects.gazebo_joint import translate_gazebo
@@ -27,10 +30,12 @@ from kinematics.urdf_elements.element import Element
 __all__ = ["Translated", "drop_repeated_loops", "translate_loops"]
 
 _OWN = {"link", "joint", "loop", "material", "transmission"}
-# What is usual in links and joints.
+# What links and joints consist of.
 _PARTS = frozenset({
-    "axis", "axis2", "calibration", "child", "collision", "dynamics", "inertial", "limit",
-    "mimic", "origin", "parent", "safety_controller", "screw_thread_pitch", "visual",
+    "axis", "axis2", "box", "calibration", "child", "collision", "color", "cylinder",
+    "dynamics", "geometry", "inertia", "inertial", "joint", "limit", "link", "mass",
+    "material", "mesh", "mimic", "origin", "parent", "safety_controller",
+    "screw_thread_pitch", "sphere", "texture", "visual",
 })  # fmt: skip
 _DIALECTS: Mapping[str, Callable[[Draft, Element], None]] = {
     "constraint": translate_constraint,
@@ -69,13 +74,7 @@ def translate_loops(tree: Element, nominal: bool = True) -> Translated:
     """
     foreign = [item for item in tree.children if item.tag not in _OWN]
     framed = any(link.name.startswith(CLOSING_PREFIX) for link in tree.every("link"))
-    inside = [
-        part
-        for item in tree.children
-        if item.tag in ("link", "joint")
-        for part in item.children
-        if part.tag not in _PARTS
-    ]
+    inside = [part for item in tree.children if item.tag in _PARTS for part in _unusual(item)]
     if not foreign and not framed and not inside:
         return Translated(tree)
     draft = Draft(tree, nominal)
@@ -95,6 +94,15 @@ def translate_loops(tree: Element, nominal: bool = True) -> Translated:
     kept = {id(loop) for loop in whole.every("loop")}
     dialects = {loop.name: dialect for loop, dialect in draft.loops if id(loop) in kept}
     return Translated(whole, (*draft.remarks, *said), dialects)
+
+
+def _unusual(item: Element) -> list[Element]:
+    """List the topmost elements of other tools inside a link or a joint."""
+    found, pending = [], [item]
+    while pending:
+        for part in pending.pop().children:
+            (pending if part.tag in _PARTS else found).append(part)
+    return found
 
 
 def _translate(draft: Draft, item: Element) -> None:
@@ -129,7 +137,7 @@ def _read_parts(item: Element) -> list[int]:
         for part in item.walk()
         if part.tag == "equality"
         or (part.tag == "joint" and part.first("parent") and part.first("child"))
-        or (part.tag == "plugin" and part.first("parent_link") and part.first("child_model"))
+        or is_detachable_joint(part)
     ]
 
 

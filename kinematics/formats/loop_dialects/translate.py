@@ -119,7 +119,8 @@ def _translate(draft: Draft, item: Element) -> None:
     elif item.tag in _DIALECTS and _has_ends(item):
         _DIALECTS[item.tag](draft, item)
         return
-    tell_unread_closures(draft, item, frozenset(_read_parts(item)))
+    known = item.tag in ("gazebo", "mujoco")
+    tell_unread_closures(draft, item, frozenset(_read_parts(item) if known else ()))
 
 
 def _has_ends(item: Element) -> bool:

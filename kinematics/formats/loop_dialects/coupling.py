@@ -49,8 +49,8 @@ def translate_coupling(draft: Draft, item: Element) -> None:
         counts = " and ".join(str(len(chain)) for chain in chains)
         problem = f"it relates sums of joint positions ({counts} joints), which is not read"
         remedy = (
-            'write <mimic joint="…" multiplier="…"/> in a joint that follows one other joint, '
-            "or the loop that relates them as a <loop>"
+            'write <mimic joint="…" multiplier="…"/> in a joint that follows one other joint; '
+            "one that follows several is that many joints about one axis, each with a <mimic>"
         )
         raise Refusal(item.label, problem, remedy)
     (source,), (follower,) = chains

@@ -39,6 +39,12 @@ def test_an_anchor_is_where_it_is_at_the_pose_of_the_file(tmp_path):
     assert side.first("origin").attributes["xyz"] == ON_C  # exactly
 
 
+def test_an_anchor_on_a_turned_link(tmp_path):
+    draft = draft_of(tmp_path, OPEN, connect("ca", ON_C))
+    side = draft.tree.children[-1].children[1]
+    assert side.first("origin").attributes["xyz"] == "1.5 -2 0"
+
+
 def test_the_world_is_the_root(tmp_path):
     text = mujoco(f'<connect body1="c" anchor="{ON_C}"/>')
     draft = draft_of(tmp_path, OPEN, text)
@@ -94,6 +100,15 @@ def test_a_line_with_an_offset(tmp_path):
     draft = draft_of(tmp_path, OPEN, related("0.25 2"))
     wanted = mimicked("j3", "j1", '2" offset="0.25')
     compare_drafts(draft, draft_of(tmp_path, wanted))
+
+
+def test_a_line_between_followers_relates_their_sources(tmp_path):
+    """``4 q2 + 1 = 2 q1 + 0.25``, since j3 follows j2 already."""
+    there = mimicked("j3", "j2", '4" offset="1')
+    draft = draft_of(tmp_path, there, related("0.25 2"))
+    (joint,) = (x for x in draft.tree.every("joint") if x.name == "j2")
+    wanted = {"joint": "j1", "multiplier": "0.5", "offset": "-0.1875"}
+    assert joint.first("mimic").attributes == wanted
 
 
 @pytest.mark.parametrize("polycoef", ["0.25 0", "0.25"])

@@ -88,6 +88,8 @@ def test_two_hinges_of_a_universal_loop(tmp_path):
 def test_points_of_one_dialect_all_stay(tmp_path):
     twice = mujoco(*['<connect body1="b" body2="c" anchor="-0.5 -2 0"/>'] * 2)
     assert len(draft_of(tmp_path, OPEN, twice).loops) == 2
+    elsewhere = hand_written("spherical", "").replace("-0.5 -2 0", "-0.5 -1 0")
+    assert len(draft_of(tmp_path, OPEN, twice, elsewhere).loops) == 3
 
 
 def test_a_yaml_file_beside_a_dialect(tmp_path):

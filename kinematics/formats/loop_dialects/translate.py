@@ -98,7 +98,8 @@ def translate_loops(tree: Element, nominal: bool = True) -> Translated:
 
 def _unusual(item: Element) -> list[Element]:
     """List the topmost elements of other tools inside a link or a joint."""
-    found, pending = [], [item]
+    found: list[Element] = []
+    pending = [item]
     while pending:
         for part in pending.pop().children:
             (pending if part.tag in _PARTS else found).append(part)

@@ -66,6 +66,7 @@ __all__ = [
     "RANK_RELATIVE_PER_LENGTH",
     "RELATION_ROUND_OFF",
     "REMAINING_FREEDOM",
+    "REPEATED_LOOP",
     "RIGHT_ANGLE_ENTRY",
     "ROTATION_ORTHOGONALITY",
     "ROTATION_PITCH",
@@ -252,6 +253,9 @@ LOOP_FRAME_DISTANCE = 1e-12
 LOOP_FRAME_ROUND_OFF = 1e-14
 # Sine of the angle between the axes of a universal loop that are parallel.
 UNIVERSAL_AXES_PARALLEL_SINE = 1e-12
+# Distance of two loops that a file gives in the words of two tools: angles in rad, and lengths
+# in parts of those of their frames. Tools write six digits or more.
+REPEATED_LOOP = 1e-5
 
 # --- building
 

@@ -59,8 +59,9 @@ def loop_file_of(source: str) -> str | None:
 
 
 def merge_loop_file(
-    tree: Element, source: str, loops: str | os.PathLike[str] | None = None, search: bool = True
-) -> RobotFile:
+    tree: Element, source: str, loops: str | os.PathLike[str] | None = None,
+    search: bool = True, translated: Collection[str] = (),
+) -> RobotFile:  # fmt: skip
     """Merge loops from a YAML file into the tree of a URDF file.
 
     Args:
@@ -69,6 +70,7 @@ def merge_loop_file(
         loops: path of the YAML file; by default the one beside the URDF file, if there is
             one, unless the tree has ``<loop>`` elements.
         search: whether to search beside the URDF file.
+        translated: names of the loops that the URDF file gives in the words of other tools.
 
     Returns:
         The tree with the loops, the named inputs and the remarks.
@@ -77,15 +79,16 @@ def merge_loop_file(
         FileError: the YAML file cannot be read or does not fit the tree, or both hold
             loops.
     """
-    side = _find_and_merge(tree, source, loops, search)
+    own = (loop for loop in tree.every("loop") if loop.name not in translated)
+    side = _find_and_merge(tree, source, loops, search, next(own, None))
     return side._replace(remarks=(*side.remarks, *find_unphysical(tree, source)))
 
 
 def _find_and_merge(
-    tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool
-) -> RobotFile:
-    """Merge as `merge_loop_file`, without remarks on the URDF file itself."""
-    inline = tree.first("loop")
+    tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool,
+    inline: Element | None,
+) -> RobotFile:  # fmt: skip
+    """Merge as `merge_loop_file`, without remarks on the URDF file; ``inline`` is its loop."""
     if loops is None:
         file = loop_file_of(source) if search else None
         if file is None:

@@ -47,7 +47,8 @@ _FOREIGN = {
     "material", "ros2_control", "safety_controller", "sensor", "surface", "transmission",
     "visual",
 }  # fmt: skip
-_UNSUPPORTED = {"coupling": "use <mimic> on a joint", "loop_joint": "use a <loop> element"}
+# Elements of `kinematics.formats.loop_dialects`, which belong into <robot>.
+_DIALECTS = ("coupling", "loop_joint")
 # Elements that count as misplaced inside an element of another tool, by the host of the latter:
 # other elements of links and robots may hold origins and axes of their own.
 _ELSEWHERE = {"link": ("inertial", "mass", "inertia"), "robot": ("link", "joint", "loop")}
@@ -111,12 +112,14 @@ def _check_text(item: Element) -> None:
 def _check_child(host: Element, item: Element) -> None:
     """Reject an unread child, unless it is an element of another tool without our elements."""
     word = item.tag.rpartition(":")[2]
-    unsupported = word if word in _UNSUPPORTED else ""
+    dialect = word if word in _DIALECTS else ""
     if host.tag in ("joint", "robot") and len(word) > len("loop"):
-        unsupported = unsupported or _intended_word(word, ("loop_joint",))
-    if unsupported:
-        problem = f"<{clean(item.tag)}> is not supported"
-        raise Refusal(item.label, problem, _UNSUPPORTED[unsupported])
+        dialect = dialect or _intended_word(word, _DIALECTS)
+    if dialect and (host.tag, item.tag) == ("robot", dialect):
+        return
+    if dialect:
+        problem = f"<{clean(item.tag)}> in <{host.tag}> is not read"
+        raise Refusal(item.label, problem, f"write <{dialect}> in <robot>, or remove it")
     if host.tag in ("loop", "predecessor", "successor") or (host.tag, word) == (
         "link",
         "origin",

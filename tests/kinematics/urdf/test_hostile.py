@@ -117,7 +117,7 @@ ROWS = {
     "quoted element": (changed(AXIS, f"<![CDATA[{AXIS}]]>"), JOINT2, "the text '<axis",
         "as elements and attributes"),
     "loop of another tool": (after("</loop>", "<loop_joint name='l'/>"), "loop_joint 'l'",
-        "<loop_joint> is not supported", "use a <loop> element"),
+        "does not name two links", "<loop name="),
     "far mimic": (after(AXIS, '<mimic joint="u1" offset="1e9"/>'), JOINT2,
         "its <mimic> places it at 1e+09 rad, which is out of range", "correct the offsets"),
     "UTF-32": (TEXT.encode("utf-32"), "", "text in UTF-32", "save it as UTF-8"),

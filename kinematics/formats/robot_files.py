@@ -10,14 +10,12 @@ from typing import TYPE_CHECKING
 
 from kinematics.error_text import clean
 from kinematics.formats.convert import convert_to_urdf
-<<<<<<< HEAD
-from kinematics.urdf.harmless_oddities import mend_oddities
-=======
 from kinematics.formats.loop_dialects.translate import (
     Translated,
     drop_repeated_loops,
     translate_loops,
 )
+from kinematics.urdf.harmless_oddities import mend_oddities
 from kinematics.urdf.input_streams import source_name
 from kinematics.urdf.loop_file import merge_loop_file
 from kinematics.urdf.read_options import Path, ReadOptions, RobotFile

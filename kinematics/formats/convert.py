@@ -35,4 +35,8 @@ def convert_to_urdf(root: Element, data: bytes, path: str | None) -> Converted:
     Raises:
         Refusal: the file has something that cannot be converted.
     """
+    if root.tag == "sdf":
+        from kinematics.formats.sdf.convert_model import convert_sdf
+
+        return Converted(*convert_sdf(root))
     return Converted(root)

@@ -53,6 +53,7 @@ _MOVING = ("joint", "constraint", "bushing", "coupl", "loop", "weld", "mimic", "
 _HARMLESS = ("collision_filter_group", "linear_spring_damper", "joint_actuator")
 # Parts of plugins that join two links.
 _JOINING = ("child_link", "mimicjoint", "mimic_joint", "second_link", "link2")
+_PARTS = ("link", "joint", "inertial", "pose")
 # Minimum difflib ratio for a word to count as a misspelling of a known one.
 MIN_SPELLING_RATIO = 0.7
 # Longest word that is compared with known ones.

@@ -87,7 +87,7 @@ class Writer:
             self.joint(joint)
         for loop in self.robot.findall("loop"):
             self.loop(loop)
-        if self.style == "world":
+        if self.style in ("world", "reversed"):
             joint = self.item(self.model, "joint", name="to_world", type="fixed")
             self.item(joint, "parent", "world")
             self.item(joint, "child", self.root)

@@ -18,8 +18,8 @@ _READ = {
     "link": ("inertial", "pose"),
     "joint": ("parent", "child", "pose", "axis", "axis2", "thread_pitch", "screw_thread_pitch"),
     "frame": ("pose",),
-    "axis": ("xyz", "use_parent_model_frame", "mimic", "limit"),
-    "axis2": ("xyz", "use_parent_model_frame", "limit"),
+    "axis": ("xyz", "use_parent_model_frame", "mimic"),
+    "axis2": ("xyz", "use_parent_model_frame"),
     "mimic": ("multiplier", "offset", "reference"),
     "inertial": ("pose", "mass", "inertia"),
     "inertia": _NUMBERS,
@@ -32,7 +32,8 @@ _IDLE = {
              "self_collide", "enable_wind", "must_be_base_link", "velocity_decay", "material"),
     "joint": ("physics", "sensor", "plugin", "dynamics", "gearbox_ratio", "limit",
               "gearbox_reference_body"),
-    "axis": ("dynamics", "initial_position"), "axis2": ("dynamics", "initial_position"),
+    "axis": ("dynamics", "initial_position", "limit"),
+    "axis2": ("dynamics", "initial_position", "limit", "mimic"),
     "inertial": ("density", "auto_inertia_params", "fluid_added_mass", "frame"),
 }  # fmt: skip
 _REFUSED = {

@@ -290,6 +290,8 @@ REFUSED = {
     "drake": (sdf(BASE, '<drake:joint name="d"/>', marks='xmlns:drake="d"'), "drake:joint"),
     "bushing": (sdf(BASE, ARM, joint("j", "revolute", "base", "arm"), '<x:y xmlns:x="x">'
                     "<a>base</a><b>arm</b></x:y>"), "x:y"),
+    "second mimic": (sdf(BASE, ARM, joint("j", "universal", "base", "arm", inside="<axis2><xyz>"
+                    '1 0 0</xyz><mimic joint="j"/></axis2>')), "second axis"),
     "detachable": (sdf(BASE, '<plugin name="gz::sim::systems::DetachableJoint"/>'), "plugin"),
     "mimic plugin": (sdf(BASE, '<plugin filename="libmimic_joint.so"/>'), "<mimic>"),
 }  # fmt: skip

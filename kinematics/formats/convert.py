@@ -37,9 +37,11 @@ def convert_to_urdf(root: Element, data: bytes, path: str | None) -> Converted:
     """
     remarks: tuple[tuple[str, str], ...] = ()
     if b"xacro" in data or b"${" in data:
-        from kinematics.formats.expand_xacro import EXPANDED, expand_xacro, uses_xacro
+        from kinematics.formats.find_xacro import uses_xacro
 
         if uses_xacro(root):
+            from kinematics.formats.expand_xacro import EXPANDED, expand_xacro
+
             root, remarks = expand_xacro(data, path), (EXPANDED,)
     converted = _convert_expanded(root)
     return converted._replace(remarks=(*remarks, *converted.remarks))

@@ -16,7 +16,7 @@ from kinematics.error_text import clean
 from kinematics.urdf.xml_tree import MAX_BYTES, Refusal, build_tree, read_bytes
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["EXPANDED", "expand_xacro", "uses_xacro"]
+__all__ = ["EXPANDED", "expand_xacro"]
 
 EXPANDED = (
     "xacro_expanded",
@@ -28,28 +28,6 @@ EXPANDED = (
 MAX_SECONDS = 60
 _BY_HAND = "run xacro first (xacro robot.xacro > robot.urdf)"
 _INSTALL = "pip install xacrodoc"
-
-
-def uses_xacro(root: Element) -> bool:
-    """Return whether an element of xacro, or an expression of it, is in a tree.
-
-    Texts of a URDF file are those of other tools.
-
-    Args:
-        root: root element of the file.
-    """
-    prefixes = {"xacro"}
-    for item in root.walk():
-        for attribute, value in item.attributes.items():
-            if attribute.startswith("xmlns:") and "xacro" in value:
-                prefixes.add(attribute.removeprefix("xmlns:"))
-        prefix, colon, _ = item.tag.partition(":")
-        if colon and prefix in prefixes:
-            return True
-        texts = () if root.tag == "robot" else (item.text,)
-        if any("${" in value for value in (*texts, *item.attributes.values())):
-            return True
-    return False
 
 
 def expand_xacro(data: bytes, path: str | None) -> Element:

@@ -29,10 +29,11 @@ def main(path: str, result: str) -> None:
         text = _expand(path)
     except ModuleNotFoundError as error:
         text = f"missing\n{error.name}"
-    except (RecursionError, MemoryError):
-        text = "failed\nits macros or properties expand without end"
     except Exception as error:  # Expressions of the file may raise anything.
-        text = f"failed\n{error or type(error).__name__}"[:MAX_MESSAGE]
+        text = f"failed\n{error}"[:MAX_MESSAGE]
+        cause = getattr(error, "exc", None) or error
+        if isinstance(cause, RecursionError | MemoryError):
+            text = "failed\nits macros or properties expand without end"
     Path(result).write_text(text, encoding="utf-8")
 
 

@@ -175,12 +175,12 @@ def _pitch(joint: Element, kind: str) -> tuple[Element, ...]:
 
 def _mimic(joint: Element, kind: str) -> tuple[Element, ...]:
     """Position of the follower: multiplier × (position of the leader - reference) + offset."""
-    axes = [axis for axis in joint.children if axis.tag in ("axis", "axis2")]
-    found = [mimic for axis in axes if (mimic := check_only(joint, "mimic", axis))]
+    axes = [axis for tag in ("axis2", "axis") for axis in joint.every(tag)]
+    found = [(axis, item) for axis in axes if (item := check_only(joint, "mimic", axis))]
     if not found or kind == "fixed":
         return ()
-    mimic = found[-1]
-    if mimic not in axes[0].children or mimic.attributes.get("axis", "axis") != "axis":
+    axis, mimic = found[0]
+    if axis.tag == "axis2" or mimic.attributes.get("axis", "axis") != "axis":
         problem = f"<mimic> (line {mimic.line}) of a second axis is not supported"
         raise Refusal(joint.label, problem, "use joints with one axis")
     values = {"multiplier": "1", "offset": "0", "reference": "0"}

@@ -54,6 +54,8 @@ _MOVING = ("joint", "constraint", "bushing", "coupl", "loop", "weld", "mimic", "
 _HARMLESS = ("collision_filter_group", "linear_spring_damper", "joint_actuator")
 # Parts of plugins that join two links.
 _JOINING = ("child_link", "mimicjoint", "mimic_joint", "second_link", "link2")
+# Elements in which other tools write theirs.
+_OPEN = ("model", "link", "joint")
 _PARTS = ("link", "joint", "inertial", "pose")
 # Minimum difflib ratio for a word to count as a misspelling of a known one.
 MIN_SPELLING_RATIO = 0.7
@@ -120,14 +122,18 @@ def _check_unknown(host: Element, item: Element, links: set[str]) -> None:
         named = {name for inner in item.walk() for name in _names(inner) if name in links}
         if len(named) > 1 or any(part in word for part in _MOVING):
             remedy = "write it as <joint> elements of SDF, or remove it"
+            if "mimic" in word:
+                remedy = "write a <mimic> of SDF into the <axis>, or remove it"
             raise Refusal(item.label, f"{where} is not read", remedy)
         return
     known = _READ.get(host.tag, ())
     if not known:
         remedy = f"remove it: <{host.tag}> holds a text only"
         raise Refusal(item.label, f"{where} is not read", remedy)
-    if close := _intended(item.tag, known):
-        raise Refusal(item.label, f"{where} is not read", f"write <{close}>, or remove it")
+    close = _intended(item.tag, known)
+    if close or host.tag not in _OPEN:
+        remedy = f"write {f'<{close}>' if close else ' or '.join(known)}, or remove it"
+        raise Refusal(item.label, f"{where} is not read", remedy)
     inner = next(
         (i for i in item.walk() if i.tag in ("link", "joint", "inertial", "pose")), None
     )

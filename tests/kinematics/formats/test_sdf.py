@@ -286,6 +286,8 @@ REFUSED = {
     "apart": (sdf(BASE, ARM), "more than one root"),
     "child world": (sdf(BASE, joint("j", "revolute", "base", "world")), "world"),
     "misspelt": (sdf(BASE, "<Joint/>"), "write <joint>"),
+    "products": (sdf(BASE, link("a", inside="<inertial><inertia><iyx>1</iyx></inertia>"
+                                            "</inertial>")), "ixy"),
     "inside": (sdf(BASE, f"<group>{ARM}</group>"), "move it out"),
     "drake": (sdf(BASE, '<drake:joint name="d"/>', marks='xmlns:drake="d"'), "drake:joint"),
     "bushing": (sdf(BASE, ARM, joint("j", "revolute", "base", "arm"), '<x:y xmlns:x="x">'

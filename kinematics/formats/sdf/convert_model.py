@@ -57,7 +57,8 @@ def _remarks(
     if ground != WORLD:
         text = f"no joint fixes the model to the world: its link {quoted([ground])} is taken "
         yield "base_taken_as_fixed", f"{text}as the ground"
-    carrying = [link for link in links if link.name != ground]
+    still = _still_links(joints, ground)
+    carrying = [link for link in links if link.name not in still]
     bare = [link.name for link in carrying if not has_inertial(link)]
     if bare:
         text = "links without <inertial> have no mass here, where Gazebo takes 1 kg and 1 kg m²"
@@ -73,3 +74,18 @@ def _remarks(
     if moved:
         text = "link frames are those of the joints that carry the links, not those of the file"
         yield "link_frames", f"{text}: {quoted(moved)}"
+
+
+def _still_links(joints: Sequence[ModelJoint], ground: str) -> set[str]:
+    """Find the links that fixed joints connect to the ground."""
+    pairs = [(joint.parent, joint.child) for joint in joints if joint.kind == "fixed"]
+    beside: dict[str, list[str]] = {}
+    for one, other in (*pairs, *((child, parent) for parent, child in pairs)):
+        beside.setdefault(one, []).append(other)
+    still, ready = {ground}, [ground]
+    while ready:
+        for link in beside.get(ready.pop(), ()):
+            if link not in still:
+                still.add(link)
+                ready.append(link)
+    return still

@@ -189,7 +189,8 @@ def test_the_ground(saved):
     one = joint("j", "revolute", "base", "arm")
     free = saved(sdf(BASE, ARM, one))
     assert "'base'" in dict(read_robot(free).remarks)["base_taken_as_fixed"]
-    held = saved(sdf(BASE, ARM, one, joint("w", "fixed", "world", "base", "")), "held.sdf")
+    still = link("base", inside=""), joint("w", "fixed", "world", "base", "")
+    held = saved(sdf(ARM, one, *still), "held.sdf")
     assert not read_robot(held).remarks
     here, there = (joints(path)["j"].screw for path in (free, held))
     assert np.array_equal(here, there)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-__all__ = ["main"]
+__all__ = ["expand_file"]
 
 # Largest amount of memory, bytes.
 MAX_MEMORY = 2**31
@@ -17,7 +17,7 @@ MAX_MEMORY = 2**31
 MAX_MESSAGE = 1000
 
 
-def main(path: str, result: str) -> None:
+def expand_file(path: str, result: str) -> None:
     """Expand a file, and write the text or the message.
 
     Args:
@@ -59,4 +59,4 @@ def _expand(path: str) -> str:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    expand_file(*sys.argv[1:])

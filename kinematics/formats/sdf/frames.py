@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 from kinematics.error_text import clean, closest_names
 from kinematics.formats.sdf.fields import pose_steps
-from kinematics.formats.sdf.steps import Shift, Steps, Turn, inverse, simplify
+from kinematics.formats.sdf.steps import Shift, Steps, Turn, inverse_steps, simplify
 from kinematics.urdf.validate_fields import check_only
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["Frame", "FrameTree", "MODEL", "WORLD", "read_frames"]
+__all__ = ["SdfFrame", "FrameTree", "MODEL", "WORLD", "read_frames"]
 
 WORLD = "world"
 MODEL = "__model__"
@@ -21,7 +21,7 @@ MODEL = "__model__"
 MAX_DEPTH = 1000
 
 
-class Frame(NamedTuple):
+class SdfFrame(NamedTuple):
     """A frame: the element that places it, the frame that it is placed in, and its pose there.
 
     Attributes:
@@ -40,13 +40,13 @@ class Frame(NamedTuple):
 class FrameTree:
     """The frames of a model by name."""
 
-    def __init__(self, model: Element, frames: Mapping[str, Frame]) -> None:
+    def __init__(self, model: Element, frames: Mapping[str, SdfFrame]) -> None:
         """Order the frames from the model outwards.
 
         Raises:
             Refusal: a frame is placed in itself, or too deep.
         """
-        self.frames = {MODEL: Frame(model, "", ())}
+        self.frames = {MODEL: SdfFrame(model, "", ())}
         for start in frames:
             path: dict[str, None] = {}
             name = start
@@ -77,7 +77,7 @@ class FrameTree:
         while start != end:
             one, other = self.frames[start], self.frames[end]
             if one.depth >= other.depth:
-                back.append(inverse(one.steps))
+                back.append(inverse_steps(one.steps))
                 start = one.base
             else:
                 forth.append(other.steps)
@@ -128,7 +128,7 @@ def read_frames(model: Element) -> FrameTree:
         if pose is not None:
             given = pose.attributes.get("relative_to", "") or pose.attributes.get("frame", "")
         base = _known(item, given or _default(item), pose or item, known)
-        found[name] = Frame(item, base, pose_steps(item, pose))
+        found[name] = SdfFrame(item, base, pose_steps(item, pose))
     return FrameTree(model, found)
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from kinematics.linalg.rational import MAX_DIGITS
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["Shift", "Steps", "Turn", "inverse", "matrix_of", "negated", "origins",
+__all__ = ["Shift", "Steps", "Turn", "inverse_steps", "matrix_of", "negated", "origins",
            "simplify", "to_decimal"]  # fmt: skip
 
 # Digits of sums of lengths: those of all numbers whose sizes differ by up to 10**100.
@@ -53,7 +53,7 @@ def negated(word: str) -> str:
     return str(value.copy_negate()) if value else word
 
 
-def inverse(steps: Iterable[Shift | Turn]) -> Steps:
+def inverse_steps(steps: Iterable[Shift | Turn]) -> Steps:
     """Compute the steps of the inverse displacement."""
     return tuple(map(_inverse_step, reversed(tuple(steps))))
 

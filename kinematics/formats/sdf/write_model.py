@@ -14,7 +14,14 @@ from kinematics.formats.sdf.frames import MODEL, WORLD, FrameTree
 from kinematics.formats.sdf.inertials import convert_inertial, has_inertial
 from kinematics.formats.sdf.model_joints import ModelJoint
 from kinematics.formats.sdf.spanning_tree import SpanningTree
-from kinematics.formats.sdf.steps import Steps, Turn, inverse, matrix_of, origins, simplify
+from kinematics.formats.sdf.steps import (
+    Steps,
+    Turn,
+    inverse_steps,
+    matrix_of,
+    origins,
+    simplify,
+)
 from kinematics.urdf_elements.element import Element
 
 __all__ = ["ModelWriter"]
@@ -96,7 +103,7 @@ class ModelWriter:
     def _between(self, place: _Place, frame: str, turns: Sequence[Turn] = ()) -> Steps:
         """Compute the pose of a frame of the model, turned, in the frame of a URDF link."""
         between = self.frames.between(place.frame, frame)
-        return simplify([*inverse(place.turns), *between, *turns])
+        return simplify([*inverse_steps(place.turns), *between, *turns])
 
     def _make_link(self, link: Element) -> Element:
         """Make a link, with its inertia in its URDF frame."""

@@ -67,6 +67,8 @@ def _remedy(text: str) -> str:
         return "give the <xacro:arg> a default, or run xacro first (xacro FILE NAME:=VALUE)"
     if "Package not found" in text or "No such file" in text:
         return f"put the files beside this one as its package has them, or {_BY_HAND}"
+    if "unbound prefix" in text:
+        return 'declare it: <robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
     return "correct the file"
 
 

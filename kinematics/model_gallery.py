@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["LinkageLike", "as_linkage", "describe", "find", "gallery", "load", "robots"]
 
 BODIES = ("given", "all")
+# Names that end so are paths, also if there is no such file.
+SUFFIXES = (".urdf", ".xml", ".sdf", ".world", ".xacro")
 LinkageLike: TypeAlias = "Linkage | str | PathLike[str] | URDF"
 """A linkage, or an argument of `load`; see `as_linkage`."""
 
@@ -95,7 +97,7 @@ def find(model: str | PathLike[str]) -> Path:
         FileError: there is no such file and no such name.
     """
     path = Path(model)
-    if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in (".urdf", ".xml"):
+    if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in SUFFIXES:
         return path
     known = gallery()
     if path.name in known:
@@ -127,15 +129,15 @@ def load(
     angles: str = "nominal",
     at: Mapping[str, float] | None = None,
 ) -> Linkage:
-    """Read a linkage from a URDF file, close its loops and choose its coordinates.
+    """Read a linkage from a robot file, close its loops and choose its coordinates.
 
     A loop closes where the poses of its frame on both links agree, ``T_P = T_S``, up to a
     motion that its joint allows.
 
     Args:
-        model: path of a URDF file, name of a model in the gallery or of a robot in
-            example-robot-data, or a model that yourdfpy has loaded (its rotation matrices are
-            read as they are). The file may come through a pipe, or ``-``, standard input.
+        model: path of a URDF, SDF or xacro file, name of a model in the gallery or of a robot
+            in example-robot-data, or a model that yourdfpy has loaded (its rotation matrices
+            are read as they are). The file may come through a pipe, or ``-``, standard input.
         loops: path of a YAML file with the loops; by default ``<loop>`` elements of the URDF
             file, or a YAML file beside a file on disk, with the same stem.
         inputs: names of joints to use as independent coordinates; by default a

@@ -20,8 +20,8 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that every command on a model shares."""
     parser.add_argument(
         "model",
-        help="path of a URDF file, - for standard input, a name from 'balance models', or a "
-        "robot of example-robot-data if that is installed",
+        help="path of a URDF, SDF or xacro file, - for standard input, a name from 'balance "
+        "models', or a robot of example-robot-data if that is installed",
     )
     parser.add_argument(
         "--loops", metavar="FILE",

@@ -35,4 +35,22 @@ def convert_to_urdf(root: Element, data: bytes, path: str | None) -> Converted:
     Raises:
         Refusal: the file has something that cannot be converted.
     """
+    remarks: tuple[tuple[str, str], ...] = ()
+    if b"xacro" in data or b"${" in data:
+        from kinematics.formats.find_xacro import uses_xacro
+
+        if uses_xacro(root):
+            from kinematics.formats.expand_xacro import EXPANDED, expand_xacro
+
+            root, remarks = expand_xacro(data, path), (EXPANDED,)
+    converted = _convert_expanded(root)
+    return converted._replace(remarks=(*remarks, *converted.remarks))
+
+
+def _convert_expanded(root: Element) -> Converted:
+    """Convert the elements of a file without xacro, by the tag of its root."""
+    if root.tag == "sdf":
+        from kinematics.formats.sdf.convert_model import convert_sdf
+
+        return Converted(*convert_sdf(root))
     return Converted(root)

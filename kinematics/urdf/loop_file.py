@@ -48,8 +48,14 @@ _JOINTS = ("SPHERICAL", "FIXED", *_UNIVERSAL)
 
 
 def loop_file_of(source: str) -> str | None:
-    """Find the YAML file beside a URDF file, with the same stem, if it describes loops."""
-    for path in (Path(source).with_suffix(suffix) for suffix in (".yaml", ".yml")):
+    """Find the YAML file beside a robot file, with the same stem, if it describes loops.
+
+    Both ``x.urdf.yaml`` and ``x.yaml`` are beside ``x.urdf.xacro``.
+    """
+    stems = [Path(source)]
+    if stems[0].suffix == ".xacro" and stems[0].stem.endswith(".urdf"):
+        stems.append(stems[0].with_suffix(""))
+    for path in (stem.with_suffix(end) for stem in stems for end in (".yaml", ".yml")):
         if path.is_file():
             with name_file(str(path)):
                 data = read_bytes(str(path), MAX_BYTES)

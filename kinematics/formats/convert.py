@@ -35,4 +35,8 @@ def convert_to_urdf(root: Element, data: bytes, path: str | None) -> Converted:
     Raises:
         Refusal: the file has something that cannot be converted.
     """
+    if root.tag == "mujoco":
+        from kinematics.formats.mjcf.convert_file import convert_mjcf
+
+        return Converted(*convert_mjcf(root, path))
     return Converted(root)

@@ -7,7 +7,7 @@ with massless links between them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import Any
 
 import numpy as np
@@ -54,7 +54,9 @@ class BodyTree:
         self.axes = compiled.axes
         reach = np.abs(np.concatenate([model.body_pos.ravel(), model.jnt_pos.ravel()])).max()
         self.size = float(reach) or 1.0
-        self.links: set[str] = {name for b in range(model.nbody) if (name := model.body(b).name)}
+        self.links: set[str] = {
+            name for b in range(model.nbody) if (name := model.body(b).name)
+        }
         self.moving: set[str] = set()
         for j in range(model.njnt):
             kind = _TYPES[model.jnt_type[j]]
@@ -89,29 +91,44 @@ class BodyTree:
             yield from self._fix(f"{name}_fixed", start, name, at, self._inertial(body))
             return
         for joint in range(first, first + count):
-            last = joint == first + count - 1
-            kind = _TYPES[model.jnt_type[joint]]
-            own = self.joints[joint]
-            moved = kind != "floating" and bool(np.abs(model.jnt_pos[joint]).max())
-            if moved and not is_identity(at):
-                before = free_name(f"{own}_base", self.links)
-                yield from self._fix(f"{own}_fixed", start, before, at)
-                start, at = before, origin((0.0, 0.0, 0.0), _NO_TURN, self.size)
-            there = name if last else free_name(f"{own}_link", self.links)
-            if moved:
-                at = origin(model.jnt_pos[joint], _NO_TURN, self.size)
-            yield self._joint(joint, start, there, at)
-            mass = self._inertial(body) if last and not moved else None
-            yield make_elements.link(there, mass)
-            start, at = there, origin((0.0, 0.0, 0.0), _NO_TURN, self.size)
-            if moved:
-                centre = there if last else own
-                back = free_name(f"{centre}_origin", self.links)
-                at = origin(-model.jnt_pos[joint], _NO_TURN, self.size)
-                mass = self._inertial(body) if last else None
-                yield from self._fix(f"{back}_fixed", start, back, at, mass)
-                start, at = back, origin((0.0, 0.0, 0.0), _NO_TURN, self.size)
+            end = body if joint == first + count - 1 else 0
+            start = yield from self._move(joint, start, at, end)
+            at = origin((0.0, 0.0, 0.0), _NO_TURN, self.size)
         self.carriers[body] = start
+
+    def _move(
+        self, joint: int, start: str, at: Element, end: int
+    ) -> Generator[Element, None, str]:
+        """Make a moving joint and its link; a joint beside the frame has fixed ones around it.
+
+        Args:
+            joint: its index.
+            start: name of the link before it.
+            at: ``<origin>`` of the frame of the body there.
+            end: the body that it carries, if no other joint of the body follows; else 0.
+
+        Returns:
+            Name of the link with the frame of the body after the joint.
+        """
+        model, own = self.model, self.joints[joint]
+        point = model.jnt_pos[joint]
+        beside = _TYPES[model.jnt_type[joint]] != "floating" and bool(np.abs(point).max())
+        if beside and not is_identity(at):
+            before = free_name(f"{own}_base", self.links)
+            yield from self._fix(f"{own}_fixed", start, before, at)
+            start = before
+        there = self.bodies[end] if end else free_name(f"{own}_link", self.links)
+        mass = self._inertial(end) if end else None
+        place = origin(point, _NO_TURN, self.size) if beside else at
+        yield self._joint(joint, start, there, place)
+        yield make_elements.link(there, None if beside else mass)
+        if not beside:
+            return there
+        back = free_name(f"{there}_origin", self.links)
+        yield from self._fix(
+            f"{back}_fixed", there, back, origin(-point, _NO_TURN, self.size), mass
+        )
+        return back
 
     def _fix(
         self, joint: str, start: str, there: str, at: Element, mass: Element | None = None

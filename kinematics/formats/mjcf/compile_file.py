@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -21,7 +22,10 @@ __all__ = ["Compiled", "compile_file"]
 
 # Largest file of a mesh that gives a body its inertia.
 MAX_MESH = 64 * 2**20
-_PLACE = re.compile(r"\s*Element (?:name )?'(?P<name>.*?)'(?:, id \d+)?(?:, line (?P<line>\d+))?$")
+_WITHOUT_MESH = "give the bodies that it shapes an <inertial>"
+_PLACE = re.compile(
+    r"\s*Element (?:name )?'(?P<name>.*?)'(?:, id \d+)?(?:, line (?P<line>\d+))?"
+)
 
 
 class Compiled(NamedTuple):
@@ -70,20 +74,25 @@ def compile_file(file: Reduced, folder: str | None) -> Compiled:
 
 @contextmanager
 def _collected_warnings(mujoco: Any) -> Iterator[list[str]]:
-    """Collect the warnings of MuJoCo, which writes them to a file of its own otherwise."""
+    """Collect the warnings of MuJoCo, which otherwise writes them to a file of its own."""
     said: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: said.append(clean(str(text), 200)))
     try:
-        yield said
+        with warnings.catch_warnings(record=True) as raised:
+            warnings.simplefilter("always")
+            yield said
     finally:
         mujoco.set_mju_user_warning(before)
+    said.extend(clean(str(warning.message), 200) for warning in raised)
 
 
 def _asset_section(file: Reduced, folder: str | None) -> tuple[list[Element], dict[str, bytes]]:
     """Make the ``<asset>`` of the needed meshes, and read their files by their new names."""
     meshes, assets = [], {}
     for k, mesh in enumerate(file.meshes):
+        if mesh.first("plugin"):
+            raise Refusal(mesh.label, "the mesh of a plugin is not read", _WITHOUT_MESH)
         kept = {key: value for key, value in mesh.attributes.items() if key != "material"}
         kept["name"] = mesh_name(mesh)
         if "file" in mesh.attributes:
@@ -104,8 +113,7 @@ def _read_mesh(mesh: Element, compiler: dict[str, str], folder: str | None) -> b
     except Refusal as refusal:
         element, problem, _ = refusal.args
         text = problem if element else f"'{clean(there)}' is {problem}"
-        remedy = "fetch the mesh, or give the bodies that it shapes an <inertial>"
-        raise Refusal(mesh.label, text, remedy) from None
+        raise Refusal(mesh.label, text, f"fetch the mesh, or {_WITHOUT_MESH}") from None
 
 
 def _refusal(text: str, root: Element) -> Refusal:

@@ -17,8 +17,10 @@ __all__ = ["NOT_READ", "convert_mjcf"]
 NOT_READ = "not_read"
 """The code of remarks on what a file has and a linkage does not."""
 
+Remarks = tuple[tuple[str, str], ...]
 
-def convert_mjcf(root: Element, path: str | None) -> tuple[Element, tuple[tuple[str, str], ...]]:
+
+def convert_mjcf(root: Element, path: str | None) -> tuple[Element, Remarks]:
     """Convert the elements of an MJCF file to those of a URDF file.
 
     The reference pose is ``qpos0``; joint positions count from there. A connect becomes a

@@ -41,7 +41,7 @@ class EqualityReader:
         self.tree, self.model = tree, tree.model
         self.remarks: list[str] = []
         self.active: list[int] = []
-        idle = []
+        idle: list[int] = []
         for e in range(self.model.neq):
             on = bool(self.model.eq_active0[e]) and not disabled
             (self.active if on else idle).append(e)

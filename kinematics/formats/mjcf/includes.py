@@ -66,7 +66,7 @@ class _Expansion:
         """Replace the includes inside an element whose file is in the folder ``nearby``."""
         self.elements += 1
         if self.elements > MAX_ELEMENTS or depth > MAX_DEPTH:
-            problem = f"more than {MAX_ELEMENTS} elements or {MAX_DEPTH} levels with its includes"
+            problem = f"more than {MAX_ELEMENTS} elements or {MAX_DEPTH} levels of them"
             raise Refusal(item.label, problem, "split the file, or remove what is not needed")
         children: list[Element] = []
         for child in item.children:
@@ -96,7 +96,8 @@ class _Expansion:
             data = read_bytes(found)
             self.bytes += len(data)
             if self.bytes > MAX_INCLUDED:
-                raise Refusal("", f"more than {MAX_INCLUDED // 2**20} MB of includes", "split it")
+                problem = f"more than {MAX_INCLUDED // 2**20} MB of included files"
+                raise Refusal("", problem, "include less")
             return _without_lines(build_tree(data))
         except Refusal as refusal:
             element, problem, remedy = refusal.args

@@ -39,7 +39,7 @@ class BodyTree:
         size: largest coordinate of the linkage, metres.
         carriers: name of the link that has the frame of each body.
         joints: name of each joint.
-        parts: the elements: links and joints.
+        turns: rotation matrix (3, 3) of each body at the reference pose.
         held: joints that do not move.
         relations: ``<mimic>`` of joints, by name: source, multiplier and offset.
     """
@@ -70,6 +70,10 @@ class BodyTree:
             model.jnt(j).name or free_name(f"joint{j}", self.moving) for j in range(model.njnt)
         ]
         self.carriers = list(self.bodies)
+        self.turns = [np.eye(3)]
+        for b in range(1, model.nbody):
+            before = self.turns[model.body_parentid[b]]
+            self.turns.append(before @ rotation_matrix(model.body_quat[b]))
         self.held: set[str] = set()
         self.relations: dict[str, tuple[str, float, float]] = {}
 

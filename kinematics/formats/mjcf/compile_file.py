@@ -10,10 +10,13 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from kinematics.error_text import clean
 from kinematics.errors import PackageError
 from kinematics.formats.mjcf.includes import find_file
 from kinematics.formats.mjcf.reduce_file import Reduced, mesh_name
+from kinematics.urdf.validate_fields import MAX_NUMBER
 from kinematics.urdf.xml_tree import Refusal, read_bytes
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.write_numbers import element_text
@@ -22,6 +25,12 @@ __all__ = ["Compiled", "compile_file"]
 
 # Largest file of a mesh that gives a body its inertia.
 MAX_MESH = 64 * 2**20
+_QUANTITIES = {
+    "body": ("pos", "quat", "mass", "ipos", "iquat", "inertia"),
+    "jnt": ("pos", "axis"),
+    "site": ("pos", "quat"),
+}
+_TAGS = {"body": "body", "jnt": "joint", "site": "site"}
 _WITHOUT_MESH = "give the bodies that it shapes an <inertial>"
 _PLACE = re.compile(
     r"\s*Element (?:name )?'(?P<name>.*?)'(?:, id \d+)?(?:, line (?P<line>\d+))?"
@@ -69,7 +78,22 @@ def compile_file(file: Reduced, folder: str | None) -> Compiled:
             model = spec.compile()
         except (ValueError, TypeError, mujoco.FatalError) as error:
             raise _refusal(str(error), root) from None
+    _check_numbers(model)
     return Compiled(model, axes, tuple(said))
+
+
+def _check_numbers(model: Any) -> None:
+    """Refuse a model with numbers that are not finite, or out of range."""
+    for owner, count in (("body", model.nbody), ("jnt", model.njnt), ("site", model.nsite)):
+        for k in range(count):
+            item = getattr(model, owner)(k)
+            for quantity in _QUANTITIES[owner]:
+                if not np.abs(getattr(item, quantity)).max() <= MAX_NUMBER:
+                    label = (
+                        f"{_TAGS[owner]} '{clean(item.name)}'" if item.name else _TAGS[owner]
+                    )
+                    problem = f"its {quantity} is not finite, or out of range"
+                    raise Refusal(label, problem, "correct its numbers")
 
 
 @contextmanager

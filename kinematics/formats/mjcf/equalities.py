@@ -10,10 +10,12 @@ import numpy as np
 from kinematics.error_text import clean
 from kinematics.formats.mjcf.body_tree import BodyTree, free_name
 from kinematics.formats.mjcf.relations import Relation, follow_relations
-from kinematics.formats.mjcf.write_words import origin
+from kinematics.formats.mjcf.write_words import origin, round_to
+from kinematics.urdf.validate_fields import MAX_NUMBER
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
+from kinematics.urdf_elements.write_numbers import number_words
 
 __all__ = ["EqualityReader"]
 
@@ -41,6 +43,9 @@ class EqualityReader:
         self.tree, self.model = tree, tree.model
         self.remarks: list[str] = []
         self.active: list[int] = []
+        if not np.abs(self.model.eq_data).max(initial=0.0) <= MAX_NUMBER:
+            problem = "an equality constraint has a number that is not finite, or out of range"
+            raise Refusal("<equality>", problem, "correct its numbers")
         idle: list[int] = []
         for e in range(self.model.neq):
             on = bool(self.model.eq_active0[e]) and not disabled
@@ -60,9 +65,15 @@ class EqualityReader:
         self.tree.relations.update(follow_relations(relations))
 
     def loops(self) -> Iterator[Element]:
-        """Make a ``<loop>`` for every other constraint."""
+        """Make a ``<loop>`` for every other constraint; two connects of two bodies make one."""
+        hinges = self._find_hinges()
         for e in self.active:
             kind = int(self.model.eq_type[e])
+            if e in hinges.values():
+                continue
+            if e in hinges:
+                yield self._hinge(e, hinges[e])
+                continue
             if kind in (_CONNECT, _WELD):
                 yield self._loop(e, kind)
             elif kind != _JOINT:
@@ -110,6 +121,44 @@ class EqualityReader:
             raise Refusal(self._label(e), problem, remedy)
         self.tree.held.add(names[first])
 
+    def _find_hinges(self) -> dict[int, int]:
+        """Find pairs of connects of the same two bodies at two points: first to second."""
+        model: Any = self.model
+        first: dict[tuple[int, int], int] = {}
+        found: dict[int, int] = {}
+        for e in self.active:
+            if model.eq_type[e] != _CONNECT or model.eq_objtype[e] == _SITE:
+                continue
+            one, other = self._bodies(e)
+            before = first.setdefault((one, other), e)
+            if before in found or before == e:
+                continue
+            apart = model.eq_data[e][:6] - model.eq_data[before][:6]
+            if min(np.linalg.norm(apart[:3]), np.linalg.norm(apart[3:])) > 0.0:
+                found[before] = e
+        return found
+
+    def _hinge(self, e: int, second: int) -> Element:
+        """Make the revolute ``<loop>`` of two connects: its axis goes through both points.
+
+        Its frames have the axes of the first body at the reference pose, where the points of
+        the two bodies coincide.
+        """
+        data, bodies = self.model.eq_data[e], self._bodies(e)
+        axis = self.model.eq_data[second][:3] - data[:3]
+        size = self._size([data[:6]])
+        places = [origin(data[:3], _NO_TURN, size)]
+        turns = self.tree.turns
+        places.append(origin(data[3:6], turns[bodies[1]].T @ turns[bodies[0]], size))
+        ends = [self.tree.carriers[body] for body in bodies]
+        self._remark_mocap(e, bodies)
+        words = number_words(round_to(axis, size))
+        sides = list(zip(ends, places, strict=True))
+        return make_elements.loop(self._name(e, _CONNECT), "revolute", sides, (words, ""))
+
+    def _name(self, e: int, kind: int) -> str:
+        return free_name(self.model.eq(e).name or f"{_NAMES[kind]}{e}", self.tree.moving)
+
     def _loop(self, e: int, kind: int) -> Element:
         """Make the ``<loop>`` of a connect or a weld."""
         model: Any = self.model
@@ -131,9 +180,8 @@ class EqualityReader:
             (self.tree.carriers[body], origin(point, turn, self._size(points)))
             for body, point, turn in zip(bodies, points, turns, strict=True)
         ]
-        name = model.eq(e).name or f"{_NAMES[kind]}{e}"
-        name = free_name(name, self.tree.moving)
-        return make_elements.loop(name, "spherical" if loose else "fixed", sides)
+        shape = "spherical" if loose else "fixed"
+        return make_elements.loop(self._name(e, kind), shape, sides)
 
     def _size(self, points: list[Any]) -> float:
         return max(self.tree.size, float(np.abs(points).max()))

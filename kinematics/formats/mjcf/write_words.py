@@ -48,18 +48,18 @@ def round_to(values: ArrayLike, size: float) -> Array:
     return np.round(x, DIGITS - math.ceil(math.log10(size)))
 
 
-def origin(position: ArrayLike, quaternion: ArrayLike, size: float) -> Element:
+def origin(position: ArrayLike, rotation: ArrayLike, size: float) -> Element:
     """Make the ``<origin>`` of a pose.
 
     Args:
         position: (3,), metres.
-        quaternion: (w, x, y, z).
+        rotation: quaternion (w, x, y, z), or matrix (3, 3).
         size: of the linkage, metres.
     """
     attributes = {"xyz": number_words(round_to(position, size))}
-    q = np.asarray(quaternion, dtype=np.float64)
-    if np.abs(q[1:]).max() > 0.0 or not np.isfinite(q).all():
-        angles = [_round_angle(a) for a in roll_pitch_yaw(rotation_matrix(q))]
+    R = np.asarray(rotation, dtype=np.float64)
+    angles = [_round_angle(a) for a in roll_pitch_yaw(rotation_matrix(R) if R.ndim == 1 else R)]
+    if any(angles):
         attributes["rpy"] = number_words(angles)
     return Element("origin", attributes)
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.tolerances import EXACT_ANGLE_ERROR
+from kinematics.urdf.validate_fields import MAX_NUMBER
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.write_numbers import number_words, roll_pitch_yaw
 
@@ -77,16 +78,16 @@ def direction_words(axis: ArrayLike, given: ArrayLike) -> str:
         given: vector (3,) of the file, which is written if it has the same direction.
     """
     n, a = np.asarray(axis, dtype=np.float64), np.asarray(given, dtype=np.float64)
-    length = np.linalg.norm(a)
-    same = 0.0 < length < np.inf and np.abs(a / length - n).max() <= EXACT_ANGLE_ERROR
+    length = np.linalg.norm(a) if np.abs(a).max() <= MAX_NUMBER else 0.0
+    same = length > 0.0 and np.abs(a / length - n).max() <= EXACT_ANGLE_ERROR
     return number_words(a if same else round_to(n, 1.0))
 
 
 def _round_angle(angle: float) -> float:
-    """Round an angle to a multiple of π/12, to all its digits, or to 15 decimals."""
+    """Round an angle to a multiple of π/12, to all its digits, or to 15 decimals; -π to π."""
     if not math.isfinite(angle):
         return angle
     k = round(angle / _TWELFTH)
     if abs(angle - k * _TWELFTH) <= EXACT_ANGLE_ERROR:
-        return math.pi * k / 12
+        return math.pi * (12 if k == -12 else k) / 12
     return round(angle, DIGITS)

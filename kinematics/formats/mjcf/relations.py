@@ -53,14 +53,13 @@ def follow_relations(relations: Iterable[Relation]) -> dict[str, tuple[str, floa
         groups.update(dict.fromkeys(other, one))
         waiting.append(relation)
     firsts = {relation.first for relation in waiting}
-    known = {r.second for r in waiting if r.second not in firsts}
+    known: set[str] = set()
     follows: dict[str, tuple[str, float, float]] = {}
     while waiting:
-        open_ones = [r for r in waiting if r.first in known or r.second in known]
-        if not open_ones:
-            known.add(waiting[0].second)
+        r = next((r for r in waiting if r.first in known or r.second in known), None)
+        if r is None:
+            known.add(next((r for r in waiting if r.second not in firsts), waiting[0]).second)
             continue
-        r = open_ones[0]
         waiting.remove(r)
         if r.second in known:
             follows[r.first] = (r.second, r.multiplier, r.offset)

@@ -14,8 +14,41 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from kinematics.urdf_elements.element import Document
+
 STYLES = ("degrees", "quats", "classes", "frames", "geoms")
 TYPES = {"continuous": "hinge", "revolute": "hinge", "prismatic": "slide"}
+
+GEOM = '<geom size=".1"/>'
+INERTIAL = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+# A parallelogram.
+FOUR_BAR = """<mujoco model="four_bar">{head}<worldbody>
+<body name="crank"><joint name="j1" axis="0 0 1"/>
+  <geom type="capsule" fromto="0 0 0 0 1 0" size=".05"/>
+ <body name="coupler" pos="0 1 0"><joint name="j2" axis="0 0 1"/>
+  <geom type="capsule" fromto="0 0 0 2 0 0" size=".05"/><site name="s" pos="2 0 0"/>
+ </body></body>
+<body name="rocker" pos="2 0 0"><joint name="j3" axis="0 0 1"/>
+  <geom type="capsule" fromto="0 0 0 0 1 0" size=".05"/><site name="t" pos="0 1 0"/></body>
+</worldbody>{tail}</mujoco>"""
+CONNECT = (
+    '<equality><connect name="k" body1="coupler" body2="rocker" anchor="2 0 0"/></equality>'
+)
+
+
+def four_bar(head="", tail=CONNECT):
+    """The four-bar linkage with sections before and after its bodies."""
+    return FOUR_BAR.format(head=head, tail=tail)
+
+
+def of(text):
+    """A text as a document from a stream."""
+    return Document("model", text.encode())
+
+
+def world(inside, more=""):
+    """A file with bodies, and sections before them."""
+    return f"<mujoco>{more}<worldbody>{inside}</worldbody></mujoco>"
 
 
 class Unwritable(Exception):

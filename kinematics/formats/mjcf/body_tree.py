@@ -16,9 +16,9 @@ from kinematics.formats.mjcf.compile_file import Compiled
 from kinematics.formats.mjcf.write_words import (
     direction_words,
     is_identity,
-    origin,
     rotation_matrix,
     round_to,
+    write_origin,
 )
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
@@ -28,6 +28,9 @@ from kinematics.urdf_elements.write_numbers import number_words
 __all__ = ["BodyTree"]
 
 _TYPES = ("floating", "spherical", "prismatic", "revolute")
+# Error of the principal moments that MuJoCo computes, relative to the largest: below it the
+# tensor is the one of the file.
+DECOMPOSITION_ERROR = 1e-6
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -51,7 +54,7 @@ class BodyTree:
             compiled: the compiled file.
         """
         self.model = model = compiled.model
-        self.axes = compiled.axes
+        self.axes, self.tensors = compiled.axes, compiled.tensors
         reach = np.abs(np.concatenate([model.body_pos.ravel(), model.jnt_pos.ravel()])).max()
         self.size = float(reach) or 1.0
         self.links: set[str] = {
@@ -89,7 +92,7 @@ class BodyTree:
         """Make the joints that carry a body, and its links."""
         model, name = self.model, self.bodies[body]
         start = self.carriers[model.body_parentid[body]]
-        at = origin(model.body_pos[body], model.body_quat[body], self.size)
+        at = write_origin(model.body_pos[body], model.body_quat[body], self.size)
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
         if not count:
             yield from self._fix(f"{name}_fixed", start, name, at, self._inertial(body))
@@ -97,7 +100,7 @@ class BodyTree:
         for joint in range(first, first + count):
             end = body if joint == first + count - 1 else 0
             start = yield from self._move(joint, start, at, end)
-            at = origin((0.0, 0.0, 0.0), _NO_TURN, self.size)
+            at = write_origin((0.0, 0.0, 0.0), _NO_TURN, self.size)
         self.carriers[body] = start
 
     def _move(
@@ -123,14 +126,14 @@ class BodyTree:
             start = before
         there = self.bodies[end] if end else free_name(f"{own}_link", self.links)
         mass = self._inertial(end) if end else None
-        place = origin(point, _NO_TURN, self.size) if beside else at
+        place = write_origin(point, _NO_TURN, self.size) if beside else at
         yield self._joint(joint, start, there, place)
         yield make_elements.link(there, None if beside else mass)
         if not beside:
             return there
         back = free_name(f"{there}_origin", self.links)
         yield from self._fix(
-            f"{back}_fixed", there, back, origin(-point, _NO_TURN, self.size), mass
+            f"{back}_fixed", there, back, write_origin(-point, _NO_TURN, self.size), mass
         )
         return back
 
@@ -160,8 +163,13 @@ class BodyTree:
         if mass == 0.0:
             return None
         moments = model.body_inertia[body]
-        R = rotation_matrix(model.body_iquat[body])
-        tensor = round_to((R * moments) @ R.T, float(np.abs(moments).max()))
+        R, largest = rotation_matrix(model.body_iquat[body]), float(np.abs(moments).max())
+        tensor = round_to((R * moments) @ R.T, largest)
+        given = np.array(self.tensors.get(self.bodies[body], [np.nan] * 6))[
+            [[0, 3, 4], [3, 1, 5], [4, 5, 2]]
+        ]
+        if np.abs(given - tensor).max() <= DECOMPOSITION_ERROR * largest:
+            tensor = given
         centre = number_words(round_to(model.body_ipos[body], self.size))
         return make_elements.inertial(mass, tensor, Element("origin", {"xyz": centre}))
 

@@ -43,11 +43,13 @@ class Compiled(NamedTuple):
     Attributes:
         model: the ``mujoco.MjModel``.
         axes: axis of each joint (n, 3) as the file has it, without frames around the joint.
+        tensors: ``fullinertia`` (6,) of the bodies by name, nan where the file has none.
         warnings: what MuJoCo said of the file.
     """
 
     model: Any
     axes: list[list[float]]
+    tensors: dict[str, list[float]]
     warnings: tuple[str, ...]
 
 
@@ -76,10 +78,11 @@ def compile_file(file: Reduced, folder: str | None) -> Compiled:
             spec = mujoco.MjSpec.from_string(element_text(root), assets=assets)
             axes = [joint.axis.tolist() for joint in spec.joints]
             model = spec.compile()
+            tensors = {body.name: body.fullinertia.tolist() for body in spec.bodies}
         except (ValueError, TypeError, mujoco.FatalError) as error:
             raise _refusal(str(error), root) from None
     _check_numbers(model)
-    return Compiled(model, axes, tuple(said))
+    return Compiled(model, axes, tensors, tuple(said))
 
 
 def _check_numbers(model: Any) -> None:

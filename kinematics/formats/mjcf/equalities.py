@@ -10,7 +10,7 @@ import numpy as np
 from kinematics.error_text import clean
 from kinematics.formats.mjcf.body_tree import BodyTree, free_name
 from kinematics.formats.mjcf.relations import Relation, follow_relations
-from kinematics.formats.mjcf.write_words import origin, round_to
+from kinematics.formats.mjcf.write_words import round_to, write_origin
 from kinematics.urdf.validate_fields import MAX_NUMBER
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements import make_elements
@@ -147,9 +147,9 @@ class EqualityReader:
         data, bodies = self.model.eq_data[e], self._bodies(e)
         axis = self.model.eq_data[second][:3] - data[:3]
         size = self._size([data[:6]])
-        places = [origin(data[:3], _NO_TURN, size)]
+        places = [write_origin(data[:3], _NO_TURN, size)]
         turns = self.tree.turns
-        places.append(origin(data[3:6], turns[bodies[1]].T @ turns[bodies[0]], size))
+        places.append(write_origin(data[3:6], turns[bodies[1]].T @ turns[bodies[0]], size))
         ends = [self.tree.carriers[body] for body in bodies]
         self._remark_mocap(e, bodies)
         words = number_words(round_to(axis, size))
@@ -177,7 +177,7 @@ class EqualityReader:
             turns = [_NO_TURN, _NO_TURN]
         self._remark_mocap(e, bodies)
         sides = [
-            (self.tree.carriers[body], origin(point, turn, self._size(points)))
+            (self.tree.carriers[body], write_origin(point, turn, self._size(points)))
             for body, point, turn in zip(bodies, points, turns, strict=True)
         ]
         shape = "spherical" if loose else "fixed"

@@ -16,7 +16,7 @@ from kinematics.urdf.validate_fields import MAX_NUMBER
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.write_numbers import number_words, roll_pitch_yaw
 
-__all__ = ["direction_words", "is_identity", "origin", "rotation_matrix", "round_to"]
+__all__ = ["direction_words", "is_identity", "rotation_matrix", "round_to", "write_origin"]
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def round_to(values: ArrayLike, size: float) -> Array:
     return np.round(x, DIGITS - math.ceil(math.log10(size)))
 
 
-def origin(position: ArrayLike, rotation: ArrayLike, size: float) -> Element:
+def write_origin(position: ArrayLike, rotation: ArrayLike, size: float) -> Element:
     """Make the ``<origin>`` of a pose.
 
     Args:

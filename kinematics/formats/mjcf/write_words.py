@@ -26,9 +26,13 @@ _TWELFTH = math.pi / 12
 
 
 def rotation_matrix(quaternion: ArrayLike) -> Array:
-    """Compute the rotation matrix (3, 3) of a quaternion (w, x, y, z) of any length."""
+    """Compute the rotation matrix (3, 3) of a quaternion (w, x, y, z) of any length.
+
+    Without a length the entries are nan, which the check of the file refuses.
+    """
     q = np.asarray(quaternion, dtype=np.float64)
-    w, x, y, z = q / np.linalg.norm(q)
+    with np.errstate(invalid="ignore"):
+        w, x, y, z = q / np.linalg.norm(q)
     return np.array([
         [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mjcf_text import mjcf_text, random_tree
+from mjcf_text import mjcf_text, random_tree, words, world
 from scipy.linalg import expm, null_space
 
 import kinematics
@@ -21,6 +21,8 @@ LOOPS = ("four_bar_general", "bennett", "slider_crank", "five_bar", "three_rsr",
          "six_bar_watt", "sarrus", "rusr")  # fmt: skip
 # Radians or metres; the gallery keeps clear of singular poses that far.
 REACH = 0.15
+# The same for chains at random places.
+SHORT = 0.02
 
 
 def cross(v):
@@ -123,18 +125,51 @@ def test_mass_matrix_and_momentum_of_trees(seed, tmp_path):
         assert np.abs(found - h).max() <= 1e-10 * np.abs(h).max()
 
 
-@pytest.mark.parametrize("name", LOOPS)
+CONNECTS = '<connect body1="{0}" body2="{1}" anchor=".1 .2 .3"/>' * 2
+CLOSURES = {
+    "hinge": CONNECTS.replace('".1 .2 .3"', '"0 .5 -.4"', 1),
+    "ball": '<connect body1="{0}" body2="{1}" anchor=".1 .2 .3"/>',
+    "weld": '<weld body1="{0}" body2="{1}" anchor=".1 .2 .3"/>',
+    "far_weld": '<weld body1="{0}" body2="{1}" relpose="0 0 0 0 0 0 0"/>',
+    "loose_weld": '<weld body1="{0}" body2="{1}" anchor="1 2 0" torquescale="0"/>',
+}
+
+
+def closed_chain(closure):
+    """Two branches of four hinges each, at random places, whose ends are constrained."""
+    rng = np.random.default_rng(8)
+    branches = []
+    for side in "ab":
+        inside = ""
+        for k in (3, 2, 1, 0):
+            pos, axis = rng.uniform(-1.0, 1.0, (2, 3))
+            place = f'pos="{words(pos)}" quat="{words(rng.uniform(-1.0, 1.0, 4))}"'
+            joint = f'<joint name="{side}{k}j" axis="{words(axis)}" pos=".1 0 .2"/>'
+            geom = '<geom type="box" size=".1 .2 .3"/>'
+            inside = f'<body name="{side}{k}" {place}>{joint}{geom}{inside}</body>'
+        branches.append(inside)
+    equality = CLOSURES[closure].format("a3", "b3")
+    return world("".join(branches)).replace(
+        "</mujoco>", f"<equality>{equality}</equality></mujoco>"
+    )
+
+
+@pytest.mark.parametrize("name", [*LOOPS, *CLOSURES])
 def test_equality_jacobian_of_loops(name, tmp_path):
     """Velocities that MuJoCo's constraints allow are those that our loops allow."""
     path = tmp_path / "model.xml"
-    path.write_text(mjcf_text(Path(kinematics.gallery()[name]).read_text(), "quats"))
+    if name in CLOSURES:
+        path.write_text(closed_chain(name))
+    else:
+        path.write_text(mjcf_text(Path(kinematics.gallery()[name]).read_text(), "quats"))
     linkage = kinematics.load(path)
     model = mujoco.MjModel.from_xml_path(str(path))
     model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     data, rng = mujoco.MjData(model), np.random.default_rng(5)
     chain = si_chain(linkage, True)
     for _ in range(POSES):
-        q = joint_positions(linkage, rng.uniform(-REACH, REACH, linkage.mobility))
+        reach = SHORT if name in CLOSURES else REACH
+        q = joint_positions(linkage, rng.uniform(-reach, reach, linkage.mobility))
         data.qpos, rates = set_pose(model, linkage, q)
         mujoco.mj_forward(model, data)
         equal = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY

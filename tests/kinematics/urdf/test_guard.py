@@ -88,7 +88,6 @@ EDITS = {
     "loop and joint": ('name="k"', 'name="j1"', "loop 'j1'", "taken by joint 'j1'", "rename"),
     "coordinate twice": ('name="k"', 'name="j2.1"', "loop 'j2.1'", "taken by joint 'j2'",
         "rename"),
-    "robot without name": ('name="four_bar" ', "", "<robot> (line 2)", "no name", "name="),
     "link without name": ('<link name="base"/>', "<link/>", "<link> (line 4)", "no name",
         'add name="…" to <link>'),
     "joint without name": ('name="j1" ', "", "<joint> (line 8)", "no name", "<joint>"),

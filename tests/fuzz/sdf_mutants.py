@@ -1,28 +1,20 @@
 """Mutants of SDF files: the gallery in all styles, with elements, numbers and frames spoilt.
 
-Everything follows from a seed. ``python tests/fuzz/sdf_mutants.py FIRST LAST`` runs a range.
+Everything follows from a seed.
 """
 
 from __future__ import annotations
 
 import copy
 import random
-from collections import Counter
-from collections.abc import Iterable
 from functools import cache
-from pathlib import Path
 from xml.etree import ElementTree
 
 from mutant_elements import NAMES, NUMBERS, ODD_NUMBERS, typo
 from sdf_text import STYLES, sdf_of
-from time_limit import Hang, time_limit
 
 from kinematics import gallery
-from kinematics.errors import FileError
-from kinematics.formats.robot_files import read_unassembled
 
-# Longest time of one reading.
-SECONDS = 20.0
 TEXTS = ("pose", "xyz", "mass", "ixx", "multiplier", "offset", "screw_thread_pitch")
 REFERENCES = ("relative_to", "expressed_in", "attached_to")
 KINDS = ("revolute", "continuous", "prismatic", "fixed", "ball", "universal", "screw",
@@ -142,35 +134,3 @@ def sdf_mutant(seed: int) -> bytes:
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         rng.choice(CHANGES)(rng, tree)
     return ElementTree.tostring(tree, encoding="utf-8")
-
-
-def judge(seed: int, folder: Path) -> str:
-    """Read a mutant: ``read``, ``refused``, or what is wrong."""
-    path = folder / "mutant.sdf"
-    path.write_bytes(sdf_mutant(seed))
-    try:
-        with time_limit(SECONDS):
-            read_unassembled(path)
-    except FileError as error:
-        text = str(error)
-        good = text.isprintable() and error.problem and error.remedy
-        return "refused" if good else f"seed {seed}: a message of several lines: {text!r}"
-    except Hang:
-        return f"seed {seed}: hangs"
-    except Exception as error:
-        return f"seed {seed}: {type(error).__name__}: {error}"
-    return "read"
-
-
-def run(seeds: Iterable[int], folder: Path) -> Counter[str]:
-    """How many mutants were read and refused, and what was wrong with others."""
-    return Counter(judge(seed, folder) for seed in seeds)
-
-
-if __name__ == "__main__":
-    import sys
-    from tempfile import TemporaryDirectory
-
-    with TemporaryDirectory() as place:
-        for outcome, times in run(range(*map(int, sys.argv[1:3])), Path(place)).most_common(30):
-            print(times, outcome)

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import mjcf_mutants
+import fuzz_formats
 import numpy as np
 import pytest
 from mjcf_text import GEOM, INERTIAL, four_bar, mjcf_text, of, world
@@ -200,16 +200,12 @@ def test_a_closed_pose_is_written_as_urdf(tmp_path, capsys):
 # --- mutants: MuJoCo is compiled code, which a bad file may end
 
 
-@pytest.mark.parametrize("start", [0, 150])
-def test_mutants_are_read_or_refused_in_one_line(start, tmp_path):
+def test_mutants_are_read_or_refused_in_one_line(tmp_path):
     """In a process of its own: it neither ends early, nor hangs, nor prints, nor writes."""
-    runner = Path(mjcf_mutants.__file__)
     done = subprocess.run(
-        [sys.executable, str(runner), "--seed", str(start), "--cases", "150"],
+        [sys.executable, fuzz_formats.__file__, "mjcf", "--seed", "300", "--cases", "200"],
         cwd=tmp_path, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stderr == ""
-    counts = json.loads(done.stdout)
-    assert counts["read"] + counts["refused"] == 150 and counts["read"] >= 15
+    assert done.stderr == "" and done.stdout.endswith("0 found\n")
     assert os.listdir(tmp_path) == []

@@ -17,7 +17,11 @@ from kinematics.assembly.rereference import rereference
 from kinematics.closure.newton import Pose, follow_ray
 from kinematics.closure.series import Series, expand, loop_matrix
 from kinematics.errors import MobilityError
-from kinematics.mobility.components import Component, split_components
+from kinematics.mobility.components import (
+    Component,
+    component_freedoms,
+    split_components,
+)
 from kinematics.mobility.first_order import (
     conditioning,
     first_order,
@@ -215,7 +219,7 @@ def _rigid_error(group: Component, local: LocalMobility) -> MobilityError:
         f"at order {local.order}" if local.order <= MAX_ORDER else f"beyond order {MAX_ORDER}"
     )
     remedy = "it is a structure: check the origins and axes along its loops"
-    for far in nearby_starts(chain):
+    for far in nearby_starts(group):
         q, _ = wrap_turns(draft.joints, far)
         there = arrange_loops(rereference(draft, chain, q))
         free, _ = first_order(loop_matrix(there))
@@ -240,7 +244,7 @@ def _bifurcation_error(
 ) -> MobilityError:
     """Make the error for a pose at which branches of motion meet."""
     group = groups[0]
-    here, there = group.local.freedom, group.local.mobility
+    here, there = _freedoms(draft, chain, groups)
     poses = []
     for choice in range(2):
         q = np.zeros(len(draft.joints))
@@ -250,7 +254,7 @@ def _bifurcation_error(
     joints = group.part.joints
     names = [draft.joints[j].name for j in joints]
     how = f"several branches of motion meet there, of joints {_joint_list(draft, joints)}"
-    if there == 1:
+    if group.local.mobility == 1:
         ratios, names = _describe_branches(group)
         count = len(group.poses) if len(group.poses) <= MAX_NAMED else "many"
         how = f"{count} branches of motion meet there: {ratios}"
@@ -260,6 +264,18 @@ def _bifurcation_error(
         f"file at a pose on that one, such as {poses[0]}, or {poses[1]}",
         joints=names,
     )
+
+
+def _freedoms(
+    draft: UnassembledLinkage, chain: Chain, groups: Sequence[_SingularComponent]
+) -> tuple[int, int]:
+    """Count the first-order freedoms of a linkage at a bifurcation, and its mobility beside it.
+
+    Joints in no loop are free, and other components have the freedoms of their own poses.
+    """
+    free, _ = component_freedoms(split_components(draft), chain.parent.size)
+    lost = sum(group.local.freedom - group.local.mobility for group in groups)
+    return free.shape[1], free.shape[1] - lost
 
 
 def _describe_branches(group: _SingularComponent) -> tuple[str, list[str]]:

@@ -63,7 +63,7 @@ STARTS = 1 + NEAR_STARTS + len(FAR_DISTANCES) * FAR_STARTS
 MAX_POSES = 3
 # Seed of the random starts.
 SEED = 0
-# Factor of the motion of joints that other joints should spare.
+# Weight of the motion of joints that other joints should spare; those of others are up to 1.
 PREFERENCE = 10.0
 
 
@@ -86,8 +86,7 @@ def close_loops(
             (rad) and distance (m) by which welds were moved; it returns a draft, or why it
             cannot.
         held: numbers of joints that do not move; with a joint its mimic joints.
-        preferred: numbers of joints that move only where others cannot close the loops: their
-            motion counts ten times.
+        preferred: numbers of joints that should move little: their motion has weight 10.
 
     Returns:
         The draft with closed loops, a notice if joints were moved, and other closed poses
@@ -131,7 +130,8 @@ def _close_component(
     """Close the loops of a component; if no pose does, return a hint for the user."""
     gaps, home, hint = weld_gaps(part), np.zeros(part.joints.size), ""
     weights = motion_weights(part)
-    weights[np.isin(part.joints, list(preferred))] *= PREFERENCE
+    chosen = np.isin(part.joints, list(preferred))
+    weights[chosen] = PREFERENCE
     loops, rng = OpenLoops(part.chain, gaps), np.random.default_rng(SEED)
     first = newton_closure(part.chain, gaps, home)
     if first is not None:
@@ -140,6 +140,9 @@ def _close_component(
             return ClosedComponent(part, first, motion=motion)
     starts = [home, *([] if first is None else [first])]
     starts += list(_random_starts(rng, home.size, NEAR_STARTS, NEAR_DISTANCE))
+    further = [_random_starts(rng, home.size, FAR_STARTS, each) for each in FAR_DISTANCES]
+    if chosen.any():
+        starts += list(np.concatenate(further))
     if found := _nearest_pose(part, loops, weights, np.array(starts)):
         return found
     if repair is not None:
@@ -147,8 +150,7 @@ def _close_component(
         if not isinstance(repaired, str):
             return repaired
         hint = repaired
-    starts = [_random_starts(rng, home.size, FAR_STARTS, each) for each in FAR_DISTANCES]
-    return _nearest_pose(part, loops, weights, np.concatenate(starts)) or hint
+    return _nearest_pose(part, loops, weights, np.concatenate(further)) or hint
 
 
 def _nearest_pose(

@@ -1,7 +1,7 @@
 """The nearest closed pose of open loops: many starts at once, and the least motion wins.
 
 The motion from one pose to another is measured by the way that the links go. Joint j carries
-the joints further out in the tree, up to the welds; the furthest of them is d_j from its axis:
+the joints further out in the tree, and the welds; the furthest of them is d_j from its axis:
 
     motion = |y|,    y_j = w_j q_j,    w_j = max(d_j / size, 0.02)
 
@@ -133,17 +133,19 @@ class OpenLoops:
 
 def motion_weights(part: Component) -> Array:
     """Compute the weights w (n,) of joint positions in the motion, in units of the chain."""
-    joints, chain = part.draft.joints, part.chain
-    size = extent(part.draft).length
-    before = paths(chain.parent)[:-1]
-    points = np.array([joint.point for joint in joints])
-    weights = np.zeros(len(joints))
-    for j, joint in enumerate(joints):
-        n = joint.screw[:3]
+    draft, chain = part.draft, part.chain
+    size, before = extent(draft).length, paths(chain.parent)
+    points = [joint.point for joint in draft.joints]
+    carried = [before[:-1], before[chain.ends[:, 1]]]
+    for loop in draft.loops:  # the far side of the weld, where its successor has it
+        points.append(loop.gap[:3, :3] @ draft.joints[loop.end].point + loop.gap[:3, 3])
+    out, places = np.concatenate(carried) > 0.0, np.array(points)
+    weights = np.zeros(len(draft.joints))
+    for j, joint in enumerate(draft.joints):
         if joint.kind == "prismatic":
             weights[j] = chain.units[j] / size
         elif not joint.in_loop:
-            arms = np.cross(points[before[:, j] > 0.0] - joint.point, n)
+            arms = np.cross(places[out[:, j]] - joint.point, joint.screw[:3])
             weights[j] = np.sqrt(np.max(np.sum(arms**2, axis=1))) / size
     return np.maximum(weights, LEAST_WEIGHT)
 

@@ -17,11 +17,7 @@ from kinematics.assembly.rereference import rereference
 from kinematics.closure.newton import Pose, follow_ray
 from kinematics.closure.series import Series, expand, loop_matrix
 from kinematics.errors import MobilityError
-from kinematics.mobility.components import (
-    Component,
-    component_freedoms,
-    split_components,
-)
+from kinematics.mobility.components import Component, split_components
 from kinematics.mobility.first_order import (
     conditioning,
     first_order,
@@ -130,8 +126,8 @@ def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
     groups = [g for part in parts if (g := _analyse_component(part))]
     if not groups:
         return draft
-    if meeting := [g for g in groups if len(g.poses) > 1]:
-        raise _bifurcation_error(draft, chain, meeting)
+    if any(len(group.poses) > 1 for group in groups):
+        raise _bifurcation_error(draft, chain, groups)
     q = np.zeros(len(draft.joints))
     for group in groups:
         q += group.part.all_positions(group.poses[0], chain.units)
@@ -243,13 +239,13 @@ def _bifurcation_error(
     draft: UnassembledLinkage, chain: Chain, groups: Sequence[_SingularComponent]
 ) -> MobilityError:
     """Make the error for a pose at which branches of motion meet."""
-    group = groups[0]
-    here, there = _freedoms(draft, chain, groups)
+    group = next(each for each in groups if len(each.poses) > 1)
+    here, there = _count_freedoms(draft, groups)
     poses = []
     for choice in range(2):
         q = np.zeros(len(draft.joints))
         for each in groups:
-            q += each.part.all_positions(each.poses[choice], chain.units)
+            q += each.part.all_positions(each.poses[: choice + 1][-1], chain.units)
         poses.append(_positions(draft, chain, q))
     joints = group.part.joints
     names = [draft.joints[j].name for j in joints]
@@ -266,16 +262,20 @@ def _bifurcation_error(
     )
 
 
-def _freedoms(
-    draft: UnassembledLinkage, chain: Chain, groups: Sequence[_SingularComponent]
+def _count_freedoms(
+    draft: UnassembledLinkage, groups: Sequence[_SingularComponent]
 ) -> tuple[int, int]:
-    """Count the first-order freedoms of a linkage at a bifurcation, and its mobility beside it.
+    """Count the freedoms of a linkage at a singular pose, at first order, and its mobility.
 
-    Joints in no loop are free, and other components have the freedoms of their own poses.
+    Joints in no loop are free, and regular components have the freedoms of their own.
     """
-    free, _ = component_freedoms(split_components(draft), chain.parent.size)
-    lost = sum(group.local.freedom - group.local.mobility for group in groups)
-    return free.shape[1], free.shape[1] - lost
+    parts, singular = split_components(draft), {group.part.joints[0] for group in groups}
+    beside = len(draft.joints) - sum(part.joints.size for part in parts)
+    for part in parts:
+        if part.joints[0] not in singular:
+            beside += first_order(loop_matrix(part.chain))[0].shape[1]
+    here = beside + sum(group.local.freedom for group in groups)
+    return here, beside + sum(group.local.mobility for group in groups)
 
 
 def _describe_branches(group: _SingularComponent) -> tuple[str, list[str]]:

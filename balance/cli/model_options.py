@@ -116,13 +116,14 @@ def _space(arguments: argparse.Namespace, angles: str) -> CertifiedSpace:
     linkage = load_model(arguments, angles)
     # Load the kernels only after the file is accepted.
     from balance.certification.certify_space import certify
+    from balance.certification.compare_branches import compare_branches
     from balance.spaces.compute_space import design_space
 
     space = design_space(
         linkage, arguments.motion, arguments.balance, arguments.max_order,
         spatial=arguments.spatial,
     )  # fmt: skip
-    return certify(space)
+    return compare_branches(certify(space))
 
 
 def _names(text: str) -> list[str]:

@@ -85,7 +85,8 @@ def _follow(linkage: Linkage, at: Mapping[str, float], exactly: bool) -> Linkage
     there = assemble(rereference(linkage, chain, q / chain.units), inputs, exactly=exactly)
     pose = {name: float(at.get(name, here[name])) for name in inputs}
     # Both assemblies may have made the same notices.
-    return replace(there, at=pose, notices=tuple(dict.fromkeys(there.notices)))
+    notices = tuple(dict.fromkeys(there.notices))
+    return replace(there, at=pose, notices=notices, other_poses=())
 
 
 def _close_near(
@@ -129,7 +130,7 @@ def _close_near(
     pose = {name: float(at.get(name, q[place[name]])) for name in linkage.inputs}
     notices = [n for n in linkage.notices if n.code != "assembled"]
     notices += _moved_notices(linkage, q, {k: v for k, v in at.items() if place[k] not in held})
-    return replace(linkage, at=pose, notices=tuple(notices))
+    return replace(linkage, at=pose, notices=tuple(notices), other_poses=())
 
 
 def _moved_notices(linkage: Linkage, q: Array, at: Mapping[str, float]) -> list[Notice]:

@@ -199,7 +199,7 @@ CLOSED_SQUARE = 1e-14
 NEAR_MOTION = 0.1
 # Motion from one closed pose to another, relative to the one that closed the loops, by which
 # the two differ; and how much more motion than that counts as nearby.
-OTHER_MOTION_RELATIVE = 0.1
+OTHER_MOTION_RELATIVE = 0.5
 NEARBY_MOTION_RELATIVE = 2.0
 # Motion of joints (chain units) in closing loops that is not worth a notice: round-off.
 UNMOVED_DISTANCE = 1e-9

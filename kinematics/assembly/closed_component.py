@@ -86,6 +86,11 @@ def other_poses_of(
 
     One component is at another pose there, the others are where they were closed. Positions
     count from the pose of the file, in radians and metres.
+
+    Args:
+        draft: the linkage as its file describes it.
+        units: unit of each joint, in metres or radians; `Chain.units`.
+        closings: its components.
     """
     found = []
     before = 0.0 if draft.displaced is None else draft.displaced
@@ -115,7 +120,13 @@ def pose_words(draft: UnassembledLinkage, q: Array, joints: Iterable[int]) -> st
 def mobility_notices(
     draft: UnassembledLinkage, units: Array, closings: Sequence[ClosedComponent]
 ) -> list[Notice]:
-    """Make notices of other closed poses nearby that have another first-order mobility."""
+    """Make a notice of another closed pose nearby that has another first-order mobility.
+
+    Args:
+        draft: the linkage as its file describes it.
+        units: unit of each joint, in metres or radians; `Chain.units`.
+        closings: its components.
+    """
     notices = []
     before = np.zeros(len(draft.joints)) if draft.displaced is None else draft.displaced
     for each in closings:
@@ -165,7 +176,13 @@ def closing_notices(found: ClosedComponent) -> list[Notice]:
 
 
 def open_loop_error(draft: UnassembledLinkage, hint: str, starts: int) -> OpenLoopError:
-    """Make the error for the loop that is furthest open in the file."""
+    """Make the error for the loop that is furthest open in the file.
+
+    Args:
+        draft: the linkage as its file describes it.
+        hint: what the user can do; empty for the usual remedy.
+        starts: number of poses from which closing it was tried.
+    """
     worst, distance, angle = draft.loops[0], 0.0, 0.0
     for loop in draft.loops:
         p = draft.joints[loop.end].point

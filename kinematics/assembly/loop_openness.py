@@ -28,7 +28,13 @@ def weld_gaps(part: Component) -> Array:
 
 
 def minimise_opening(chain: Chain, gaps: Array, start: Array) -> Array:
-    """Find joint positions near ``start`` that leave the loops open as little as possible."""
+    """Find joint positions near ``start`` that leave the loops open as little as possible.
+
+    Args:
+        chain: the component as arrays.
+        gaps: displacements of its welds at the reference pose (loops, 4, 4).
+        start: joint positions (n,), chain units.
+    """
     from scipy.optimize import least_squares
 
     before = paths(chain.parent)
@@ -44,6 +50,11 @@ def newton_closure(chain: Chain, gaps: Array, q: Array) -> Array | None:
     """Close the loops by Newton steps of least norm, as long as they shrink; None if they fail.
 
     One more step follows after the loops are closed, so that they are closed to round-off.
+
+    Args:
+        chain: the component as arrays.
+        gaps: displacements of its welds at the reference pose (loops, 4, 4).
+        q: joint positions from which to start (n,), chain units.
     """
 
     def closed(path: Sequence[Iterate]) -> bool:
@@ -63,6 +74,11 @@ def loop_residual(chain: Chain, gaps: Array, pose: Pose) -> Array:
 
     D carries the successor side of the weld to its end side. Unlike the twist of D, the entries
     vanish at no other pose than a closed one, not even where D is half a turn.
+
+    Args:
+        chain: the component as arrays.
+        gaps: displacements of its welds at the reference pose (loops, 4, 4).
+        pose: the pose.
     """
     D = _weld_displacements(chain, gaps, pose)
     return np.concatenate([(D - np.eye(4))[:, :3].ravel(), chain.mimics @ pose.q])

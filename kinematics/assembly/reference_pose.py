@@ -139,7 +139,7 @@ def _moved_notices(linkage: Linkage, q: Array, at: Mapping[str, float]) -> list[
     for joint, position in zip(linkage.joints, q.tolist(), strict=True):
         by, _ = wrap_turns([joint], [position - at.get(joint.name, position)])
         if abs(by[0]) > GIVEN_POSE_RESIDUAL:
-            text = f"'{joint.name}' is at {position_text(joint, position, 6)}"
+            text = f"'{joint.name}' is at {position_text(joint, round(position, 9), 6)}"
             found.append(f"{text}, {position_text(joint, by[0])} from its starting value")
     if not found:
         return []

@@ -37,11 +37,11 @@ __all__ = ["Compared", "cases", "compare", "opened"]
 
 MODELS = (
     "five_bar", "four_bar_general", "three_rrr", "delta", "four_bar_spherical", "six_bar_watt",
-    "rusr", "slider_crank", "four_bar_kite", "three_rsr", "four_rrr_parallel", "stewart_6ups",
+    "rusr", "slider_crank", "four_bar_kite", "four_rrr_parallel", "eight_bar",
 )  # fmt: skip
 FAMILIES = ("grid", "single", "small_loop", "general", "embedded")
 # How many of the closed poses are followed to the least motion.
-FINALISTS = 25
+FINALISTS = 20
 
 
 class Compared(NamedTuple):
@@ -173,7 +173,7 @@ class Search:
         y = self.wrapped(np.concatenate(found) / w) * w
         return self.slid(y[np.argsort(np.linalg.norm(y, axis=1))][:FINALISTS])
 
-    def slid(self, y, steps=40):
+    def slid(self, y, steps=30):
         """Least motion along the branches: projected steps, each pulled back to closure."""
         w, share = self.weights, np.full(len(y), 0.7)
         for _ in range(steps if len(y) else 0):
@@ -249,6 +249,8 @@ def main() -> int:
             if case is None:
                 continue
             found.append(case)
+            if len(found) % 20 == 0:
+                print(f"{len(found)} cases", file=sys.stderr, flush=True)
             if not case.right:
                 print(f"{case.name}: {case.taken:.4f} taken, {case.nearest:.4f} nearest of "
                       f"{case.branches}", flush=True)  # fmt: skip

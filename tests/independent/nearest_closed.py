@@ -36,12 +36,13 @@ from kinematics.urdf.read_options import ReadOptions  # noqa: E402
 __all__ = ["Compared", "cases", "compare", "opened"]
 
 MODELS = (
-    "five_bar", "four_bar_general", "three_rrr", "delta", "four_bar_spherical", "six_bar_watt",
-    "rusr", "slider_crank", "four_bar_kite", "four_rrr_parallel", "eight_bar",
+    "five_bar", "four_bar_general", "three_rrr", "six_bar_watt", "rusr", "slider_crank",
+    "four_bar_kite", "two_rrr", "five_bar", "four_bar_antiparallelogram", "four_bar_spherical",
+    "six_bar_stephenson", "three_rrr", "delta", "pantograph", "four_rrr_parallel",
 )  # fmt: skip
 FAMILIES = ("grid", "single", "small_loop", "general", "embedded")
 # How many of the closed poses are followed to the least motion.
-FINALISTS = 20
+FINALISTS = 10
 
 
 class Compared(NamedTuple):
@@ -171,9 +172,9 @@ class Search:
             y, r = np.where(better[:, None], y - step, y), np.where(better[:, None], ahead, r)
             mu = np.maximum(np.where(better, mu / 10, mu * 8), 1e-9)
         y = self.wrapped(np.concatenate(found) / w) * w
-        return self.slid(y[np.argsort(np.linalg.norm(y, axis=1))][:FINALISTS])
+        return self.slid(apart(self.slid(y, 5))[:FINALISTS], 30)
 
-    def slid(self, y, steps=30):
+    def slid(self, y, steps):
         """Least motion along the branches: projected steps, each pulled back to closure."""
         w, share = self.weights, np.full(len(y), 0.7)
         for _ in range(steps if len(y) else 0):
@@ -192,6 +193,15 @@ class Search:
         return q - self.turning * 2 * np.pi * np.rint(q / (2 * np.pi))
 
 
+def apart(y):
+    """Those of some poses, by their motion, that are apart by a fifth of the least motion."""
+    kept: list[np.ndarray] = []
+    for pose in y:
+        if all(np.linalg.norm(pose - other) > 0.2 * np.linalg.norm(y[0]) for other in kept):
+            kept.append(pose)
+    return np.array(kept).reshape(-1, y.shape[1])
+
+
 def compare(path: Path, seed: int, starts: int = 200) -> Compared | None:
     """Compare the pose taken with the nearest; None if the search finds fewer than two."""
     draft = read_unassembled(path, None, ReadOptions(bodies="all"))
@@ -201,10 +211,7 @@ def compare(path: Path, seed: int, starts: int = 200) -> Compared | None:
     reaches = [r * np.ones((starts // 4, 1)) for r in (0.0, 0.6, 1.5, 3.0)]
     reach = np.concatenate(reaches)
     y = search.closed(reach * rng.uniform(-1, 1, (len(reach), len(draft.joints))))
-    kept: list[np.ndarray] = []
-    for pose in y:
-        if all(np.linalg.norm(pose - other) > 0.2 * np.linalg.norm(y[0]) for other in kept):
-            kept.append(pose)
+    kept = apart(y)
     if len(kept) < 2 or np.linalg.norm(y[0]) < 1e-3:
         return None
     try:

@@ -20,8 +20,8 @@ from kinematics.formats.robot_files import read_unassembled
 from kinematics.mobility.components import split_components
 from kinematics.urdf.write_closed_pose import write_at_reference_pose
 
-# Loops open by about 2, so that several branches are near.
-FAR = {"u1": 0.9, "q2": -0.8, "q4": 0.7}
+# Loops so far open that two branches are near.
+FAR = {"u1": -0.9, "q2": -1.0, "q4": 0.9}
 
 
 def positions(linkage):

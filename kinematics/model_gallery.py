@@ -149,9 +149,11 @@ def load(
         angles: interpretation of an angle that looks rounded, such as 1.5708. ``"nominal"``:
             the multiple of π/12 within 1e-4 rad of it. ``"as_written"``: its digits, and no
             axis is moved to close loops that close only to rounding. A notice names them.
-        at: coordinates of inputs at another reference pose, such as ``{"u1": 0.3}``, relative
-            to the pose of the file, rad and m. Other inputs keep their positions; all other
-            joints follow, on the same branch.
+        at: positions of joints at another reference pose, such as ``{"u1": 0.3}``, relative
+            to the pose of the file, rad and m. Inputs are set to them, and the other joints
+            follow, on the same branch. Positions of joints that are no inputs are starting
+            values, from which the loops are closed at the nearest pose: they choose the
+            branch.
 
     Returns:
         The linkage at its reference pose, in the frame of its root link, SI units.
@@ -232,12 +234,11 @@ def _assemble(
     from kinematics.urdf.rounded_angles import ROUNDED_ANGLES
 
     try:
-        linkage = assemble(draft, inputs, exactly=exactly)
         if not at:
-            return linkage
-        from kinematics.assembly.reference_pose import move_reference_pose
+            return assemble(draft, inputs, exactly=exactly)
+        from kinematics.assembly.reference_pose import assemble_at
 
-        return move_reference_pose(linkage, at, exactly=exactly)
+        return assemble_at(draft, inputs, at, exactly=exactly)
     except (OpenLoopError, MobilityError) as error:
         for notice in draft.notices:
             if notice.code == ROUNDED_ANGLES:

@@ -39,8 +39,11 @@ _ATTRIBUTES = {
     "screw_thread_pitch": ("value",),
 }
 _WORDS = frozenset(_PARTS) - {"robot"} | frozenset(_ATTRIBUTES)
-# Attributes of joints and loops, next to which other tools write theirs.
-_OWN = ("independent", "name", "type")
+# Attributes next to which other tools write theirs.
+_OWN = {
+    "joint": ("independent", "name", "type"), "loop": ("independent", "name", "type"),
+    "robot": ("name", "version"),
+}  # fmt: skip
 # Elements of other tools, in which some of these words mean something else.
 _FOREIGN = {
     "calibration", "collision", "contact", "dynamics", "gazebo", "joint_properties", "limit",
@@ -86,9 +89,10 @@ def _check_attributes(item: Element) -> None:
     known = _ATTRIBUTES.get(item.tag, ())
     for name in item.attributes:
         plain = name.rpartition(":")[2]
-        if item.tag in ("joint", "loop"):
-            intended = "" if name in _OWN else _intended_word(plain, _OWN)
-            if not intended:
+        if item.tag in _OWN:
+            own = _OWN[item.tag]
+            namespace = item.tag == "robot" and ":" in name
+            if name in own or namespace or not (intended := _intended_word(plain, own)):
                 continue
         elif not known or name in known or name.startswith(("xmlns", "quat")):
             continue

@@ -61,7 +61,8 @@ def validate_tree(robot: Element) -> None:
         Refusal: it is not a linkage.
     """
     if robot.tag != "robot":
-        raise Refusal(robot.label, "the root element is not <robot>", "give a URDF file")
+        remedy = "give a URDF, SDF or MJCF file"
+        raise Refusal(robot.label, "the root element is not <robot>", remedy)
     _check_xacro(robot)
     check_misplaced(robot)
     links, joints, loops = (robot.every(tag) for tag in ("link", "joint", "loop"))

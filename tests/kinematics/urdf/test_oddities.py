@@ -204,8 +204,7 @@ def test_refused(robot, case):
         ),
         ("<!DOCTYPE html><html><body>404</body></html>", "entities", "remove the DOCTYPE"),
         ("<html><body>404</body></html>", "not <robot>", "URDF"),
-        ("<sdf><model name='m'/></sdf>", "not <robot>", "URDF"),
-        ("<mujoco><worldbody/></mujoco>", "not <robot>", "URDF"),
+        ("<sdf><model name='m'/></sdf>", "no version", "give SDF 1.4 to 1.12"),
         ("<robot name='r'/>", "no <link>", "links and joints"),
     ],
 )

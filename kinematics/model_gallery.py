@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["LinkageLike", "as_linkage", "describe", "find", "gallery", "load", "robots"]
 
 BODIES = ("given", "all")
+# Names that end so are paths, also if there is no such file.
+SUFFIXES = (".urdf", ".xml", ".sdf", ".world", ".xacro")
 LinkageLike: TypeAlias = "Linkage | str | PathLike[str] | URDF"
 """A linkage, or an argument of `load`; see `as_linkage`."""
 
@@ -95,7 +97,7 @@ def find(model: str | PathLike[str]) -> Path:
         FileError: there is no such file and no such name.
     """
     path = Path(model)
-    if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in (".urdf", ".xml"):
+    if isfile(path) or len(path.parts) != 1 or path.suffix.lower() in SUFFIXES:
         return path
     known = gallery()
     if path.name in known:
@@ -127,15 +129,15 @@ def load(
     angles: str = "nominal",
     at: Mapping[str, float] | None = None,
 ) -> Linkage:
-    """Read a linkage from a URDF file, close its loops and choose its coordinates.
+    """Read a linkage from a robot file, close its loops and choose its coordinates.
 
     A loop closes where the poses of its frame on both links agree, ``T_P = T_S``, up to a
     motion that its joint allows.
 
     Args:
-        model: path of a URDF file, name of a model in the gallery or of a robot in
-            example-robot-data, or a model that yourdfpy has loaded (its rotation matrices are
-            read as they are). The file may come through a pipe, or ``-``, standard input.
+        model: path of a URDF, SDF or xacro file, name of a model in the gallery or of a robot
+            in example-robot-data, or a model that yourdfpy has loaded (its rotation matrices
+            are read as they are). The file may come through a pipe, or ``-``, standard input.
         loops: path of a YAML file with the loops; by default ``<loop>`` elements of the URDF
             file, or a YAML file beside a file on disk, with the same stem.
         inputs: names of joints to use as independent coordinates; by default a
@@ -147,9 +149,11 @@ def load(
         angles: interpretation of an angle that looks rounded, such as 1.5708. ``"nominal"``:
             the multiple of π/12 within 1e-4 rad of it. ``"as_written"``: its digits, and no
             axis is moved to close loops that close only to rounding. A notice names them.
-        at: coordinates of inputs at another reference pose, such as ``{"u1": 0.3}``, relative
-            to the pose of the file, rad and m. Other inputs keep their positions; all other
-            joints follow, on the same branch.
+        at: positions of joints at another reference pose, such as ``{"u1": 0.3}``, relative
+            to the pose of the file, rad and m. Inputs are set to them, and the other joints
+            follow, on the same branch. Positions of joints that are no inputs are starting
+            values, from which the loops are closed at the nearest pose: they choose the
+            branch.
 
     Returns:
         The linkage at its reference pose, in the frame of its root link, SI units.
@@ -230,12 +234,11 @@ def _assemble(
     from kinematics.urdf.rounded_angles import ROUNDED_ANGLES
 
     try:
-        linkage = assemble(draft, inputs, exactly=exactly)
         if not at:
-            return linkage
-        from kinematics.assembly.reference_pose import move_reference_pose
+            return assemble(draft, inputs, exactly=exactly)
+        from kinematics.assembly.reference_pose import assemble_at
 
-        return move_reference_pose(linkage, at, exactly=exactly)
+        return assemble_at(draft, inputs, at, exactly=exactly)
     except (OpenLoopError, MobilityError) as error:
         for notice in draft.notices:
             if notice.code == ROUNDED_ANGLES:

@@ -18,6 +18,7 @@ __all__ = [
     "AXES_PERPENDICULAR_COSINE",
     "AXIS_ROUNDING",
     "BRANCH_DISTANCE_SQUARED",
+    "CLOSED_SQUARE",
     "CLOSED_TO_ROUND_OFF",
     "CLOSING_STEP_RELATIVE",
     "CLOSURE_CONDITION",
@@ -50,6 +51,8 @@ __all__ = [
     "MEETING_AXES_SIZE",
     "NAMED_POSITION",
     "NEARLY_CLOSING_STEP_RELATIVE",
+    "NEARBY_MOTION_RELATIVE",
+    "NEAR_MOTION",
     "NEAR_SINGULAR_CONDITIONING",
     "NEAR_SINGULAR_CONVERGED",
     "NEAR_SINGULAR_RESIDUAL",
@@ -58,6 +61,7 @@ __all__ = [
     "NEWTON_ROUND_OFF",
     "NEWTON_STALL_RESIDUAL",
     "ORTHONORMAL_ROUND_OFF",
+    "OTHER_MOTION_RELATIVE",
     "OTHER_POSE_DISTANCE",
     "PINOCCHIO_AXES_COSINE",
     "PLANAR_DEVIATION",
@@ -66,6 +70,7 @@ __all__ = [
     "RANK_RELATIVE_PER_LENGTH",
     "RELATION_ROUND_OFF",
     "REMAINING_FREEDOM",
+    "REPEATED_LOOP",
     "RIGHT_ANGLE_ENTRY",
     "ROTATION_ORTHOGONALITY",
     "ROTATION_PITCH",
@@ -186,6 +191,15 @@ CLOSURE_RESIDUAL = 1e-11
 # Gap of loops (radians and lengths in parts of the size) that may be meant to close, but for
 # rounded axes.
 ALMOST_CLOSED_RESIDUAL = 1e-2
+# Sum of squares of that mismatch at which steps that close loops end; Newton steps follow.
+CLOSED_SQUARE = 1e-14
+# Motion that closes loops, in parts of the size of the linkage, for which no nearer pose is
+# looked for.
+NEAR_MOTION = 0.1
+# Motion from one closed pose to another, relative to the one that closed the loops, by which
+# the two differ; and how much more motion than that counts as nearby.
+OTHER_MOTION_RELATIVE = 0.5
+NEARBY_MOTION_RELATIVE = 2.0
 # Motion of joints (chain units) in closing loops that is not worth a notice: round-off.
 UNMOVED_DISTANCE = 1e-9
 # Motion of a joint (chain units) by which a pose is another than the reference pose.
@@ -252,6 +266,9 @@ LOOP_FRAME_DISTANCE = 1e-12
 LOOP_FRAME_ROUND_OFF = 1e-14
 # Sine of the angle between the axes of a universal loop that are parallel.
 UNIVERSAL_AXES_PARALLEL_SINE = 1e-12
+# Distance of two loops that a file gives in the words of two tools: angles in rad, and lengths
+# in parts of those of their frames. Tools write six digits or more.
+REPEATED_LOOP = 1e-5
 
 # --- building
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from os.path import isfile
 from typing import TYPE_CHECKING
 
 from balance.atomic_files import write_all_atomic
@@ -169,7 +170,8 @@ def _loop_file(found: Design, out: str) -> str | None:
     from kinematics.urdf.loop_file import loop_file_of
 
     linkage = found.space.linkage
-    if linkage.document or any(notice.code == "loops_ignored" for notice in linkage.notices):
+    streamed = not isfile(linkage.source)
+    if streamed or any(notice.code == "loops_ignored" for notice in linkage.notices):
         return None
     file = loop_file_of(linkage.source)
     return None if file == loop_file_of(out) else file

@@ -20,8 +20,8 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that every command on a model shares."""
     parser.add_argument(
         "model",
-        help="path of a URDF file, - for standard input, a name from 'balance models', or a "
-        "robot of example-robot-data if that is installed",
+        help="path of a URDF, SDF or xacro file, - for standard input, a name from 'balance "
+        "models', or a robot of example-robot-data if that is installed",
     )
     parser.add_argument(
         "--loops", metavar="FILE",
@@ -54,9 +54,10 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--at", type=_coordinates, metavar="J1=VALUE,…",
-        help="another reference pose than that of the file: coordinates of inputs counted from "
+        help="another reference pose than that of the file: positions of joints counted from "
         "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
-        "displacements count from there",
+        "displacements count from there. Positions of joints that are no inputs are starting "
+        "values: they choose the branch on which the loops close",
     )  # fmt: skip
     parser.add_argument(
         "--motion", action="append", metavar="RELATION",
@@ -115,13 +116,14 @@ def _space(arguments: argparse.Namespace, angles: str) -> CertifiedSpace:
     linkage = load_model(arguments, angles)
     # Load the kernels only after the file is accepted.
     from balance.certification.certify_space import certify
+    from balance.certification.compare_branches import compare_branches
     from balance.spaces.compute_space import design_space
 
     space = design_space(
         linkage, arguments.motion, arguments.balance, arguments.max_order,
         spatial=arguments.spatial,
     )  # fmt: skip
-    return certify(space)
+    return compare_branches(certify(space))
 
 
 def _names(text: str) -> list[str]:
@@ -141,5 +143,5 @@ def _coordinates(text: str) -> dict[str, float]:
     except ValueError:
         values = [math.nan]
     if not all(names) or len(set(names)) < len(names) or not all(map(math.isfinite, values)):
-        raise argparse.ArgumentTypeError(f"'{text}' is not u1=0.3,u2=-0.1 with each input once")
+        raise argparse.ArgumentTypeError(f"'{text}' is not u1=0.3,u2=-0.1 with each joint once")
     return dict(zip(names, values, strict=True))

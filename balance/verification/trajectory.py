@@ -44,7 +44,7 @@ HARMONICS = 3
 FIRST_AMPLITUDE = 0.8
 # Factor by which the amplitude shrinks after a motion that cannot be followed.
 AMPLITUDE_FACTOR = 0.7
-# The least amplitude tried.
+# The least amplitude tried, of the fastest joint.
 LEAST_AMPLITUDE = 1e-3
 # Joint rates outside this range, SI units, make forces that underflow or overflow.
 SLOWEST = 1e-100
@@ -171,7 +171,8 @@ def random_motions(
     basis = np.eye(linkage.mobility) if motion is None else order_inputs(motion, linkage)
     basis = np.linalg.qr(basis / units[:, None])[0] * units[:, None] if basis.size else basis
     time = np.linspace(0.0, period, samples)
-    fastest, least = JOINT_RATE_RATIO * _largest_rate(chain), CONDITIONING_LEAST
+    rate = _largest_rate(chain)
+    fastest, least = JOINT_RATE_RATIO * rate, CONDITIONING_LEAST
     amplitude = FIRST_AMPLITUDE
     for number in range(count):
         path = _sines(np.random.default_rng([seed, number]), time, basis.shape[1])
@@ -183,7 +184,7 @@ def random_motions(
                 yield found
                 break
             amplitude *= AMPLITUDE_FACTOR
-            if amplitude < LEAST_AMPLITUDE:
+            if amplitude * rate < LEAST_AMPLITUDE:
                 raise PoseError(
                     f"{linkage.source}: no motion was found near the reference pose; write "
                     "the file at a pose further from a singularity, or name other inputs"

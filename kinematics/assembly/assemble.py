@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.assembly.close_loops import close_loops
+from kinematics.assembly.closed_component import open_loop_error
 from kinematics.assembly.repair_axes import (
     has_near_zero_singular_values,
     repair_axes,
@@ -61,11 +62,22 @@ def assemble(
         The linkage at its reference pose, with loops closed.
 
     Raises:
-        OpenLoopError: a loop does not close.
+        OpenLoopError: a loop does not close, or numbers overflow on the way, so that a
+            decomposition of a matrix does not converge.
         MobilityError: nothing can move, or it moves only infinitesimally, or several
             branches of motion meet at the pose of the file.
         CoordinateError: an input is unknown or depends on the others.
     """
+    try:
+        return _assemble(draft, inputs, exactly)
+    except np.linalg.LinAlgError:
+        raise open_loop_error(draft, "", 1) from None
+
+
+def _assemble(
+    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool
+) -> Linkage:
+    """Close the loops of a linkage and choose its coordinates; see `assemble`."""
     draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
     try:

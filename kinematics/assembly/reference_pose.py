@@ -2,47 +2,81 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from kinematics.assembly.assemble import assemble
+from kinematics.assembly.close_loops import close_loops
+from kinematics.assembly.repair_axes import repair_component
 from kinematics.assembly.rereference import rereference
 from kinematics.closure.joint_positions import joint_positions
-from kinematics.errors import CoordinateError
+from kinematics.error_text import closest_names
+from kinematics.errors import CoordinateError, MobilityError, OpenLoopError, PoseError
 from kinematics.model.chain import arrange_loops
-from kinematics.model.linkage import Linkage
+from kinematics.model.full_turns import position_text, wrap_turns
+from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage, names_of
+from kinematics.tolerances import GIVEN_POSE_RESIDUAL
 
-__all__ = ["move_reference_pose"]
+__all__ = ["assemble_at"]
+
+Array = NDArray[np.float64]
 
 
-def move_reference_pose(
-    linkage: Linkage, at: Mapping[str, float], *, exactly: bool = False
+def assemble_at(
+    draft: UnassembledLinkage,
+    inputs: Sequence[str] | None,
+    at: Mapping[str, float],
+    *,
+    exactly: bool = False,
 ) -> Linkage:
-    """Move a linkage to another pose, which becomes its reference pose.
+    """Assemble a linkage at another pose, which becomes its reference pose.
 
-    The inputs fix the pose. The other joints follow along the straight line of input
-    displacements from the reference pose, without a change of branch.
+    Positions of inputs fix the pose. If only inputs are named, the other joints follow along
+    the straight line of input displacements from the reference pose, without a change of
+    branch. Positions of further joints are starting values, from which the loops are closed
+    anew at the nearest pose: they choose the branch.
 
     Args:
-        linkage: an assembled linkage.
-        at: coordinates of inputs at the new pose, counted from the pose of the file, in
-            radians and metres; inputs that are not named stay where they are.
+        draft: the linkage as its file describes it.
+        inputs: as for `kinematics.assembly.assemble.assemble`.
+        at: positions of joints, counted from the pose of the file, in radians and metres.
+            Inputs that are not named stay where they are if the file closes its loops, or if
+            only inputs are named.
         exactly: as for `kinematics.assembly.assemble.assemble`.
 
     Returns:
-        The linkage with the same inputs; whatever it holds refers to the new pose.
+        The linkage at that pose; whatever it holds refers to it. A notice names joints that
+        are elsewhere than their starting values.
 
     Raises:
-        CoordinateError: a name is not that of an input, or an input cannot drive the linkage
-            at that pose.
-        PoseError: the loops cannot be closed all the way to that pose.
+        CoordinateError: a joint does not exist, or an input cannot drive the linkage there.
+        PoseError: the loops cannot be closed at that pose, or not all the way to it.
         MobilityError: it is a pose at which branches of motion meet.
+        OpenLoopError: the loops do not close.
     """
-    inputs = linkage.inputs
-    if unknown := [name for name in at if name not in inputs]:
-        problem = "not an independent coordinate, which a pose is given by"
-        raise CoordinateError(linkage.source, unknown, problem, inputs)
-    before = linkage.displaced
+    names = names_of(draft.joints)
+    for name in at:
+        if name not in names:
+            problem = f"no such joint; the closest are {closest_names(name, names)}"
+            raise CoordinateError(draft.source, [name], problem, names)
+    try:
+        linkage = assemble(draft, inputs, exactly=exactly)
+    except (OpenLoopError, MobilityError):
+        named = draft.named_inputs if inputs is None else tuple(inputs)
+        if all(name in named for name in at):
+            raise
+        return _close_near(draft, inputs, named, at, exactly)
+    if all(name in linkage.inputs for name in at):
+        return _follow(linkage, at, exactly)
+    return _close_near(draft, linkage.inputs, linkage.inputs, at, exactly)
+
+
+def _follow(linkage: Linkage, at: Mapping[str, float], exactly: bool) -> Linkage:
+    """Move a linkage along the straight line to given positions of inputs."""
+    inputs, before = linkage.inputs, linkage.displaced
     here = dict.fromkeys(inputs, 0.0)
     if before is not None:
         here = dict(zip(inputs, before[linkage.positions_of(inputs)].tolist(), strict=True))
@@ -51,4 +85,63 @@ def move_reference_pose(
     there = assemble(rereference(linkage, chain, q / chain.units), inputs, exactly=exactly)
     pose = {name: float(at.get(name, here[name])) for name in inputs}
     # Both assemblies may have made the same notices.
-    return replace(there, at=pose, notices=tuple(dict.fromkeys(there.notices)))
+    notices = tuple(dict.fromkeys(there.notices))
+    return replace(there, at=pose, notices=notices, other_poses=())
+
+
+def _close_near(
+    draft: UnassembledLinkage,
+    inputs: Sequence[str] | None,
+    coordinates: Sequence[str],
+    at: Mapping[str, float],
+    exactly: bool,
+) -> Linkage:
+    """Close the loops of a linkage near given positions of some joints, and assemble it.
+
+    Args:
+        draft: the linkage as its file describes it.
+        inputs: as for `kinematics.assembly.assemble.assemble`.
+        coordinates: joints whose given positions are kept.
+        at: the positions.
+        exactly: as for `kinematics.assembly.assemble.assemble`.
+    """
+    place = {joint.name: j for j, joint in enumerate(draft.joints)}
+    chain, start = arrange_loops(draft), np.zeros(len(draft.joints))
+    start[[place[name] for name in at]] = list(at.values())
+    closed = all(np.array_equal(loop.gap, np.eye(4)) for loop in draft.loops)
+    held = {place[x] for x in coordinates if x in at or closed}
+    preferred = {place[name] for name in at} - held
+    for mimic in draft.mimics:  # sources come before the joints that follow them, or after
+        start[mimic.joint] = mimic.ratio * start[mimic.source]
+        held |= {mimic.joint} if mimic.source in held else set()
+    begun = rereference(draft, chain, start / chain.units, closed=False)
+    try:
+        there = close_loops(
+            begun, None if exactly else repair_component, frozenset(held), frozenset(preferred)
+        )
+    except OpenLoopError as error:
+        fixed = ", ".join(f"{x}={at.get(x, 0.0):.4g}" for x in coordinates if place[x] in held)
+        raise PoseError(
+            f"{draft.source}: the loops do not close at {fixed or 'any pose nearby'}; give "
+            "other positions"
+        ) from error
+    linkage = assemble(there, inputs, exactly=exactly)
+    q = np.zeros(len(start)) if linkage.displaced is None else linkage.displaced
+    pose = {name: float(at.get(name, q[place[name]])) for name in linkage.inputs}
+    notices = [n for n in linkage.notices if n.code != "assembled"]
+    notices += _moved_notices(linkage, q, {k: v for k, v in at.items() if place[k] not in held})
+    return replace(linkage, at=pose, notices=tuple(notices), other_poses=())
+
+
+def _moved_notices(linkage: Linkage, q: Array, at: Mapping[str, float]) -> list[Notice]:
+    """Make a notice of joints that are elsewhere than their starting values."""
+    found = []
+    for joint, position in zip(linkage.joints, q.tolist(), strict=True):
+        by, _ = wrap_turns([joint], [position - at.get(joint.name, position)])
+        if abs(by[0]) > GIVEN_POSE_RESIDUAL:
+            text = f"'{joint.name}' is at {position_text(joint, round(position, 9), 6)}"
+            found.append(f"{text}, {position_text(joint, by[0])} from its starting value")
+    if not found:
+        return []
+    how = "positions of joints that are no inputs are starting values only: "
+    return [Notice("starting_values", how + ", ".join(found))]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model.arrays import Chain, freeze
-from kinematics.model.linkage import LinkPose, UnassembledLinkage
+from kinematics.model.linkage import LinkPose, Loop, UnassembledLinkage
 from kinematics.spatial.inertia import displace_parameters
 from kinematics.spatial.screws import Ad
 
@@ -18,18 +18,21 @@ __all__ = ["rereference"]
 Array = NDArray[np.float64]
 
 
-def rereference(draft: UnassembledLinkage, chain: Chain, q: Array) -> UnassembledLinkage:
-    """Make joint positions the reference pose of a linkage; its loops are closed there.
+def rereference(
+    draft: UnassembledLinkage, chain: Chain, q: Array, *, closed: bool = True
+) -> UnassembledLinkage:
+    """Make joint positions the reference pose of a linkage.
 
     Args:
         draft: the linkage.
         chain: its arrays, of all joints and spatial.
-        q: joint positions that close the loops (n,), in the units of the chain.
+        q: joint positions (n,), in the units of the chain.
+        closed: whether they close the loops, which then have no gaps.
 
     Returns:
-        The linkage with screws, inertial parameters and frames at that pose, and no gaps.
+        The linkage with screws, inertial parameters and frames at that pose.
     """
-    H = np.array([_to_inertial_frame(chain, h) for h in forward_kinematics(chain, q).H])
+    H = [_to_inertial_frame(chain, h) for h in forward_kinematics(chain, q).H]
     before = [H[j.parent] if j.parent >= 0 else np.eye(4) for j in draft.joints]
     joints = tuple(
         replace(
@@ -58,8 +61,17 @@ def rereference(draft: UnassembledLinkage, chain: Chain, q: Array) -> Unassemble
         positions = freeze(q * chain.units + (0.0 if positions is None else positions))
     return replace(
         draft, joints=joints, bodies=bodies, places=places, displaced=positions,
-        loops=tuple(replace(loop, gap=freeze(np.eye(4))) for loop in draft.loops),
+        loops=tuple(
+            replace(loop, gap=freeze(np.eye(4) if closed else _gap_there(loop, H)))
+            for loop in draft.loops
+        ),
     )  # fmt: skip
+
+
+def _gap_there(loop: Loop, H: list[Array]) -> Array:
+    """Compute the gap of a loop at another pose, ``H_successor gap H_end⁻¹``."""
+    successor = H[loop.successor] if loop.successor >= 0 else np.eye(4)
+    return np.asarray(successor @ loop.gap @ np.linalg.inv(H[loop.end]))
 
 
 def _to_inertial_frame(chain: Chain, H: Array) -> Array:

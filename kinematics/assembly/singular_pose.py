@@ -126,8 +126,8 @@ def leave_singular_pose(draft: UnassembledLinkage) -> UnassembledLinkage:
     groups = [g for part in parts if (g := _analyse_component(part))]
     if not groups:
         return draft
-    if meeting := [g for g in groups if len(g.poses) > 1]:
-        raise _bifurcation_error(draft, chain, meeting)
+    if any(len(group.poses) > 1 for group in groups):
+        raise _bifurcation_error(draft, chain, groups)
     q = np.zeros(len(draft.joints))
     for group in groups:
         q += group.part.all_positions(group.poses[0], chain.units)
@@ -215,7 +215,7 @@ def _rigid_error(group: Component, local: LocalMobility) -> MobilityError:
         f"at order {local.order}" if local.order <= MAX_ORDER else f"beyond order {MAX_ORDER}"
     )
     remedy = "it is a structure: check the origins and axes along its loops"
-    for far in nearby_starts(chain):
+    for far in nearby_starts(group):
         q, _ = wrap_turns(draft.joints, far)
         there = arrange_loops(rereference(draft, chain, q))
         free, _ = first_order(loop_matrix(there))
@@ -239,18 +239,18 @@ def _bifurcation_error(
     draft: UnassembledLinkage, chain: Chain, groups: Sequence[_SingularComponent]
 ) -> MobilityError:
     """Make the error for a pose at which branches of motion meet."""
-    group = groups[0]
-    here, there = group.local.freedom, group.local.mobility
+    group = next(each for each in groups if len(each.poses) > 1)
+    here, there = _count_freedoms(draft, groups)
     poses = []
     for choice in range(2):
         q = np.zeros(len(draft.joints))
         for each in groups:
-            q += each.part.all_positions(each.poses[choice], chain.units)
+            q += each.part.all_positions(each.poses[: choice + 1][-1], chain.units)
         poses.append(_positions(draft, chain, q))
     joints = group.part.joints
     names = [draft.joints[j].name for j in joints]
     how = f"several branches of motion meet there, of joints {_joint_list(draft, joints)}"
-    if there == 1:
+    if group.local.mobility == 1:
         ratios, names = _describe_branches(group)
         count = len(group.poses) if len(group.poses) <= MAX_NAMED else "many"
         how = f"{count} branches of motion meet there: {ratios}"
@@ -260,6 +260,22 @@ def _bifurcation_error(
         f"file at a pose on that one, such as {poses[0]}, or {poses[1]}",
         joints=names,
     )
+
+
+def _count_freedoms(
+    draft: UnassembledLinkage, groups: Sequence[_SingularComponent]
+) -> tuple[int, int]:
+    """Count the freedoms of a linkage at a singular pose, at first order, and its mobility.
+
+    Joints in no loop are free, and regular components have the freedoms of their own.
+    """
+    parts, singular = split_components(draft), {group.part.joints[0] for group in groups}
+    beside = len(draft.joints) - sum(part.joints.size for part in parts)
+    for part in parts:
+        if part.joints[0] not in singular:
+            beside += first_order(loop_matrix(part.chain))[0].shape[1]
+    here = beside + sum(group.local.freedom for group in groups)
+    return here, beside + sum(group.local.mobility for group in groups)
 
 
 def _describe_branches(group: _SingularComponent) -> tuple[str, list[str]]:

@@ -99,6 +99,7 @@ def tool(
         joints=joints,
         loops=(*linkage.loops, Loop(f"{link}.tool", len(joints) - 1, carrier)),
         tree=None,
+        other_poses=(),
     )
     return assemble(draft, [tool_coordinates(link)[k] for k in named])
 

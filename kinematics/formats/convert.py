@@ -35,4 +35,26 @@ def convert_to_urdf(root: Element, data: bytes, path: str | None) -> Converted:
     Raises:
         Refusal: the file has something that cannot be converted.
     """
+    remarks: tuple[tuple[str, str], ...] = ()
+    if b"xacro" in data or b"${" in data:
+        from kinematics.formats.find_xacro import uses_xacro
+
+        if uses_xacro(root):
+            from kinematics.formats.expand_xacro import EXPANDED, expand_xacro
+
+            root, remarks = expand_xacro(data, path), (EXPANDED,)
+    converted = _convert_expanded(root, path)
+    return converted._replace(remarks=(*remarks, *converted.remarks))
+
+
+def _convert_expanded(root: Element, path: str | None) -> Converted:
+    """Convert the elements of a file without xacro, by the tag of its root."""
+    if root.tag == "sdf":
+        from kinematics.formats.sdf.convert_model import convert_sdf
+
+        return Converted(*convert_sdf(root))
+    if root.tag == "mujoco":
+        from kinematics.formats.mjcf.convert_file import convert_mjcf
+
+        return Converted(*convert_mjcf(root, path))
     return Converted(root)

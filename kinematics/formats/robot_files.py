@@ -10,6 +10,11 @@ from typing import TYPE_CHECKING
 
 from kinematics.error_text import clean
 from kinematics.formats.convert import convert_to_urdf
+from kinematics.formats.loop_dialects.translate import (
+    Translated,
+    drop_repeated_loops,
+    translate_loops,
+)
 from kinematics.urdf.harmless_oddities import mend_oddities
 from kinematics.urdf.input_streams import source_name
 from kinematics.urdf.loop_file import merge_loop_file
@@ -20,9 +25,9 @@ from kinematics.urdf.rounded_angles import (
     find_rounded_angles,
     replace_rounded_angles,
 )
-from kinematics.urdf.validate import validate_robot
+from kinematics.urdf.validate import validate_robot, validate_tree
 from kinematics.urdf.xml_tree import build_tree, name_file, read_bytes
-from kinematics.urdf_elements.element import Document
+from kinematics.urdf_elements.element import Document, Element
 
 if TYPE_CHECKING:
     from kinematics.model.linkage import UnassembledLinkage
@@ -54,12 +59,15 @@ def read_unassembled(
     return read_linkage(source_name(model), file, options)
 
 
-def read_robot(model: Path | Document, fix_base: bool = False) -> RobotFile:
+def read_robot(
+    model: Path | Document, fix_base: bool = False, nominal: bool = True
+) -> RobotFile:
     """Read and check a robot file, without the YAML file beside it.
 
     Args:
         model: the file, or a document from a stream.
         fix_base: change floating joints on the ground into fixed joints.
+        nominal: whether rounded angles will be replaced; see `kinematics.urdf.rounded_angles`.
 
     Returns:
         The checked tree and the remarks.
@@ -79,8 +87,18 @@ def read_robot(model: Path | Document, fix_base: bool = False) -> RobotFile:
 
         document = Document(source, element_text(robot).encode())
     robot, odd = mend_oddities(robot, source)
-    tree = validate_robot(robot, source, fix_base)
-    return RobotFile(tree, None, (*remarks, *odd), document)
+    found = _translate(validate_robot(robot, source, fix_base), source, nominal)
+    remarks = (*remarks, *odd, *found.remarks)
+    return RobotFile(found.tree, None, remarks, document, found.dialects)
+
+
+def _translate(tree: Element, source: str, nominal: bool) -> Translated:
+    """Translate loops in the words of other tools, and check the tree again if there are."""
+    with name_file(source):
+        found = translate_loops(tree, nominal)
+        if found.tree is not tree:
+            validate_tree(found.tree)
+    return found
 
 
 def read_files(model: Path | Document, loops: Path | None, options: ReadOptions) -> RobotFile:
@@ -97,12 +115,15 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
     Raises:
         FileError: a file cannot be read as a linkage; the message gives place and reason.
     """
-    source, robot = source_name(model), read_robot(model, options.fix_base)
-    merged = merge_loop_file(robot.tree, source, loops, not isinstance(model, Document))
-    tree, found = merged.tree, find_rounded_angles(merged.tree)
+    source, nominal = source_name(model), options.angles == "nominal"
+    robot = read_robot(model, options.fix_base, nominal)
+    search = not isinstance(model, Document)
+    merged = merge_loop_file(robot.tree, source, loops, search, robot.dialects)
+    tree, repeated = drop_repeated_loops(merged.tree, robot.dialects, "")
+    found = find_rounded_angles(tree)
     text = f"{clean(source, 1000)}: {describe_rounded_angles(found, options.angles)}"
     more = ((ROUNDED_ANGLES, text),) if found else ()
     return RobotFile(
-        replace_rounded_angles(tree) if options.angles == "nominal" else tree,
-        merged.inputs, (*robot.remarks, *merged.remarks, *more), robot.document,
+        replace_rounded_angles(tree) if nominal else tree, merged.inputs,
+        (*robot.remarks, *merged.remarks, *repeated, *more), robot.document, robot.dialects,
     )  # fmt: skip

@@ -142,7 +142,8 @@ def gauss_newton(
         move: the point that a step δ (n,) leads to, if the unknowns are no vector.
 
     Returns:
-        The last point accepted. It is not a solution if the evaluations were used up.
+        The last point accepted. It is not a solution if the evaluations were used up, or if
+        a step cannot be computed because numbers overflow.
     """
     x = start
     path: list[Iterate] = []
@@ -152,11 +153,14 @@ def gauss_newton(
             path.append(there)
         else:
             path[-1] = path[-1].again()
-        if solved(path):
-            return Solution(path[-1], True)
-        if failed(path):
+        try:
+            if solved(path):
+                return Solution(path[-1], True)
+            if failed(path):
+                break
+            x = path[-1].next
+        except np.linalg.LinAlgError:
             break
-        x = path[-1].next
     return Solution(path[-1], False)
 
 

@@ -77,14 +77,22 @@ class Component(NamedTuple):
         return out
 
 
-def split_components(draft: UnassembledLinkage) -> list[Component]:
+def split_components(
+    draft: UnassembledLinkage, locked: frozenset[int] = frozenset()
+) -> list[Component]:
     """Split a linkage into its components.
+
+    Args:
+        draft: the linkage.
+        locked: numbers of joints that are kept out of them, as if they were rigid; with a
+            joint its mimic joints.
 
     Raises:
         MobilityError: a component is too small for double precision, beside its distance from
             the ground.
     """
-    return [component_of(draft, group) for group in clusters(arrange_loops(draft)) if group]
+    groups = [[j for j in x if j not in locked] for x in clusters(arrange_loops(draft))]
+    return [component_of(draft, group) for group in groups if group]
 
 
 def component_of(draft: UnassembledLinkage, joints: Sequence[int]) -> Component:
@@ -119,6 +127,7 @@ def component_of(draft: UnassembledLinkage, joints: Sequence[int]) -> Component:
         ),
         places={},
         displaced=None,
+        other_poses=(),
     )  # fmt: skip
     _check_size(part)
     return Component(np.array(joints, dtype=np.int64), part, arrange_loops(part), loops)

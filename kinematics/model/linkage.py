@@ -185,6 +185,8 @@ class UnassembledLinkage:
             of the file, in radians and metres; None if it is that pose.
         at: coordinates of the inputs at the reference pose, by name, counted likewise, if a
             caller asked for that pose; else None.
+        other_poses: positions of all joints (n,), counted likewise, at other poses that close
+            loops which the file leaves open, with at most twice the motion of the one taken.
     """
 
     name: str
@@ -200,6 +202,7 @@ class UnassembledLinkage:
     document: Document | None = field(default=None, repr=False)
     displaced: Array | None = field(default=None, repr=False)
     at: Mapping[str, float] | None = None
+    other_poses: tuple[Array, ...] = field(default=(), repr=False)
 
     def __repr__(self) -> str:
         """Give two lines: the numbers of parts, and the file."""

@@ -48,8 +48,14 @@ _JOINTS = ("SPHERICAL", "FIXED", *_UNIVERSAL)
 
 
 def loop_file_of(source: str) -> str | None:
-    """Find the YAML file beside a URDF file, with the same stem, if it describes loops."""
-    for path in (Path(source).with_suffix(suffix) for suffix in (".yaml", ".yml")):
+    """Find the YAML file beside a robot file, with the same stem, if it describes loops.
+
+    Both ``x.urdf.yaml`` and ``x.yaml`` are beside ``x.urdf.xacro``.
+    """
+    stems = [Path(source)]
+    if stems[0].suffix == ".xacro" and stems[0].stem.endswith(".urdf"):
+        stems.append(stems[0].with_suffix(""))
+    for path in (stem.with_suffix(end) for stem in stems for end in (".yaml", ".yml")):
         if path.is_file():
             with name_file(str(path)):
                 data = read_bytes(str(path), MAX_BYTES)
@@ -59,8 +65,9 @@ def loop_file_of(source: str) -> str | None:
 
 
 def merge_loop_file(
-    tree: Element, source: str, loops: str | os.PathLike[str] | None = None, search: bool = True
-) -> RobotFile:
+    tree: Element, source: str, loops: str | os.PathLike[str] | None = None,
+    search: bool = True, translated: Collection[str] = (),
+) -> RobotFile:  # fmt: skip
     """Merge loops from a YAML file into the tree of a URDF file.
 
     Args:
@@ -69,6 +76,7 @@ def merge_loop_file(
         loops: path of the YAML file; by default the one beside the URDF file, if there is
             one, unless the tree has ``<loop>`` elements.
         search: whether to search beside the URDF file.
+        translated: names of the loops that the URDF file gives in the words of other tools.
 
     Returns:
         The tree with the loops, the named inputs and the remarks.
@@ -77,15 +85,16 @@ def merge_loop_file(
         FileError: the YAML file cannot be read or does not fit the tree, or both hold
             loops.
     """
-    side = _find_and_merge(tree, source, loops, search)
+    own = (loop for loop in tree.every("loop") if loop.name not in translated)
+    side = _find_and_merge(tree, source, loops, search, next(own, None))
     return side._replace(remarks=(*side.remarks, *find_unphysical(tree, source)))
 
 
 def _find_and_merge(
-    tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool
-) -> RobotFile:
-    """Merge as `merge_loop_file`, without remarks on the URDF file itself."""
-    inline = tree.first("loop")
+    tree: Element, source: str, loops: str | os.PathLike[str] | None, search: bool,
+    inline: Element | None,
+) -> RobotFile:  # fmt: skip
+    """Merge as `merge_loop_file`, without remarks on the URDF file; ``inline`` is its loop."""
     if loops is None:
         file = loop_file_of(source) if search else None
         if file is None:

@@ -143,7 +143,7 @@ class RationalJoints:
 
     def _add_joint(self, joint: Element, pose: RationalPose) -> RationalPose:
         """Add the screws of a joint of the tree, and return the pose of the link after it."""
-        frame = pose @ self._origin(joint.label, joint.first("origin"))
+        frame = pose @ self.origin_pose(joint.label, joint.first("origin"))
         kind = joint.attributes["type"]
         if kind == "fixed":
             return frame
@@ -191,8 +191,13 @@ class RationalJoints:
                 screw = (Fraction(0),) * 3 + a
             self.joints[name] = motion, screw
 
-    def _origin(self, label: str, origin: Element | None) -> RationalPose:
-        """Pose of an ``<origin>``: ``R = Rz(yaw) Ry(pitch) Rx(roll)``."""
+    def origin_pose(self, label: str, origin: Element | None) -> RationalPose:
+        """Compute the pose of an ``<origin>``: ``R = Rz(yaw) Ry(pitch) Rx(roll)``.
+
+        Args:
+            label: of its element, in notices.
+            origin: the checked element; the identity without one.
+        """
         pose = RationalPose(AXES, _numbers(origin, "xyz", "0 0 0"))
         if origin is not None:
             words = origin.attributes.get("rpy", "0 0 0").split()
@@ -254,7 +259,7 @@ class RationalJoints:
     def _end(self, loop: Element, role: str) -> RationalPose:
         """Compute the pose of the frame of a loop on one of its links."""
         side = loop.first(role) or loop
-        pose = self._origin(loop.label, side.first("origin"))
+        pose = self.origin_pose(loop.label, side.first("origin"))
         return self.poses[side.attributes["link"]] @ pose
 
 

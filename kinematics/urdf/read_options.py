@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from kinematics.urdf_elements.element import Document, Element
@@ -37,9 +38,11 @@ class RobotFile(NamedTuple):
         inputs: coordinates named as inputs; None if the marks in the tree name them.
         remarks: code and message of each remark for the user.
         document: the URDF text, if the file itself is not one that can be read again.
+        dialects: dialects of loops in the words of other tools, by the names of the loops.
     """
 
     tree: Element
     inputs: tuple[str, ...] | None = None
     remarks: tuple[tuple[str, str], ...] = ()
     document: Document | None = None
+    dialects: Mapping[str, str] = {}

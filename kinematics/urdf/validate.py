@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from kinematics.error_text import clean, closest_names, quoted
-from kinematics.urdf.other_loop_formats import check_foreign_loops
 from kinematics.urdf.validate_fields import (
     MAX_ANGLE,
     MAX_NUMBER,
@@ -62,10 +61,10 @@ def validate_tree(robot: Element) -> None:
         Refusal: it is not a linkage.
     """
     if robot.tag != "robot":
-        raise Refusal(robot.label, "the root element is not <robot>", "give a URDF file")
+        remedy = "give a URDF, SDF or MJCF file"
+        raise Refusal(robot.label, "the root element is not <robot>", remedy)
     _check_xacro(robot)
     check_misplaced(robot)
-    check_foreign_loops(robot)
     links, joints, loops = (robot.every(tag) for tag in ("link", "joint", "loop"))
     if not links:
         raise Refusal(robot.label, "no <link>", "give a URDF file with links and joints")

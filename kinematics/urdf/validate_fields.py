@@ -21,6 +21,7 @@ __all__ = [
     "MAX_NUMBER",
     "SMALLEST_AXIS",
     "MAX_ANGLE",
+    "are_numbers",
     "check_link",
     "check_numbers",
     "check_origin",
@@ -83,6 +84,18 @@ def check_needed(owner: Element, tag: str, attribute: str) -> str:
     return value
 
 
+def are_numbers(text: str, count: int) -> bool:
+    """Return whether a text is a number of finite decimals.
+
+    Args:
+        text: the text.
+        count: how many numbers it must hold.
+    """
+    words = text.split()
+    good = all(_NUMBER.fullmatch(w) and abs(float(w)) <= MAX_NUMBER for w in words)
+    return len(words) == count and good
+
+
 def check_numbers(owner: Element, item: Element, attribute: str, count: int) -> None:
     """Check that an attribute, if present, holds finite decimal numbers.
 
@@ -98,9 +111,7 @@ def check_numbers(owner: Element, item: Element, attribute: str, count: int) -> 
     text = item.attributes.get(attribute)
     if text is None:
         return
-    words = text.split()
-    good = all(_NUMBER.fullmatch(w) and abs(float(w)) <= MAX_NUMBER for w in words)
-    if len(words) != count or not good:
+    if not are_numbers(text, count):
         what = f"{count} finite numbers" if count > 1 else "a finite number"
         where = f'<{item.tag} {attribute}="{clean(text)}"> (line {item.line})'
         example = f'{attribute}="{" ".join(["0.5", "0", "-1e-3"][:count])}"'

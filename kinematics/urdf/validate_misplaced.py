@@ -39,15 +39,19 @@ _ATTRIBUTES = {
     "screw_thread_pitch": ("value",),
 }
 _WORDS = frozenset(_PARTS) - {"robot"} | frozenset(_ATTRIBUTES)
-# Attributes of joints and loops, next to which other tools write theirs.
-_OWN = ("independent", "name", "type")
+# Attributes next to which other tools write theirs.
+_OWN = {
+    "joint": ("independent", "name", "type"), "loop": ("independent", "name", "type"),
+    "robot": ("name", "version"),
+}  # fmt: skip
 # Elements of other tools, in which some of these words mean something else.
 _FOREIGN = {
     "calibration", "collision", "contact", "dynamics", "gazebo", "joint_properties", "limit",
     "material", "ros2_control", "safety_controller", "sensor", "surface", "transmission",
     "visual",
 }  # fmt: skip
-_UNSUPPORTED = {"coupling": "use <mimic> on a joint", "loop_joint": "use a <loop> element"}
+# Elements of `kinematics.formats.loop_dialects`, which belong into <robot>.
+_DIALECTS = ("coupling", "loop_joint")
 # Elements that count as misplaced inside an element of another tool, by the host of the latter:
 # other elements of links and robots may hold origins and axes of their own.
 _ELSEWHERE = {"link": ("inertial", "mass", "inertia"), "robot": ("link", "joint", "loop")}
@@ -85,9 +89,10 @@ def _check_attributes(item: Element) -> None:
     known = _ATTRIBUTES.get(item.tag, ())
     for name in item.attributes:
         plain = name.rpartition(":")[2]
-        if item.tag in ("joint", "loop"):
-            intended = "" if name in _OWN else _intended_word(plain, _OWN)
-            if not intended:
+        if item.tag in _OWN:
+            own = _OWN[item.tag]
+            namespace = item.tag == "robot" and ":" in name
+            if name in own or namespace or not (intended := _intended_word(plain, own)):
                 continue
         elif not known or name in known or name.startswith(("xmlns", "quat")):
             continue
@@ -111,12 +116,14 @@ def _check_text(item: Element) -> None:
 def _check_child(host: Element, item: Element) -> None:
     """Reject an unread child, unless it is an element of another tool without our elements."""
     word = item.tag.rpartition(":")[2]
-    unsupported = word if word in _UNSUPPORTED else ""
+    dialect = word if word in _DIALECTS else ""
     if host.tag in ("joint", "robot") and len(word) > len("loop"):
-        unsupported = unsupported or _intended_word(word, ("loop_joint",))
-    if unsupported:
-        problem = f"<{clean(item.tag)}> is not supported"
-        raise Refusal(item.label, problem, _UNSUPPORTED[unsupported])
+        dialect = dialect or _intended_word(word, _DIALECTS)
+    if dialect and (host.tag, item.tag) == ("robot", dialect):
+        return
+    if dialect:
+        problem = f"<{clean(item.tag)}> in <{host.tag}> is not read"
+        raise Refusal(item.label, problem, f"write <{dialect}> in <robot>, or remove it")
     if host.tag in ("loop", "predecessor", "successor") or (host.tag, word) == (
         "link",
         "origin",

@@ -27,7 +27,7 @@ from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import coordinate_names
 from kinematics.urdf_elements.write_numbers import roll_pitch_yaw
 
-__all__ = ["Posed", "write_at_reference_pose"]
+__all__ = ["Posed", "moved_origin", "write_at_reference_pose"]
 
 Array = NDArray[np.float64]
 
@@ -78,8 +78,11 @@ def write_at_reference_pose(linkage: Linkage) -> Posed:
                 problem = "a universal joint that has turned about its second axis"
                 file, remedy = clean(linkage.source, 1000), "replace it by two joints"
                 raise FileError(file, joint.label, problem, remedy)
-            splices.append(_replace_origin(text, joints[name], _origin_attributes(joint, q)))
-    beside = len(found.every("loop")) < len(linkage.tree.every("loop"))
+            splices.append(_replace_origin(text, joints[name], moved_origin(joint, q)))
+    own = {loop.name for loop in found.every("loop")}
+    # Loops of the file in the words of other tools have a place there.
+    added = (loop for loop in linkage.tree.every("loop") if loop.span == (0, 0))
+    beside = any(loop.name not in own for loop in added)
     return Posed(text.replace(splices), positions, beside)
 
 
@@ -93,8 +96,13 @@ def _replace_origin(text: Text, joint: Element, attributes: Mapping[str, str]) -
     return Splice(at, at, f"<origin {words}/>{text.margin(at)}")
 
 
-def _origin_attributes(joint: Element, q: list[float]) -> dict[str, str]:
-    """Attributes of the origin of a joint that has moved to positions q."""
+def moved_origin(joint: Element, q: list[float]) -> dict[str, str]:
+    """Compute the attributes of the ``<origin>`` of a joint that has moved.
+
+    Args:
+        joint: the checked element.
+        q: positions of its coordinates from the pose of the file, radians and metres.
+    """
     old = joint.first("origin")
     attributes = {"xyz": "0 0 0", **(old.attributes if old is not None else {})}
     axis = joint.first("axis")

@@ -28,8 +28,8 @@ FILE_LINES, FUNCTION_LINES = 350, 60
 
 # Slow to load, or not installed everywhere: only the functions that use them import them.
 LAZY = {
-    "clarabel", "example_robot_data", "matplotlib", "pinocchio", "plotly", "rich", "scipy",
-    "yourdfpy",
+    "clarabel", "example_robot_data", "matplotlib", "mujoco", "pinocchio", "plotly", "rich",
+    "scipy", "yourdfpy",
 }  # fmt: skip
 NOT_FOR_REPORT = ("pinocchio", "plotly", "matplotlib", "clarabel")
 

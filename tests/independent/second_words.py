@@ -23,7 +23,8 @@ PARTS = {
     "predecessor": ("origin", "link"), "successor": ("origin", "link"),
     "parent": ("", "link"), "child": ("", "link"), "origin": ("", "xyz rpy"),
     "axis": ("", "xyz"), "axis2": ("", "xyz"), "mass": ("", "value"),
-    "inertia": ("", "ixx ixy ixz iyy iyz izz iyx izx izy"), "mimic": ("", "joint multiplier offset"),
+    "inertia": ("", "ixx ixy ixz iyy iyz izz iyx izx izy"),
+    "mimic": ("", "joint multiplier offset"),
     "screw_thread_pitch": ("", "value"),
 }  # fmt: skip
 SEVERAL = {"link", "joint", "loop"}

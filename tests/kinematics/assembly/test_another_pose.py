@@ -232,7 +232,6 @@ def test_two_linkages_are_at_one_pose(capsys):
     ("words", "fragment"),
     [
         (["four_bar_kite", "--inputs", "q4", "--at", "q4=3"], "the loops cannot be closed"),
-        (["four_bar_general", "--at", "q2=0.1"], "input q2: not an independent coordinate"),
         (["four_bar_general", "--at", "no=0.1"], "choose from u1"),
         (["four_bar_general", "--at", "u1=1e9"], "give a nearer pose"),
     ],
@@ -248,13 +247,14 @@ def test_a_pose_that_cannot_be_is_one_line(verb, words, fragment, capsys):
 @pytest.mark.parametrize("word", ["", "u1", "u1=", "=1", "u1=nan", "u1=inf", "u1=1,u1=2", "1"])
 def test_words_that_are_no_pose(word, capsys):
     assert main(["report", "four_bar_general", "--at", word]) == 2
-    assert "with each input once" in capsys.readouterr().err
+    assert "with each joint once" in capsys.readouterr().err
 
 
 def test_errors_of_the_module():
     with pytest.raises(CoordinateError) as caught:
         kinematics.load("five_bar", at={"u1": 0.1, "q9": 1.0})
-    assert (caught.value.names, caught.value.valid) == (("q9",), ("u1", "u2"))
+    assert caught.value.names == ("q9",)
+    assert caught.value.valid == tuple(j.name for j in kinematics.load("five_bar").joints)
     with pytest.raises(PoseError, match="finite"):
         kinematics.load("five_bar", at={"u1": np.nan})
     assert kinematics.load("five_bar", at={}).at is None

@@ -209,6 +209,23 @@ def test_a_bifurcation_is_refused_and_tells_the_branches(tmp_path):
     assert nullities == {5, 7} and len(poses) == 2
 
 
+@pytest.mark.parametrize("arms", [["base"], ["top"], ["base", "top", "bar0"]])
+def test_a_bifurcation_counts_the_freedoms_of_the_linkage(arms, tmp_path):
+    """Arms on links of the loop add a freedom each, here and elsewhere."""
+    feet, heads = (points[:2] for points in COLLINEAR)
+    path = platform(tmp_path, feet, heads)
+    more = []
+    for name in arms:
+        more += [link(f"arm_{name}", **MASS)]
+        more += [joint(f"j_{name}", "continuous", name, f"arm_{name}", along([0, 0, 0]), Z)]
+    path.write_text(path.read_text().replace("</robot>", "".join(more) + "</robot>"))
+    with pytest.raises(MobilityError) as caught:
+        kinematics.load(path)
+    here = 2 + len(arms)
+    told = f"{here} degrees of freedom there, {here - 1} at other poses; 2 branches of motion"
+    assert told in str(caught.value)
+
+
 def swung(folder, angle, name):
     """The collinear parallelogram, with the angles of its tree joints in the file."""
     (foot, other), (head, _) = (points[:2] for points in COLLINEAR)

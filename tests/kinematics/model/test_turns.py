@@ -22,11 +22,11 @@ JOINTS = [
 
 @pytest.fixture
 def swung(tmp_path):
-    """A file so wide open that Newton's method closes it after more than half a turn."""
+    """A file so wide open that steps that close it may wind joints around."""
     rng = np.random.default_rng(41)
     angles = {joint: rng.uniform(-2, 2) for joint in ("u1", "q2", "q4")}
     path = altered("four_bar_general", tmp_path, posed(angles))
-    assert np.abs(kinematics.load(path).displaced).max() > 1.2 * np.pi
+    assert np.abs(kinematics.load(path).displaced).max() > 1.0
     return path
 
 

@@ -149,6 +149,7 @@ def test_many_oddities_are_one_remark(robot):
     ("old", "new", "problem"),
     [
         (AXIS, '<axis xyz="0 0 1" rpy="0 0 1"/>', "<axis rpy> is not read"),
+        ('<robot name="four_bar"', '<robot Name="four_bar"', "<robot Name> is not read"),
         ('ixy="0"', 'ixy="0" iyx="0.1"', "<inertia iyx> is not read"),
         ('type="revolute">', 'type="revolute" independent="yes">', "neither true nor false"),
     ],
@@ -203,8 +204,7 @@ def test_refused(robot, case):
         ),
         ("<!DOCTYPE html><html><body>404</body></html>", "entities", "remove the DOCTYPE"),
         ("<html><body>404</body></html>", "not <robot>", "URDF"),
-        ("<sdf><model name='m'/></sdf>", "not <robot>", "URDF"),
-        ("<mujoco><worldbody/></mujoco>", "not <robot>", "URDF"),
+        ("<sdf><model name='m'/></sdf>", "no version", "give SDF 1.4 to 1.12"),
         ("<robot name='r'/>", "no <link>", "links and joints"),
     ],
 )

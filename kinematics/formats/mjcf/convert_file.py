@@ -1,0 +1,52 @@
+"""Convert an MJCF file to the elements of a URDF file with loops."""
+
+from __future__ import annotations
+
+import os
+
+from kinematics.formats.mjcf.body_tree import BodyTree
+from kinematics.formats.mjcf.compile_file import compile_file
+from kinematics.formats.mjcf.equalities import EqualityReader
+from kinematics.formats.mjcf.includes import expand_includes
+from kinematics.formats.mjcf.reduce_file import reduce_file
+from kinematics.urdf_elements import make_elements
+from kinematics.urdf_elements.element import Element
+
+__all__ = ["NOT_READ", "convert_mjcf"]
+
+NOT_READ = "not_read"
+"""The code of remarks on what a file has and a linkage does not."""
+
+Remarks = tuple[tuple[str, str], ...]
+
+
+def convert_mjcf(root: Element, path: str | None) -> tuple[Element, Remarks]:
+    """Convert the elements of an MJCF file to those of a URDF file.
+
+    The reference pose is ``qpos0``; joint positions count from there. A connect becomes a
+    spherical loop, a weld a fixed loop, and a linear constraint between joints a ``<mimic>``.
+
+    Args:
+        root: the ``<mujoco>`` element.
+        path: its file; None for a stream.
+
+    Returns:
+        The ``<robot>`` element, and code and message of each remark.
+
+    Raises:
+        PackageError: MuJoCo is not installed.
+        Refusal: the file cannot be converted, or MuJoCo refuses it.
+    """
+    file = reduce_file(expand_includes(root, path))
+    compiled = compile_file(file, None if path is None else os.path.dirname(path))
+    tree = BodyTree(compiled)
+    equalities = EqualityReader(tree, file.disabled)
+    equalities.couple_joints()
+    parts = list(tree.parts())
+    parts += equalities.loops()
+    stem = os.path.splitext(os.path.basename(path or ""))[0]
+    name = root.attributes.get("model", "").strip() or stem or "mjcf"
+    texts = (*file.remarks, *equalities.remarks, *compiled.warnings)
+    place = path or "MJCF"
+    remarks = [(NOT_READ, f"{place}: {text}") for text in texts]
+    return make_elements.robot(name, parts), tuple(remarks)

@@ -1,0 +1,91 @@
+"""Convert an SDF file to the elements of a URDF file with loops, and say what was decided."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from kinematics.error_text import quoted
+from kinematics.formats.sdf.find_model import find_model, version_of
+from kinematics.formats.sdf.frames import WORLD, read_frames
+from kinematics.formats.sdf.inertials import has_inertial, uses_defaults
+from kinematics.formats.sdf.model_joints import LinkNames, ModelJoint, read_joint
+from kinematics.formats.sdf.spanning_tree import choose_root, span
+from kinematics.formats.sdf.tags import check_tags
+from kinematics.formats.sdf.write_model import ModelWriter
+from kinematics.urdf.xml_tree import Refusal
+from kinematics.urdf_elements.element import Element
+
+__all__ = ["convert_sdf"]
+
+
+def convert_sdf(root: Element) -> tuple[Element, tuple[tuple[str, str], ...]]:
+    """Convert an SDF file.
+
+    The ground is the world, if joints fix the model to it, and else the first link that no
+    joint carries.
+
+    Args:
+        root: the ``<sdf>`` element.
+
+    Returns:
+        The ``<robot>`` element, and code and message of each remark.
+
+    Raises:
+        Refusal: the file has something that cannot be converted.
+    """
+    version, model = version_of(root), find_model(root)
+    check_tags(model)
+    frames, names = read_frames(model), LinkNames(model)
+    if not names.links:
+        raise Refusal(model.label, "no <link>", "give a model with links and joints")
+    joints = [read_joint(item, names, frames, version) for item in model.every("joint")]
+    pairs = [(joint.parent, joint.child) for joint in joints]
+    ground = WORLD
+    if not any(WORLD in pair for pair in pairs):
+        ground = choose_root(list(names.links), pairs, names.canonical)
+    writer = ModelWriter(names.links, frames, joints, ground, span(pairs, ground))
+    attributes = {"name": model.name} if model.name else {}
+    robot = Element("robot", attributes, writer.parts(model.line), model.line)
+    moved = writer.moved_links()
+    return robot, tuple(_remarks(list(names.links.values()), joints, ground, moved))
+
+
+def _remarks(
+    links: Sequence[Element], joints: Sequence[ModelJoint], ground: str, moved: Sequence[str]
+) -> Iterator[tuple[str, str]]:
+    """Remarks on what the file leaves to its reader."""
+    if ground != WORLD:
+        text = f"no joint fixes the model to the world: its link {quoted([ground])} is taken "
+        yield "base_taken_as_fixed", f"{text}as the ground"
+    still = _still_links(joints, ground)
+    carrying = [link for link in links if link.name not in still]
+    bare = [link.name for link in carrying if not has_inertial(link)]
+    if bare:
+        text = "links without <inertial> have no mass here, where Gazebo takes 1 kg and 1 kg m²"
+        yield "no_inertial", f"{text}: {quoted(bare)}"
+    filled = [link.name for link in carrying if has_inertial(link) and uses_defaults(link)]
+    if filled:
+        text = "masses of 1 kg or moments of 1 kg m², the defaults of SDF, are taken for what "
+        yield "default_inertial", f"{text}the <inertial> leaves out: {quoted(filled)}"
+    locked = [joint.name for joint in joints if joint.locked]
+    if locked:
+        text = "joints move here, though their limits are one position; write type fixed if "
+        yield "locked_joints", f"{text}they are to be fixed: {quoted(locked)}"
+    if moved:
+        text = "link frames are those of the joints that carry the links, not those of the file"
+        yield "link_frames", f"{text}: {quoted(moved)}"
+
+
+def _still_links(joints: Sequence[ModelJoint], ground: str) -> set[str]:
+    """Find the links that fixed joints connect to the ground."""
+    pairs = [(joint.parent, joint.child) for joint in joints if joint.kind == "fixed"]
+    beside: dict[str, list[str]] = {}
+    for one, other in (*pairs, *((child, parent) for parent, child in pairs)):
+        beside.setdefault(one, []).append(other)
+    still, ready = {ground}, [ground]
+    while ready:
+        for link in beside.get(ready.pop(), ()):
+            if link not in still:
+                still.add(link)
+                ready.append(link)
+    return still

@@ -138,9 +138,7 @@ def load_regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Loads:
     return Loads(found[0], found[1], screws)
 
 
-def _regressors(
-    chain: Chain, q: Array, ud: Array, udd: Array
-) -> Iterator[tuple[Array, Array]]:
+def _regressors(chain: Chain, q: Array, ud: Array, udd: Array) -> Iterator[tuple[Array, Array]]:
     """Yield screws, and regressors of momentum and rate (2, 6, bodies, 10), of each sample."""
     for position, speed, change in zip(q, ud, udd, strict=True):
         pose = forward_kinematics(chain, position)

@@ -22,7 +22,7 @@ def fenced(mark: str) -> list[str]:
 
 def test_the_examples_print_what_they_say():
     examples, outputs = fenced("example"), fenced("output")
-    assert len(examples) == len(outputs) == 4
+    assert len(examples) == len(outputs) == 5
     for example, output in zip(examples, outputs, strict=True):
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):

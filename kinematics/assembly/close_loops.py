@@ -63,6 +63,8 @@ STARTS = 1 + NEAR_STARTS + len(FAR_DISTANCES) * FAR_STARTS
 MAX_POSES = 3
 # Seed of the random starts.
 SEED = 0
+# Most units of the joints alone in that of a chain: the joints are in one place otherwise.
+MOST_UNITS = 1e3
 # Weight of the motion of joints that other joints should spare; those of others are up to 1.
 PREFERENCE = 10.0
 
@@ -128,6 +130,7 @@ def _close_component(
     part: Component, repair: Repair | None, preferred: frozenset[int] = frozenset()
 ) -> ClosedComponent | str:
     """Close the loops of a component; if no pose does, return a hint for the user."""
+    part = _without_masses(part)
     gaps, home, hint = weld_gaps(part), np.zeros(part.joints.size), ""
     weights = motion_weights(part)
     chosen = np.isin(part.joints, list(preferred))
@@ -151,6 +154,16 @@ def _close_component(
             return repaired
         hint = repaired
     return _nearest_pose(part, loops, weights, np.concatenate(further)) or hint
+
+
+def _without_masses(part: Component) -> Component:
+    """Return a component in units of its joints alone: other masses lead to the same pose.
+
+    Where the joints are all but in one place, masses count for the unit of length.
+    """
+    bare = part._replace(draft=replace(part.draft, bodies=()))
+    own = extent(bare.draft)
+    return bare.in_frame(own) if own.length > part.chain.frame.length / MOST_UNITS else part
 
 
 def _nearest_pose(

@@ -190,7 +190,7 @@ def replaced(old: str, new: str):
 BAD = {
     "missing": (None, ["no such file"]),
     "not_xml": (lambda text: "links and joints", ["not well-formed", "line 1"]),
-    "not_urdf": (lambda text: "<sdf><model/></sdf>", ["sdf", "robot"]),
+    "not_urdf": (lambda text: "<svg><path/></svg>", ["svg", "robot"]),
     "doctype": (replaced("<!--", '<!DOCTYPE robot [<!ENTITY a "b">]><!--'), ["DOCTYPE"]),
     "truncated": (lambda text: text[: len(text) // 2], ["line"]),
     "nan": (replaced('mass value="', 'mass value="nan'), ["mass", "nan"]),

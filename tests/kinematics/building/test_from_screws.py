@@ -220,7 +220,6 @@ REFUSED = {
                    "body 'c': .*is not mass, centre of mass and inertia; give"),
     "skew": ([J("a", "b", "c")], {"bodies": {"c": (1, (0, 0, 0), np.arange(9).reshape(3, 3))}},
              "inertia is not symmetric"),
-    "no mass": ([J("a", "b", "c")], {"bodies": {}}, "no moving link .*give no bodies"),
     "mimic": ([J("a", "b", "c"), J("e", "c", "d", mimic=("z", 1))], {},
               "joint 'e': mimics unknown joint 'z'"),
     "mimic word": ([J("a", "b", "c"), J("e", "c", "d", mimic=3)], {}, "a name and a ratio"),

@@ -46,7 +46,8 @@ def test_truncated(robot, percent):
         (b"<robot name='\xff'/>", "not well-formed"),
         (b"<robot name='&lol;'/>", "undefined entity"),
         (b"<robot name='a' name='b'/>", "duplicate attribute"),
-        (b"<sdf version='1.6'/>", "root element is not <robot>"),
+        (b"<sdf version='1.6'/>", "no <model>"),
+        (b"<svg/>", "root element is not <robot>"),
         (b"<robot name='a'/>", "no <link>"),
     ],
 )

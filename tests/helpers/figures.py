@@ -108,6 +108,10 @@ FIGURES = (
     Figure("stewart_6ups", (36, 82), 48, 0, 130, spatial=True, reach=0.1, radius=0.03),
     Figure("four_rrr_pair", (4, 8), 12, 7, 27, motion=("c1=-a1-b1",), balance="force"),
     Figure("four_rrr_parallel", (4, 6), 12, 9, 27, motion=("c1=-a1-b1",), balance="force"),
+    Figure("four_rrr_in_line", (6, 12), 12, 3, 27, balance="force"),
+    Figure("four_rrr_symmetric", (6, 12), 12, 3, 27, balance="force"),
+    Figure("four_rrr_prototype", (4, 6), 12, 9, 27, motion=("c1=-a1-b1",), balance="force"),
+    Figure("four_rrr_side_by_side", (4, 6), 12, 9, 27, motion=("c1=-a1-b1",), balance="force"),
     Figure("two_rrr", (6,), 6, 3, 15, balance="force"),
 )  # fmt: skip
 

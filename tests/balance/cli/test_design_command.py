@@ -32,6 +32,8 @@ FEASIBLE = {
     "four_bar_kite", "four_bar_antiparallelogram", "slider_crank", "scissor_three_stage",
     "three_rsr-u2=u3", "three_rsr_rational-u2=u3", "five_bar-force", "fuga_i-force",
     "four_rrr-force", "four_rrr_pair-force-c1=-a1-b1", "four_rrr_parallel-force-c1=-a1-b1",
+    "four_rrr_in_line-force", "four_rrr_symmetric-force",
+    "four_rrr_prototype-force-c1=-a1-b1", "four_rrr_side_by_side-force-c1=-a1-b1",
     "two_rrr-force",
 }  # fmt: skip
 

@@ -15,10 +15,10 @@ from balance import design_space, momentum_regressor
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, MobilityError, OpenLoopError
 
-MOBILITY = dict.fromkeys(MODELS, 1) | {"delta": 3, "five_bar": 2, "four_rrr": 3, "fuga_i": 2}
-MOBILITY |= dict.fromkeys(["three_rrr", "three_rsr", "three_rsr_rational"], 3)
+MOBILITY = dict.fromkeys(MODELS, 1) | {"delta": 3, "five_bar": 2, "fuga_i": 2}
+MOBILITY |= dict.fromkeys(["three_rsr", "three_rsr_rational"], 3)
 MOBILITY |= {"hprs": 6, "pantograph": 2, "stewart_6ups": 6}
-MOBILITY |= dict.fromkeys(["four_rrr_pair", "four_rrr_parallel", "two_rrr"], 3)
+MOBILITY |= dict.fromkeys([name for name in MODELS if "_rrr" in name], 3)
 Z = [0.0, 0.0, 1.0]
 MASS = dict(mass=1.0, inertia=0.1 * np.eye(3))
 

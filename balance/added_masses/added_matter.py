@@ -18,6 +18,8 @@ cone, described here exactly, in the unit coordinates of the region:
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -108,8 +110,12 @@ def moment_cone(region: Region) -> MomentCone:
     """
     if region.kind == "cylinder":
         raise ValueError("a cylinder has no exact cone: give points")
-    if not region.ellipsoidal:
-        return _tetrahedra_cone(region)
+    return _ball_cone() if region.ellipsoidal else _tetrahedra_cone(region)
+
+
+@cache
+def _ball_cone() -> MomentCone:
+    """Describe the pseudo-inertias of measures in the unit ball."""
     S = _symmetric_basis()
     G = np.diag([-1.0, -1.0, -1.0, 1.0])
     rows = np.vstack([np.eye(10), np.einsum("nij,ij->n", S, G)])
@@ -125,20 +131,21 @@ def lump_cone(points: ArrayLike) -> MomentCone:
     return MomentCone(matrices, np.eye(count), (ConstraintBlock("nonnegative", count),), False)
 
 
-def parameters_per_moment(space: DesignSpace, body: int, region: Region) -> Array:
-    """Compute counted parameters of a body from the coordinates `triangles` of ΔP.
+def parameters_per_moment(space: DesignSpace, regions: Mapping[int, Region]) -> Array:
+    """Compute counted parameters of bodies from the coordinates `triangles` of their ΔP.
 
     Args:
         space: the design space.
-        body: position of the body among ``space.bodies``.
-        region: region whose unit coordinates ΔP is in.
+        regions: region by position of the body, in whose unit coordinates ΔP is.
 
     Returns:
-        Matrix (count, 10) in the units of the chain; see `AddedMatter.counted`.
+        Matrices (regions, count, 10) in the units of the chain; see `AddedMatter.counted`.
     """
-    H = space.frames[body] @ region.place
-    z = from_pseudo_inertia(H @ _symmetric_basis() @ H.T)
-    return to_chain(z, space.chain.frame, space.planar, space.balance == "force").T
+    places = np.array([region.place for region in regions.values()]).reshape(-1, 1, 4, 4)
+    H = space.frames[list(regions), None] @ places
+    z = from_pseudo_inertia(H @ _symmetric_basis() @ H.mT).reshape(-1, 10)
+    own = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
+    return np.asarray(own.reshape(len(regions), 10, -1).mT)
 
 
 def homogeneous(points: ArrayLike) -> Array:

@@ -22,7 +22,7 @@ from balance.added_masses.program import (
     certificate_dual,
     solve_added,
 )
-from balance.added_masses.quadratic_minimum import minimise_in_region
+from balance.added_masses.quadratic_minimum import least_values
 from balance.added_masses.regions import Region
 from balance.designs.pseudo_inertia_cone import given_parameters
 from balance.designs.verdicts import TOO_NARROW, UNSETTLED
@@ -120,9 +120,9 @@ def _balanced(
     if not space.sure:
         return replace(blank, words=f"undecided: {UNSETTLED}")
     value, priced = added_objective(program, [one.moments for one in lumps])
-    prices = [minimise_in_region(*item)[0] for item in zip(kinds, solution.forms, strict=True)]
+    prices = least_values(kinds, solution.forms)
     added = sum(float(one.masses.sum()) for one in lumps)
-    bound = solution.bound + added * min(0.0, *prices)
+    bound = solution.bound + added * float(prices.min(initial=0.0))
     weights = tuple(
         counterweight_of(space.bodies[b], region, one, program.unit)
         for (b, region), one in zip(program.regions.items(), lumps, strict=True)

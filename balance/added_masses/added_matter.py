@@ -155,7 +155,9 @@ def homogeneous(points: ArrayLike) -> Array:
         points: points in any coordinates.
     """
     u = np.asarray(points, dtype=np.float64).reshape(-1, 3)
-    return np.column_stack([u, np.ones(len(u))])
+    p = np.ones((len(u), 4))
+    p[:, :3] = u
+    return p
 
 
 def _tetrahedra_cone(region: Region) -> MomentCone:

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.added_masses.added_matter import homogeneous
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import counterweight_of
 from balance.added_masses.exclusion import check_exclusion, describe_exclusion
@@ -138,11 +137,12 @@ def _balanced(
 
 def _with_lumps(program: AddedProgram, lumps: Sequence[Lumps]) -> Array:
     """Add lumps to the given masses: parameters (bodies, 10), SI units."""
-    z = given_parameters(program.space).copy()
-    for (b, region), one in zip(program.regions.items(), lumps, strict=True):
-        H = program.space.frames[b] @ region.place
-        p = homogeneous(one.points) @ H.T
-        z[b] += program.unit * from_pseudo_inertia(np.einsum("n,ni,nj->ij", one.masses, p, p))
+    z = given_parameters(program.space)
+    b = list(program.regions)
+    places = np.array([region.place for region in program.regions.values()])
+    H = program.space.frames[b] @ places
+    moments = np.array([one.moments for one in lumps])
+    z[b] += program.unit * from_pseudo_inertia(H @ moments @ H.mT)
     return z
 
 

@@ -56,7 +56,7 @@ class Lumps(NamedTuple):
     def moments(self) -> Array:
         """Their pseudo-inertia (4, 4)."""
         p = homogeneous(self.points)
-        return np.asarray(np.einsum("n,ni,nj->ij", self.masses, p, p))
+        return np.asarray((self.masses * p.T) @ p)
 
 
 def lumps_of(region: Region, P: Array, force: bool, least: float = 0.0) -> Lumps:
@@ -100,7 +100,7 @@ def refine_lumps(
     owner = np.repeat(np.arange(len(lumps)), [one.masses.size for one in lumps])
     if not owner.size:
         return list(lumps)
-    kinds, own = [regions[k] for k in owner], rows[owner]
+    kinds, own = [regions[int(k)] for k in owner], rows[owner]
     found = Lumps(*(np.concatenate(part) for part in zip(*lumps, strict=True)))
     best, least, stalls = found, np.inf, 0
     for _ in range(MOST_STEPS):

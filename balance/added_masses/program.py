@@ -135,10 +135,11 @@ def build_added_program(
     r, kept = -conditions @ given, U[:, :rank] / values[:rank]
     rows = V[:rank].reshape(rank, len(regions), 10).transpose(1, 0, 2)
     cost, inertia, scale, constant = _objective(space, regions, minimise, file, unit)
+    # Twice, because what is left may be much smaller than r.
+    left = conditions.T @ project_out(project_out(r, U[:, :rank]), U[:, :rank])
     return AddedProgram(
-        space, regions, unit, rows, r @ kept, conditions.T @ kept,
-        conditions.T @ project_out(project_out(r, U[:, :rank]), U[:, :rank]), given, cost, inertia, scale, constant,
-        0.0 if minimise == "mass" else IDLE_MASS_PRICE,
+        space, regions, unit, rows, r @ kept, conditions.T @ kept, left, given, cost, inertia,
+        scale, constant, 0.0 if minimise == "mass" else IDLE_MASS_PRICE,
     )  # fmt: skip
 
 

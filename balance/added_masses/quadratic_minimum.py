@@ -123,13 +123,14 @@ def _secular_solution(w: list[float], beta: list[float], zero: float) -> list[fl
 def _multiplier(w: list[float], squares: list[float], low: float, zero: float) -> float:
     """Solve ``Σ squares_i / (w_i + λ)² = 1`` for λ above ``low``."""
     high = low + math.sqrt(sum(squares)) + zero
-    multiplier = high
+    multiplier, pairs = high, list(zip(w, squares, strict=True))
     for _ in range(BISECTIONS):
         # Newton's method for 1 / |x| = 1, within the bracket.
-        parts = [(part / (value + multiplier) ** 2, value + multiplier)
-                 for value, part in zip(w, squares, strict=True)]  # fmt: skip
-        square = sum(part for part, _ in parts)
-        slope = sum(part / shifted for part, shifted in parts)
+        square = slope = 0.0
+        for value, part in pairs:
+            shifted = value + multiplier
+            term = part / (shifted * shifted)
+            square, slope = square + term, slope + term / shifted
         low, high = (multiplier, high) if square > 1.0 else (low, multiplier)
         step = (square / slope) * (math.sqrt(square) - 1.0)
         if abs(step) <= CURVATURE_ZERO * (multiplier + abs(w[0])):

@@ -37,6 +37,10 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Kind = Literal["ball", "ellipsoid", "box", "cylinder", "hull"]
 
+# Corners, and facets, of regions without any.
+NO_POINTS = freeze(np.empty((0, 3)))
+NO_TRIANGLES = freeze(np.empty((0, 3)), np.int64)
+
 
 @dataclass(frozen=True, eq=False)
 class Region:
@@ -279,7 +283,7 @@ def _positive(numbers: ArrayLike, what: str, part: str) -> None:
 
 
 def _listed(numbers: list[float]) -> str:
-    return ",".join(f"{value:.12g}" for value in numbers)
+    return ",".join([f"{float(value):.12g}" for value in numbers])
 
 
 def _place(axes: Array, centre: Array) -> Array:
@@ -291,8 +295,7 @@ def _place(axes: Array, centre: Array) -> Array:
 
 def _round(kind: Kind, place: Array, text: str) -> Region:
     """Make a region without corners."""
-    none = freeze(np.empty((0, 3)))
-    return Region(kind, place, text, none, np.empty((0, 3), np.int64), none, freeze([]))
+    return Region(kind, place, text, NO_POINTS, NO_TRIANGLES, NO_POINTS, NO_POINTS[:, 0])
 
 
 def _polytope(kind: Kind, place: Array, text: str, points: Array) -> Region:

@@ -33,8 +33,8 @@ from balance.tolerances import TETRAHEDRON_FLAT
 from kinematics.spatial.inertia import from_pseudo_inertia
 
 __all__ = [
-    "AddedMatter", "MomentCone", "added_matter", "homogeneous", "lump_cone", "moment_cone",
-    "parameters_per_moment",
+    "AddedMatter", "MomentCone", "added_matter", "first_moment_cone", "homogeneous",
+    "lump_cone", "moment_cone", "parameters_per_moment",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -121,6 +121,32 @@ def _ball_cone() -> MomentCone:
     rows = np.vstack([np.eye(10), np.einsum("nij,ij->n", S, G)])
     parts = (ConstraintBlock("psd_triangle", 4), ConstraintBlock("nonnegative", 1))
     return MomentCone(S, rows, parts, True)
+
+
+def first_moment_cone(region: Region) -> MomentCone:
+    """Describe mass and first moments of all measures in a region, in its unit coordinates.
+
+    They are exact for every shape: matter of mass m whose centre of mass is in the region. The
+    second moments of these matrices stay zero; use them only where those do not count.
+    """
+    if region.offsets.size:
+        points = homogeneous(region.vertices)
+        flat = lump_cone(region.vertices)
+        return flat._replace(matrices=_without_second_moments(points), exact=True)
+    matrices = _without_second_moments(np.column_stack([np.eye(4)[:, :3], [0, 0, 0, 1.0]]))
+    order = np.eye(4)[[3, 0, 1, 2]]
+    if region.ellipsoidal:
+        return MomentCone(matrices, order, (ConstraintBlock("second_order", 4),), True)
+    ends = np.array([[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, -1.0, 1.0]])
+    parts = (ConstraintBlock("second_order", 3), ConstraintBlock("nonnegative", 2))
+    return MomentCone(matrices, np.vstack([order[:3], ends]), parts, True)
+
+
+def _without_second_moments(p: Array) -> Array:
+    """Build matrices (n, 4, 4) of mass and first moments (n, 4), mass last."""
+    matrices = np.zeros((len(p), 4, 4))
+    matrices[:, :, 3] = matrices[:, 3, :] = p
+    return matrices
 
 
 def lump_cone(points: ArrayLike) -> MomentCone:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from balance.added_masses.added_matter import (
     MomentCone,
+    first_moment_cone,
     lump_cone,
     moment_cone,
     parameters_per_moment,
@@ -191,14 +192,12 @@ def _with_points(
     """Solve with more and more points of cylinders, until none has a negative price."""
     from balance.added_masses.cylinder_points import first_points, missing_points
 
-    points = {
-        k: first_points() for k, region in enumerate(program.regions.values())
-        if region.kind == "cylinder"
-    }  # fmt: skip
-    exact = {
-        k: moment_cone(region) for k, region in enumerate(program.regions.values())
-        if k not in points
-    }  # fmt: skip
+    kinds = list(program.regions.values())
+    if program.space.balance == "force" and program.idle == 0.0:
+        # Neither the conditions nor the mass feel second moments.
+        return solve(program, tuple(first_moment_cone(region) for region in kinds))
+    points = {k: first_points() for k, one in enumerate(kinds) if one.kind == "cylinder"}
+    exact = {k: moment_cone(one) for k, one in enumerate(kinds) if k not in points}
     while True:
         cones = exact | {k: lump_cone(p) for k, p in points.items()}
         found = solve(program, tuple(cones[k] for k in range(len(cones))))

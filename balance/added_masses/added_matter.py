@@ -14,6 +14,9 @@ cone, described here exactly, in the unit coordinates of the region:
 - cylinder: no such description is known. Point masses at chosen points, ``ΔP = Σ μ_i p_i p_iᵀ``
   with ``μ_i ≥ 0``, are the cone from inside, and `quadratic_minimum.minimise_in_region` finds
   the points that are missing.
+
+Where second moments do not count, mass and first moments have a small exact description for
+every shape; see `first_moment_cone`.
 """
 
 from __future__ import annotations
@@ -130,9 +133,8 @@ def first_moment_cone(region: Region) -> MomentCone:
     second moments of these matrices stay zero; use them only where those do not count.
     """
     if region.offsets.size:
-        points = homogeneous(region.vertices)
-        flat = lump_cone(region.vertices)
-        return flat._replace(matrices=_without_second_moments(points), exact=True)
+        matrices = _without_second_moments(homogeneous(region.vertices))
+        return lump_cone(region.vertices)._replace(matrices=matrices, exact=True)
     matrices = _without_second_moments(np.column_stack([np.eye(4)[:, :3], [0, 0, 0, 1.0]]))
     order = np.eye(4)[[3, 0, 1, 2]]
     if region.ellipsoidal:

@@ -98,7 +98,8 @@ class AddedSolution(NamedTuple):
 
     Attributes:
         infeasible: whether the solver found that no matter balances.
-        moments: ΔP of each link, in unit coordinates and units of mass (links, 4, 4).
+        moments: ΔP of each link, in unit coordinates and units of mass (links, 4, 4); without
+            second moments if they do not count.
         dual: y (ρ,).
         forms: polynomials ``c_b - y·A_b``, matrices (links, 4, 4) in unit coordinates; for an
             infeasible program without c_b.

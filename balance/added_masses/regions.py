@@ -277,7 +277,7 @@ def _finite(numbers: ArrayLike, what: str) -> Array:
 
 def _positive(numbers: ArrayLike, what: str, part: str) -> None:
     """Raise UsageError unless all numbers are finite and above 0."""
-    for value in _finite(numbers, what):
+    for value in _finite(numbers, what).tolist():
         if not value > 0.0:
             raise UsageError(f"region {what} is empty: {part} {value:g}: give one above 0")
 

@@ -13,7 +13,7 @@ from balance.added_masses.regions import (
     Region,
     ball_region,
     hull_region,
-    rotation_matrix,
+    rotation_of_angles,
 )
 from balance.designs.mass_regions import joint_points
 from balance.spaces.design_space import DesignSpace
@@ -145,7 +145,7 @@ def _element_points(space: DesignSpace, name: str, element: Element) -> Array:
     try:
         points = _shape_points(shape)
         xyz, rpy = (np.array(origin.vector(key, "0 0 0")) for key in ("xyz", "rpy"))
-        placed = points @ rotation_matrix(rpy).T + xyz
+        placed = points @ rotation_of_angles(rpy).T + xyz
         if not np.isfinite(placed).all():
             raise ValueError
     except (ValueError, KeyError, IndexError):

@@ -30,7 +30,7 @@ from kinematics.model.arrays import freeze
 
 __all__ = [
     "Kind", "Region", "ball_region", "box_region", "cylinder_region", "ellipsoid_region",
-    "hull_region", "rotation_matrix",
+    "hull_region", "rotation_of_angles",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -187,7 +187,7 @@ def ellipsoid_region(
     c, a, angles = (_finite(part, "ellipsoid") for part in (centre, axes, rpy))
     _positive(a, "ellipsoid", "half axis")
     text = f"ellipsoid({_listed([*c, *a, *(angles if angles.any() else ())])})"
-    return _round("ellipsoid", _place(rotation_matrix(angles) * a, c), text)
+    return _round("ellipsoid", _place(rotation_of_angles(angles) * a, c), text)
 
 
 def cylinder_region(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -> Region:
@@ -257,7 +257,7 @@ def hull_region(points: ArrayLike, text: str = "collision") -> Region:
     return _polytope("hull", _place(half * np.eye(3), centre), text, (corners - centre) / half)
 
 
-def rotation_matrix(rpy: ArrayLike) -> Array:
+def rotation_of_angles(rpy: ArrayLike) -> Array:
     """Compute the rotation matrix (3, 3) of roll, pitch and yaw (3,), as in URDF."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array([

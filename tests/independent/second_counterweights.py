@@ -1,20 +1,14 @@
 """Counterweights by second routes: cvxpy, plain linear programs over points, own certificates.
 
-Nothing here uses `balance.added_masses` beyond the data of a region and the file that it
-writes: point masses, cones and conditions are written anew.
+Nothing here uses `balance.added_masses` beyond the data of a region: point masses, cones and
+conditions are written anew.
 ``python tests/independent/second_counterweights.py --cases 120`` compares that many random
-requests; with ``--balance dynamic``, of dynamic balance; with ``--exports``, it checks the
-files of those that are feasible.
+requests; with ``--balance dynamic``, of dynamic balance.
 """
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
-import json
-import random
-import re
 import sys
 import tempfile
 from collections import Counter
@@ -30,55 +24,13 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
     sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from small_linkages import small_linkage
+from counterweight_requests import random_request
 
 import balance
-from balance.added_masses.write_counterweights import with_counterweights
-from balance.cli.main import main as main_of_balance
 
 __all__ = [
-    "answer_fault", "by_cvxpy", "by_points", "certificate_fault", "export_fault",
-    "random_request", "samples",
+    "answer_fault", "by_cvxpy", "by_points", "certificate_fault", "samples",
 ]  # fmt: skip
-
-
-def random_request(seed: int, path: Path, balanced: str = "force"):
-    """A space, links to add matter to, and texts of regions; all of them follow from a seed.
-
-    Few linkages can be balanced dynamically: half of those requests are kites with matter in
-    a large region of every link, whose geometry admits it.
-    """
-    rng = random.Random(seed)
-    if balanced == "dynamic" and seed % 2:
-        space = balance.design_space(str(kite(rng, path)), balance=balanced)
-        return space, list(space.bodies), {n: random_region(rng, 4.0) for n in space.bodies}
-    space = balance.design_space(str(small_linkage(rng, path)), balance=balanced)
-    names = list(space.bodies)
-    add = rng.sample(names, rng.randint(1, len(names)))
-    return space, add, {name: random_region(rng) for name in add if rng.random() < 0.8}
-
-
-def kite(rng: random.Random, path: Path) -> Path:
-    """Write a kite with random masses; its joints are 0.5 and 1.5 by 0.25 m apart."""
-    for _ in range(1000):
-        small_linkage(rng, path)
-        text = path.read_text("utf-8")
-        if 'name="special"' in text and re.search(r'[" ]-?0\.25 0"', text):
-            return path
-    raise AssertionError("one of thirty linkages is a kite")
-
-
-def random_region(rng: random.Random, scale: float = 1.0) -> str:
-    """A region near the origin of the link: a ball, a box, a cylinder or an ellipsoid."""
-    x, y, z = (round(rng.uniform(-0.6, 0.6), 3) for _ in range(3))
-    a, b, c = (round(scale * rng.uniform(0.1, 0.8), 3) for _ in range(3))
-    u, v, w = (round(rng.uniform(-1.0, 1.0), 3) for _ in range(3))
-    return rng.choice((
-        f"ball({x},{y},{z},{a})",
-        f"box({x - a}:{x + a},{y - b}:{y + b},{z - c}:{z + c})",
-        f"cylinder({x},{y},{z},{u},{v},{w},{a},{b})",
-        f"ellipsoid({x},{y},{z},{a},{b},{c},{u},{v},{w})",
-    ))  # fmt: skip
 
 
 def conditions(space):
@@ -348,59 +300,13 @@ def answer_fault(found):
     return ""
 
 
-def export_fault(found, path: Path, merge: bool) -> str:
-    """What is wrong with the file of counterweights; empty if it is balanced by every check.
-
-    The report of the file must say so with ten parameters for each body where the request
-    counted them, `verify` must exit with 0, and the bodies must have the momentum they were
-    designed with.
-    """
-    path.write_bytes(with_counterweights(found, merge=merge))
-    counted = ["--balance", found.space.balance]
-    spatial = ["--spatial"] if "Exx" in found.space.labels else []
-    out = io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
-        code = main_of_balance(["report", str(path), "--json", *counted, *spatial])
-        report = json.loads(out.getvalue())
-        verified = main_of_balance(["verify", str(path), "--trajectories", "1", *counted])
-    if code != 0 or not report["as_given"]["balanced"]:
-        return f"the report says {report['as_given']}"
-    if verified != 0:
-        return f"verify exits with {verified}"
-    space = balance.design_space(str(path), balance=found.space.balance)
-    off = np.abs(np.array([body.inertia for body in space.linkage.bodies]) - found.z).max()
-    if off > 1e-12 * np.abs(found.z).max():
-        return f"parameters differ by {off:.1e}"
-    return ""
-
-
-def check_exports(seeds, folder: Path, balanced: str) -> int:
-    """Check the files of all feasible requests among some, and return how many are wrong."""
-    bad = count = 0
-    for seed in seeds:
-        space, add, texts = random_request(seed, folder / f"{seed}.urdf", balanced)
-        found = balance.counterweights(space, add, texts, relax=False)
-        for merge in (False, True) if found.verdict == "feasible" else ():
-            fault, count = export_fault(found, folder / "out.urdf", merge), count + 1
-            bad += bool(fault)
-            if fault:
-                print(f"seed {seed}, {'merged' if merge else 'own links'}: {fault}", flush=True)
-    print(f"{count} files of {len(seeds)} requests, {bad} not balanced")
-    return bad
-
-
 def main() -> None:
     """Compare random requests and print how they end."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--cases", type=int, default=120)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--balance", choices=("force", "dynamic"), default="force")
-    parser.add_argument("--exports", action="store_true", help="check exported files instead")
     options = parser.parse_args()
-    if options.exports:
-        with tempfile.TemporaryDirectory() as folder:
-            seeds = range(options.first, options.first + options.cases)
-            raise SystemExit(bool(check_exports(seeds, Path(folder), options.balance)))
     bad, ends = 0, Counter()
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(options.first, options.first + options.cases):

@@ -5,16 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from counterweight_requests import random_region, random_request
 from four_rrr import BODIES, CROSSED, GENERAL, PAIR
-from second_counterweights import (
-    by_points,
-    certificate_fault,
-    check_exports,
-    compare,
-    random_region,
-    random_request,
-    samples,
-)
+from second_counterweights import by_points, certificate_fault, samples
 
 import balance
 from balance.added_masses.decide import balance_residual
@@ -85,24 +78,6 @@ def test_the_default_region_is_half_the_link_about_its_joint(rod_arm):
         "ball(0,0,0,0.5)",
         "ball(0,0,0,0.2)",
     ]
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_random_requests_agree_with_cvxpy(seed, tmp_path):
-    """A sample of ``python tests/independent/second_counterweights.py``."""
-    assert compare(seed, tmp_path) == ""
-
-
-@pytest.mark.parametrize("seed", [0, 1, 3, 7, 8, 9])
-def test_random_requests_of_dynamic_balance_agree_with_cvxpy(seed, tmp_path):
-    """A sample of the same with ``--balance dynamic``."""
-    assert compare(seed, tmp_path, "dynamic") == ""
-
-
-@pytest.mark.parametrize("balanced", ["force", "dynamic"])
-def test_files_of_feasible_random_requests_are_balanced(balanced, tmp_path):
-    """A sample of the same with ``--exports``: links of their own, and merged."""
-    assert check_exports(range(4), tmp_path, balanced) == 0
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -19,5 +19,5 @@ def test_random_requests_of_dynamic_balance_agree_with_cvxpy(seed, tmp_path):
 
 @pytest.mark.parametrize("balanced", ["force", "dynamic"])
 def test_files_of_feasible_random_requests_are_balanced(balanced, tmp_path):
-    """A sample of the same with ``--exports``: links of their own, and merged."""
+    """A sample of ``python tests/independent/counterweight_files.py``."""
     assert check_exports(range(4), tmp_path, balanced) == 0

@@ -14,10 +14,15 @@ cone, described here exactly, in the unit coordinates of the region:
 - cylinder: no such description is known. Point masses at chosen points, ``ΔP = Σ μ_i p_i p_iᵀ``
   with ``μ_i ≥ 0``, are the cone from inside, and `quadratic_minimum.minimise_in_region` finds
   the points that are missing.
+
+Where second moments do not count, mass and first moments have a small exact description for
+every shape; see `first_moment_cone`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -31,8 +36,8 @@ from balance.tolerances import TETRAHEDRON_FLAT
 from kinematics.spatial.inertia import from_pseudo_inertia
 
 __all__ = [
-    "AddedMatter", "MomentCone", "added_matter", "homogeneous", "lump_cone", "moment_cone",
-    "parameters_per_moment",
+    "AddedMatter", "MomentCone", "added_matter", "first_moment_cone", "homogeneous",
+    "lump_cone", "moment_cone", "parameters_per_moment",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -108,13 +113,42 @@ def moment_cone(region: Region) -> MomentCone:
     """
     if region.kind == "cylinder":
         raise ValueError("a cylinder has no exact cone: give points")
-    if not region.ellipsoidal:
-        return _tetrahedra_cone(region)
+    return _ball_cone() if region.ellipsoidal else _tetrahedra_cone(region)
+
+
+@cache
+def _ball_cone() -> MomentCone:
+    """Describe the pseudo-inertias of measures in the unit ball."""
     S = _symmetric_basis()
     G = np.diag([-1.0, -1.0, -1.0, 1.0])
     rows = np.vstack([np.eye(10), np.einsum("nij,ij->n", S, G)])
     parts = (ConstraintBlock("psd_triangle", 4), ConstraintBlock("nonnegative", 1))
     return MomentCone(S, rows, parts, True)
+
+
+def first_moment_cone(region: Region) -> MomentCone:
+    """Describe mass and first moments of all measures in a region, in its unit coordinates.
+
+    They are exact for every shape: matter of mass m whose centre of mass is in the region. The
+    second moments of these matrices stay zero; use them only where those do not count.
+    """
+    if region.offsets.size:
+        matrices = _without_second_moments(homogeneous(region.vertices))
+        return lump_cone(region.vertices)._replace(matrices=matrices, exact=True)
+    matrices = _without_second_moments(np.column_stack([np.eye(4)[:, :3], [0, 0, 0, 1.0]]))
+    order = np.eye(4)[[3, 0, 1, 2]]
+    if region.ellipsoidal:
+        return MomentCone(matrices, order, (ConstraintBlock("second_order", 4),), True)
+    ends = np.array([[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, -1.0, 1.0]])
+    parts = (ConstraintBlock("second_order", 3), ConstraintBlock("nonnegative", 2))
+    return MomentCone(matrices, np.vstack([order[:3], ends]), parts, True)
+
+
+def _without_second_moments(p: Array) -> Array:
+    """Build matrices (n, 4, 4) of mass and first moments (n, 4), mass last."""
+    matrices = np.zeros((len(p), 4, 4))
+    matrices[:, :, 3] = matrices[:, 3, :] = p
+    return matrices
 
 
 def lump_cone(points: ArrayLike) -> MomentCone:
@@ -125,20 +159,21 @@ def lump_cone(points: ArrayLike) -> MomentCone:
     return MomentCone(matrices, np.eye(count), (ConstraintBlock("nonnegative", count),), False)
 
 
-def parameters_per_moment(space: DesignSpace, body: int, region: Region) -> Array:
-    """Compute counted parameters of a body from the coordinates `triangles` of ΔP.
+def parameters_per_moment(space: DesignSpace, regions: Mapping[int, Region]) -> Array:
+    """Compute counted parameters of bodies from the coordinates `triangles` of their ΔP.
 
     Args:
         space: the design space.
-        body: position of the body among ``space.bodies``.
-        region: region whose unit coordinates ΔP is in.
+        regions: region by position of the body, in whose unit coordinates ΔP is.
 
     Returns:
-        Matrix (count, 10) in the units of the chain; see `AddedMatter.counted`.
+        Matrices (regions, count, 10) in the units of the chain; see `AddedMatter.counted`.
     """
-    H = space.frames[body] @ region.place
-    z = from_pseudo_inertia(H @ _symmetric_basis() @ H.T)
-    return to_chain(z, space.chain.frame, space.planar, space.balance == "force").T
+    places = np.array([region.place for region in regions.values()]).reshape(-1, 1, 4, 4)
+    H = space.frames[list(regions), None] @ places
+    z = from_pseudo_inertia(H @ _symmetric_basis() @ H.mT).reshape(-1, 10)
+    own = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
+    return np.asarray(own.reshape(len(regions), 10, -1).mT)
 
 
 def homogeneous(points: ArrayLike) -> Array:
@@ -148,7 +183,9 @@ def homogeneous(points: ArrayLike) -> Array:
         points: points in any coordinates.
     """
     u = np.asarray(points, dtype=np.float64).reshape(-1, 3)
-    return np.column_stack([u, np.ones(len(u))])
+    p = np.ones((len(u), 4))
+    p[:, :3] = u
+    return p
 
 
 def _tetrahedra_cone(region: Region) -> MomentCone:

@@ -94,12 +94,12 @@ def counterweight_of(link: str, region: Region, lumps: Lumps, unit: float) -> Co
         unit: kilograms per unit of their mass.
     """
     masses, points = unit * lumps.masses, region.to_link(lumps.points)
-    p = homogeneous(points)
-    found = mass_properties(from_pseudo_inertia(np.einsum("n,ni,nj->ij", masses, p, p)))
     # One lump has no inertia about its centre; the difference of two terms leaves round-off.
-    inertia = found.inertia if len(masses) > 1 else np.zeros((3, 3))
-    com = found.com if len(masses) > 1 else points[0]
+    mass, com, inertia = float(masses[0]), points[0], np.zeros((3, 3))
+    if len(masses) > 1:
+        p = homogeneous(points)
+        mass, com, inertia = mass_properties(from_pseudo_inertia((masses * p.T) @ p))
     listed = tuple(
         Lump(float(m), freeze(x)) for m, x in zip(masses, points, strict=True)
     ) if len(masses) <= MOST_LUMPS else ()  # fmt: skip
-    return Counterweight(link, found.mass, freeze(com), freeze(inertia), listed, region)
+    return Counterweight(link, mass, freeze(com), freeze(inertia), listed, region)

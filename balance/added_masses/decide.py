@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.added_masses.added_matter import homogeneous
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import counterweight_of
 from balance.added_masses.exclusion import check_exclusion, describe_exclusion
@@ -22,7 +21,7 @@ from balance.added_masses.program import (
     certificate_dual,
     solve_added,
 )
-from balance.added_masses.quadratic_minimum import minimise_in_region
+from balance.added_masses.quadratic_minimum import least_values
 from balance.added_masses.regions import Region
 from balance.designs.pseudo_inertia_cone import given_parameters
 from balance.designs.verdicts import TOO_NARROW, UNSETTLED
@@ -120,9 +119,9 @@ def _balanced(
     if not space.sure:
         return replace(blank, words=f"undecided: {UNSETTLED}")
     value, priced = added_objective(program, [one.moments for one in lumps])
-    prices = [minimise_in_region(*item)[0] for item in zip(kinds, solution.forms, strict=True)]
+    prices = least_values(kinds, solution.forms)
     added = sum(float(one.masses.sum()) for one in lumps)
-    bound = solution.bound + added * min(0.0, *prices)
+    bound = solution.bound + added * float(prices.min(initial=0.0))
     weights = tuple(
         counterweight_of(space.bodies[b], region, one, program.unit)
         for (b, region), one in zip(program.regions.items(), lumps, strict=True)
@@ -138,11 +137,12 @@ def _balanced(
 
 def _with_lumps(program: AddedProgram, lumps: Sequence[Lumps]) -> Array:
     """Add lumps to the given masses: parameters (bodies, 10), SI units."""
-    z = given_parameters(program.space).copy()
-    for (b, region), one in zip(program.regions.items(), lumps, strict=True):
-        H = program.space.frames[b] @ region.place
-        p = homogeneous(one.points) @ H.T
-        z[b] += program.unit * from_pseudo_inertia(np.einsum("n,ni,nj->ij", one.masses, p, p))
+    z = given_parameters(program.space)
+    b = list(program.regions)
+    places = np.array([region.place for region in program.regions.values()])
+    H = program.space.frames[b] @ places
+    moments = np.array([one.moments for one in lumps])
+    z[b] += program.unit * from_pseudo_inertia(H @ moments @ H.mT)
     return z
 
 

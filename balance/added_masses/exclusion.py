@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.added_masses.added_matter import parameters_per_moment
-from balance.added_masses.quadratic_minimum import minimise_in_region
+from balance.added_masses.quadratic_minimum import least_values
 from balance.added_masses.regions import Region
 from balance.designs.clarabel_adapter import TRIANGLES
 from balance.designs.pseudo_inertia_cone import given_parameters
@@ -76,13 +76,13 @@ def check_exclusion(
     given = to_chain(file, space.chain.frame, space.planar, force).reshape(-1)
     slip = float(np.linalg.norm(space.scaled_basis.T @ w))
     left = -float(w @ given) - slip * float(np.linalg.norm(given))
-    gain, count = 0.0, len(space.labels)
-    for b, region in regions.items():
-        per_moment = parameters_per_moment(space, b, region)
-        form = TRIANGLES[4] @ (per_moment.T @ w[b * count : (b + 1) * count])
-        most = -minimise_in_region(region, -form.reshape(4, 4))[0]
-        # The size of [u; 1][u; 1]ᵀ is at most 4 in a box, the largest of the shapes.
-        gain = max(gain, most + slip * 4.0 * float(np.linalg.norm(per_moment, 2)))
+    per_moment = parameters_per_moment(space, regions)
+    parts = w.reshape(len(space.bodies), 1, -1)[list(regions)]
+    forms = (parts @ per_moment)[:, 0] @ TRIANGLES[4].T
+    most = -least_values(list(regions.values()), -forms.reshape(-1, 4, 4))
+    # The size of [u; 1][u; 1]ᵀ is at most 4 in a box, the largest of the shapes.
+    slips = slip * 4.0 * np.linalg.norm(per_moment, 2, axis=(1, 2))
+    gain = float((most + slips).max(initial=0.0))
     excluded = 0.0 if left <= 0.0 else left / gain if gain > 0.0 else np.inf
     enough = excluded >= MASS_EXCLUDED * float(file[:, 0].sum())
     accepted = bool(slip <= CERTIFICATE_ORTHOGONAL and left > 0.0 and enough)

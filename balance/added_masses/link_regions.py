@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -12,7 +13,7 @@ from balance.added_masses.regions import (
     Region,
     ball_region,
     hull_region,
-    rotation_matrix,
+    rotation_of_angles,
 )
 from balance.designs.mass_regions import joint_points
 from balance.spaces.design_space import DesignSpace
@@ -85,13 +86,14 @@ def default_region(space: DesignSpace, body: int) -> Region:
     points = joint_points(space, own)
     if own.inertia[0] > 0.0:
         points = [*points, own.inertia[1:4] / own.inertia[0]]
-    length = float(np.linalg.norm(np.array(points) - points[0], axis=1).max())
+    away = np.array(points) - points[0]
+    length = math.sqrt(float((away * away).sum(axis=1).max()))
     if length <= LINK_LENGTH_ZERO * space.chain.frame.length:
         length = space.chain.frame.length
     R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
     centre = R.T @ (points[0] - origin)
-    tiny = np.abs(centre) <= COORDINATE_ROUND_OFF * (length + np.abs(origin).max())
-    return ball_region(np.where(tiny, 0.0, centre), DEFAULT_RADIUS * length)
+    centre[np.abs(centre) <= COORDINATE_ROUND_OFF * (length + np.abs(origin).max())] = 0.0
+    return ball_region(centre, DEFAULT_RADIUS * length)
 
 
 def _check_body(space: DesignSpace, name: str) -> None:
@@ -143,7 +145,7 @@ def _element_points(space: DesignSpace, name: str, element: Element) -> Array:
     try:
         points = _shape_points(shape)
         xyz, rpy = (np.array(origin.vector(key, "0 0 0")) for key in ("xyz", "rpy"))
-        placed = points @ rotation_matrix(rpy).T + xyz
+        placed = points @ rotation_of_angles(rpy).T + xyz
         if not np.isfinite(placed).all():
             raise ValueError
     except (ValueError, KeyError, IndexError):

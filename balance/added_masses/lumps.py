@@ -56,7 +56,7 @@ class Lumps(NamedTuple):
     def moments(self) -> Array:
         """Their pseudo-inertia (4, 4)."""
         p = homogeneous(self.points)
-        return np.asarray(np.einsum("n,ni,nj->ij", self.masses, p, p))
+        return np.asarray((self.masses * p.T) @ p)
 
 
 def lumps_of(region: Region, P: Array, force: bool, least: float = 0.0) -> Lumps:
@@ -97,27 +97,30 @@ def refine_lumps(
         target: their values (ρ,).
         lumps: lumps of each link.
     """
-    found, best, least, stalls = list(lumps), list(lumps), np.inf, 0
+    owner = np.repeat(np.arange(len(lumps)), [one.masses.size for one in lumps])
+    if not owner.size:
+        return list(lumps)
+    kinds, own = [regions[int(k)] for k in owner], rows[owner]
+    found = Lumps(*(np.concatenate(part) for part in zip(*lumps, strict=True)))
+    best, least, stalls = found, np.inf, 0
     for _ in range(MOST_STEPS):
-        error = target - sum(
-            (row @ triangles(one.moments) for row, one in zip(rows, found, strict=True)),
-            np.zeros(target.size),
-        )
+        p = homogeneous(found.points)
+        values = found.masses[:, None] * _values(own, p[:, :, None] * p[:, None, :])
+        error = target - values.sum(axis=0)
         size = float(np.linalg.norm(error))
         stalls += size > 0.5 * least
         if size < least:
             best, least = found, size
-        if stalls > MOST_STALLS or size <= LUMP_RESIDUAL * float(np.linalg.norm(target)):
+        terms = float(np.linalg.norm(target)) + float(np.linalg.norm(values, axis=1).sum())
+        if stalls > MOST_STALLS or size <= LUMP_RESIDUAL * terms:
             break
-        blocks = [_slopes(*item) for item in zip(regions, rows, found, strict=True)]
-        J = np.concatenate([J for J, _ in blocks], axis=1)
-        step, at = np.linalg.lstsq(J, error, rcond=FIXED_RANK_RELATIVE)[0], 0
-        moved = []
-        for region, one, (own, frames) in zip(regions, found, blocks, strict=True):
-            moved.append(_moved(region, one, step[at : at + own.shape[1]], frames))
-            at += own.shape[1]
-        found = moved
-    return best
+        along = _along(kinds, found.points)
+        slopes = found.masses[:, None, None] * (along @ _slopes(own, p))
+        J = np.concatenate([values[:, None], slopes], axis=1).reshape(-1, target.size).T
+        step = np.linalg.lstsq(J, error, rcond=FIXED_RANK_RELATIVE)[0]
+        found = _moved(kinds, found, step.reshape(-1, 4), along)
+    ends = np.cumsum([one.masses.size for one in lumps])[:-1]
+    return list(map(Lumps, np.split(best.masses, ends), np.split(best.points, ends)))
 
 
 def fewer_lumps(rows: Array, costs: Array, lumps: Sequence[Lumps]) -> list[Lumps]:
@@ -160,33 +163,45 @@ def fewer_lumps(rows: Array, costs: Array, lumps: Sequence[Lumps]) -> list[Lumps
     return [Lumps(masses[mine], points[mine]) for mine in own]
 
 
-def _slopes(region: Region, rows: Array, lumps: Lumps) -> tuple[Array, list[Array]]:
-    """Compute derivatives of the conditions in masses and moves, and the axes of the moves."""
-    columns, frames = [], []
-    for m, u in zip(lumps.masses, lumps.points, strict=True):
-        p = np.append(u, 1.0)
-        columns.append(m * (rows @ triangles(np.outer(p, p))))
+def _values(own: Array, P: Array) -> Array:
+    """Compute the conditions (n, ρ, 10) of pseudo-inertias (n, 4, 4): values (n, ρ)."""
+    return np.asarray((own @ triangles(P)[:, :, None])[:, :, 0])
+
+
+def _slopes(own: Array, p: Array) -> Array:
+    """Compute derivatives (n, 3, ρ) of the conditions in moves of unit masses at p (n, 4)."""
+    turn = np.zeros((len(p), 3, 4, 4))
+    turn[:, range(3), range(3)] = p[:, None]
+    return np.asarray(triangles(turn + turn.mT) @ own.mT)
+
+
+def _along(kinds: Sequence[Region], points: Array) -> Array:
+    """Compute projections (n, 3, 3) onto the moves along the surfaces that points are on.
+
+    Args:
+        kinds: region of each point.
+        points: points (n, 3) in unit coordinates.
+    """
+    found = np.tile(np.eye(3), (len(points), 1, 1))
+    for P, region, u in zip(found, kinds, points, strict=True):
         normals = region.outward(u, LUMP_ON_SURFACE)
-        along = np.eye(3)
-        if len(normals):
+        if len(normals) == 1:
+            P -= np.outer(normals[0], normals[0])
+        elif len(normals):
             V = np.linalg.svd(normals, full_matrices=True)[2]
-            along = V[np.linalg.matrix_rank(normals, tol=INSIDE_REGION) :]
-        frames.append(along)
-        for axis in along:
-            turn = np.outer(np.append(axis, 0.0), p)
-            columns.append(m * (rows @ triangles(turn + turn.T)))
-    return np.array(columns).reshape(-1, len(rows)).T, frames
+            free = V[np.linalg.matrix_rank(normals, tol=INSIDE_REGION) :]
+            P[:] = free.T @ free
+    return found
 
 
-def _moved(region: Region, lumps: Lumps, step: Array, frames: list[Array]) -> Lumps:
-    """Change masses, relative to them, and positions by a step."""
-    masses, points, at = lumps.masses.copy(), lumps.points.copy(), 0
-    for k, along in enumerate(frames):
-        masses[k] *= max(0.5, 1.0 + step[at])
-        move = step[at + 1 : at + 1 + len(along)] @ along
-        points[k] += move * min(1.0, 0.5 / (float(np.linalg.norm(move)) or 1.0))
-        at += 1 + len(along)
-    return Lumps(masses, _inside(region, points))
+def _moved(kinds: Sequence[Region], lumps: Lumps, step: Array, along: Array) -> Lumps:
+    """Change masses, relative to them, and positions by a step (n, 4)."""
+    masses = lumps.masses * np.maximum(0.5, 1.0 + step[:, 0])
+    moves = (step[:, None, 1:] @ along)[:, 0]
+    sizes = np.linalg.norm(moves, axis=1, keepdims=True)
+    points = lumps.points + moves * (0.5 / np.maximum(sizes, 0.5))
+    gauges = [region.gauge(u) for region, u in zip(kinds, points, strict=True)]
+    return Lumps(masses, points / np.maximum(gauges, 1.0)[:, None])
 
 
 def _inside(region: Region, points: Array) -> Array:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from balance.added_masses.added_matter import (
     MomentCone,
+    first_moment_cone,
     lump_cone,
     moment_cone,
     parameters_per_moment,
@@ -35,6 +36,7 @@ from balance.designs.pseudo_inertia_cone import given_parameters
 from balance.inertial_parameters.conversions import pseudo_inertia, to_chain
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CONDITION_WITHOUT_MATTER
+from kinematics.linalg.vectors import project_out
 
 __all__ = [
     "AddedObjective",
@@ -96,7 +98,8 @@ class AddedSolution(NamedTuple):
 
     Attributes:
         infeasible: whether the solver found that no matter balances.
-        moments: ΔP of each link, in unit coordinates and units of mass (links, 4, 4).
+        moments: ΔP of each link, in unit coordinates and units of mass (links, 4, 4); without
+            second moments if they do not count.
         dual: y (ρ,).
         forms: polynomials ``c_b - y·A_b``, matrices (links, 4, 4) in unit coordinates; for an
             infeasible program without c_b.
@@ -127,21 +130,18 @@ def build_added_program(
     frame, force = space.chain.frame, space.balance == "force"
     given = to_chain(file, frame, space.planar, force).reshape(-1) / unit
     conditions = _orthonormal_conditions(space.scaled_basis)
-    count = len(space.labels)
-    raw = np.array([
-        conditions[:, b * count : (b + 1) * count] @ parameters_per_moment(space, b, region)
-        for b, region in regions.items()
-    ])  # fmt: skip
-    U, values, V = np.linalg.svd(np.concatenate(raw, axis=1), full_matrices=True)
+    by_body = conditions.reshape(len(conditions), len(file), -1).transpose(1, 0, 2)
+    raw = by_body[list(regions)] @ parameters_per_moment(space, regions)
+    U, values, V = np.linalg.svd(np.concatenate(raw, axis=1), full_matrices=False)
     rank = int(np.sum(values > CONDITION_WITHOUT_MATTER * values.max(initial=0.0)))
     r, kept = -conditions @ given, U[:, :rank] / values[:rank]
-    outside = U[:, rank:]
     rows = V[:rank].reshape(rank, len(regions), 10).transpose(1, 0, 2)
     cost, inertia, scale, constant = _objective(space, regions, minimise, file, unit)
+    # Twice, because what is left may be much smaller than r.
+    left = conditions.T @ project_out(project_out(r, U[:, :rank]), U[:, :rank])
     return AddedProgram(
-        space, regions, unit, rows, r @ kept, conditions.T @ kept,
-        conditions.T @ (outside @ (outside.T @ r)), given, cost, inertia, scale, constant,
-        0.0 if minimise == "mass" else IDLE_MASS_PRICE,
+        space, regions, unit, rows, r @ kept, conditions.T @ kept, left, given, cost, inertia,
+        scale, constant, 0.0 if minimise == "mass" else IDLE_MASS_PRICE,
     )  # fmt: skip
 
 
@@ -193,14 +193,12 @@ def _with_points(
     """Solve with more and more points of cylinders, until none has a negative price."""
     from balance.added_masses.cylinder_points import first_points, missing_points
 
-    points = {
-        k: first_points() for k, region in enumerate(program.regions.values())
-        if region.kind == "cylinder"
-    }  # fmt: skip
-    exact = {
-        k: moment_cone(region) for k, region in enumerate(program.regions.values())
-        if k not in points
-    }  # fmt: skip
+    kinds = list(program.regions.values())
+    if program.space.balance == "force" and program.idle == 0.0:
+        # Neither the conditions nor the mass feel second moments.
+        return solve(program, tuple(first_moment_cone(region) for region in kinds))
+    points = {k: first_points() for k, one in enumerate(kinds) if one.kind == "cylinder"}
+    exact = {k: moment_cone(one) for k, one in enumerate(kinds) if k not in points}
     while True:
         cones = exact | {k: lump_cone(p) for k, p in points.items()}
         found = solve(program, tuple(cones[k] for k in range(len(cones))))
@@ -247,25 +245,24 @@ def conic_arguments(
     """
     at = np.cumsum([0, *(len(cone.matrices) for cone in cones)])
     rank, n, heavy = program.target.size, int(at[-1]), program.inertia[0].size > 0
-    equal, q = np.zeros((rank, n + heavy)), np.zeros(n + heavy)
-    blocks: list[Array] = []
-    offsets, parts = [-program.target], [ConstraintBlock("zero", rank)]
+    height = rank + sum(len(cone.rows) + 6 * heavy for cone in cones)
+    rows, offset, q = np.zeros((height, n + heavy)), np.zeros(height), np.zeros(n + heavy)
+    parts, row = [ConstraintBlock("zero", rank)], rank
+    offset[:rank] = -program.target
     for k, cone in enumerate(cones):
         own, moments = slice(at[k], at[k + 1]), triangles(cone.matrices).T
-        equal[:, own], q[own] = program.rows[k] @ moments, program.cost[k] @ moments
-        block = np.zeros((len(cone.rows), n + heavy))
-        block[:, own] = cone.rows
-        blocks.append(block)
-        offsets.append(np.zeros(len(block)))
+        rows[:rank, own], q[own] = program.rows[k] @ moments, program.cost[k] @ moments
+        rows[row : row + len(cone.rows), own] = cone.rows
         parts += cone.parts
+        row += len(cone.rows)
         if heavy:
-            block = np.zeros((6, n + heavy))
-            block[:, own], block[:, n] = -program.inertia[0][k] @ moments, triangles(np.eye(3))
-            blocks.append(block)
-            offsets.append(-program.inertia[1][k])
+            own_rows = slice(row, row + 6)
+            rows[own_rows, own] = -program.inertia[0][k] @ moments
+            rows[own_rows, n], offset[own_rows] = triangles(np.eye(3)), -program.inertia[1][k]
             parts.append(ConstraintBlock("psd_triangle", 3))
+            row += 6
     q[n:] = 1.0
-    return q, np.concatenate([equal, *blocks]), np.concatenate(offsets), parts
+    return q, rows, offset, parts
 
 
 def _solve(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolution:
@@ -274,7 +271,7 @@ def _solve(program: AddedProgram, cones: tuple[MomentCone, ...]) -> AddedSolutio
     found = solve_conic(q, rows, offset, parts)
     at, rank = np.cumsum([0, *(len(cone.matrices) for cone in cones)]), program.target.size
     moments = np.array([
-        np.einsum("n,nij->ij", found.x[at[k] : at[k + 1]], cone.matrices)
+        cone.matrices.T @ found.x[at[k] : at[k + 1]]
         for k, cone in enumerate(cones)
     ])  # fmt: skip
     dual = found.dual[:rank]

@@ -17,13 +17,16 @@ The polynomial need not be convex. The minimum is found exactly for each shape:
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.added_masses.regions import Region
 from balance.tolerances import CURVATURE_ZERO, STATIONARY_INSIDE
 
-__all__ = ["minimise_in_ball", "minimise_in_region"]
+__all__ = ["least_values", "minimise_in_ball", "minimise_in_region"]
 
 Array = NDArray[np.float64]
 
@@ -55,6 +58,23 @@ def minimise_in_region(region: Region, form: ArrayLike) -> tuple[float, Array]:
     return float(values[least]), points[least]
 
 
+def least_values(regions: Sequence[Region], forms: Array) -> Array:
+    """Compute the minima (n,) of quadratic polynomials, each over its region.
+
+    Args:
+        regions: the regions.
+        forms: symmetric matrices (n, 4, 4) in their unit coordinates.
+    """
+    found = np.zeros(len(regions))
+    round_ones = [k for k, region in enumerate(regions) if region.ellipsoidal]
+    if round_ones:
+        found[round_ones] = _minimise_in_balls(forms[round_ones])[0]
+    for k, region in enumerate(regions):
+        if not region.ellipsoidal:
+            found[k] = minimise_in_region(region, forms[k])[0]
+    return found
+
+
 def minimise_in_ball(form: ArrayLike) -> tuple[float, Array]:
     """Minimise ``[u; 1]ᵀ M [u; 1]`` over ``|u| ≤ 1``, in any dimension.
 
@@ -64,45 +84,60 @@ def minimise_in_ball(form: ArrayLike) -> tuple[float, Array]:
     Returns:
         The minimum and a minimiser (d,).
     """
-    M = np.asarray(form, dtype=np.float64)
-    w, V = np.linalg.eigh(M[:-1, :-1])
-    beta = V.T @ M[:-1, -1]
-    scale = float(np.abs(M).max()) or 1.0
-    x = _secular_solution(w, beta, CURVATURE_ZERO * scale)
-    u = V @ x
-    return float(u @ M[:-1, :-1] @ u + 2.0 * M[:-1, -1] @ u + M[-1, -1]), u
+    values, points = _minimise_in_balls(np.asarray(form, dtype=np.float64)[None])
+    return float(values[0]), points[0]
 
 
-def _secular_solution(w: Array, beta: Array, zero: float) -> Array:
+def _minimise_in_balls(M: Array) -> tuple[Array, Array]:
+    """Minimise forms (n, d + 1, d + 1) over the unit ball: minima (n,), minimisers (n, d)."""
+    w, V = np.linalg.eigh(M[:, :-1, :-1])
+    beta = (M[:, None, -1, :-1] @ V)[:, 0]
+    scales = np.abs(M).max(axis=(1, 2))
+    zeros = CURVATURE_ZERO * np.where(scales > 0.0, scales, 1.0)
+    x = list(map(_secular_solution, w.tolist(), beta.tolist(), zeros.tolist()))
+    points = (V @ np.array(x)[:, :, None])[:, :, 0]
+    p = np.column_stack([points, np.ones(len(points))])
+    return (p[:, None] @ M @ p[:, :, None])[:, 0, 0], points
+
+
+def _secular_solution(w: list[float], beta: list[float], zero: float) -> list[float]:
     """Solve the trust-region subproblem in the axes of the form, with eigenvalues w."""
     if w[0] > zero:
-        inside = -beta / w
-        if inside @ inside <= 1.0:
+        inside = [-b / value for value, b in zip(w, beta, strict=True)]
+        if sum(x * x for x in inside) <= 1.0:
             return inside
-    low = max(0.0, -float(w[0]))
-    shifted = w + low
-    flat = shifted <= zero
-    if np.linalg.norm(beta[flat]) <= zero:
+    low = max(0.0, -w[0])
+    pairs = [(value + low, b) for value, b in zip(w, beta, strict=True)]
+    if math.hypot(*(b for value, b in pairs if value <= zero)) <= zero:
         # The hard case: the multiplier is -w_0, and an eigenvector fills up the norm.
-        x = np.where(flat, 0.0, -beta / np.where(flat, 1.0, shifted))
-        if (size := float(x @ x)) <= 1.0:
-            x[0] = np.sqrt(1.0 - size) if low > 0.0 else 0.0
+        x = [0.0 if value <= zero else -b / value for value, b in pairs]
+        if (size := sum(value * value for value in x)) <= 1.0:
+            x[0] = math.sqrt(1.0 - size) if low > 0.0 else 0.0
             return x
-    high = low + float(np.linalg.norm(beta)) + zero
-    pairs = list(zip(w.tolist(), (beta * beta).tolist(), strict=True))
-    multiplier = high
+    multiplier = _multiplier(w, [b * b for b in beta], low, zero)
+    x = [-b / (value + multiplier) for value, b in zip(w, beta, strict=True)]
+    size = math.hypot(*x)
+    return [value / size for value in x]
+
+
+def _multiplier(w: list[float], squares: list[float], low: float, zero: float) -> float:
+    """Solve ``Σ squares_i / (w_i + λ)² = 1`` for λ above ``low``."""
+    high = low + math.sqrt(sum(squares)) + zero
+    multiplier, pairs = high, list(zip(w, squares, strict=True))
     for _ in range(BISECTIONS):
         # Newton's method for 1 / |x| = 1, within the bracket.
-        square = sum(part / (value + multiplier) ** 2 for value, part in pairs)
-        slope = sum(part / (value + multiplier) ** 3 for value, part in pairs)
+        square = slope = 0.0
+        for value, part in pairs:
+            shifted = value + multiplier
+            term = part / (shifted * shifted)
+            square, slope = square + term, slope + term / shifted
         low, high = (multiplier, high) if square > 1.0 else (low, multiplier)
-        step = (square / slope) * (np.sqrt(square) - 1.0)
+        step = (square / slope) * (math.sqrt(square) - 1.0)
         if abs(step) <= CURVATURE_ZERO * (multiplier + abs(w[0])):
             break
         following = multiplier + step
         multiplier = following if low < following < high else 0.5 * (low + high)
-    x = -beta / (w + multiplier)
-    return np.asarray(x / np.linalg.norm(x))
+    return multiplier
 
 
 def _face_candidates(region: Region, M: Array) -> Array:

@@ -30,12 +30,16 @@ from kinematics.model.arrays import freeze
 
 __all__ = [
     "Kind", "Region", "ball_region", "box_region", "cylinder_region", "ellipsoid_region",
-    "hull_region", "rotation_matrix",
+    "hull_region", "rotation_of_angles",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Kind = Literal["ball", "ellipsoid", "box", "cylinder", "hull"]
+
+# Corners, and facets, of regions without any.
+NO_POINTS = freeze(np.empty((0, 3)))
+NO_TRIANGLES = freeze(np.empty((0, 3)), np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +187,7 @@ def ellipsoid_region(
     c, a, angles = (_finite(part, "ellipsoid") for part in (centre, axes, rpy))
     _positive(a, "ellipsoid", "half axis")
     text = f"ellipsoid({_listed([*c, *a, *(angles if angles.any() else ())])})"
-    return _round("ellipsoid", _place(rotation_matrix(angles) * a, c), text)
+    return _round("ellipsoid", _place(rotation_of_angles(angles) * a, c), text)
 
 
 def cylinder_region(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -> Region:
@@ -253,7 +257,7 @@ def hull_region(points: ArrayLike, text: str = "collision") -> Region:
     return _polytope("hull", _place(half * np.eye(3), centre), text, (corners - centre) / half)
 
 
-def rotation_matrix(rpy: ArrayLike) -> Array:
+def rotation_of_angles(rpy: ArrayLike) -> Array:
     """Compute the rotation matrix (3, 3) of roll, pitch and yaw (3,), as in URDF."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array([
@@ -273,13 +277,13 @@ def _finite(numbers: ArrayLike, what: str) -> Array:
 
 def _positive(numbers: ArrayLike, what: str, part: str) -> None:
     """Raise UsageError unless all numbers are finite and above 0."""
-    for value in _finite(numbers, what):
+    for value in _finite(numbers, what).tolist():
         if not value > 0.0:
             raise UsageError(f"region {what} is empty: {part} {value:g}: give one above 0")
 
 
 def _listed(numbers: list[float]) -> str:
-    return ",".join(f"{value:.12g}" for value in numbers)
+    return ",".join([f"{float(value):.12g}" for value in numbers])
 
 
 def _place(axes: Array, centre: Array) -> Array:
@@ -291,8 +295,7 @@ def _place(axes: Array, centre: Array) -> Array:
 
 def _round(kind: Kind, place: Array, text: str) -> Region:
     """Make a region without corners."""
-    none = freeze(np.empty((0, 3)))
-    return Region(kind, place, text, none, np.empty((0, 3), np.int64), none, freeze([]))
+    return Region(kind, place, text, NO_POINTS, NO_TRIANGLES, NO_POINTS, NO_POINTS[:, 0])
 
 
 def _polytope(kind: Kind, place: Array, text: str, points: Array) -> Region:

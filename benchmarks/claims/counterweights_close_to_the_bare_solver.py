@@ -1,8 +1,10 @@
 """Claim: checked counterweights of 13 bodies or more take 1.5 times as long as the bare solver.
 
-The bare solver gets the same cone program with assembled matrices; its result is neither split
-into lumps nor checked. Matter may be added to every link, in its default region. The error is
-the residual of the conditions with counterweights, or the orthogonality of the certificate.
+The bare solver gets the cone program over pseudo-inertias with assembled matrices; its result
+is neither split into lumps nor checked. For force balance `counterweights` solves a smaller
+program, over masses and first moments alone, which has the same optimum: this is part of what
+is compared. Matter may be added to every link, in its default region. The error is the
+residual of the conditions with counterweights, or the orthogonality of the certificate.
 """
 
 from __future__ import annotations
@@ -39,9 +41,12 @@ def _space(model: str, balance: str) -> DesignSpace:
 
 
 class CounterweightsCloseToTheBareSolver:
-    """Linkages of 13 and 30 bodies, dynamic balance, and of 30 bodies, force balance."""
+    """Linkages of 13 and 30 bodies."""
 
-    params = (("stewart_6ups", "dynamic"), ("30", "dynamic"), ("30", "force"))
+    params = (
+        ("stewart_6ups", "force"), ("stewart_6ups", "dynamic"), ("30", "force"),
+        ("30", "dynamic"),
+    )  # fmt: skip
     claims = (("time_counterweights", "time_bare", 1.5), ("track_error", 1e-10))
 
     def setup(self, model: str, balance: str) -> None:
@@ -75,14 +80,14 @@ class CounterweightsCloseToTheBareSolver:
 
 
 class SmallCounterweightsTakeMilliseconds(CounterweightsCloseToTheBareSolver):
-    """Linkages of 3 to 13 bodies whose program takes the solver 1 to 10 ms.
+    """Linkages of 3 and 7 bodies whose program takes the solver 1 to 10 ms.
 
-    Regions, conditions, lumps and checks take 5 to 15 ms: the claim of the larger ones cannot
-    hold here.
+    Regions, conditions, lumps and checks take 1 to 4 ms: the claim of the larger ones does not
+    hold for all of these.
     """
 
     params = (
         ("bennett", "force"), ("bennett", "dynamic"), ("three_rsr", "force"),
-        ("three_rsr", "dynamic"), ("eight_bar", "force"), ("stewart_6ups", "force"),
+        ("three_rsr", "dynamic"), ("eight_bar", "force"),
     )  # fmt: skip
-    claims = (("time_counterweights", "time_bare", 8.0), ("track_error", 1e-10))
+    claims = (("time_counterweights", "time_bare", 4.0), ("track_error", 1e-10))

@@ -290,9 +290,11 @@ def answer_fault(found):
             c, w, V = weight.com, *np.linalg.eigh(weight.inertia)
             half = np.sqrt(np.maximum(0.5 * w.sum() - w, 0.0) / weight.mass) * np.sqrt(3.0)
             x = np.vstack([c + half[i] * V[:, i] * s for i in range(3) for s in (-1, 1)])
-            own = weight.mass / 6.0 * point_parameters(
-                space, to_inertial(space, weight.link, x)
-            ).sum(axis=0)
+            own = (
+                weight.mass
+                / 6.0
+                * point_parameters(space, to_inertial(space, weight.link, x)).sum(axis=0)
+            )
         total[space.bodies.index(weight.link)] += own
     left = np.abs(conditions(space) @ total.reshape(-1)).max()
     if left > 1e-9 * np.linalg.norm(total, axis=1).sum():

@@ -7,7 +7,7 @@ long arm has the mobility that it has without the arm.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -121,16 +121,24 @@ def component_of(draft: UnassembledLinkage, joints: Sequence[int]) -> Component:
         loops=tuple(
             replace(draft.loops[k], end=ends[k][0], successor=ends[k][1]) for k in loops
         ),
-        mimics=tuple(
-            Mimic(number[x.joint], number[x.source], x.ratio)
-            for x in draft.mimics if x.joint in number
-        ),
+        mimics=tuple(_renumbered(x, number) for x in draft.mimics if x.joint in number),
         places={},
         displaced=None,
         other_poses=(),
     )  # fmt: skip
     _check_size(part)
     return Component(np.array(joints, dtype=np.int64), part, arrange_loops(part), loops)
+
+
+def _renumbered(mimic: Mimic, number: Mapping[int, int]) -> Mimic:
+    """Write a mimic relation with the numbers of a component.
+
+    A joint of ratio zero rests, and its source is in no component with it: q = -q.
+    """
+    joint = number[mimic.joint]
+    if mimic.source not in number:
+        return Mimic(joint, joint, -1.0)
+    return Mimic(joint, number[mimic.source], mimic.ratio)
 
 
 def _check_size(part: UnassembledLinkage) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from urdf_text import FOUR_BAR, INERTIAL, refusal
 
+import kinematics
 from kinematics.formats.robot_files import read_unassembled
 
 PLAIN = FOUR_BAR.replace('<mimic joint="j1" multiplier="1" offset="0"/>', "")
@@ -223,3 +224,11 @@ def test_of_many_names_the_close_ones_are_listed(robot):
         )
     )
     assert "'crank'" in error.remedy and len(error.remedy) < 200
+
+
+def test_a_mimic_joint_of_ratio_zero_rests(robot):
+    """Its source and it have no component in common."""
+    mimic = '<mimic joint="j1" multiplier="0" offset="0.5"/>'
+    text = PLAIN[: PLAIN.index("  <loop")] + "</robot>"
+    linkage = kinematics.load(robot(text.replace(J2, J2 + mimic)))
+    assert linkage.mobility == 2 and linkage.idle == ("j2",)

@@ -255,7 +255,9 @@ def _weights(problem: ShakingProblem, s: Array) -> tuple[Counterweight, ...]:
         P = (TRIANGLES[4] @ part).reshape(4, 4)
         if P[3, 3] > LUMP_SHARE_LEAST * total:
             lumps = lumps_of(region, P, False)
-            found.append(counterweight_of(problem.space.bodies[b], region, lumps, 1.0))
+            # Lumps fit the matter to about 1e-6; their mass is the one that the budget allows.
+            unit = float(P[3, 3] / lumps.masses.sum())
+            found.append(counterweight_of(problem.space.bodies[b], region, lumps, unit))
     return tuple(found)
 
 

@@ -56,7 +56,7 @@ Repair = Callable[[UnassembledLinkage, Sequence[int], float, float], Unassembled
 
 # Random starts: how many near the pose of the file, and their mean distance from it in each
 # joint (radians, characteristic lengths); the same of further ones, if no start closes.
-NEAR_STARTS, NEAR_DISTANCE = 14, 0.3
+NEAR_STARTS, NEAR_DISTANCE = 28, 0.3
 FAR_STARTS, FAR_DISTANCES = 8, (0.1, 0.3, 1.0, 3.0)
 STARTS = 1 + NEAR_STARTS + len(FAR_DISTANCES) * FAR_STARTS
 # Closed poses of a component that are kept.

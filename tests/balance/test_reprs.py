@@ -29,7 +29,13 @@ def results():
     screws = np.array([[joint.screw for joint in linkage.joints]])
     poses = (predict(motion, [0.1]),)
     found = balance.design(space)
+    force = balance.design_space("four_bar_general", balance="force")
+    added = balance.counterweights(force, ["crank", "rocker"])
+    front = balance.pareto("four_bar_general", ["crank"], 2, 1.0)
     return [
+        (added, "kg added to 2 kg balance it"), (added.weights[0].region, "ball"),
+        (front, "four_bar_general"), (front.designs[0], "of the shaking in the file"),
+        (balance.ElasticFrame(9, 1, 9, 1), "9"),
         (linkage, "four_bar_antiparallelogram: 3 bodies, 4 joints, 1 loop"),
         (linkage.joints[0], "u1: revolute"), (linkage.bodies[0], "crank: "),
         (linkage.loops[0], "welded to"), (linkage.chain, "planar, 4 joints, 1 loop"),

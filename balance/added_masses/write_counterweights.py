@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -15,6 +15,7 @@ from balance.inertial_parameters.conversions import mass_properties
 from balance.spaces.design_space import DesignSpace
 from kinematics.spatial.inertia import displace_parameters
 from kinematics.urdf.edit_xml import Splice, Text, read_source
+from kinematics.urdf.xml_tree import build_tree
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.write_numbers import element_lines
@@ -40,7 +41,9 @@ class WithCounterweights(Protocol):
         """Parameters with them (bodies, 10), inertial origin, SI units."""
 
 
-def with_counterweights(found: WithCounterweights, *, merge: bool = False) -> bytes:
+def with_counterweights(
+    found: WithCounterweights, *, merge: bool | Collection[str] = False
+) -> bytes:
     """Return the linkage's URDF file with counterweights.
 
     Each lump is a link of its own on a fixed joint, without inertia about its centre. A
@@ -50,7 +53,8 @@ def with_counterweights(found: WithCounterweights, *, merge: bool = False) -> by
 
     Args:
         found: feasible counterweights.
-        merge: whether they go into the masses of their links.
+        merge: whether they go into the masses of their links, for all of them or for these
+            links.
 
     Returns:
         The bytes of the new file.
@@ -58,9 +62,20 @@ def with_counterweights(found: WithCounterweights, *, merge: bool = False) -> by
     Raises:
         FileError: the linkage was not read from a file, or it can no longer be read.
     """
-    if merge:
-        return replace_inertials(found.space.linkage, dict(_merged_inertials(found)))
-    data, root = read_source(found.space.linkage, "link", "to which links could be added")
+    linkage = found.space.linkage
+    every = {weight.link for weight in found.weights}
+    merged = every & set(merge) if not isinstance(merge, bool) else every if merge else set()
+    apart = [weight for weight in found.weights if weight.link not in merged]
+    if merged:
+        data = replace_inertials(linkage, dict(_merged_inertials(found, merged)))
+        root = build_tree(data)
+    else:
+        data, root = read_source(linkage, "link", "to which links could be added")
+    return _with_own_links(data, root, apart) if apart else data
+
+
+def _with_own_links(data: bytes, root: Element, weights: Sequence[Counterweight]) -> bytes:
+    """Append the links of counterweights to a file."""
     names = {item.name for tag in ("link", "joint") for item in root.every(tag)}
     text, at = Text(data), root.span[1]
     if text.is_tag(root):
@@ -68,19 +83,21 @@ def with_counterweights(found: WithCounterweights, *, merge: bool = False) -> by
     end = text.margin(at)
     margin = text.margin(root.children[-1].span[0]) or end
     lines = [
-        line for weight in found.weights for element in _own_links(weight, names)
+        line for weight in weights for element in _own_links(weight, names)
         for line in element_lines(element, "")
     ]  # fmt: skip
     inside = "".join(f"{margin}{line}" for line in lines)
     return text.replace([Splice(at - text.size(end), at - text.size(end), inside)])
 
 
-def _merged_inertials(found: WithCounterweights) -> Iterator[tuple[str, str]]:
-    """Yield the element ``<inertial>`` of each body with its counterweight, by its name."""
+def _merged_inertials(
+    found: WithCounterweights, links: Collection[str]
+) -> Iterator[tuple[str, str]]:
+    """Yield the element ``<inertial>`` of some bodies with their counterweights, by name."""
     assert found.z is not None
-    for weight in found.weights:
-        b = found.space.bodies.index(weight.link)
-        yield weight.link, _link_inertial(found.z[b], found.space.frames[b])
+    for name in links:
+        b = found.space.bodies.index(name)
+        yield name, _link_inertial(found.z[b], found.space.frames[b])
 
 
 def _link_inertial(z: Array, frame: Array) -> str:

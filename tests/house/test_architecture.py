@@ -40,6 +40,7 @@ balance.certification
 balance.designs balance.verification balance.taylor_poses
 balance.added_masses
 balance.partial_balance
+balance.remedies
 balance.report
 balance.report.text
 balance.report.html

@@ -1,0 +1,132 @@
+"""The result of one remedy: its verdict, its cost, and the linkage with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from balance.remedies.catalogue import CATALOGUE
+from balance.remedies.request import RemedyRequest
+from kinematics.wording import repr_lines
+
+__all__ = ["Applied", "RemedyVerdict", "inertia_ratio", "refused"]
+
+RemedyVerdict = Literal["feasible", "infeasible", "undecided", "refused"]
+
+
+@dataclass(frozen=True, eq=False)
+class Applied:
+    """A remedy that was applied to a linkage.
+
+    Attributes:
+        remedy: name of the remedy in `balance.remedies.catalogue`.
+        words: what is built in where, in one line.
+        verdict: ``"feasible"``: the linkage with it is balanced, or is as well balanced as
+            ``words`` says; ``"infeasible"``, with a proof; ``"undecided"``; ``"refused"``: it
+            does not apply to this linkage.
+        reason: the proof, or why not, in one line.
+        added_mass: kg; None unless feasible, as for the next three.
+        mass_ratio: added mass over that of the moving bodies in the file.
+        input_inertia: inertia that each input feels, by its name, kg m² or kg; see
+            `balance.remedies.request.input_inertia`.
+        inertia_ratio: their sum over the same sum of the file.
+        new_links: links that the remedy adds, without counterweights.
+        new_joints: joints and loops that it adds.
+        lost_freedoms: degrees of freedom that it takes.
+        residual: largest shaking over random motions, relative to the bodies' own inertia
+            wrenches, by `balance.verify`; None if there is no linkage to verify.
+        urdf: file of the linkage with the remedy and its masses; None if there is none.
+        files: other files by name, such as the table of a varying ratio.
+        details: plain data for JSON.
+    """
+
+    remedy: str
+    words: str
+    verdict: RemedyVerdict
+    reason: str
+    added_mass: float | None = None
+    mass_ratio: float | None = None
+    input_inertia: Mapping[str, float] | None = None
+    inertia_ratio: float | None = None
+    new_links: tuple[str, ...] = ()
+    new_joints: tuple[str, ...] = ()
+    lost_freedoms: int = 0
+    residual: float | None = None
+    urdf: bytes | None = field(default=None, repr=False)
+    files: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    details: Mapping[str, object] = field(default_factory=dict, repr=False)
+
+    def __repr__(self) -> str:
+        """Two lines: the remedy, and its verdict."""
+        head = f"Applied {self.remedy}: {self.words}"
+        if self.added_mass is None or self.inertia_ratio is None:
+            return repr_lines(head, f"{self.verdict}: {self.reason}")
+        costs = f"{self.added_mass:.4g} kg added, input inertia × {self.inertia_ratio:.4g}"
+        return repr_lines(head, f"{self.verdict}: {costs}")
+
+    @property
+    def title(self) -> str:
+        """The kind of remedy, in words of the field."""
+        return CATALOGUE[self.remedy].title
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``schemas/remedies.schema.json``."""
+        known = CATALOGUE[self.remedy]
+        return {
+            "remedy": self.remedy,
+            "abbreviation": known.abbreviation,
+            "title": known.title,
+            "source": known.source,
+            "words": self.words,
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "added_mass": self.added_mass,
+            "mass_ratio": self.mass_ratio,
+            "input_inertia": None if self.input_inertia is None else dict(self.input_inertia),
+            "inertia_ratio": self.inertia_ratio,
+            "new_links": list(self.new_links),
+            "new_joints": list(self.new_joints),
+            "lost_freedoms": self.lost_freedoms,
+            "residual": self.residual,
+            "details": dict(self.details),
+        }
+
+
+def refused(remedy: str, reason: str, words: str = "") -> Applied:
+    """Return the result of a remedy that does not apply.
+
+    Args:
+        remedy: its name.
+        reason: why not, in one line.
+        words: what would have been built in.
+    """
+    return Applied(remedy, words or CATALOGUE[remedy].title, "refused", reason)
+
+
+def inertia_ratio(request: RemedyRequest, now: Mapping[str, float]) -> float | None:
+    """Compute the sum of the inertias that inputs feel over that of the file.
+
+    Inertias of sliding inputs count times the square of the characteristic length.
+
+    Args:
+        request: the request.
+        now: inertia by input of the linkage with a remedy; inputs that it lost are left out of
+            this sum, and not out of that of the file.
+
+    Returns:
+        The ratio; None if the inputs of the file feel no inertia.
+    """
+    kinds = {joint.name: joint.kind for joint in request.linkage.joints}
+    square = request.space.length**2
+
+    def total(inertias: Mapping[str, float]) -> float:
+        return float(np.sum([
+            value * (square if kinds.get(name) == "prismatic" else 1.0)
+            for name, value in inertias.items()
+        ]))  # fmt: skip
+
+    before = total(request.input_inertia)
+    return total(now) / before if before > 0.0 else None

@@ -1,0 +1,107 @@
+"""Judge a variant: find its least masses, write its file, verify it, and add up its cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from balance.added_masses.answer import Counterweights
+from balance.added_masses.counterweights import counterweights
+from balance.added_masses.write_counterweights import with_counterweights
+from balance.certification.certified_space import CertifiedSpace
+from balance.certification.certify_space import certify
+from balance.designs.feasibility import feasible
+from balance.remedies.applied import Applied, inertia_ratio
+from balance.remedies.request import RemedyRequest, freedoms_of, input_inertia
+from balance.remedies.variant import Variant
+from balance.spaces.compute_space import design_space
+from balance.tolerances import SHAKING_RELATIVE
+from balance.verification.to_pinocchio import verify
+from kinematics.errors import LinkageError
+from kinematics.model_gallery import load
+from kinematics.urdf_elements.element import Document
+
+__all__ = ["judge", "verify_file"]
+
+# Random motions along which a file is verified.
+MOTIONS = 5
+
+
+def judge(request: RemedyRequest, variant: Variant) -> Applied:
+    """Find the least matter that balances a variant, and verify the linkage with it.
+
+    Args:
+        request: the request.
+        variant: the linkage with the remedy built in.
+
+    Returns:
+        The result; ``"feasible"`` only if Pinocchio confirms the written file.
+    """
+    blank = Applied(
+        variant.remedy, variant.words, "undecided", "", new_links=variant.new_links,
+        new_joints=variant.new_joints, details=variant.details,
+    )  # fmt: skip
+    motion = (*request.motion, *variant.motion)
+    inputs = request.linkage.inputs if variant.inputs is None else variant.inputs
+    massless = (*request.massless, *variant.massless)
+    try:
+        linkage = load(
+            variant.urdf, None, inputs, bodies="all", massless=massless, angles=request.angles
+        )
+    except LinkageError as error:
+        return replace(blank, verdict="refused", reason=str(error))
+    space = certify(design_space(linkage, motion or None, request.balance))
+    regions = {**request.regions, **variant.regions}
+    found = counterweights(space, variant.free, regions, relax=False)
+    if found.verdict != "feasible":
+        return replace(blank, verdict=found.verdict, reason=_why(space, found))
+    urdf = with_counterweights(found, merge=frozenset(variant.new_links))
+    return verify_file(request, blank, urdf, motion, inputs)
+
+
+def verify_file(
+    request: RemedyRequest, blank: Applied, urdf: bytes, motion: Sequence[str],
+    inputs: Sequence[str],
+) -> Applied:  # fmt: skip
+    """Verify the file of a linkage with a remedy, and add up its cost.
+
+    Args:
+        request: the request.
+        blank: the result so far.
+        urdf: the file, with all masses.
+        motion: relations between its inputs.
+        inputs: its inputs.
+
+    Returns:
+        The result: feasible if the file is balanced along random motions, else undecided.
+    """
+    document = Document(request.base.name, urdf)
+    linkage = load(document, None, inputs, angles=request.angles)
+    checked = verify(
+        linkage, motion=motion or None, balance=request.balance, trajectories=MOTIONS
+    )
+    residual = checked.force_residual
+    if request.balance == "dynamic":
+        residual = max(residual, checked.moment_residual)
+    if not residual <= SHAKING_RELATIVE:
+        reason = f"its file shakes by {residual:.1e} of the bodies' own inertia"
+        return replace(blank, reason=reason, residual=residual)
+    added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
+    felt = input_inertia(linkage)
+    return replace(
+        blank, verdict="feasible", residual=residual, urdf=urdf, added_mass=added,
+        mass_ratio=added / request.given_mass, input_inertia=felt,
+        inertia_ratio=inertia_ratio(request, felt),
+        lost_freedoms=request.freedoms - freedoms_of(linkage, motion),
+        reason=f"balanced: {added:.4g} kg added to {request.given_mass:.4g} kg",
+    )  # fmt: skip
+
+
+def _why(space: CertifiedSpace, found: Counterweights) -> str:
+    """Say why matter in the regions does not balance a variant."""
+    if found.verdict == "undecided":
+        return found.words
+    anywhere = feasible(space)
+    if anywhere.verdict == "infeasible":
+        return f"no masses whatever: {anywhere.words}"
+    return f"not with matter in these regions: {found.words}"

@@ -56,9 +56,8 @@ def copy_linkage(
     """
     items = [item for item in robot.children if item.tag in ("link", "joint", "loop")]
     taken = {item.name for item in items}
-    carried = {
-        child.attributes["link"] for item in robot.every("joint") for child in item.every("child")
-    }
+    sides = (child for joint in robot.every("joint") for child in joint.every("child"))
+    carried = {child.attributes["link"] for child in sides}
     (root,) = (link.name for link in robot.every("link") if link.name not in carried)
     elements: list[Element] = []
     found: list[dict[str, str]] = []

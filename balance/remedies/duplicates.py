@@ -98,9 +98,7 @@ def _copy(request: RemedyRequest, copies: Sequence[Copy], driven: Sequence[str])
     return copy_linkage(request.base, file.tree, copies, driven)
 
 
-def _copied(
-    request: RemedyRequest, copies: Sequence[Copy], driven: Sequence[str]
-) -> Applied:
+def _copied(request: RemedyRequest, copies: Sequence[Copy], driven: Sequence[str]) -> Applied:
     """Write copies with the masses of the file, and verify them."""
     made = _copy(request, copies, driven)
     words = f"{_COUNTS[len(copies)]}: {'; '.join(copy.words for copy in copies)}"
@@ -112,9 +110,7 @@ def _copied(
     return verify_file(request, blank, urdf, request.motion, request.linkage.inputs)
 
 
-def _with_counterweights(
-    request: RemedyRequest, copy: Copy, driven: Sequence[str]
-) -> Applied:
+def _with_counterweights(request: RemedyRequest, copy: Copy, driven: Sequence[str]) -> Applied:
     """Judge one copy, with matter on its links and on those of the linkage."""
     made = _copy(request, [copy], driven)
     names = made.names[0]

@@ -123,9 +123,9 @@ def single_copies(
     for n in axes:
         across = momenta.linear - np.outer(momenta.linear @ n, n)
         if not force and _vanishes(across) and _vanishes(momenta.moment @ n):
-            centre = _beside(place, n, place.centre)
+            plane = _beside(place, n, place.centre)
             Q = 2.0 * np.outer(n, n) - np.eye(3)
-            yield Copy(Q, True, centre, f"mirrored with the normal {vector_text(n)}")
+            yield Copy(Q, True, plane, f"mirrored with the normal {vector_text(n)}")
             break
     centre = _inversion_point(momenta, place, force)
     if centre is not None:
@@ -184,7 +184,8 @@ def place_of(linkage: Linkage) -> Place:
         com = body.inertia[1:4] / body.inertia[0] if body.inertia[0] else body.frame[:3, 3]
         ahead = float(np.linalg.norm(com - joints[body.link].point))
         radius = max(radius, float(way[body.link]) + 2.0 * ahead)
-    digits = 1 - int(np.floor(np.log10(radius))) if radius > 0.0 else 0
+    radius = radius or slide
+    digits = 1 - int(np.floor(np.log10(radius)))
     radius = float(np.round(np.ceil(radius * 10.0**digits - AS_GIVEN_RESIDUAL), 0))
     R = linkage.chain.frame.R
     axes = np.eye(3) if not linkage.planar or _is_coordinate(R[2]) else R

@@ -14,7 +14,7 @@ from kinematics.wording import repr_lines
 
 __all__ = ["Applied", "RemedyVerdict", "inertia_ratio", "refused"]
 
-RemedyVerdict = Literal["feasible", "infeasible", "undecided", "refused"]
+RemedyVerdict = Literal["feasible", "partial", "infeasible", "undecided", "refused"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +24,11 @@ class Applied:
     Attributes:
         remedy: name of the remedy in `balance.remedies.catalogue`.
         words: what is built in where, in one line.
-        verdict: ``"feasible"``: the linkage with it is balanced, or is as well balanced as
-            ``words`` says; ``"infeasible"``, with a proof; ``"undecided"``; ``"refused"``: it
+        verdict: ``"feasible"``: the linkage with it is balanced; ``"partial"``: it shakes
+            less; ``"infeasible"``, with a proof; ``"undecided"``; ``"refused"``: the remedy
             does not apply to this linkage.
         reason: the proof, or why not, in one line.
-        added_mass: kg; None unless feasible, as for the next three.
+        added_mass: kg; None unless feasible or partial, as for the next three.
         mass_ratio: added mass over that of the moving bodies in the file.
         input_inertia: inertia that each input feels, by its name, kg m² or kg; see
             `balance.remedies.request.input_inertia`.
@@ -37,7 +37,8 @@ class Applied:
         new_joints: joints and loops that it adds.
         lost_freedoms: degrees of freedom that it takes.
         residual: largest shaking over random motions, relative to the bodies' own inertia
-            wrenches, by `balance.verify`; None if there is no linkage to verify.
+            wrenches, by `balance.verify`; for ``"partial"`` the root mean square of the shaking
+            over that of the file; None if there is no linkage to verify.
         urdf: file of the linkage with the remedy and its masses; None if there is none.
         files: other files by name, such as the table of a varying ratio.
         details: plain data for JSON.
@@ -66,6 +67,11 @@ class Applied:
             return repr_lines(head, f"{self.verdict}: {self.reason}")
         costs = f"{self.added_mass:.4g} kg added, input inertia × {self.inertia_ratio:.4g}"
         return repr_lines(head, f"{self.verdict}: {costs}")
+
+    @property
+    def helps(self) -> bool:
+        """Whether there is a linkage with the remedy that shakes less."""
+        return self.verdict in ("feasible", "partial")
 
     @property
     def title(self) -> str:

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweights import counterweights
+from balance.added_masses.link_regions import wide_region
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
-from balance.designs.feasibility import feasible
+from balance.designs.feasibility import Feasibility, feasible
 from balance.remedies.applied import Applied, inertia_ratio
 from balance.remedies.request import RemedyRequest, freedoms_of, input_inertia
 from balance.remedies.variant import Variant
@@ -51,10 +52,9 @@ def judge(request: RemedyRequest, variant: Variant) -> Applied:
     except LinkageError as error:
         return replace(blank, verdict="refused", reason=str(error))
     space = certify(design_space(linkage, motion or None, request.balance))
-    regions = {**request.regions, **variant.regions}
-    found = counterweights(space, variant.free, regions, relax=False)
+    found, anywhere = _least_matter(request, variant, space)
     if found.verdict != "feasible":
-        return replace(blank, verdict=found.verdict, reason=_why(space, found))
+        return replace(blank, verdict=found.verdict, reason=_why(found, anywhere))
     urdf = with_counterweights(found, merge=frozenset(variant.new_links))
     return verify_file(request, blank, urdf, motion, inputs)
 
@@ -97,11 +97,27 @@ def verify_file(
     )  # fmt: skip
 
 
-def _why(space: CertifiedSpace, found: Counterweights) -> str:
-    """Say why matter in the regions does not balance a variant."""
-    if found.verdict == "undecided":
-        return found.words
+def _least_matter(
+    request: RemedyRequest, variant: Variant, space: CertifiedSpace
+) -> tuple[Counterweights, Feasibility | None]:
+    """Find the least matter in the default regions, or in wider ones if these are too small.
+
+    Returns:
+        The matter, and whether any masses balance, if that was asked.
+    """
+    regions = {**request.regions, **variant.regions}
+    found = counterweights(space, variant.free, regions, relax=False)
+    if found.verdict != "infeasible":
+        return found, None
     anywhere = feasible(space)
-    if anywhere.verdict == "infeasible":
-        return f"no masses whatever: {anywhere.words}"
-    return f"not with matter in these regions: {found.words}"
+    if anywhere.verdict == "infeasible" or not found.chosen:
+        return found, anywhere
+    wide = {name: wide_region(space, space.bodies.index(name)) for name in found.chosen}
+    return counterweights(space, variant.free, regions | wide, relax=False), anywhere
+
+
+def _why(found: Counterweights, anywhere: Feasibility | None) -> str:
+    """Say why matter in the regions does not balance a variant."""
+    if anywhere is not None and anywhere.verdict == "infeasible":
+        return f"no masses whatever: {anywhere.words.removeprefix('infeasible: ')}"
+    return found.words

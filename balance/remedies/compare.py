@@ -9,7 +9,7 @@ from importlib import import_module
 from balance.added_masses.regions import Region
 from balance.designs.feasibility import Feasibility, feasible
 from balance.options import Balance
-from balance.remedies.applied import Applied
+from balance.remedies.applied import AppliedRemedy
 from balance.remedies.catalogue import CATALOGUE
 from balance.remedies.request import RemedyRequest
 from kinematics.errors import UsageError
@@ -39,7 +39,7 @@ class RemedyComparison:
 
     request: RemedyRequest
     own: Feasibility
-    results: tuple[Applied, ...]
+    results: tuple[AppliedRemedy, ...]
 
     def __repr__(self) -> str:
         """Head, and a line for each remedy."""
@@ -52,7 +52,7 @@ class RemedyComparison:
         return html_facts(f"Remedies for {self.request.linkage.name}", *facts)
 
     @property
-    def balanced(self) -> tuple[Applied, ...]:
+    def balanced(self) -> tuple[AppliedRemedy, ...]:
         """Results that balance the linkage, the least added mass first."""
         found = (one for one in self.results if one.verdict == "feasible")
         return tuple(sorted(found, key=lambda one: (one.added_mass or 0.0, one.lost_freedoms)))
@@ -158,7 +158,7 @@ def compare_request(request: RemedyRequest, only: Sequence[str] = ()) -> RemedyC
     return RemedyComparison(request, feasible(request.space), results)
 
 
-def _apply(name: str, request: RemedyRequest) -> Iterator[Applied]:
+def _apply(name: str, request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Apply one remedy; its module is imported on demand."""
     module = import_module(f"balance.remedies.{HOMES[name]}")
     yield from getattr(module, f"apply_{name}")(request)

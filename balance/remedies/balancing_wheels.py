@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from balance.remedies.applied import Applied, refused
+from balance.remedies.applied import AppliedRemedy, refused
 from balance.remedies.geared_wheel import build_geared_wheel
 from balance.remedies.motor_wheels import build_motor_wheels
 from balance.remedies.request import RemedyRequest
@@ -19,7 +19,7 @@ from kinematics.errors import LinkageError
 __all__ = ["apply_active_wheel", "apply_passive_wheel"]
 
 
-def apply_passive_wheel(request: RemedyRequest) -> Iterator[Applied]:
+def apply_passive_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a planar linkage of one freedom by a wheel that its crank drives.
 
     The wheel's ratio to the crank varies: ``i(u) = -h(u) / J`` with the angular momentum h for
@@ -34,7 +34,7 @@ def apply_passive_wheel(request: RemedyRequest) -> Iterator[Applied]:
     yield _attempt("passive_wheel", request, build_geared_wheel)
 
 
-def apply_active_wheel(request: RemedyRequest) -> Iterator[Applied]:
+def apply_active_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a linkage by a wheel with a motor of its own, or by three if it is spatial.
 
     Speed ``-h / J``, torque ``-ḣ`` and power ``h ḣ / J``; see
@@ -50,15 +50,14 @@ def apply_active_wheel(request: RemedyRequest) -> Iterator[Applied]:
 
 
 def _attempt(
-    remedy: str, request: RemedyRequest, build: Callable[[RemedyRequest], Applied]
-) -> Applied:
+    remedy: str, request: RemedyRequest, build: Callable[[RemedyRequest], AppliedRemedy]
+) -> AppliedRemedy:
     """Build wheels, or say why there are none."""
     if request.balance == "force":
         return refused(remedy, "a wheel takes a moment, and only the force is to be balanced")
     try:
         return build(request)
     except NoWheel as no:
-        verdict, reason = no.args
-        return replace(refused(remedy, reason), verdict=verdict)
+        return replace(refused(remedy, no.reason), verdict=no.verdict, proof=no.proof)
     except LinkageError as error:
         return refused(remedy, str(error))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from balance.remedies.applied import Applied, refused
+from balance.remedies.applied import AppliedRemedy, refused
 from balance.remedies.copy_elements import Copied, copy_linkage
 from balance.remedies.judge import judge, verify_file
 from balance.remedies.request import RemedyRequest
@@ -25,7 +25,7 @@ __all__ = ["apply_duplicates"]
 _COUNTS = {1: "one copy", 3: "three copies"}
 
 
-def apply_duplicates(request: RemedyRequest) -> Iterator[Applied]:
+def apply_duplicates(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a linkage by the fewest copies of it that are driven in step.
 
     One copy is tried where the momenta of the linkage allow it, else there are three, turned by
@@ -98,11 +98,13 @@ def _copy(request: RemedyRequest, copies: Sequence[Copy], driven: Sequence[str])
     return copy_linkage(request.base, file.tree, copies, driven)
 
 
-def _copied(request: RemedyRequest, copies: Sequence[Copy], driven: Sequence[str]) -> Applied:
+def _copied(
+    request: RemedyRequest, copies: Sequence[Copy], driven: Sequence[str]
+) -> AppliedRemedy:
     """Write copies with the masses of the file, and verify them."""
     made = _copy(request, copies, driven)
     words = f"{_COUNTS[len(copies)]}: {'; '.join(copy.words for copy in copies)}"
-    blank = Applied(
+    blank = AppliedRemedy(
         "duplicates", words, "undecided", "", new_links=made.links, new_joints=made.joints,
         details=_details(copies, driven),
     )  # fmt: skip
@@ -110,7 +112,9 @@ def _copied(request: RemedyRequest, copies: Sequence[Copy], driven: Sequence[str
     return verify_file(request, blank, urdf, request.motion, request.linkage.inputs)
 
 
-def _with_counterweights(request: RemedyRequest, copy: Copy, driven: Sequence[str]) -> Applied:
+def _with_counterweights(
+    request: RemedyRequest, copy: Copy, driven: Sequence[str]
+) -> AppliedRemedy:
     """Judge one copy, with matter on its links and on those of the linkage."""
     made = _copy(request, [copy], driven)
     names = made.names[0]

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.remedies.applied import Applied, inertia_ratio
+from balance.remedies.applied import AppliedRemedy, inertia_ratio
 from balance.remedies.judge import MOTIONS
 from balance.remedies.momentum_along import momentum_along
 from balance.remedies.request import RemedyRequest
@@ -41,7 +41,7 @@ STRIDE = 10
 SEED = 3
 
 
-def build_geared_wheel(request: RemedyRequest) -> Applied:
+def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     """Build the wheel that the crank drives at the ratio ``i(u) = -h(u) / J``.
 
     The force is balanced by counterweights; h is the angular momentum that is left for a unit
@@ -77,7 +77,7 @@ def build_geared_wheel(request: RemedyRequest) -> Applied:
     point = centre + 2.0 * radius * linkage.chain.frame.R[0]
     wheel = make_wheel(found.document, normal, point, table.inertia, radius)
     words = f"a wheel of {wheel.mass:.4g} kg on the base that {crank} drives at a varying ratio"
-    blank = Applied("passive_wheel", words, "undecided", "")
+    blank = AppliedRemedy("passive_wheel", words, "undecided", "")
     done, moved = verify_with_wheels(request, blank, found, [wheel], runs)
     at_start = drive(linkage, [0.0], [0.0 * rates], [rates], [0.0 * rates])
     h = float(momentum_along(linkage, at_start).total[0, :3] @ normal)
@@ -86,13 +86,13 @@ def build_geared_wheel(request: RemedyRequest) -> Applied:
 
 
 def _with_tables(
-    linkage: Linkage, done: Applied, table: VaryingRatio, wheel: Wheel, turn: Trajectory
-) -> Applied:
+    linkage: Linkage, done: AppliedRemedy, table: VaryingRatio, wheel: Wheel, turn: Trajectory
+) -> AppliedRemedy:
     """Add the ratio, the pitch curves and the peaks to a result, as files and as data."""
     curves, words = _pitch_curves(linkage, table, 2.0 * wheel.radius)
-    files = {"passive_wheel_ratio.csv": table_bytes(table.columns())}
+    files = {"ratio.csv": table_bytes(table.columns())}
     if curves is not None:
-        files["passive_wheel_pitch_curves.csv"] = table_bytes(curves.columns())
+        files["pitch_curves.csv"] = table_bytes(curves.columns())
     peaks = wheel.peaks(turn.ud[:, -1], turn.udd[:, -1])
     details = {
         "wheel": wheel.details(), "crank": table.crank, "full_turn": table.turns,
@@ -208,7 +208,9 @@ def _tables(table: VaryingRatio, curves: PitchCurves | None) -> dict[str, object
     return found
 
 
-def _with_wheel(request: RemedyRequest, done: Applied, crank: str, felt: float) -> Applied:
+def _with_wheel(
+    request: RemedyRequest, done: AppliedRemedy, crank: str, felt: float
+) -> AppliedRemedy:
     """Add the inertia of the wheel that the crank feels at the reference pose."""
     if done.input_inertia is None:
         return done

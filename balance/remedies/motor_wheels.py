@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.remedies.applied import Applied
+from balance.remedies.applied import AppliedRemedy
 from balance.remedies.judge import MOTIONS
 from balance.remedies.momentum_along import Momentum, momentum_along
 from balance.remedies.request import RemedyRequest
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 SEED = 3
 
 
-def build_motor_wheels(request: RemedyRequest) -> Applied:
+def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
     """Build a wheel with a motor for each axis along which a moment is left.
 
     The force is balanced by counterweights. The axes are the normal of a planar linkage, and
@@ -58,7 +58,7 @@ def build_motor_wheels(request: RemedyRequest) -> Applied:
     wheels = _wheels(request, found, runs)
     mass = sum(wheel.mass for wheel in wheels)
     count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"
-    blank = Applied(
+    blank = AppliedRemedy(
         "active_wheel", f"{count} of {mass:.4g} kg on the base, with motors", "undecided", ""
     )
     done, moved = verify_with_wheels(request, blank, found, wheels, runs)
@@ -70,7 +70,7 @@ def build_motor_wheels(request: RemedyRequest) -> Applied:
     worst = max(range(len(moved)), key=lambda k: max(peak["power"] for peak in peaks[k]))
     table = _table(found.linkage.inputs, moved[worst], wheels)
     return replace(
-        done, files={"active_wheel.csv": table_bytes(table)},
+        done, files={"motion.csv": table_bytes(table)},
         details={
             "wheels": [wheel.details() for wheel in wheels],
             "motions": [

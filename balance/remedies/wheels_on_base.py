@@ -9,10 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweights import counterweights
+from balance.added_masses.link_regions import wide_region
 from balance.added_masses.write_counterweights import with_counterweights
+from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
-from balance.remedies.applied import Applied, inertia_ratio
+from balance.remedies.applied import AppliedRemedy, RemedyVerdict, inertia_ratio
 from balance.remedies.momentum_along import Momentum, momentum_along
 from balance.remedies.request import RemedyRequest, input_inertia
 from balance.remedies.variant import append_elements, free_name, names_taken
@@ -36,7 +39,14 @@ Array = NDArray[np.float64]
 
 
 class NoWheel(Exception):
-    """No wheel is built: verdict and reason."""
+    """No wheel is built: verdict, reason, and the proof if it is infeasible, as plain data."""
+
+    def __init__(
+        self, verdict: RemedyVerdict, reason: str, proof: dict[str, object] | None = None
+    ) -> None:
+        """Keep the facts."""
+        self.verdict, self.reason, self.proof = verdict, reason, proof
+        super().__init__(reason)
 
 
 class ForceBalanced(NamedTuple):
@@ -146,6 +156,8 @@ def has_momentum(linkage: Linkage, momenta: Sequence[Momentum], axes: Array) -> 
 def balance_force(request: RemedyRequest) -> ForceBalanced:
     """Balance the force of a linkage by the least counterweights.
 
+    Default regions that are too small are widened, as in `balance.remedies.judge.judge`.
+
     Args:
         request: the request; its balance does not count.
 
@@ -160,14 +172,31 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
     space = design_space(linkage, request.motion or None, "force")
     data = request.base.data
     if not space.as_given.balanced:
-        found = counterweights(certify(space), request.links, request.regions, relax=False)
-        if found.verdict != "feasible":
-            raise NoWheel(found.verdict, f"a wheel takes no force, and {found.words}")
-        data = with_counterweights(found)
+        data = with_counterweights(_least_counterweights(request, certify(space)))
     document = Document(request.base.name, data)
     made = load(document, None, inputs, angles=angles)
     mass = sum(float(body.inertia[0]) for body in made.bodies)
     return ForceBalanced(document, made, mass - request.given_mass)
+
+
+def _least_counterweights(request: RemedyRequest, space: CertifiedSpace) -> Counterweights:
+    """Find the least counterweights, in wider regions where the default ones are too small.
+
+    Raises:
+        NoWheel: there are none.
+    """
+    regions = dict(request.regions)
+    found = counterweights(space, request.links, regions, relax=False)
+    if found.verdict == "infeasible" and found.chosen:
+        for name in found.chosen:
+            regions[name] = wide_region(space, space.bodies.index(name))
+        found = counterweights(space, request.links, regions, relax=False)
+    if found.verdict == "feasible":
+        return found
+    proof = None
+    if found.certificate is not None and found.check is not None:
+        proof = {"functional": found.certificate.tolist(), "check": found.check._asdict()}
+    raise NoWheel(found.verdict, f"a wheel takes no force, and {found.words}", proof)
 
 
 def _drive_wheels(
@@ -199,9 +228,9 @@ def _drive_wheels(
 
 
 def verify_with_wheels(
-    request: RemedyRequest, blank: Applied, found: ForceBalanced, wheels: Sequence[Wheel],
+    request: RemedyRequest, blank: AppliedRemedy, found: ForceBalanced, wheels: Sequence[Wheel],
     trajectories: Sequence[Trajectory],
-) -> tuple[Applied, tuple[Trajectory, ...]]:  # fmt: skip
+) -> tuple[AppliedRemedy, tuple[Trajectory, ...]]:  # fmt: skip
     """Write wheels into the file, verify it along motions, and add up the cost.
 
     The wheels are inputs of their own in the file, so that their motions are given.

@@ -96,7 +96,7 @@ class Wheel(NamedTuple):
             make_elements.link(self.name, make_elements.inertial(self.mass, inertia, at)),
             make_elements.joint(
                 self.joint, "continuous", root, self.name, make_elements.origin(pose),
-                (number_words(self.axis), ""), independent=True,
+                (number_words(self.axis), ""),
             ),
         )  # fmt: skip
 

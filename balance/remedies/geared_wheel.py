@@ -21,10 +21,10 @@ from balance.remedies.wheels_on_base import (
     make_wheel,
     verify_with_wheels,
 )
-from balance.tolerances import RELATION_RESIDUAL
+from balance.tolerances import CONDITIONING_NOTICE, RELATION_RESIDUAL
 from balance.verification.crank_revolution import crank_limits, revolve_crank
 from balance.verification.trajectory import Trajectory, drive, order_inputs, random_motions
-from kinematics.errors import LinkageError
+from kinematics.errors import LinkageError, PoseError
 from kinematics.model.linkage import GROUND, Joint, Linkage
 from kinematics.model.motion import Motion, motion_of
 
@@ -38,6 +38,8 @@ SAMPLES = 721
 RANGE_SHARE = 0.9
 # Steps between the rows of tables in the details; the files have all rows.
 STRIDE = 10
+# Most times that the range is shortened.
+MAX_SHORTER = 30
 SEED = 3
 
 
@@ -45,7 +47,8 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     """Build the wheel that the crank drives at the ratio ``i(u) = -h(u) / J``.
 
     The force is balanced by counterweights; h is the angular momentum that is left for a unit
-    rate of the crank, over a full turn of it, or over 90 % of the reachable range either way.
+    rate of the crank, over a full turn of it, or over 90 % of the reachable range either way,
+    and less if a singular pose is on the way.
     J is the mean of ``|h|`` there over the gear N of the request, so that the mean of ``|i|``
     is N, and a full turn turns the wheel by N turns if the ratio keeps its sign. The wheel is
     a thin ring of the rotor radius ρ, of mass ``J / ρ²``, its centre ``2 ρ`` from the axis of
@@ -135,10 +138,26 @@ def _sweep(
     """Move the crank at a unit rate: a full turn if it can, else over most of its range."""
     with suppress(LinkageError):
         return revolve_crank(linkage, 1.0, crank, limits)[0], True
-    low, high = crank_limits(linkage, crank, rates)
-    u = RANGE_SHARE * np.linspace(low, high, SAMPLES)
-    ud = np.tile(rates, (SAMPLES, 1))
-    return drive(linkage, u, np.outer(u, rates), ud, 0.0 * ud), False
+    ends = (RANGE_SHARE * end for end in crank_limits(linkage, crank, rates))
+    low, high = (_regular_end(linkage, rates, end) for end in ends)
+    return _move(linkage, rates, np.linspace(low, high, SAMPLES)), False
+
+
+def _move(linkage: Linkage, rates: Array, u: Array) -> Trajectory:
+    """Move the crank at a unit rate through displacements (N,)."""
+    ud = np.tile(rates, (u.size, 1))
+    return drive(linkage, u, np.outer(u, rates), ud, 0.0 * ud)
+
+
+def _regular_end(linkage: Linkage, rates: Array, end: float) -> float:
+    """Shorten a way from the reference pose until no singular pose is on it."""
+    for _ in range(MAX_SHORTER):
+        with suppress(PoseError):
+            way = _move(linkage, rates, np.linspace(0.0, end, SAMPLES // 2))
+            if way.conditioning > CONDITIONING_NOTICE:
+                break
+        end *= RANGE_SHARE
+    return end
 
 
 def _refuse_other_moments(linkage: Linkage, runs: list[Trajectory]) -> None:

@@ -19,6 +19,7 @@ from balance.remedies.varying_ratio import VaryingRatio, integrate
 from balance.remedies.wheels_on_base import balance_force
 from balance.verification.to_pinocchio import PinocchioModel
 from balance.verification.trajectory import drive, random_motions
+from kinematics.errors import PoseError
 from kinematics.urdf_elements.element import Document
 
 ROD = PENDULUM[0]
@@ -44,7 +45,8 @@ def request(model, inputs=None, **options) -> RemedyRequest:
 def test_a_rod_gets_a_wheel_of_constant_ratio(gear):
     """A rod of 1/3 kg m² and a counterweight of 1 kg at 0.5 m: J N = 1/3 + 1/4."""
     own = 1.0 / 3.0 + 0.25
-    (found,) = apply_passive_wheel(request_of(ROD, gear=gear, radius=0.2))
+    asked = request_of(ROD, gear=gear, radius=0.2, regions={"a": "ball(0,0,0,0.5)"})
+    (found,) = apply_passive_wheel(asked)
     wheel = found.details["wheel"]
     assert found.verdict == "feasible" and found.residual <= 1e-9
     assert wheel["inertia"] == pytest.approx(own / gear, rel=1e-8)
@@ -129,25 +131,30 @@ def test_pitch_curves_roll_on_each_other(gear, closed):
     assert rolled.y[0, -1] == pytest.approx(ratio["angle"][-1], rel=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("model", "crank"), [("four_bar_general", "q4"), ("slider_crank", "q4")]
-)
-def test_a_crank_that_cannot_turn_gets_a_table_over_its_range(model, crank):
-    """Its ends are a tenth before the dead centres; a slide counts in metres."""
-    (found,) = apply_passive_wheel(request(model, [crank]))
+def test_a_crank_that_cannot_turn_gets_a_table_over_its_range():
+    """Its ends are a tenth before the dead centres."""
+    (found,) = apply_passive_wheel(request("four_bar_general", ["q4"]))
     assert found.verdict == "feasible" and found.residual <= 1e-9, found.reason
     assert not found.details["full_turn"]
-    low, high = found.details["range"]
-    linkage = kinematics.load(model, inputs=[crank])
-    for end in (low, high):
-        time = np.linspace(0.0, 1.0, 50)
+    linkage = kinematics.load("four_bar_general", inputs=["q4"])
+    time = np.linspace(0.0, 1.0, 50)
+    for end in found.details["range"]:
         for share, passes in ((1.0, True), (1.0 / 0.9 + 0.02, False)):
             u = (share * end * time)[:, None]
             try:
                 drive(linkage, time, u, 0 * u + share * end, 0 * u)
                 assert passes
-            except kinematics.errors.PoseError:
+            except PoseError:
                 assert not passes
+
+
+def test_a_sliding_crank_stops_before_a_singular_pose():
+    """The pins of this slider-crank meet 0.6 m from its pose, where branches do."""
+    (found,) = apply_passive_wheel(request("slider_crank", ["q4"]))
+    assert found.verdict == "feasible" and found.residual <= 1e-9, found.reason
+    low, high = found.details["range"]
+    assert -0.6 < low < -0.3 and 0.3 < high < 0.4 and found.details["pitch_curves"] is None
+    assert "does not turn on the base" in found.details["drive"]
 
 
 def test_a_relation_leaves_one_freedom():

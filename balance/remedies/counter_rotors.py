@@ -5,17 +5,17 @@ A counter-rotor on joint j spins against it about a parallel axis and adds the m
 Besides that it is a part of the rigid body that carries it, so that its mass and its place
 count among the masses of that body.
 
-The conditions come from one linkage with a rotor on every candidate: a further body on a
-joint that follows ``-q_j``. Its inertia ``E = J n nᵀ`` has the momentum ``J n nᵀ ω - J n q̇_j``,
-where ω belongs to the carrier; the first term is that of the same inertia on the carrier, and
-is taken off. A rotor of gear N needs the axial inertia ``J / N``, and is at least a thin disc:
-its carrier then has ``(J / N) (n nᵀ + 1) / 2`` besides a body that can be built.
+The axis of a revolute joint is fixed in both of its links, so that
+``n q̇_j = n nᵀ (ω_child - ω_parent)``. A counter-rotor therefore acts like the inertia ``J n nᵀ``
+taken from the child and given to the parent, in every pose: its conditions are those of the
+inertias of these two links, with no linkage but the given one. A rotor of gear N needs the
+axial inertia ``J / N``, and is at least a thin disc: its carrier then has
+``(J / N) (n nᵀ + 1) / 2`` besides a body that can be built.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,21 +24,10 @@ from numpy.typing import NDArray
 from balance.added_masses.program import orthonormal_conditions
 from balance.designs.pseudo_inertia_cone import given_parameters
 from balance.inertial_parameters.conversions import to_chain
-from balance.spaces.compute_space import design_space
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import FIXED_RANK_RELATIVE, ROTOR_WITHOUT_MOMENTUM
-from kinematics.assembly.assemble import assemble
-from kinematics.model.arrays import freeze
 from kinematics.model.chain import path
-from kinematics.model.linkage import (
-    GROUND,
-    Body,
-    Joint,
-    Linkage,
-    Mimic,
-    UnassembledLinkage,
-)
-from kinematics.spatial.inertia import parameters
+from kinematics.model.linkage import GROUND, Linkage
 
 __all__ = ["RotorConditions", "candidate_joints", "has_fixed_axis", "rotor_conditions"]
 
@@ -48,18 +37,16 @@ Array = NDArray[np.float64]
 class RotorConditions(NamedTuple):
     """The balance conditions of a linkage with counter-rotors, in the units of a chain.
 
-    ``bodies @ z + rotors @ J = 0`` for every balanced distribution. The rows of both, side by
-    side, are orthonormal.
+    ``bodies @ z + rotors @ J = 0`` for every balanced distribution, and for no other as far as
+    ``space.sure`` says.
 
     Attributes:
         space: the design space of the linkage without rotors.
         joints: joints with a rotor (k,).
-        bodies: conditions on the counted parameters of all bodies (ρ, parameters).
+        bodies: conditions on the counted parameters of all bodies, orthonormal rows
+            (ρ, parameters).
         rotors: conditions on the momenta J of the rotors (ρ, k).
         given: counted parameters of the masses in the file (parameters,), kg.
-        length: unit of length, metres.
-        sure: whether all conditions are known, so that designs are balanced.
-        encloses: whether every balanced distribution fulfils them.
     """
 
     space: DesignSpace
@@ -67,9 +54,6 @@ class RotorConditions(NamedTuple):
     bodies: Array
     rotors: Array
     given: Array
-    length: float
-    sure: bool
-    encloses: bool
 
 
 def candidate_joints(linkage: Linkage) -> tuple[str, ...]:
@@ -118,64 +102,32 @@ def rotor_conditions(
             stand on the ground; the others weigh upon the link before the joint, and the more
             the smaller the gear is.
     """
-    linkage = space.linkage
+    linkage, file = space.linkage, given_parameters(space)
     names = candidate_joints(linkage) if joints is None else tuple(joints)
-    at = linkage.positions_of(names).tolist()
-    relations = None if space.motion is None else space.motion.relations
-    wide = design_space(_with_rotors(linkage, at), relations, spatial=not space.planar)
-    rows, split = orthonormal_conditions(wide.scaled_basis), len(space.basis)
-    columns = [_rotor_column(space, rows, j, k, gear) for k, j in enumerate(at)]
+    rows, split = orthonormal_conditions(space.scaled_basis), len(space.basis)
+    columns = [_rotor_column(space, rows, j, gear) for j in linkage.positions_of(names)]
     rotors = np.array(columns).reshape(-1, len(rows)).T
     kept = np.linalg.norm(rotors, axis=0) > ROTOR_WITHOUT_MOMENTUM
-    found = _independent_rows(np.column_stack([rows[:, :split], rotors[:, kept]]))
-    given = to_chain(given_parameters(space), wide.chain.frame, space.planar, False)
+    given = to_chain(file, space.chain.frame, space.planar, False).reshape(-1)
     return RotorConditions(
-        space, tuple(np.array(names)[kept].tolist()), found[:, :split], found[:, split:],
-        given.reshape(-1), wide.length, wide.sure, wide.encloses,
-    )  # fmt: skip
+        space, tuple(np.array(names)[kept].tolist()), rows, rotors[:, kept], given
+    )
 
 
-def _with_rotors(linkage: Linkage, joints: Sequence[int]) -> Linkage:
-    """Assemble the linkage with a rotor of a unit mass on each of some joints."""
-    n = len(linkage.joints)
-    held = [linkage.joints[j] for j in joints]
-    names = [f"{joint.name} rotor" for joint in held]
-    rotors = [
-        Joint(name, "revolute", joint.parent, joint.screw, joint.point)
-        for name, joint in zip(names, held, strict=True)
-    ]
-    bodies = [
-        Body(name, n + k, freeze(parameters(1.0, held[k].point, np.eye(3))), freeze(np.eye(4)))
-        for k, name in enumerate(names)
-    ]
-    kept = {one.name: getattr(linkage, one.name) for one in fields(UnassembledLinkage)}
-    draft = replace(
-        UnassembledLinkage(**kept),
-        joints=(*linkage.joints, *rotors), bodies=(*linkage.bodies, *bodies),
-        mimics=(*linkage.mimics, *(Mimic(n + k, j, -1.0) for k, j in enumerate(joints))),
-        tree=None, document=None, displaced=None, other_poses=(),
-    )  # fmt: skip
-    return assemble(draft, linkage.inputs)
-
-
-def _rotor_column(
-    space: DesignSpace, rows: Array, joint: int, place: int, gear: float
-) -> Array:
+def _rotor_column(space: DesignSpace, rows: Array, joint: int, gear: float) -> Array:
     """Compute the conditions on the momentum J of one rotor (ρ,); see the module."""
-    linkage, count = space.linkage, len(space.labels)
-    by_body = rows.reshape(len(rows), -1, count)
-    n = linkage.joints[joint].screw[:3]
+    linkage = space.linkage
+    by_body = rows.reshape(len(rows), -1, len(space.labels))
+    n, parent = linkage.joints[joint].screw[:3], linkage.joints[joint].parent
+    links = [body.link for body in linkage.bodies]
     axial = _inertia_parameters(space, np.outer(n, n))
-    column = by_body[:, len(space.bodies) + place] @ axial
-    parent = linkage.joints[joint].parent
-    if parent == GROUND:
-        return column
-    carrier = [body.link for body in linkage.bodies].index(parent)
-    column = column - by_body[:, carrier] @ axial
-    if np.isfinite(gear) and not has_fixed_axis(linkage, joint):
+    column = -by_body[:, links.index(joint)] @ axial
+    if parent != GROUND:
+        column = column + by_body[:, links.index(parent)] @ axial
+    if parent != GROUND and np.isfinite(gear) and not has_fixed_axis(linkage, joint):
         disc = _inertia_parameters(space, (np.outer(n, n) + np.eye(3)) / 2.0)
-        column = column + by_body[:, carrier] @ disc / gear
-    return column
+        column = column + by_body[:, links.index(parent)] @ disc / gear
+    return np.asarray(column)
 
 
 def _inertia_parameters(space: DesignSpace, E: Array) -> Array:
@@ -184,9 +136,3 @@ def _inertia_parameters(space: DesignSpace, E: Array) -> Array:
         n = space.axes[2]
         return np.array([0.0, 0.0, 0.0, n @ E @ n])
     return np.array([0, 0, 0, 0, E[0, 0], E[1, 1], E[2, 2], E[0, 1], E[0, 2], E[1, 2]])
-
-
-def _independent_rows(rows: Array) -> Array:
-    """Compute orthonormal rows that span the same space."""
-    _, values, V = np.linalg.svd(rows, full_matrices=False)
-    return np.asarray(V[values > FIXED_RANK_RELATIVE * values.max(initial=0.0)])

@@ -116,7 +116,7 @@ def fewest_rotors(
     names = np.array(conditions.joints, dtype=object)
     minimal = tuple(tuple(names[list(one)]) for one in found.minimal)
     size = min(map(len, found.minimal), default=None)
-    sure = conditions.encloses and (size is None or conditions.sure)
+    sure = space.encloses and (size is None or space.sure)
     if found.open and (size is None or min(map(len, found.open)) < size):
         sure = False
     smallest = [one for one in found.minimal if len(one) == size]

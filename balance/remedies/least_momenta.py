@@ -46,4 +46,4 @@ def least_momenta(conditions: RotorConditions, chosen: Sequence[int]) -> Array:
     masses = cone.blocks[:, :, -1, -1].sum(axis=0)
     parts = [cone.part] * len(file) + [ConstraintBlock("nonnegative", len(J))]
     found = solve_conic(J.sum(axis=0) + IDLE_MASS_PRICE * masses, rows, offset, parts)
-    return np.maximum(unit * conditions.length**2 * (J @ found.x), 0.0)
+    return np.maximum(unit * conditions.space.length**2 * (J @ found.x), 0.0)

@@ -44,7 +44,8 @@ def certificates_from_dual(program: Program, dual: Array) -> Iterator[Certificat
     lifted, (count, n) = cone.with_all_moments().blocks, cone.blocks.shape[:2]
     Z = cone.duals(dual[: dual.size - len(lines)].reshape(count, -1))
     if not len(lines):
-        yield from (CertificateProof(found, np.zeros(count)) for found in refine_matrices(lifted, Z))
+        for found in refine_matrices(lifted, Z):
+            yield CertificateProof(found, np.zeros(count))
         return
     # An inequality is a semidefinite constraint of size 1. Undo the scaling of the bounds.
     units = np.ones(len(lines))

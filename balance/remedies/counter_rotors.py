@@ -6,10 +6,10 @@ Besides that it is a part of the rigid body that carries it, so that its mass an
 count among the masses of that body.
 
 The axis of a revolute joint is fixed in both of its links, so that
-``n q̇_j = n nᵀ (ω_child - ω_parent)``. A counter-rotor therefore acts like the inertia ``J n nᵀ``
-taken from the child and given to the parent, in every pose: its conditions are those of the
-inertias of these two links, with no linkage but the given one. A rotor of gear N needs the
-axial inertia ``J / N``, and is at least a thin disc: its carrier then has
+``n q̇_j = n nᵀ (ω_child - ω_parent)``. A counter-rotor therefore acts like the inertia
+``J n nᵀ`` taken from the child and given to the parent, in every pose: its conditions are those
+of the inertias of these two links, with no linkage but the given one. A rotor of gear N needs
+the axial inertia ``J / N``, and is at least a thin disc: its carrier then has
 ``(J / N) (n nᵀ + 1) / 2`` besides a body that can be built.
 """
 
@@ -104,7 +104,7 @@ def rotor_conditions(
     """
     linkage, file = space.linkage, given_parameters(space)
     names = candidate_joints(linkage) if joints is None else tuple(joints)
-    rows, split = orthonormal_conditions(space.scaled_basis), len(space.basis)
+    rows = orthonormal_conditions(space.scaled_basis)
     columns = [_rotor_column(space, rows, j, gear) for j in linkage.positions_of(names)]
     rotors = np.array(columns).reshape(-1, len(rows)).T
     kept = np.linalg.norm(rotors, axis=0) > ROTOR_WITHOUT_MOMENTUM

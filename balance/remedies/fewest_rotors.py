@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from balance.designs.feasibility import Verdict
 from balance.designs.pseudo_inertia_cone import given_parameters
@@ -240,13 +239,13 @@ def _rotor_set(conditions: RotorConditions, chosen: tuple[int, ...]) -> RotorSet
     return RotorSet(names, tuple(momenta.tolist()), ratio)
 
 
-def _words(
-    verdict: Verdict, conditions: RotorConditions, sets: Sequence[RotorSet]
-) -> str:
+def _words(verdict: Verdict, conditions: RotorConditions, sets: Sequence[RotorSet]) -> str:
     """Describe the verdict in one line."""
-    listed = ", ".join(conditions.joints) or "none"
+    listed = ", ".join(conditions.joints)
     if verdict == "undecided":
         return "undecided: neither designs nor certificates of all sets stand up to their check"
+    if verdict == "infeasible" and not listed:
+        return "infeasible: no revolute joint between links with masses can have a counter-rotation"
     if verdict == "infeasible":
         return (
             f"infeasible: a certificate excludes all counter-rotations together (on {listed})"
@@ -260,5 +259,3 @@ def _words(
         f"feasible with {number}, and not with fewer: on {best}, with {sets[0].ratio:.4g} of "
         f"the linkage's own rotational inertia{others}"
     )
-
-

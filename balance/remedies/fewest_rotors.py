@@ -245,7 +245,7 @@ def _words(verdict: Verdict, conditions: RotorConditions, sets: Sequence[RotorSe
     if verdict == "undecided":
         return "undecided: neither designs nor certificates of all sets stand up to their check"
     if verdict == "infeasible" and not listed:
-        return "infeasible: no revolute joint between links with masses can have a counter-rotation"
+        return "infeasible: no revolute joint between links with masses, so no counter-rotation"
     if verdict == "infeasible":
         return (
             f"infeasible: a certificate excludes all counter-rotations together (on {listed})"

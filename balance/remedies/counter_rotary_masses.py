@@ -42,7 +42,7 @@ def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[Applied]:
     joint, seen from the link before the joint, N being ``request.gear``. On its own link it
     therefore turns -(N + 1) times; with N = 1 it turns against the link at the link's own
     rate. Its matter is within a ball of the radius of rotors about that place. Where this
-    radius is too small for the lever, a half, a quarter and an eighth of the lever follow.
+    radius is too small for the lever, a half, a quarter or an eighth of the lever is lighter.
 
     Args:
         request: the request.
@@ -76,12 +76,16 @@ def _counterweight_places(request: RemedyRequest) -> dict[str, Array]:
 def _built(
     request: RemedyRequest, found: FewestRotors, one: RotorSet, places: dict[str, Array]
 ) -> Applied:
-    """Judge turning counterweights on one set of joints, as far out as they balance."""
-    results = (judge(request, _variant(request, found, one, places, lever)) for lever in LEVERS)
-    first = next(results)
-    if first.verdict == "feasible":
-        return first
-    return next((result for result in results if result.verdict == "feasible"), first)
+    """Judge turning counterweights on one set of joints, with the lever of the least mass."""
+    best = judge(request, _variant(request, found, one, places, LEVERS[0]))
+    for lever in LEVERS[1:]:
+        result = judge(request, _variant(request, found, one, places, lever))
+        if result.added_mass is None:
+            continue
+        if best.added_mass is not None and result.added_mass >= best.added_mass:
+            break
+        best = result
+    return best
 
 
 def _variant(

@@ -23,6 +23,7 @@ from balance.remedies.rotor_sets import (
 )
 from kinematics import ScrewJoint, from_screws
 from kinematics.spatial.inertia import parameters
+from kinematics.urdf_elements.element import Document
 
 Z = (0.0, 0.0, 1.0)
 ROD = (1.0, np.diag([1e-3, 1.0 / 12.0, 1.0 / 12.0]))
@@ -117,7 +118,7 @@ def with_rotor(linkage, name, gear):
         f'<mimic joint="{name}" multiplier="{-gear}"/></joint></robot>'
     )
     text = linkage.to_urdf().replace("</robot>", more)
-    return kinematics.load(kinematics.Document("rotor", text.encode()), None, linkage.inputs)
+    return kinematics.load(Document("rotor", text.encode()), None, linkage.inputs)
 
 
 def six_candidates(seed, kind):
@@ -227,9 +228,10 @@ def test_least_momentum_of_a_pendulum():
     found = fewest_rotors(space)
     k, price = 0.5, 0.01 * space.length**2
     momentum = 1.0 / 3.0 + k * np.sqrt(price)  # least k r + price k / r
-    assert found.sets[0].momenta[0] == pytest.approx(momentum, rel=1e-6)
+    # Momentum and price together are least to 1e-10, each of them to the square root of that.
+    assert found.sets[0].momenta[0] == pytest.approx(momentum, rel=1e-5)
     assert own_inertia(space) == pytest.approx(1.0 / 12.0)
-    assert found.sets[0].ratio == pytest.approx(12.0 * momentum, rel=1e-6)
+    assert found.sets[0].ratio == pytest.approx(12.0 * momentum, rel=1e-5)
 
 
 def test_a_feasible_linkage_needs_none_and_force_balance_is_refused():

@@ -15,14 +15,14 @@ from balance.added_masses.regions import (
     hull_region,
     rotation_of_angles,
 )
-from balance.designs.mass_regions import joint_points
+from balance.designs.mass_regions import BALL_RADIUS, ball_of, joint_points
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import COORDINATE_ROUND_OFF, LINK_LENGTH_ZERO
 from kinematics.errors import BodyError, UsageError
 from kinematics.model.linkage import GROUND
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["COLLISION", "default_region", "regions_of"]
+__all__ = ["COLLISION", "default_region", "regions_of", "wide_region"]
 
 Array = NDArray[np.float64]
 
@@ -94,6 +94,24 @@ def default_region(space: DesignSpace, body: int) -> Region:
     centre = R.T @ (points[0] - origin)
     centre[np.abs(centre) <= COORDINATE_ROUND_OFF * (length + np.abs(origin).max())] = 0.0
     return ball_region(centre, DEFAULT_RADIUS * length)
+
+
+def wide_region(space: DesignSpace, body: int) -> Region:
+    """Return the ball about the middle of a link's joints, of 1.5 lengths of the link.
+
+    It is the ball that contains the mass of the link in designs; see
+    `balance.designs.mass_regions.ball_of`.
+
+    Args:
+        space: the design space, spatial.
+        body: position of the body.
+    """
+    frame = space.chain.frame
+    ball = ball_of(space, space.linkage.bodies[body], BALL_RADIUS)
+    across = frame.R.T[:, : ball.centre.size]
+    centre = frame.origin + frame.length * across @ ball.centre
+    R, origin = space.frames[body, :3, :3], space.frames[body, :3, 3]
+    return ball_region(R.T @ (centre - origin), ball.radius * frame.length)
 
 
 def _check_body(space: DesignSpace, name: str) -> None:

@@ -14,27 +14,39 @@ from kinematics.errors import UsageError
 if TYPE_CHECKING:
     from balance.added_masses.answer import Counterweights
 
-__all__ = ["add_counterweight_options", "check_counterweight_options", "run_counterweights"]
+__all__ = [
+    "add_counterweight_options", "add_matter_options", "check_counterweight_options",
+    "check_regions", "run_counterweights",
+]  # fmt: skip
 
 
 def add_counterweight_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of counterweights to the command ``design``."""
-    parser.add_argument(
-        "--add", type=_names, default=[], metavar="L1,L2",
-        help="keep all masses of the file, and only add matter to these links: the least that "
-        "balances, or why there is none",
-    )  # fmt: skip
-    parser.add_argument(
-        "--region", action="append", type=_region, default=[], metavar="L=SHAPE",
-        help="where matter may be added, metres in the link frame: ball(x,y,z,r), "
-        "box(x0:x1,y0:y1,z0:z1), cylinder(x,y,z,ax,ay,az,r,length), "
-        "ellipsoid(x,y,z,a,b,c[,roll,pitch,yaw]) or collision; by default a ball about the "
-        "joint of the link, of half its length; repeatable",
+    add_matter_options(
+        parser, "keep all masses of the file, and only add matter to these links: the least "
+        "that balances, or why there is none",
     )  # fmt: skip
     parser.add_argument(
         "--merge", action="store_true",
         help="with --add and --out: put counterweights into the masses of their links, not "
         "into links of their own",
+    )  # fmt: skip
+
+
+def add_matter_options(parser: argparse.ArgumentParser, purpose: str) -> None:
+    """Add the options for links and regions that get matter.
+
+    Args:
+        parser: the parser of a command.
+        purpose: help of ``--add``.
+    """
+    parser.add_argument("--add", type=_link_names, default=[], metavar="L1,L2", help=purpose)
+    parser.add_argument(
+        "--region", action="append", type=_link_region, default=[], metavar="L=SHAPE",
+        help="where matter may be added, metres in the link frame: ball(x,y,z,r), "
+        "box(x0:x1,y0:y1,z0:z1), cylinder(x,y,z,ax,ay,az,r,length), "
+        "ellipsoid(x,y,z,a,b,c[,roll,pitch,yaw]) or collision; by default a ball about the "
+        "joint of the link, of half its length; repeatable",
     )  # fmt: skip
 
 
@@ -58,6 +70,11 @@ def check_counterweight_options(arguments: argparse.Namespace) -> None:
             arguments.refuse(f"{name} does not go with --add, which keeps the given masses")
     if arguments.merge and not arguments.out:
         arguments.refuse("--merge needs --out")
+    check_regions(arguments)
+
+
+def check_regions(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if a link has two regions."""
     names = [name for name, _ in arguments.region]
     for name in names:
         if names.count(name) > 1:
@@ -111,7 +128,7 @@ def _write_files(arguments: argparse.Namespace, found: Counterweights) -> str:
     return ""
 
 
-def _names(text: str) -> list[str]:
+def _link_names(text: str) -> list[str]:
     """Parse names of ``a,b``, each once."""
     names = [name.strip() for name in text.split(",")]
     if not all(names) or len(set(names)) < len(names):
@@ -119,7 +136,7 @@ def _names(text: str) -> list[str]:
     return names
 
 
-def _region(text: str) -> tuple[str, str]:
+def _link_region(text: str) -> tuple[str, str]:
     """Parse link and shape of ``L=SHAPE``."""
     from balance.added_masses.link_regions import COLLISION
     from balance.added_masses.region_text import read_region

@@ -12,23 +12,27 @@ from balance.remedies.catalogue import CATALOGUE
 from balance.remedies.request import RemedyRequest
 from kinematics.wording import repr_lines
 
-__all__ = ["Applied", "RemedyVerdict", "inertia_ratio", "refused"]
+__all__ = ["AppliedRemedy", "RemedyVerdict", "inertia_ratio", "refused"]
 
-RemedyVerdict = Literal["feasible", "infeasible", "undecided", "refused"]
+RemedyVerdict = Literal["feasible", "partial", "infeasible", "undecided", "refused"]
 
 
 @dataclass(frozen=True, eq=False)
-class Applied:
+class AppliedRemedy:
     """A remedy that was applied to a linkage.
 
     Attributes:
         remedy: name of the remedy in `balance.remedies.catalogue`.
         words: what is built in where, in one line.
-        verdict: ``"feasible"``: the linkage with it is balanced, or is as well balanced as
-            ``words`` says; ``"infeasible"``, with a proof; ``"undecided"``; ``"refused"``: it
+        verdict: ``"feasible"``: the linkage with it is balanced; ``"partial"``: it shakes
+            less; ``"infeasible"``, with a proof; ``"undecided"``; ``"refused"``: the remedy
             does not apply to this linkage.
         reason: the proof, or why not, in one line.
-        added_mass: kg; None unless feasible, as for the next three.
+        proof: for ``"infeasible"``, the certificate and its check without the solver, as plain
+            data: ``matrices`` (see `balance.check_certificate`) if no masses balance the
+            linkage with the remedy, else the ``functional`` that excludes matter in the
+            regions (see `balance.added_masses.exclusion`).
+        added_mass: kg; None unless feasible or partial, as for the next three.
         mass_ratio: added mass over that of the moving bodies in the file.
         input_inertia: inertia that each input feels, by its name, kg m² or kg; see
             `balance.remedies.request.input_inertia`.
@@ -37,7 +41,8 @@ class Applied:
         new_joints: joints and loops that it adds.
         lost_freedoms: degrees of freedom that it takes.
         residual: largest shaking over random motions, relative to the bodies' own inertia
-            wrenches, by `balance.verify`; None if there is no linkage to verify.
+            wrenches, by `balance.verify`; for ``"partial"`` the root mean square of the shaking
+            over that of the file; None if there is no linkage to verify.
         urdf: file of the linkage with the remedy and its masses; None if there is none.
         files: other files by name, such as the table of a varying ratio.
         details: plain data for JSON.
@@ -47,6 +52,7 @@ class Applied:
     words: str
     verdict: RemedyVerdict
     reason: str
+    proof: Mapping[str, object] | None = field(default=None, repr=False)
     added_mass: float | None = None
     mass_ratio: float | None = None
     input_inertia: Mapping[str, float] | None = None
@@ -61,11 +67,16 @@ class Applied:
 
     def __repr__(self) -> str:
         """Two lines: the remedy, and its verdict."""
-        head = f"Applied {self.remedy}: {self.words}"
+        head = f"AppliedRemedy {self.remedy}: {self.words}"
         if self.added_mass is None or self.inertia_ratio is None:
             return repr_lines(head, f"{self.verdict}: {self.reason}")
         costs = f"{self.added_mass:.4g} kg added, input inertia × {self.inertia_ratio:.4g}"
         return repr_lines(head, f"{self.verdict}: {costs}")
+
+    @property
+    def helps(self) -> bool:
+        """Whether there is a linkage with the remedy that shakes less."""
+        return self.verdict in ("feasible", "partial")
 
     @property
     def title(self) -> str:
@@ -83,6 +94,7 @@ class Applied:
             "words": self.words,
             "verdict": self.verdict,
             "reason": self.reason,
+            "proof": None if self.proof is None else dict(self.proof),
             "added_mass": self.added_mass,
             "mass_ratio": self.mass_ratio,
             "input_inertia": None if self.input_inertia is None else dict(self.input_inertia),
@@ -95,7 +107,7 @@ class Applied:
         }
 
 
-def refused(remedy: str, reason: str, words: str = "") -> Applied:
+def refused(remedy: str, reason: str, words: str = "") -> AppliedRemedy:
     """Return the result of a remedy that does not apply.
 
     Args:
@@ -103,7 +115,7 @@ def refused(remedy: str, reason: str, words: str = "") -> Applied:
         reason: why not, in one line.
         words: what would have been built in.
     """
-    return Applied(remedy, words or CATALOGUE[remedy].title, "refused", reason)
+    return AppliedRemedy(remedy, words or CATALOGUE[remedy].title, "refused", reason)
 
 
 def inertia_ratio(request: RemedyRequest, now: Mapping[str, float]) -> float | None:

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweights import counterweights
+from balance.added_masses.link_regions import wide_region
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
-from balance.designs.feasibility import feasible
-from balance.remedies.applied import Applied, inertia_ratio
+from balance.designs.feasibility import Feasibility, feasible
+from balance.remedies.applied import AppliedRemedy, inertia_ratio
 from balance.remedies.request import RemedyRequest, freedoms_of, input_inertia
 from balance.remedies.variant import Variant
 from balance.spaces.compute_space import design_space
@@ -27,7 +28,7 @@ __all__ = ["judge", "verify_file"]
 MOTIONS = 5
 
 
-def judge(request: RemedyRequest, variant: Variant) -> Applied:
+def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
     """Find the least matter that balances a variant, and verify the linkage with it.
 
     Args:
@@ -37,7 +38,7 @@ def judge(request: RemedyRequest, variant: Variant) -> Applied:
     Returns:
         The result; ``"feasible"`` only if Pinocchio confirms the written file.
     """
-    blank = Applied(
+    blank = AppliedRemedy(
         variant.remedy, variant.words, "undecided", "", new_links=variant.new_links,
         new_joints=variant.new_joints, details=variant.details,
     )  # fmt: skip
@@ -51,18 +52,18 @@ def judge(request: RemedyRequest, variant: Variant) -> Applied:
     except LinkageError as error:
         return replace(blank, verdict="refused", reason=str(error))
     space = certify(design_space(linkage, motion or None, request.balance))
-    regions = {**request.regions, **variant.regions}
-    found = counterweights(space, variant.free, regions, relax=False)
+    found, anywhere = _least_matter(request, variant, space)
     if found.verdict != "feasible":
-        return replace(blank, verdict=found.verdict, reason=_why(space, found))
+        reason, proof = _why(found, anywhere), _proof(found, anywhere)
+        return replace(blank, verdict=found.verdict, reason=reason, proof=proof)
     urdf = with_counterweights(found, merge=frozenset(variant.new_links))
     return verify_file(request, blank, urdf, motion, inputs)
 
 
 def verify_file(
-    request: RemedyRequest, blank: Applied, urdf: bytes, motion: Sequence[str],
+    request: RemedyRequest, blank: AppliedRemedy, urdf: bytes, motion: Sequence[str],
     inputs: Sequence[str],
-) -> Applied:  # fmt: skip
+) -> AppliedRemedy:  # fmt: skip
     """Verify the file of a linkage with a remedy, and add up its cost.
 
     Args:
@@ -97,11 +98,37 @@ def verify_file(
     )  # fmt: skip
 
 
-def _why(space: CertifiedSpace, found: Counterweights) -> str:
-    """Say why matter in the regions does not balance a variant."""
-    if found.verdict == "undecided":
-        return found.words
+def _least_matter(
+    request: RemedyRequest, variant: Variant, space: CertifiedSpace
+) -> tuple[Counterweights, Feasibility | None]:
+    """Find the least matter in the default regions, or in wider ones if these are too small.
+
+    Returns:
+        The matter, and whether any masses balance, if that was asked.
+    """
+    regions = {**request.regions, **variant.regions}
+    found = counterweights(space, variant.free, regions, relax=False)
+    if found.verdict != "infeasible":
+        return found, None
     anywhere = feasible(space)
-    if anywhere.verdict == "infeasible":
-        return f"no masses whatever: {anywhere.words}"
-    return f"not with matter in these regions: {found.words}"
+    if anywhere.verdict == "infeasible" or not found.chosen:
+        return found, anywhere
+    wide = {name: wide_region(space, space.bodies.index(name)) for name in found.chosen}
+    return counterweights(space, variant.free, regions | wide, relax=False), anywhere
+
+
+def _why(found: Counterweights, anywhere: Feasibility | None) -> str:
+    """Say why matter in the regions does not balance a variant."""
+    if anywhere is not None and anywhere.verdict == "infeasible":
+        return f"no masses whatever: {anywhere.words.removeprefix('infeasible: ')}"
+    return found.words
+
+
+def _proof(found: Counterweights, anywhere: Feasibility | None) -> dict[str, object] | None:
+    """Return the certificate against a variant and its check, as plain data."""
+    if anywhere is not None and anywhere.certificate and anywhere.residuals:
+        matrices = [matrix.tolist() for matrix in anywhere.certificate]
+        return {"matrices": matrices, "check": anywhere.residuals._asdict()}
+    if found.certificate is None or found.check is None:
+        return None
+    return {"functional": found.certificate.tolist(), "check": found.check._asdict()}

@@ -42,6 +42,7 @@ class RemedyRequest:
         gear: turns of a rotor for one turn of its joint, N > 0.
         radius: radius of rotors, metres; None for a quarter of the characteristic length.
         budget: most mass that partial balance may add, kg; None for the mass of the linkage.
+        spatial: whether bodies have ten parameters even in a plane.
         angles: how angles that look rounded are read; see `kinematics.load`.
         progress: called with the number of steps done and of all steps of a search.
     """
@@ -54,6 +55,7 @@ class RemedyRequest:
     gear: float = 1.0
     radius: float | None = None
     budget: float | None = None
+    spatial: bool = False
     angles: str = "nominal"
     progress: Callable[[int, int], None] | None = None
 
@@ -85,7 +87,9 @@ class RemedyRequest:
     @cached_property
     def space(self) -> CertifiedSpace:
         """The design space of the linkage as it is."""
-        return certify(design_space(self.linkage, self.motion or None, self.balance))
+        return certify(design_space(
+            self.linkage, self.motion or None, self.balance, spatial=self.spatial
+        ))  # fmt: skip
 
     @property
     def rotor_radius(self) -> float:

@@ -100,7 +100,7 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb == "design" and "designs" in found:
         last = found["designs"][-1]["verdict"]
         return {"optimal": 0, "infeasible": 1, "undecided": 4}[last]
-    if verb == "design":
+    if verb in ("design", "remedies"):
         return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
     if verb == "verify":
         return {True: 0, False: 1, None: 4}[found["balanced"]]
@@ -182,7 +182,7 @@ def request(seed: int, folder: Path) -> list[str]:
     """The words of one request; everything follows from the seed."""
     rng = random.Random(seed)
     verb = rng.choice(("report", "report", "verify", "design", "design", "design", "motion",
-                       "motion", *["models"] * (rng.random() < 0.1)))  # fmt: skip
+                       "motion", "remedies", *["models"] * (rng.random() < 0.1)))  # fmt: skip
     parser, words = parsers()[verb], [verb]
     if verb != "models":
         words.append(_model(rng, folder))
@@ -192,6 +192,9 @@ def request(seed: int, folder: Path) -> list[str]:
     given = {"--trajectories", "--speed"} & set(picked)
     if verb == "verify" and not given and rng.random() < 0.9:
         words += ["--trajectories", "1"]
+    if verb == "remedies" and "--only" not in picked:
+        # All of them together take long.
+        words += ["--only", rng.choice(("own_masses", "partial"))]
     for name in picked:
         # Pages and pictures take long.
         if name in ("--html", "--plot") and rng.random() < 0.6:

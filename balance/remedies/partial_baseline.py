@@ -1,0 +1,46 @@
+"""Partial balance within a budget: what remedies are compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from balance.added_masses.write_counterweights import with_counterweights
+from balance.partial_balance.budgets import partial
+from balance.remedies.applied import AppliedRemedy, inertia_ratio
+from balance.remedies.request import RemedyRequest, input_inertia
+from kinematics.model_gallery import load
+from kinematics.urdf_elements.element import Document
+
+__all__ = ["apply_partial"]
+
+
+def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
+    """Add the matter within a budget that lets a linkage shake least; see `balance.partial`.
+
+    The residual is the root mean square of the shaking over that of the file.
+
+    Args:
+        request: the request.
+
+    Yields:
+        One result.
+    """
+    budget = request.given_mass if request.budget is None else request.budget
+    words = f"at most {budget:.4g} kg on {', '.join(request.links)}"
+    found = partial(request.space, request.links, budget, regions=request.regions)
+    blank = AppliedRemedy("partial", words, "undecided", found.words)
+    if found.found is None or found.verdict != "optimal":
+        yield blank
+        return
+    left = found.found.objective / found.given.objective if found.given.objective else 0.0
+    urdf = with_counterweights(found) if found.weights else request.base.data
+    felt = input_inertia(
+        load(Document(request.base.name, urdf), None, request.linkage.inputs,
+             angles=request.angles)
+    )  # fmt: skip
+    yield replace(
+        blank, verdict="partial", added_mass=found.mass, residual=left, urdf=urdf,
+        mass_ratio=found.mass / request.given_mass, input_inertia=felt,
+        inertia_ratio=inertia_ratio(request, felt), reason=found.words,
+    )  # fmt: skip

@@ -1,0 +1,82 @@
+"""Text of remedies for ``balance remedies``.
+
+`RemedyComparison.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+from balance.remedies.applied import AppliedRemedy
+from balance.remedies.compare import RemedyComparison
+
+__all__ = ["remedies_facts", "remedies_text", "remedy_rows"]
+
+DIGITS = 4
+NONE = "-"
+HEAD = ("remedy", "verdict", "added (kg)", "of its mass", "input inertia", "links", "joints",
+        "freedoms", "shaking")  # fmt: skip
+
+
+def remedies_facts(found: RemedyComparison) -> list[tuple[str, str]]:
+    """List the facts on a comparison as pairs of label and value.
+
+    Args:
+        found: the comparison.
+    """
+    request = found.request
+    linkage = request.linkage
+    pairs = [("linkage", f"{linkage.name}, {request.balance} balance")]
+    if linkage.at:
+        pairs.append(("pose", linkage.pose))
+    if request.motion:
+        pairs.append(("motion", ", ".join(request.motion)))
+    pairs += [
+        ("mobility", str(request.freedoms)),
+        ("mass", f"{request.given_mass:.{DIGITS}g} kg in moving links"),
+        ("own masses", found.own.words),
+        ("rotors", f"radius {request.rotor_radius:.{DIGITS}g} m, gear {request.gear:g}"),
+    ]
+    for one in found.balanced[:1]:
+        pairs.append(("lightest", f"{one.words}: {one.reason}"))
+    return pairs
+
+
+def remedy_rows(found: RemedyComparison) -> list[tuple[str, ...]]:
+    """Build the table of remedies, its head first.
+
+    Args:
+        found: the comparison.
+    """
+    return [HEAD, *map(_row, found.results)]
+
+
+def _row(one: AppliedRemedy) -> tuple[str, ...]:
+    """Build the row of one result."""
+    if not one.helps:
+        return (one.remedy, one.verdict, *[NONE] * (len(HEAD) - 2))
+    numbers = (
+        NONE if value is None else f"{value:.{DIGITS}g}"
+        for value in (one.added_mass, one.mass_ratio, one.inertia_ratio)
+    )  # fmt: skip
+    counts = len(one.new_links), len(one.new_joints), -one.lost_freedoms
+    shaking = NONE if one.residual is None else f"{one.residual:.1e}"
+    return (one.remedy, one.verdict, *numbers, *map(str, counts), shaking)
+
+
+def remedies_text(found: RemedyComparison) -> str:
+    """Write a comparison as plain text.
+
+    Args:
+        found: the comparison.
+    """
+    facts = remedies_facts(found)
+    width = max(len(label) for label, _ in facts)
+    lines = [f"{label:<{width}}  {value}" for label, value in facts]
+    table = remedy_rows(found)
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    lines.append("")
+    for row in table:
+        cells = "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
+        lines.append(cells.rstrip())
+    lines.append("")
+    lines += [f"{one.remedy}: {one.words}; {one.reason}" for one in found.results]
+    return "\n".join(lines)

@@ -29,8 +29,13 @@ from balance.tolerances import FIXED_RANK_RELATIVE, ROTOR_WITHOUT_MOMENTUM
 from kinematics.model.chain import path
 from kinematics.model.linkage import GROUND, Linkage
 
-__all__ = ["RotorConditions", "candidate_joints", "has_fixed_axis",
-           "link_rotor_conditions", "rotor_conditions"]
+__all__ = [
+    "RotorConditions",
+    "candidate_joints",
+    "has_fixed_axis",
+    "link_rotor_conditions",
+    "rotor_conditions",
+]
 
 Array = NDArray[np.float64]
 

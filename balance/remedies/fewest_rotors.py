@@ -24,7 +24,14 @@ from balance.remedies.rotor_sets import RotorCertificate, RotorDesign, decide_ro
 from balance.spaces.design_space import DesignSpace
 from kinematics.wording import count_noun, repr_lines
 
-__all__ = ["FewestRotors", "RotorSet", "fewest_of", "fewest_rotors", "own_inertia", "search_sets"]
+__all__ = [
+    "FewestRotors",
+    "RotorSet",
+    "fewest_of",
+    "fewest_rotors",
+    "own_inertia",
+    "search_sets",
+]
 
 # Most candidates of which all sets are decided; of more, sets of the smallest size alone.
 MOST_CANDIDATES = 12

@@ -10,6 +10,7 @@ from balance.remedies.fewest_rotors import FewestRotors, RotorSet, fewest_rotors
 from balance.remedies.judge import judge
 from balance.remedies.request import RemedyRequest
 from balance.remedies.rotor_elements import RotorParts, RotorWriter
+from balance.remedies.rotor_sets import check_rotor_certificate
 from balance.remedies.variant import Variant, append_elements
 from kinematics.model.linkage import GROUND
 from kinematics.wording import count_noun
@@ -73,8 +74,13 @@ def without_rotors(remedy: str, found: FewestRotors) -> AppliedRemedy:
     """
     if found.verdict == "feasible":
         return refused(remedy, "masses of the links balance it: no counter-rotation is needed")
+    details, proof = rotor_details(found), None
+    if found.verdict == "infeasible":
+        certificate = found.certificates[0]
+        check = check_rotor_certificate(found.conditions, certificate)
+        proof = {"matrices": certificate.matrices.tolist(), "check": check._asdict()}
     return AppliedRemedy(
-        remedy, "counter-rotations", found.verdict, found.words, details=rotor_details(found)
+        remedy, "counter-rotations", found.verdict, found.words, proof, details=details
     )
 
 

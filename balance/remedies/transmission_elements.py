@@ -105,13 +105,14 @@ class TransmissionWriter(RotorWriter):
             out: what is built in.
             chain: the joints from the ground to the link.
         """
+        end = self.side(chain[-1], "child")
         for k, name in enumerate(chain[:-1]):
-            wheel = self.take_name(f"{chain[-1]}_wheel")
+            wheel = self.take_name(f"{end}_wheel")
             self._stack(out, wheel, chain[k:], 1.0, self._disc(name))
         if len(chain) > 1:
-            wheel = self.take_name(f"{chain[-1]}_wheel")
-            self._fix(out, self.side(chain[-1], "child"), wheel, self._disc(chain[-1]))
-        rotor = self.take_name(f"{self.side(chain[-1], 'child')}_rotor")
+            wheel = self.take_name(f"{end}_wheel")
+            self._fix(out, end, wheel, self._disc(chain[-1]))
+        rotor = self.take_name(f"{end}_rotor")
         self._stack(out, rotor, chain, -self.gear, None)
         out.free[rotor] = ball_region(np.zeros(3), self.radius)
 

@@ -66,7 +66,9 @@ def test_fewest_of_the_gallery(model):
     found = fewest_rotors(space)
     assert found.count == FEWEST[model], found
     assert found.verdict == ("infeasible" if found.count is None else "feasible")
-    assert all(check_rotor_certificate(found.conditions, x) for x in found.certificates)
+    assert all(
+        check_rotor_certificate(found.conditions, x).accepted for x in found.certificates
+    )
     if found.count is None:
         assert found.certificates[0].excluded.all()
     else:
@@ -192,10 +194,12 @@ def test_changed_proofs_are_rejected():
     assert isinstance(proof, RotorCertificate) and isinstance(design, RotorDesign)
     weights = proof.weights.copy()
     weights[np.argmax(np.abs(weights))] *= 1.0 + 1e-9
-    assert not check_rotor_certificate(conditions, proof._replace(weights=weights))
+    assert not check_rotor_certificate(conditions, proof._replace(weights=weights)).accepted
     every = np.ones(3, dtype=bool)
-    assert not check_rotor_certificate(conditions, proof._replace(excluded=every))
-    assert not check_rotor_certificate(conditions, proof._replace(matrices=-proof.matrices))
+    assert not check_rotor_certificate(conditions, proof._replace(excluded=every)).accepted
+    assert not check_rotor_certificate(
+        conditions, proof._replace(matrices=-proof.matrices)
+    ).accepted
     assert check_rotor_design(conditions, design)
     assert not check_rotor_design(conditions, design._replace(J=design.J * (1.0 + 1e-9)))
     assert not check_rotor_design(conditions, RotorDesign(-design.z, -design.J))

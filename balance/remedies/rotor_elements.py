@@ -90,7 +90,12 @@ class RotorWriter:
         return self._parts(name, self.side(name, "child"), origin(pose), ratio)
 
     def side(self, name: str, side: str) -> str:
-        """Return the name of the parent or child link of a joint."""
+        """Return the name of a link of a joint.
+
+        Args:
+            name: of the joint.
+            side: ``"parent"`` or ``"child"``.
+        """
         end = self.joints[name].first(side)
         assert end is not None, "a joint of a checked file has two links"
         return end.attributes["link"]

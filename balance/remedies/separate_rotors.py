@@ -107,7 +107,12 @@ def rotor_variant(
 
 
 def rotor_details(found: FewestRotors, one: RotorSet | None = None) -> dict[str, object]:
-    """Return plain data about the fewest counter-rotations, and about one set of them."""
+    """Return plain data about the fewest counter-rotations.
+
+    Args:
+        found: the fewest counter-rotations.
+        one: one set of them, for its momenta.
+    """
     details: dict[str, object] = {
         "candidates": list(found.candidates),
         "fewest": found.count,

@@ -54,7 +54,12 @@ class Transmission:
     massless: list[str] = field(default_factory=list)
 
     def add_link(self, name: str, mass: Element | None = None) -> None:
-        """Add a link."""
+        """Add a link.
+
+        Args:
+            name: of the link.
+            mass: its ``<inertial>``, if it has mass.
+        """
         self.elements.append(link(name, mass))
         self.links.append(name)
 
@@ -65,7 +70,12 @@ class Transmission:
 
 
 def chain_to_ground(request: RemedyRequest, body: str) -> tuple[str, ...]:
-    """List the joints from the ground to a body; none if one of them does not turn."""
+    """List the joints from the ground to a body; none if one of them does not turn.
+
+    Args:
+        request: the request.
+        body: name of the body.
+    """
     linkage = request.linkage
     end = next(one.link for one in linkage.bodies if one.name == body)
     found = [linkage.joints[j] for j in path([x.parent for x in linkage.joints], end)]

@@ -1,4 +1,4 @@
-"""Transmissions to the ground: their links in the file, and the masses that hand formulas give."""
+"""Transmissions to the ground: their links in the file, and masses by hand formulas."""
 
 from __future__ import annotations
 

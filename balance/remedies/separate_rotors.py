@@ -55,7 +55,8 @@ def apply_separate_rotors(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         yield _built(request, found, one, grounded)
         carried = [name for name in grounded if _is_carried(request, name)]
         if k == 0 and carried:
-            yield _built(request, found, one, sorted(set(grounded) - set(carried)))
+            rest = [name for name in grounded if name not in carried]
+            yield _built(request, found, one, rest)
 
 
 def unusable(request: RemedyRequest) -> str:

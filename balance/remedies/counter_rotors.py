@@ -29,7 +29,13 @@ from balance.tolerances import FIXED_RANK_RELATIVE, ROTOR_WITHOUT_MOMENTUM
 from kinematics.model.chain import path
 from kinematics.model.linkage import GROUND, Linkage
 
-__all__ = ["RotorConditions", "candidate_joints", "has_fixed_axis", "rotor_conditions"]
+__all__ = [
+    "RotorConditions",
+    "candidate_joints",
+    "has_fixed_axis",
+    "link_rotor_conditions",
+    "rotor_conditions",
+]
 
 Array = NDArray[np.float64]
 
@@ -112,6 +118,26 @@ def rotor_conditions(
     return RotorConditions(
         space, tuple(np.array(names)[kept].tolist()), rows, rotors[:, kept], given
     )
+
+
+def link_rotor_conditions(space: DesignSpace, links: Sequence[str]) -> RotorConditions:
+    """Compute the balance conditions of a planar linkage with rotors on the ground.
+
+    A rotor that turns against the rotation θ_k of a link adds the moment ``-J θ̇_k``, as the
+    inertia -J of that link would.
+
+    Args:
+        space: the planar design space of the linkage, for dynamic balance.
+        links: bodies with such a rotor.
+    """
+    rows = orthonormal_conditions(space.scaled_basis)
+    moments = rows.reshape(len(rows), -1, len(space.labels))[:, :, space.labels.index("Ezz")]
+    rotors = -moments[:, [space.bodies.index(name) for name in links]]
+    kept = np.linalg.norm(rotors, axis=0) > ROTOR_WITHOUT_MOMENTUM
+    file = given_parameters(space)
+    given = to_chain(file, space.chain.frame, space.planar, False).reshape(-1)
+    names = tuple(name for name, good in zip(links, kept, strict=True) if good)
+    return RotorConditions(space, names, rows, rotors[:, kept], given)
 
 
 def _rotor_column(space: DesignSpace, rows: Array, joint: int, gear: float) -> Array:

@@ -24,7 +24,14 @@ from balance.remedies.rotor_sets import RotorCertificate, RotorDesign, decide_ro
 from balance.spaces.design_space import DesignSpace
 from kinematics.wording import count_noun, repr_lines
 
-__all__ = ["FewestRotors", "RotorSet", "fewest_rotors", "own_inertia", "search_sets"]
+__all__ = [
+    "FewestRotors",
+    "RotorSet",
+    "fewest_of",
+    "fewest_rotors",
+    "own_inertia",
+    "search_sets",
+]
 
 # Most candidates of which all sets are decided; of more, sets of the smallest size alone.
 MOST_CANDIDATES = 12
@@ -110,7 +117,18 @@ def fewest_rotors(
     """
     if space.balance != "dynamic":
         raise ValueError("counter-rotations balance moments: give a space of dynamic balance")
-    conditions = rotor_conditions(space, gear=gear)
+    return fewest_of(rotor_conditions(space, gear=gear), progress)
+
+
+def fewest_of(conditions: RotorConditions, progress: Progress | None = None) -> FewestRotors:
+    """Find the fewest counter-rotations among some; see `fewest_rotors`.
+
+    Args:
+        conditions: the conditions with all of them; names of links stand for rotors on the
+            ground that turn against these links.
+        progress: called with the number of sets decided, and of all sets.
+    """
+    space = conditions.space
     found = search_sets(conditions, progress)
     names = np.array(conditions.joints, dtype=object)
     minimal = tuple(tuple(names[list(one)]) for one in found.minimal)

@@ -50,7 +50,7 @@ class RotorWriter:
         self.linkage, self.base = request.linkage, request.base
         self.radius = request.rotor_radius
         self._taken = names_taken(self.base)
-        self._joints: Mapping[str, Element] = {
+        self.joints: Mapping[str, Element] = {
             item.name: item for item in build_tree(self.base.data).every("joint")
         }
 
@@ -61,9 +61,9 @@ class RotorWriter:
             name: of the joint that it turns against.
             ratio: its turns for one turn of the joint.
         """
-        if self._side(name, "parent") == root_link(self.linkage):
+        if self.side(name, "parent") == root_link(self.linkage):
             return self.on_carrier(name, ratio)
-        pose = self.linkage.places[self._side(name, "child")].pose.copy()
+        pose = self.linkage.places[self.side(name, "child")].pose.copy()
         pose[:3, 3] = self.linkage.joints[self.linkage.positions_of([name])[0]].point
         return self._parts(name, root_link(self.linkage), origin(pose), ratio)
 
@@ -74,8 +74,8 @@ class RotorWriter:
             name: of the joint.
             ratio: its turns for one turn of the joint, seen from that link.
         """
-        at = self._joints[name].first("origin") or origin(np.eye(4))
-        return self._parts(name, self._side(name, "parent"), at, ratio)
+        at = self.joints[name].first("origin") or origin(np.eye(4))
+        return self._parts(name, self.side(name, "parent"), at, ratio)
 
     def on_child(self, name: str, place: Array, ratio: float) -> RotorParts:
         """Make a rotor on the link after a joint, with a parallel axis.
@@ -87,27 +87,36 @@ class RotorWriter:
         """
         pose = np.eye(4)
         pose[:3, 3] = place
-        return self._parts(name, self._side(name, "child"), origin(pose), ratio)
+        return self._parts(name, self.side(name, "child"), origin(pose), ratio)
 
-    def _side(self, name: str, side: str) -> str:
-        """Return the name of the parent or child link of a joint."""
-        end = self._joints[name].first(side)
+    def side(self, name: str, side: str) -> str:
+        """Return the name of a link of a joint.
+
+        Args:
+            name: of the joint.
+            side: ``"parent"`` or ``"child"``.
+        """
+        end = self.joints[name].first(side)
         assert end is not None, "a joint of a checked file has two links"
         return end.attributes["link"]
 
     def _parts(self, name: str, carrier: str, at: Element, ratio: float) -> RotorParts:
         """Make the link and the joint of a rotor that turns against a joint."""
-        rotor = self._free(f"{name}_rotor")
-        turning = self._free(f"{name}_rotor_joint")
-        first = self._joints[name].first("axis")
-        axis = first.attributes["xyz"] if first else "1 0 0"
+        rotor = self.take_name(f"{name}_rotor")
+        turning = self.take_name(f"{name}_rotor_joint")
+        axis = self.axis(name)
         made = joint(
             turning, "continuous", carrier, rotor, at, (axis, ""), mimic=(name, ratio, 0.0)
         )
         region = ball_region(np.zeros(3), self.radius)
         return RotorParts(rotor, turning, (link(rotor), made), region)
 
-    def _free(self, wanted: str) -> str:
+    def axis(self, name: str) -> str:
+        """Return the text of the axis of a joint, in the frame of that joint."""
+        first = self.joints[name].first("axis")
+        return first.attributes["xyz"] if first else "1 0 0"
+
+    def take_name(self, wanted: str) -> str:
         """Return a free name, and take it."""
         name = free_name(wanted, self._taken)
         self._taken.add(name)

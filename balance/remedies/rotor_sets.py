@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.designs.certificate import PARAMETERS_PER_TRACE
+from balance.designs.certificate import PARAMETERS_PER_TRACE, CertificateCheck
 from balance.designs.certificate_search import refine_matrices
 from balance.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.designs.constraints import Program
@@ -113,7 +113,7 @@ def decide_rotors(
             if found is not None and check_rotor_design(conditions, found):
                 return found
         for proof in _certificates(conditions, chosen, cone, rotors, dual):
-            if check_rotor_certificate(conditions, proof):
+            if check_rotor_certificate(conditions, proof).accepted:
                 return proof
     return None
 
@@ -137,7 +137,9 @@ def check_rotor_design(conditions: RotorConditions, design: RotorDesign) -> bool
         initial=0.0) >= 0.0)  # fmt: skip
 
 
-def check_rotor_certificate(conditions: RotorConditions, proof: RotorCertificate) -> bool:
+def check_rotor_certificate(
+    conditions: RotorConditions, proof: RotorCertificate
+) -> CertificateCheck:
     """Check a certificate in plain NumPy; see the module.
 
     With T the sum of the traces of all P_b and of all J_j of a design in which every
@@ -151,18 +153,24 @@ def check_rotor_certificate(conditions: RotorConditions, proof: RotorCertificate
     Args:
         conditions: the conditions.
         proof: the certificate.
+
+    Returns:
+        The verdict and its residuals. The eigenvalue is -δ - λ.
     """
     w, Z, excluded = proof
     size = float(np.sqrt(np.einsum("bij,bij->b", Z, Z)).sum())
     if not (np.isfinite(w).all() and np.isfinite(size) and size > 0.0):
-        return False
+        return CertificateCheck(False, -np.inf, np.inf, np.inf)
     every = cone_of_columns(conditions.space, np.eye(conditions.bodies.shape[1]))
     residual = every.sums(Z)
     residual[: conditions.bodies.shape[1]] -= conditions.bodies.T @ w
     negative = max(0.0, -float(np.linalg.eigvalsh(Z)[:, 0].min()))
     negative += max(0.0, -float((conditions.rotors.T @ w)[excluded].min(initial=0.0)))
-    doubt = PARAMETERS_PER_TRACE * float(np.linalg.norm(residual)) + negative
-    return bool(doubt <= CERTIFICATE_MARGIN * float(np.einsum("bii->", Z)))
+    negative, left = negative / size, float(np.linalg.norm(residual)) / size
+    traces = float(np.einsum("bii->", Z)) / size
+    separation = (PARAMETERS_PER_TRACE * left + negative) / traces if traces > 0.0 else np.inf
+    accepted = bool(separation <= CERTIFICATE_MARGIN)
+    return CertificateCheck(accepted, -negative, left, separation)
 
 
 def _solutions(cone: Cone, rotors: Array) -> Iterator[tuple[Array | None, Array]]:

@@ -10,6 +10,7 @@ from balance.remedies.fewest_rotors import FewestRotors, RotorSet, fewest_rotors
 from balance.remedies.judge import judge
 from balance.remedies.request import RemedyRequest
 from balance.remedies.rotor_elements import RotorParts, RotorWriter
+from balance.remedies.rotor_sets import check_rotor_certificate
 from balance.remedies.variant import Variant, append_elements
 from kinematics.model.linkage import GROUND
 from kinematics.wording import count_noun
@@ -54,7 +55,8 @@ def apply_separate_rotors(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         yield _built(request, found, one, grounded)
         carried = [name for name in grounded if _is_carried(request, name)]
         if k == 0 and carried:
-            yield _built(request, found, one, sorted(set(grounded) - set(carried)))
+            rest = [name for name in grounded if name not in carried]
+            yield _built(request, found, one, rest)
 
 
 def unusable(request: RemedyRequest) -> str:
@@ -73,8 +75,13 @@ def without_rotors(remedy: str, found: FewestRotors) -> AppliedRemedy:
     """
     if found.verdict == "feasible":
         return refused(remedy, "masses of the links balance it: no counter-rotation is needed")
+    details, proof = rotor_details(found), None
+    if found.verdict == "infeasible":
+        certificate = found.certificates[0]
+        check = check_rotor_certificate(found.conditions, certificate)
+        proof = {"matrices": certificate.matrices.tolist(), "check": check._asdict()}
     return AppliedRemedy(
-        remedy, "counter-rotations", found.verdict, found.words, details=rotor_details(found)
+        remedy, "counter-rotations", found.verdict, found.words, proof, details=details
     )
 
 
@@ -101,7 +108,12 @@ def rotor_variant(
 
 
 def rotor_details(found: FewestRotors, one: RotorSet | None = None) -> dict[str, object]:
-    """Return plain data about the fewest counter-rotations, and about one set of them."""
+    """Return plain data about the fewest counter-rotations.
+
+    Args:
+        found: the fewest counter-rotations.
+        one: one set of them, for its momenta.
+    """
     details: dict[str, object] = {
         "candidates": list(found.candidates),
         "fewest": found.count,

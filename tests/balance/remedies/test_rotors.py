@@ -38,7 +38,10 @@ def pendulum(gear, radius):
     """A request for the double pendulum."""
     rod = np.diag([0.0, 1.0 / 12.0, 1.0 / 12.0])
     linkage = from_screws(
-        [ScrewJoint("q1", "base", "upper"), ScrewJoint("q2", "upper", "lower", point=(1, 0, 0))],
+        [
+            ScrewJoint("q1", "base", "upper"),
+            ScrewJoint("q2", "upper", "lower", point=(1, 0, 0)),
+        ],
         bodies={"upper": (1.0, (0.5, 0, 0), rod), "lower": (1.0, (1.5, 0, 0), rod)},
         inputs=["q1", "q2"],
     )

@@ -51,6 +51,12 @@ Least shaking for a budget:
 - ``ParetoFront``: result of ``pareto``
 - ``PartialBalance``: result of ``partial``
 
+What to build in where no masses balance:
+
+- ``compare_remedies``: apply the remedies of the literature, and compare what each costs
+- ``AppliedRemedy``: one remedy, its verdict and its cost
+- ``RemedyComparison``: result of ``compare_remedies``
+
 Shaking in motion:
 
 - ``shaking``: shaking force and moment along a motion
@@ -126,6 +132,8 @@ if TYPE_CHECKING:
     from balance.partial_balance.budgets import pareto, partial
     from balance.partial_balance.elastic_frame import ElasticFrame
     from balance.partial_balance.results import ParetoFront, PartialBalance
+    from balance.remedies.applied import AppliedRemedy
+    from balance.remedies.compare import RemedyComparison, compare_remedies
     from balance.search.many_geometries import ManySpaces, design_space_many
     from balance.spaces.certainty import Certainty
     from balance.spaces.compute_space import design_space
@@ -139,6 +147,7 @@ if TYPE_CHECKING:
     from balance.verification.trajectory import Trajectory
 
 __all__ = [
+    "AppliedRemedy",
     "BodyInertia",
     "Certainty",
     "CertificateCheck",
@@ -160,6 +169,7 @@ __all__ = [
     "Primitive",
     "Proof",
     "Region",
+    "RemedyComparison",
     "ScrewLine",
     "SpaceRecord",
     "Trajectory",
@@ -169,6 +179,7 @@ __all__ = [
     "check_certificate",
     "check_design",
     "common_normal",
+    "compare_remedies",
     "counterweights",
     "design",
     "design_space",
@@ -196,6 +207,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "AppliedRemedy": "remedies.applied",
     "BodyInertia": "inertial_parameters.body_inertia",
     "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
@@ -217,6 +229,7 @@ _HOMES = {
     "Primitive": "inertial_parameters.multipole",
     "Proof": "exact.proof",
     "Region": "added_masses.regions",
+    "RemedyComparison": "remedies.compare",
     "ScrewLine": "momentum.momentum_lines",
     "SpaceRecord": "spaces.save",
     "Trajectory": "verification.trajectory",
@@ -226,6 +239,7 @@ _HOMES = {
     "common_normal": "momentum.momentum_lines",
     "check_certificate": "designs.certificate",
     "check_design": "designs.design_check",
+    "compare_remedies": "remedies.compare",
     "counterweights": "added_masses.counterweights",
     "design": "designs.best_design",
     "design_space": "spaces.compute_space",

@@ -12,13 +12,13 @@ from balance.remedies.catalogue import CATALOGUE
 from balance.remedies.request import RemedyRequest
 from kinematics.wording import repr_lines
 
-__all__ = ["Applied", "RemedyVerdict", "inertia_ratio", "refused"]
+__all__ = ["AppliedRemedy", "RemedyVerdict", "inertia_ratio", "refused"]
 
 RemedyVerdict = Literal["feasible", "partial", "infeasible", "undecided", "refused"]
 
 
 @dataclass(frozen=True, eq=False)
-class Applied:
+class AppliedRemedy:
     """A remedy that was applied to a linkage.
 
     Attributes:
@@ -62,7 +62,7 @@ class Applied:
 
     def __repr__(self) -> str:
         """Two lines: the remedy, and its verdict."""
-        head = f"Applied {self.remedy}: {self.words}"
+        head = f"AppliedRemedy {self.remedy}: {self.words}"
         if self.added_mass is None or self.inertia_ratio is None:
             return repr_lines(head, f"{self.verdict}: {self.reason}")
         costs = f"{self.added_mass:.4g} kg added, input inertia × {self.inertia_ratio:.4g}"
@@ -101,7 +101,7 @@ class Applied:
         }
 
 
-def refused(remedy: str, reason: str, words: str = "") -> Applied:
+def refused(remedy: str, reason: str, words: str = "") -> AppliedRemedy:
     """Return the result of a remedy that does not apply.
 
     Args:
@@ -109,7 +109,7 @@ def refused(remedy: str, reason: str, words: str = "") -> Applied:
         reason: why not, in one line.
         words: what would have been built in.
     """
-    return Applied(remedy, words or CATALOGUE[remedy].title, "refused", reason)
+    return AppliedRemedy(remedy, words or CATALOGUE[remedy].title, "refused", reason)
 
 
 def inertia_ratio(request: RemedyRequest, now: Mapping[str, float]) -> float | None:

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 
 from balance.added_masses.regions import Region
 from balance.designs.feasibility import Feasibility, feasible
 from balance.options import Balance
-from balance.remedies.applied import Applied
+from balance.remedies.applied import AppliedRemedy
 from balance.remedies.catalogue import CATALOGUE
+from balance.remedies.own_masses import apply_own_masses
+from balance.remedies.partial_baseline import apply_partial
 from balance.remedies.request import RemedyRequest
 from kinematics.errors import UsageError
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import html_facts, repr_lines
+from kinematics.wording import first_names, html_facts, repr_lines
 
 __all__ = ["REMEDIES_SCHEMA", "RemedyComparison", "compare_remedies", "compare_request"]
 
 REMEDIES_SCHEMA = "balance.remedies/1"
 
-# Module of each remedy. Its function is ``apply_`` and the name of the remedy.
-HOMES = {
-    "own_masses": "own_masses",
-    "partial": "partial_baseline",
+_APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
+    "own_masses": apply_own_masses,
+    "partial": apply_partial,
 }
 
 
@@ -39,12 +39,16 @@ class RemedyComparison:
 
     request: RemedyRequest
     own: Feasibility
-    results: tuple[Applied, ...]
+    results: tuple[AppliedRemedy, ...]
 
     def __repr__(self) -> str:
-        """Head, and a line for each remedy."""
-        lines = (f"{one.remedy}: {one.verdict}, {one.reason}" for one in self.results)
-        return repr_lines(f"Remedies for {self.request.linkage.name}", *lines)
+        """Up to four lines: the linkage, and which remedies help."""
+        verdicts = ("feasible", "partial", "infeasible")
+        named = {v: [one.remedy for one in self.results if one.verdict == v] for v in verdicts}
+        return repr_lines(
+            f"RemedyComparison of {self.request.linkage.name}",
+            *(f"{v}: {first_names(list(dict.fromkeys(n)))}" for v, n in named.items() if n),
+        )
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
@@ -52,7 +56,7 @@ class RemedyComparison:
         return html_facts(f"Remedies for {self.request.linkage.name}", *facts)
 
     @property
-    def balanced(self) -> tuple[Applied, ...]:
+    def balanced(self) -> tuple[AppliedRemedy, ...]:
         """Results that balance the linkage, the least added mass first."""
         found = (one for one in self.results if one.verdict == "feasible")
         return tuple(sorted(found, key=lambda one: (one.added_mass or 0.0, one.lost_freedoms)))
@@ -152,13 +156,7 @@ def compare_request(request: RemedyRequest, only: Sequence[str] = ()) -> RemedyC
             raise UsageError(f"no remedy '{name}': choose from {', '.join(CATALOGUE)}")
     request.check()
     results = tuple(
-        one for name in HOMES if name in (only or HOMES)
-        for one in _apply(name, request)
+        one for name, apply in _APPLY.items() if name in (only or _APPLY)
+        for one in apply(request)
     )  # fmt: skip
     return RemedyComparison(request, feasible(request.space), results)
-
-
-def _apply(name: str, request: RemedyRequest) -> Iterator[Applied]:
-    """Apply one remedy; its module is imported on demand."""
-    module = import_module(f"balance.remedies.{HOMES[name]}")
-    yield from getattr(module, f"apply_{name}")(request)

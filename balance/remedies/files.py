@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from balance.remedies.applied import Applied
+from balance.remedies.applied import AppliedRemedy
 
 __all__ = ["remedy_files"]
 
 
-def remedy_files(results: Iterable[Applied]) -> dict[str, bytes]:
+def remedy_files(results: Iterable[AppliedRemedy]) -> dict[str, bytes]:
     """Name the files of results, such as ``remedy_2.urdf`` and ``remedy_2_table.csv``.
 
     Args:

@@ -12,7 +12,7 @@ from balance.added_masses.write_counterweights import with_counterweights
 from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
 from balance.designs.feasibility import Feasibility, feasible
-from balance.remedies.applied import Applied, inertia_ratio
+from balance.remedies.applied import AppliedRemedy, inertia_ratio
 from balance.remedies.request import RemedyRequest, freedoms_of, input_inertia
 from balance.remedies.variant import Variant
 from balance.spaces.compute_space import design_space
@@ -28,7 +28,7 @@ __all__ = ["judge", "verify_file"]
 MOTIONS = 5
 
 
-def judge(request: RemedyRequest, variant: Variant) -> Applied:
+def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
     """Find the least matter that balances a variant, and verify the linkage with it.
 
     Args:
@@ -38,7 +38,7 @@ def judge(request: RemedyRequest, variant: Variant) -> Applied:
     Returns:
         The result; ``"feasible"`` only if Pinocchio confirms the written file.
     """
-    blank = Applied(
+    blank = AppliedRemedy(
         variant.remedy, variant.words, "undecided", "", new_links=variant.new_links,
         new_joints=variant.new_joints, details=variant.details,
     )  # fmt: skip
@@ -60,9 +60,9 @@ def judge(request: RemedyRequest, variant: Variant) -> Applied:
 
 
 def verify_file(
-    request: RemedyRequest, blank: Applied, urdf: bytes, motion: Sequence[str],
+    request: RemedyRequest, blank: AppliedRemedy, urdf: bytes, motion: Sequence[str],
     inputs: Sequence[str],
-) -> Applied:  # fmt: skip
+) -> AppliedRemedy:  # fmt: skip
     """Verify the file of a linkage with a remedy, and add up its cost.
 
     Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from balance.remedies.applied import Applied
+from balance.remedies.applied import AppliedRemedy
 from balance.remedies.judge import judge
 from balance.remedies.request import RemedyRequest
 from balance.remedies.variant import Variant
@@ -12,7 +12,7 @@ from balance.remedies.variant import Variant
 __all__ = ["apply_own_masses"]
 
 
-def apply_own_masses(request: RemedyRequest) -> Iterator[Applied]:
+def apply_own_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a linkage by matter on its own links alone.
 
     Args:

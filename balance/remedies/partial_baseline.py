@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.partial_balance.budgets import partial
-from balance.remedies.applied import Applied, inertia_ratio
+from balance.remedies.applied import AppliedRemedy, inertia_ratio
 from balance.remedies.request import RemedyRequest, input_inertia
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
@@ -15,7 +15,7 @@ from kinematics.urdf_elements.element import Document
 __all__ = ["apply_partial"]
 
 
-def apply_partial(request: RemedyRequest) -> Iterator[Applied]:
+def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Add the matter within a budget that lets a linkage shake least; see `balance.partial`.
 
     The residual is the root mean square of the shaking over that of the file.
@@ -29,7 +29,7 @@ def apply_partial(request: RemedyRequest) -> Iterator[Applied]:
     budget = request.given_mass if request.budget is None else request.budget
     words = f"at most {budget:.4g} kg on {', '.join(request.links)}"
     found = partial(request.space, request.links, budget, regions=request.regions)
-    blank = Applied("partial", words, "undecided", found.words)
+    blank = AppliedRemedy("partial", words, "undecided", found.words)
     if found.found is None or found.verdict != "optimal":
         yield blank
         return

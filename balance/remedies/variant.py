@@ -75,7 +75,12 @@ def names_taken(document: Document) -> set[str]:
 
 
 def free_name(wanted: str, taken: Collection[str]) -> str:
-    """Return a name that is not taken: ``wanted``, or with the first free number behind it."""
+    """Return a name that is not taken: ``wanted``, or with the first free number behind it.
+
+    Args:
+        wanted: the name.
+        taken: names that are taken.
+    """
     count, name = 1, wanted
     while name in taken:
         count += 1

@@ -32,8 +32,10 @@ def results():
     force = balance.design_space("four_bar_general", balance="force")
     added = balance.counterweights(force, ["crank", "rocker"])
     front = balance.pareto("four_bar_general", ["crank"], 2, 1.0)
+    remedies = balance.compare_remedies("four_bar_general", ["own_masses", "partial"])
     return [
         (added, "kg added to 2 kg balance it"), (added.weights[0].region, "ball"),
+        (remedies, "infeasible: own_masses"), (remedies.results[1], "kg added, input inertia"),
         (front, "four_bar_general"), (front.designs[0], "of the shaking in the file"),
         (balance.ElasticFrame(9, 1, 9, 1), "9"),
         (linkage, "four_bar_antiparallelogram: 3 bodies, 4 joints, 1 loop"),

@@ -100,7 +100,7 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb == "design" and "designs" in found:
         last = found["designs"][-1]["verdict"]
         return {"optimal": 0, "infeasible": 1, "undecided": 4}[last]
-    if verb == "design":
+    if verb in ("design", "remedies"):
         return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
     if verb == "verify":
         return {True: 0, False: 1, None: 4}[found["balanced"]]

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from balance.remedies.applied import Applied
+from balance.remedies.applied import AppliedRemedy
 from balance.remedies.compare import RemedyComparison
 
 __all__ = ["remedies_facts", "remedies_text", "remedy_rows"]
@@ -49,7 +49,7 @@ def remedy_rows(found: RemedyComparison) -> list[tuple[str, ...]]:
     return [HEAD, *map(_row, found.results)]
 
 
-def _row(one: Applied) -> tuple[str, ...]:
+def _row(one: AppliedRemedy) -> tuple[str, ...]:
     """Build the row of one result."""
     if not one.helps:
         return (one.remedy, one.verdict, *[NONE] * (len(HEAD) - 2))

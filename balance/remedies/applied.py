@@ -28,6 +28,10 @@ class AppliedRemedy:
             less; ``"infeasible"``, with a proof; ``"undecided"``; ``"refused"``: the remedy
             does not apply to this linkage.
         reason: the proof, or why not, in one line.
+        proof: for ``"infeasible"``, the certificate and its check without the solver, as plain
+            data: ``matrices`` (see `balance.check_certificate`) if no masses balance the
+            linkage with the remedy, else the ``functional`` that excludes matter in the
+            regions (see `balance.added_masses.exclusion`).
         added_mass: kg; None unless feasible or partial, as for the next three.
         mass_ratio: added mass over that of the moving bodies in the file.
         input_inertia: inertia that each input feels, by its name, kg m² or kg; see
@@ -48,6 +52,7 @@ class AppliedRemedy:
     words: str
     verdict: RemedyVerdict
     reason: str
+    proof: Mapping[str, object] | None = field(default=None, repr=False)
     added_mass: float | None = None
     mass_ratio: float | None = None
     input_inertia: Mapping[str, float] | None = None
@@ -89,6 +94,7 @@ class AppliedRemedy:
             "words": self.words,
             "verdict": self.verdict,
             "reason": self.reason,
+            "proof": None if self.proof is None else dict(self.proof),
             "added_mass": self.added_mass,
             "mass_ratio": self.mass_ratio,
             "input_inertia": None if self.input_inertia is None else dict(self.input_inertia),

@@ -54,7 +54,8 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
     space = certify(design_space(linkage, motion or None, request.balance))
     found, anywhere = _least_matter(request, variant, space)
     if found.verdict != "feasible":
-        return replace(blank, verdict=found.verdict, reason=_why(found, anywhere))
+        reason, proof = _why(found, anywhere), _proof(found, anywhere)
+        return replace(blank, verdict=found.verdict, reason=reason, proof=proof)
     urdf = with_counterweights(found, merge=frozenset(variant.new_links))
     return verify_file(request, blank, urdf, motion, inputs)
 
@@ -121,3 +122,13 @@ def _why(found: Counterweights, anywhere: Feasibility | None) -> str:
     if anywhere is not None and anywhere.verdict == "infeasible":
         return f"no masses whatever: {anywhere.words.removeprefix('infeasible: ')}"
     return found.words
+
+
+def _proof(found: Counterweights, anywhere: Feasibility | None) -> dict[str, object] | None:
+    """Return the certificate against a variant and its check, as plain data."""
+    if anywhere is not None and anywhere.certificate and anywhere.residuals:
+        matrices = [matrix.tolist() for matrix in anywhere.certificate]
+        return {"matrices": matrices, "check": anywhere.residuals._asdict()}
+    if found.certificate is None or found.check is None:
+        return None
+    return {"functional": found.certificate.tolist(), "check": found.check._asdict()}

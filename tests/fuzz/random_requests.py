@@ -182,7 +182,7 @@ def request(seed: int, folder: Path) -> list[str]:
     """The words of one request; everything follows from the seed."""
     rng = random.Random(seed)
     verb = rng.choice(("report", "report", "verify", "design", "design", "design", "motion",
-                       "motion", *["models"] * (rng.random() < 0.1)))  # fmt: skip
+                       "motion", "remedies", *["models"] * (rng.random() < 0.1)))  # fmt: skip
     parser, words = parsers()[verb], [verb]
     if verb != "models":
         words.append(_model(rng, folder))
@@ -192,6 +192,9 @@ def request(seed: int, folder: Path) -> list[str]:
     given = {"--trajectories", "--speed"} & set(picked)
     if verb == "verify" and not given and rng.random() < 0.9:
         words += ["--trajectories", "1"]
+    if verb == "remedies" and "--only" not in picked:
+        # All of them together take long.
+        words += ["--only", rng.choice(("own_masses", "partial"))]
     for name in picked:
         # Pages and pictures take long.
         if name in ("--html", "--plot") and rng.random() < 0.6:

@@ -2,8 +2,8 @@
 
 A subspace of dimension d of the n free inputs is one of two kinds:
 
-- spanned by d vectors that share no input, ``u_i = (a/b) u_j`` or ``u_i = 0``; for d = 1 this is
-  every direction, ``u = (c_1, …, c_n) y``;
+- spanned by d vectors that share no input, ``u_i = (a/b) u_j`` or ``u_i = 0``; for d = 1 this
+  is every direction, ``u = (c_1, …, c_n) y``;
 - for d = n - 1, one relation of any number of terms, ``Σ c_i u_i = 0``.
 
 All numbers lie between -3 and 3; smaller ones come first.

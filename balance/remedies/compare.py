@@ -10,9 +10,11 @@ from balance.designs.feasibility import Feasibility, feasible
 from balance.options import Balance
 from balance.remedies.applied import AppliedRemedy
 from balance.remedies.catalogue import CATALOGUE
+from balance.remedies.input_relations import apply_input_relation
 from balance.remedies.own_masses import apply_own_masses
 from balance.remedies.partial_baseline import apply_partial
 from balance.remedies.request import RemedyRequest
+from balance.remedies.slider_path import apply_slider_path
 from kinematics.errors import UsageError
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.wording import first_names, html_facts, repr_lines
@@ -23,6 +25,8 @@ REMEDIES_SCHEMA = "balance.remedies/1"
 
 _APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
     "own_masses": apply_own_masses,
+    "input_relation": apply_input_relation,
+    "slider_path": apply_slider_path,
     "partial": apply_partial,
 }
 

@@ -129,9 +129,7 @@ def _bend(slope: Callable[[float, Array], Array], y: Array) -> Array:
     return (8.0 * near - far) / (12.0 * NEAR)
 
 
-def _direction(
-    linkage: Linkage, motion: Motion, force: bool, y: Array, along: Array
-) -> Array:
+def _direction(linkage: Linkage, motion: Motion, force: bool, y: Array, along: Array) -> Array:
     """Find the unit reactionless direction nearest to a given one.
 
     Raises:

@@ -115,9 +115,7 @@ def _try(
     """Decide whether a relation balances; None if the linkage cannot follow it."""
     motion = Motion(request.linkage.inputs, (), basis @ candidate.basis)
     try:
-        space = design_space(
-            request.linkage, motion, request.balance, spatial=request.spatial
-        )
+        space = design_space(request.linkage, motion, request.balance, spatial=request.spatial)
     except LinkageError:
         return None
     finally:

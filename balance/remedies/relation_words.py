@@ -142,9 +142,7 @@ def _named(bodies: Sequence[str], row: Array) -> dict[str, float]:
     return dict(zip(names, factors, strict=True))
 
 
-def _largest(
-    left: Sequence[Sequence[float]], pivots: Sequence[int]
-) -> tuple[int, int] | None:
+def _largest(left: Sequence[Sequence[float]], pivots: Sequence[int]) -> tuple[int, int] | None:
     """Find the next pivot; entries that are round-off are none."""
     first = pivots[-1] + 1 if pivots else 0
     for column in range(first, len(left[0]) if left else 0):

@@ -87,8 +87,9 @@ def reactionless_path(
     )
     if len(y) < FEWEST_POINTS:
         return None
-    length = np.arange(len(y)) * STEP
-    return ReactionlessPath(length, *(x @ motion.basis.T for x in (y, d, bends)), choices)
+    length = np.arange(len(y), dtype=np.float64) * STEP
+    across = motion.basis.T
+    return ReactionlessPath(length, y @ across, d @ across, bends @ across, choices)
 
 
 def _follow(

@@ -41,7 +41,7 @@ def masses(name):
 
 
 def momenta(name, motion, seed, reach=0.3):
-    """Momentum ``[ξ; p]`` of unit rates at a random pose, and the sum of those of the bodies."""
+    """Momentum ``[ξ; p]`` of unit rates at a random pose, and the size of its parts."""
     mechanism = reference.load(name)
     basis = reference.motion_basis(mechanism, motion)
     u = basis @ np.random.default_rng(seed).uniform(-reach, reach, basis.shape[1])

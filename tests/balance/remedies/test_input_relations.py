@@ -86,26 +86,29 @@ def test_no_relation_that_leaves_two_freedoms_balances_it(principal, found):
         assert balance.feasible(space).verdict == "infeasible"
 
 
-def test_needs_hold_for_every_design(found):
-    """Any point of the space fulfils the condition on its moments of inertia.
+def test_needs_have_the_factors_of_the_angular_velocities(found):
+    """``Σ w_b J_b = constant`` where all bodies turn in fixed ratios."""
+    for one in found.balanced:
+        ratios = turning_ratios(one.space)
+        (need,) = inertia_needs(one.space)
+        assert need.factors.keys() == {name for name, x in ratios.items() if x}
+        shares = [x / ratios[name] for name, x in need.factors.items()]
+        assert shares == pytest.approx([shares[0]] * len(shares), rel=1e-9)
 
-    Its constant depends on the masses: here those of the file with pure inertias added.
-    """
-    for one in found.balanced[:3]:
-        space = one.space
-        rows = [need.factors for need in inertia_needs(space)]
-        pure = np.zeros((len(space.bodies), 4))
-        for column in space.basis.T:
-            pure[:] = column.reshape(pure.shape)
-            if np.abs(pure[:, :3]).max() < 1e-12:
-                for factors in rows:
-                    left = sum(
-                        factors.get(n, 0.0) * x for n, x in zip(space.bodies, pure[:, 3])
-                    )
-                    assert abs(left) < 1e-12
-        spins = np.array(list(turning_ratios(space).values()))
-        factors = np.array([rows[0].get(name, 0.0) for name in space.bodies])
-        assert np.linalg.matrix_rank(np.array([spins, factors]), tol=1e-9) == 1
+
+def test_the_constant_of_a_need_is_what_the_masses_ask(found):
+    """With the moments of inertia changed to fulfil it, the masses of the file balance."""
+    one = next(one for one in found.balanced[1:] if inertia_needs(one.space)[0].constant)
+    (need,) = inertia_needs(one.space)
+    z = np.array([body.inertia for body in one.space.linkage.bodies])
+    own = z[:, 6] - (z[:, 1] ** 2 + z[:, 2] ** 2) / z[:, 0]
+    left = sum(need.factors.get(n, 0.0) * j for n, j in zip(one.space.bodies, own, strict=True))
+    name = next(iter(need.factors))
+    z[one.space.bodies.index(name), 6] += (need.constant - left) / need.factors[name]
+    direction = one.candidate.basis[:, 0]
+    for size in (0.0, 0.2):
+        X = balance.momentum_regressor(one.space.linkage, size * direction, spatial=True)
+        assert np.abs(direction @ (X @ z.ravel())).max() < 1e-13
 
 
 def test_the_remedy_is_written_as_mimic_joints(principal):

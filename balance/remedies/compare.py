@@ -13,10 +13,12 @@ from balance.remedies.balancing_wheels import apply_active_wheel, apply_passive_
 from balance.remedies.catalogue import CATALOGUE
 from balance.remedies.counter_rotary_masses import apply_counter_rotary_masses
 from balance.remedies.duplicates import apply_duplicates
+from balance.remedies.input_relations import apply_input_relation
 from balance.remedies.own_masses import apply_own_masses
 from balance.remedies.partial_baseline import apply_partial
 from balance.remedies.request import RemedyRequest
 from balance.remedies.separate_rotors import apply_separate_rotors
+from balance.remedies.slider_path import apply_slider_path
 from kinematics.errors import UsageError
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.wording import first_names, html_facts, repr_lines
@@ -32,6 +34,8 @@ _APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
     "duplicates": apply_duplicates,
     "passive_wheel": apply_passive_wheel,
     "active_wheel": apply_active_wheel,
+    "input_relation": apply_input_relation,
+    "slider_path": apply_slider_path,
     "partial": apply_partial,
 }
 

@@ -26,7 +26,7 @@ from kinematics.urdf_elements.element import Document, Element
 from kinematics.urdf_elements.make_elements import joint, link, loop, origin
 from kinematics.urdf_elements.write_numbers import number_words
 
-__all__ = ["Dyad", "DyadSide", "dyad_document", "dyad_screws", "segments_of"]
+__all__ = ["Dyad", "DyadSide", "convert_numbers", "dyad_document", "dyad_screws", "segments_of"]
 
 Array = NDArray[np.float64]
 
@@ -111,6 +111,24 @@ def segments_of(dyad: Dyad, numbers: Array) -> Array:
     return np.asarray(np.sqrt(np.sum(np.diff(points, axis=0) ** 2, axis=1)))
 
 
+def convert_numbers(dyad: Dyad, numbers: Array, given: Frame, wanted: Frame) -> Array:
+    """Convert the numbers of a dyad from one frame of the same plane to another.
+
+    Args:
+        dyad: the dyad.
+        numbers: its numbers in the frame ``given``.
+        given: a frame.
+        wanted: another one.
+    """
+    hinges = numbers[: 4 if dyad.slides else 6].reshape(-1, 2)
+    points = np.array([_in_space(given, point) for point in hinges])
+    out = (points - wanted.origin) @ wanted.R[:2].T / wanted.length
+    if not dyad.slides:
+        return np.asarray(out.ravel())
+    along = wanted.R[:2] @ _direction(given, numbers[4])
+    return np.append(out, np.arctan2(along[1], along[0]))
+
+
 def dyad_document(
     base: Document, dyad: Dyad, numbers: Array, frame: Frame
 ) -> tuple[Document, tuple[str, str], tuple[str, str, str]]:
@@ -148,10 +166,9 @@ def _elements(
         """Make an origin, with as many decimals as positions have digits."""
         return origin(np.block([[pose[:3, :3], pose[:3, 3:].round(digits)], [pose[3:]]]))
 
-    normal = number_words(frame.R[2])
-    axis = normal
+    axis = normal = number_words(frame.R[2])
     if dyad.slides:
-        axis = number_words(frame.R.T @ [np.cos(numbers[4]), np.sin(numbers[4]), 0.0])
+        axis = number_words(_direction(frame, numbers[4]))
     inverse = np.linalg.inv(first.pose)
     return [
         link(links[0]), link(links[1]),
@@ -168,6 +185,11 @@ def _elements(
 def _in_space(frame: Frame, point: Array) -> Array:
     """Convert a point of the plane from chain units (2,) to metres (3,)."""
     return np.asarray(frame.origin + frame.length * frame.R[:2].T @ point)
+
+
+def _direction(frame: Frame, angle: float) -> Array:
+    """Return the direction (3,) at an angle in the plane."""
+    return np.asarray(frame.R[:2].T @ [np.cos(angle), np.sin(angle)])
 
 
 def _shift(to: Array) -> Array:

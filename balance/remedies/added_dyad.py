@@ -1,0 +1,183 @@
+"""A dyad added between two links of a planar linkage, with which it can be balanced.
+
+Known geometries are tried first: a loop of four hinges repeated, reflected, and loops that are
+balanced by themselves. Then walks from random geometries search for others, see
+`balance.remedies.dyad_search`. Whether masses can be built is decided for each geometry by
+`balance.feasible`; those that have some are judged as every remedy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations, permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.designs.feasibility import feasible
+from balance.remedies.applied import AppliedRemedy, refused
+from balance.remedies.dyad_geometry import Dyad, convert_numbers, dyad_document
+from balance.remedies.dyad_search import AngleRelations, DyadWalk, walk
+from balance.remedies.dyad_seeds import DyadSeed, dyad_seeds, hinges_of, sides_of
+from balance.remedies.judge import judge
+from balance.remedies.request import RemedyRequest
+from balance.remedies.variant import Variant
+from balance.spaces.compute_space import design_space
+from kinematics.errors import LinkageError
+from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import load
+
+__all__ = ["apply_added_dyad", "buildable", "walks_from_random"]
+
+Array = NDArray[np.float64]
+
+# Most dyads of each kind that are judged.
+MEMBERS = 4
+# Walks from random geometries for each kind, if no known geometry helps.
+WALKS = 12
+
+
+def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
+    """Balance a planar linkage by a dyad between two of its links.
+
+    Args:
+        request: the request.
+
+    Yields:
+        Dyads that balance the linkage, at most 4 of each kind (RRR, hinged to both links, and
+        RRP, sliding along one); for a kind without any, one undecided result, for a search
+        proves nothing.
+    """
+    linkage = request.linkage
+    if not linkage.planar or request.spatial:
+        yield refused("added_dyad", "searched for planar linkages with planar parameters alone")
+        return
+    if request.balance == "force":
+        yield refused("added_dyad", "force balance needs no dyad: counter-masses suffice")
+        return
+    if not hinges_of(linkage):
+        yield refused("added_dyad", "the linkage has no hinge that moves")
+        return
+    seeds = list(dyad_seeds(linkage))
+    total, done = len(seeds) + 2 * WALKS, 0
+    for slides in (False, True):
+        own = [seed for seed in seeds if seed.dyad.slides == slides]
+        members, tried = 0, len(own)
+        for seed in own:
+            done = _step(request, done, total)
+            if members < MEMBERS and buildable(request, seed):
+                found = _judge(request, seed)
+                members += found.verdict == "feasible"
+                yield found
+        if members:
+            done += WALKS
+            continue
+        best = np.inf
+        for ended, dyad in walks_from_random(request, slides, WALKS):
+            done, best = _step(request, done, total), min(best, ended.residual)
+            end = DyadSeed(dyad, ended.numbers, "a general dyad")
+            if ended.related and members < MEMBERS and buildable(request, end):
+                found = _judge(request, end)
+                members += found.verdict == "feasible"
+                yield found
+        if not members:
+            yield _none(slides, tried, best)
+
+
+def walks_from_random(
+    request: RemedyRequest, slides: bool, count: int, seed: int = 0
+) -> Iterator[tuple[DyadWalk, Dyad]]:
+    """Walk from random geometries of dyads between all pairs of links in turn.
+
+    Args:
+        request: the request.
+        slides: whether the dyads slide along their second link.
+        count: of the walks.
+        seed: of the random numbers.
+
+    Yields:
+        Where each walk ended, and its dyad. Walks that begin at a singular geometry are left
+        out.
+    """
+    linkage = request.linkage
+    sides = list(sides_of(linkage).values())
+    pairs = list(permutations(sides, 2) if slides else combinations(sides, 2))
+    points = np.array([[one.point.real, one.point.imag] for one in hinges_of(linkage)])
+    spread = 1.0 + points.std(axis=0)
+    rng = np.random.default_rng(seed)
+    for k in range(count):
+        dyad = Dyad(pairs[k % len(pairs)], slides)
+        at = points.mean(axis=0) + spread * rng.standard_normal((3, 2))
+        numbers = at.ravel()[: dyad.size]
+        try:
+            yield _walk(request, dyad, numbers), dyad
+        except (LinkageError, np.linalg.LinAlgError):
+            continue
+
+
+def buildable(request: RemedyRequest, seed: DyadSeed) -> bool:
+    """Decide whether a linkage with a dyad has buildable masses that balance it.
+
+    Args:
+        request: the request.
+        seed: the dyad and its geometry.
+    """
+    try:
+        linkage = _with_dyad(request, seed.dyad, seed.numbers)
+        if linkage.mobility != request.linkage.mobility or not linkage.planar:
+            return False
+        return feasible(design_space(linkage, request.motion or None)).verdict == "feasible"
+    except LinkageError:
+        return False
+
+
+def _with_dyad(request: RemedyRequest, dyad: Dyad, numbers: Array) -> Linkage:
+    """Load a linkage with a dyad, all of whose links carry parameters."""
+    document, _, _ = dyad_document(request.base, dyad, numbers, request.linkage.chain.frame)
+    return load(
+        document, None, request.linkage.inputs, bodies="all", massless=request.massless,
+        angles=request.angles,
+    )  # fmt: skip
+
+
+def _walk(request: RemedyRequest, dyad: Dyad, numbers: Array) -> DyadWalk:
+    """Walk in the frame of the linkage with the dyad; its numbers are in that of the linkage."""
+    linkage = _with_dyad(request, dyad, numbers)
+    chain, known = linkage.chain, {joint.name for joint in request.linkage.joints}
+    new = [k for k, j in enumerate(chain.joints) if linkage.joints[j].name not in known]
+    if linkage.mobility != request.linkage.mobility or not chain.planar or len(new) != 3:
+        raise LinkageError(f"{linkage.source}: singular with this dyad")
+    frame = request.linkage.chain.frame
+    relations = AngleRelations(chain, dyad, np.array(new))
+    ended = walk(relations, convert_numbers(dyad, numbers, frame, chain.frame))
+    return replace(ended, numbers=convert_numbers(dyad, ended.numbers, chain.frame, frame))
+
+
+def _judge(request: RemedyRequest, seed: DyadSeed) -> AppliedRemedy:
+    """Find the least matter that balances a linkage with a dyad, and verify it."""
+    dyad, frame = seed.dyad, request.linkage.chain.frame
+    document, links, joints = dyad_document(request.base, dyad, seed.numbers, frame)
+    first, second = dyad.sides
+    words = f"{dyad.kind} between {first.name} and {second.name}: {seed.words}"
+    return judge(request, Variant(
+        "added_dyad", words, document, (*request.links, *links), new_links=links,
+        new_joints=joints, details={"kind": dyad.kind, "geometry": seed.words},
+    ))  # fmt: skip
+
+
+def _none(slides: bool, tried: int, best: float) -> AppliedRemedy:
+    """Return the result of a search that found no dyad of a kind."""
+    kind = "RRP" if slides else "RRR"
+    reason = (
+        f"no member found in {tried} known geometries and {WALKS} walks, "
+        f"best residual {best:.1e}; this proves nothing"
+    )
+    return AppliedRemedy("added_dyad", f"{kind} between any two links", "undecided", reason)
+
+
+def _step(request: RemedyRequest, done: int, total: int) -> int:
+    """Report one more step."""
+    if request.progress is not None:
+        request.progress(done + 1, total)
+    return done + 1

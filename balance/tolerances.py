@@ -29,7 +29,8 @@ __all__ = [
     "MOTION_JOINS", "MOTION_RETURN", "NEWTON_DECREMENT_LEAST", "NEWTON_DECREMENT_STALLED",
     "PARALLEL_AXES_ROUNDED", "PHYSICAL_INEQUALITY", "POINT_EQUAL_RELATIVE", "PRICE_NEGATIVE",
     "PRICE_ZERO", "PSEUDO_INERTIA_SINGULAR", "RATE_RESIDUAL_RELATIVE", "RELATION_RESIDUAL",
-    "REVOLUTION_RETURN", "ROD_DYADS_SINGULAR", "SCREW_ROUNDED",
+    "REVOLUTION_RETURN", "ROD_DYADS_SINGULAR",
+    "ROTOR_WEIGHT_ZERO", "ROTOR_WITHOUT_MOMENTUM", "SCREW_ROUNDED",
     "SECOND_MOMENT_NEGATIVE_RELATIVE", "SHAKING_GAP_PROVED", "SHAKING_RELATIVE",
     "SHORT_CONVERGENCE_RADIUS", "SINGULAR_VALUE_ROUND_OFF", "SOLUTIONS_EQUAL",
     "SOLUTION_OUTSIDE", "SOLVER_INFEASIBILITY", "SOLVER_RESIDUAL", "SOLVER_RESIDUAL_FAST",
@@ -282,6 +283,14 @@ MASS_EXCLUDED = 1e6
 CERTIFICATE_ORTHOGONAL = 1e-12
 # Relative width at which the search for the smallest growth of a region ends.
 GROWTH_RELATIVE = 1e-3
+
+# --- remedies
+
+# Size of the conditions on a rotor of unit inertia: up to this its momentum is round-off.
+ROTOR_WITHOUT_MOMENTUM = 1e-9
+# Weight of a rotor in a certificate, over the size of its matrices: above minus this it counts
+# as not negative, and the check of the certificate bears the difference.
+ROTOR_WEIGHT_ZERO = 1e-14
 
 # --- verification
 

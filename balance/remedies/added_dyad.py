@@ -8,9 +8,10 @@ balanced by themselves. Then walks from random geometries search for others, see
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from itertools import combinations, permutations
+from itertools import chain, combinations, permutations
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +33,12 @@ __all__ = ["apply_added_dyad", "buildable", "walks_from_random"]
 
 Array = NDArray[np.float64]
 
-# Most dyads of each kind that are judged.
-MEMBERS = 4
+T = TypeVar("T")
+
+# What a dyad is called to whose geometry a walk led.
+GENERAL = "a general dyad"
+# Most dyads of each kind.
+MEMBERS = 2
 # Walks from random geometries for each kind, if no known geometry helps.
 WALKS = 12
 
@@ -45,44 +50,63 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         request: the request.
 
     Yields:
-        Dyads that balance the linkage, at most 4 of each kind (RRR, hinged to both links, and
+        Dyads that balance the linkage, at most 2 of each kind (RRR, hinged to both links, and
         RRP, sliding along one); for a kind without any, one undecided result, for a search
         proves nothing.
     """
-    linkage = request.linkage
-    if not linkage.planar or request.spatial:
-        yield refused("added_dyad", "searched for planar linkages with planar parameters alone")
+    if why := _why_not(request):
+        yield refused("added_dyad", why)
         return
-    if request.balance == "force":
-        yield refused("added_dyad", "force balance needs no dyad: counter-masses suffice")
-        return
-    if not hinges_of(linkage):
-        yield refused("added_dyad", "the linkage has no hinge that moves")
-        return
-    seeds = list(dyad_seeds(linkage))
-    total, done = len(seeds) + 2 * WALKS, 0
+    seeds = list(dyad_seeds(request.linkage))
+    progress = _Progress(request, len(seeds) + 2 * WALKS)
     for slides in (False, True):
-        own = [seed for seed in seeds if seed.dyad.slides == slides]
-        members, tried = 0, len(own)
-        for seed in own:
-            done = _step(request, done, total)
-            if members < MEMBERS and buildable(request, seed):
+        known = [seed for seed in seeds if seed.dyad.slides == slides]
+        members = 0
+        for seed in chain(progress.of(known), _ends(request, slides, progress)):
+            # Walks are for linkages that no known geometry helps.
+            if members == MEMBERS or (members and seed.words == GENERAL):
+                break
+            if buildable(request, seed):
                 found = _judge(request, seed)
                 members += found.verdict == "feasible"
                 yield found
-        if members:
-            done += WALKS
-            continue
-        best = np.inf
-        for ended, dyad in walks_from_random(request, slides, WALKS):
-            done, best = _step(request, done, total), min(best, ended.residual)
-            end = DyadSeed(dyad, ended.numbers, "a general dyad")
-            if ended.related and members < MEMBERS and buildable(request, end):
-                found = _judge(request, end)
-                members += found.verdict == "feasible"
-                yield found
         if not members:
-            yield _none(slides, tried, best)
+            yield _none(slides, len(known), progress.best)
+
+
+class _Progress:
+    """Steps that are reported, and the best residual of walks."""
+
+    def __init__(self, request: RemedyRequest, total: int) -> None:
+        """Start at no step."""
+        self._report, self._total, self._done = request.progress, total, 0
+        self.best = np.inf
+
+    def of(self, items: Iterable[T]) -> Iterator[T]:
+        """Yield items, each of which is a step."""
+        for item in items:
+            yield item
+            self._done += 1
+            if self._report is not None:
+                self._report(self._done, self._total)
+
+
+def _why_not(request: RemedyRequest) -> str:
+    """Say why no dyad is searched for; empty if one is."""
+    if not request.linkage.planar or request.spatial:
+        return "dyads are searched for in planar linkages, with the parameters of a plane"
+    if request.balance == "force":
+        return "a dyad adds no freedom to balance forces: see counter-masses"
+    return "" if hinges_of(request.linkage) else "the linkage has no hinge that moves"
+
+
+def _ends(request: RemedyRequest, slides: bool, progress: _Progress) -> Iterator[DyadSeed]:
+    """Yield the geometries with related angles at which walks end."""
+    progress.best = np.inf
+    for ended, dyad in progress.of(walks_from_random(request, slides, WALKS)):
+        progress.best = min(progress.best, ended.residual)
+        if ended.related:
+            yield DyadSeed(dyad, ended.numbers, GENERAL)
 
 
 def walks_from_random(
@@ -125,11 +149,12 @@ def buildable(request: RemedyRequest, seed: DyadSeed) -> bool:
     """
     try:
         linkage = _with_dyad(request, seed.dyad, seed.numbers)
-        if linkage.mobility != request.linkage.mobility or not linkage.planar:
+        if not _is_like(linkage, request.linkage):
             return False
-        return feasible(design_space(linkage, request.motion or None)).verdict == "feasible"
+        space = design_space(linkage, request.motion or None)
     except LinkageError:
         return False
+    return feasible(space).verdict == "feasible"
 
 
 def _with_dyad(request: RemedyRequest, dyad: Dyad, numbers: Array) -> Linkage:
@@ -141,17 +166,22 @@ def _with_dyad(request: RemedyRequest, dyad: Dyad, numbers: Array) -> Linkage:
     )  # fmt: skip
 
 
+def _is_like(linkage: Linkage, given: Linkage) -> bool:
+    """Whether a linkage with a dyad is planar and has the mobility of the one without."""
+    return linkage.planar and linkage.mobility == given.mobility
+
+
 def _walk(request: RemedyRequest, dyad: Dyad, numbers: Array) -> DyadWalk:
-    """Walk in the frame of the linkage with the dyad; its numbers are in that of the linkage."""
+    """Walk in the frame of the linkage with the dyad; numbers are in that of the linkage."""
     linkage = _with_dyad(request, dyad, numbers)
-    chain, known = linkage.chain, {joint.name for joint in request.linkage.joints}
-    new = [k for k, j in enumerate(chain.joints) if linkage.joints[j].name not in known]
-    if linkage.mobility != request.linkage.mobility or not chain.planar or len(new) != 3:
+    known = {joint.name for joint in request.linkage.joints}
+    new = [k for k, j in enumerate(linkage.chain.joints) if linkage.joints[j].name not in known]
+    if not _is_like(linkage, request.linkage) or len(new) != 3:
         raise LinkageError(f"{linkage.source}: singular with this dyad")
-    frame = request.linkage.chain.frame
-    relations = AngleRelations(chain, dyad, np.array(new))
-    ended = walk(relations, convert_numbers(dyad, numbers, frame, chain.frame))
-    return replace(ended, numbers=convert_numbers(dyad, ended.numbers, chain.frame, frame))
+    given, own = request.linkage.chain.frame, linkage.chain.frame
+    relations = AngleRelations(linkage.chain, dyad, np.array(new))
+    ended = walk(relations, convert_numbers(dyad, numbers, given, own))
+    return replace(ended, numbers=convert_numbers(dyad, ended.numbers, own, given))
 
 
 def _judge(request: RemedyRequest, seed: DyadSeed) -> AppliedRemedy:
@@ -170,14 +200,7 @@ def _none(slides: bool, tried: int, best: float) -> AppliedRemedy:
     """Return the result of a search that found no dyad of a kind."""
     kind = "RRP" if slides else "RRR"
     reason = (
-        f"no member found in {tried} known geometries and {WALKS} walks, "
-        f"best residual {best:.1e}; this proves nothing"
+        f"no member found: {tried} known geometries, and {WALKS} walks to related angles "
+        f"(best residual {best:.1e}), have no buildable masses; others may"
     )
     return AppliedRemedy("added_dyad", f"{kind} between any two links", "undecided", reason)
-
-
-def _step(request: RemedyRequest, done: int, total: int) -> int:
-    """Report one more step."""
-    if request.progress is not None:
-        request.progress(done + 1, total)
-    return done + 1

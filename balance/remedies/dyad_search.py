@@ -1,9 +1,9 @@
 """Search for geometries of a dyad at which the angles of the links are related.
 
-Geometries with a relation Σ J_b ω_b = 0 between the angular rates of the bodies, at every pose,
-are special: none is hit by sampling. They are the zeros of the smallest singular value σ of the
-matrix Ω(g) whose rows are the angular rates of all bodies along rays, order by order, each order
-times the power ρ^k of the radius of convergence ρ. With its right singular vector J,
+Geometries with a relation Σ J_b ω_b = 0 between the angular rates of the bodies, at every
+pose, are special: none is hit by sampling. They are the zeros of the smallest singular value σ
+of the matrix Ω(g) whose rows are the angular rates of all bodies along rays, order by order,
+each order times the power ρ^k of the radius of convergence ρ. With its right singular vector J,
 
     σ² = min_J |Ω(g) J|²,  |J| = 1,        ∂(σ²)/∂g = 2 (Ω J)ᵀ (∂Ω/∂g) J,
 

@@ -5,16 +5,17 @@ other at J, write the plane as complex numbers. These dyads on x and y have a re
 angles for every size and direction c of the dyad:
 
     reflected     f(s) = J + c conj(s - J):  hinges f(L) on x, f(K) on y, f(M) between.
-                  The loop is repeated, reflected, with the parts of x and y exchanged. With the
-                  angles of the links against x, link y turns by the sum of a link of the loop
-                  and the link of the dyad that repeats the other one. These two relations hold in
-                  every four-bar.
-    parallelogram the same with f(K) + f(L) - f(M) between, where its two links change places.
+                  The loop is repeated, reflected, with the parts of x and y exchanged.
+    parallelogram the same with f(K) + f(L) - f(M) between.
     kite          f(s) = J + c (s - J):  hinges f(K), f(L), and f(J) reflected in their line.
     antiparallelogram  the same, reflected in the perpendicular bisector of f(K) f(L).
     crank-slider  hinge f(K), and a slide on a line through J that is fixed in y; the hinge
                   between is as far from f(K) as J is.
 
+The first two make two relations in every loop of four hinges: against x, y turns by the sum of
+the angles of LM and of the link of the dyad that repeats it, and by the sum of those of KM and
+of its own. For the diagonals, D = L - K and D' of the repeated loop, have, seen from x,
+``D' ~ e_y D̄`` with the direction e_y of y, and two triangles with sides in one ratio are alike.
 The last three make a balanced loop of their own, and need no loop in the linkage.
 """
 
@@ -27,7 +28,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.remedies.dyad_geometry import Dyad, DyadSide
+from balance.remedies.dyad_geometry import Dyad, DyadSide, segments_of
 from kinematics.model.linkage import GROUND, Linkage
 
 __all__ = ["DyadSeed", "Hinge", "dyad_seeds", "hinges_of", "sides_of"]
@@ -121,8 +122,7 @@ def dyad_seeds(linkage: Linkage) -> Iterator[DyadSeed]:
     hinges, sides = hinges_of(linkage), sides_of(linkage)
     for make in (_repeats, _loops_of_their_own):
         for seed in make(hinges, sides):
-            lengths = np.abs(np.diff(seed.numbers[:4].view(np.complex128)))
-            if lengths.min() >= SHORTEST:
+            if segments_of(seed.dyad, seed.numbers).min() >= SHORTEST:
                 yield seed
 
 
@@ -153,10 +153,8 @@ def _common(centre: Hinge, other: Hinge) -> int:
     return int(other.links[1] in centre.links)
 
 
-def _loops_of_their_own(
-    hinges: list[Hinge], sides: dict[int, DyadSide]
-) -> Iterator[DyadSeed]:
-    """Yield dyads that make a kite, an antiparallelogram, or a crank-slider of equal lengths."""
+def _loops_of_their_own(hinges: list[Hinge], sides: dict[int, DyadSide]) -> Iterator[DyadSeed]:
+    """Yield kites, antiparallelograms, and crank-sliders of equal lengths."""
     for centre, first, last in permutations(hinges, 3):
         x = first.links[_common(centre, first)]
         y = last.links[_common(centre, last)]

@@ -3,8 +3,8 @@
 ``python tests/independent/added_dyads.py --cases 200 --seed 0 --out DIR`` draws four-bars with
 hinges at random decimals, none of which masses of its own balance, tries the known dyads of
 `balance.remedies.dyad_seeds` on each, and walks from random ones with ``--walks N``. The first
-dyad with buildable masses is written to DIR, with masses, and read again. Pinocchio must confirm
-the file to 1e-9, and exact arithmetic the rank of its conditions.
+dyad with buildable masses is written to DIR, with masses, and read again. Pinocchio must
+confirm the file to 1e-9; how sure the rank of its conditions is, is counted.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ def four_bar(a: complex, b: complex, d: complex) -> Linkage:
     """Build a four-bar with hinges at 0 and d on the ground, a and b on the coupler."""
     points = [(point.real, point.imag, 0.0) for point in (a, b, d)]
     joints = [
-        ScrewJoint("u1", "base", "crank"), ScrewJoint("q2", "crank", "coupler", point=points[0]),
+        ScrewJoint("u1", "base", "crank"),
+        ScrewJoint("q2", "crank", "coupler", point=points[0]),
         ScrewJoint("q4", "base", "rocker", point=points[2]),
     ]  # fmt: skip
     loop = ScrewJoint("q3", "coupler", "rocker", point=points[1])
@@ -69,7 +70,7 @@ def four_bar(a: complex, b: complex, d: complex) -> Linkage:
 
 
 def random_four_bars(seed: int) -> Iterator[tuple[Linkage, list[float]]]:
-    """Yield four-bars that no masses of their own balance, and their lengths from the ground."""
+    """Yield four-bars that no masses of their own balance, and their lengths."""
     rng = np.random.default_rng(seed)
     while True:
         x = np.round(rng.uniform(-1.5, 1.5, 4), 3)
@@ -127,7 +128,9 @@ def main(arguments: list[str] | None = None) -> Counter[str]:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--walks", type=int, default=0, help="from random dyads, where none helps")
+    parser.add_argument(
+        "--walks", type=int, default=0, help="from random dyads, where none helps"
+    )
     parser.add_argument("--out", type=Path, help="folder for the files of the members")
     options = parser.parse_args(arguments)
     counts, worst, start = Counter[str](), 0.0, time.time()

@@ -9,10 +9,14 @@ from balance.added_masses.regions import Region
 from balance.designs.feasibility import Feasibility, feasible
 from balance.options import Balance
 from balance.remedies.applied import AppliedRemedy
+from balance.remedies.balancing_wheels import apply_active_wheel, apply_passive_wheel
 from balance.remedies.catalogue import CATALOGUE
+from balance.remedies.counter_rotary_masses import apply_counter_rotary_masses
+from balance.remedies.duplicates import apply_duplicates
 from balance.remedies.own_masses import apply_own_masses
 from balance.remedies.partial_baseline import apply_partial
 from balance.remedies.request import RemedyRequest
+from balance.remedies.separate_rotors import apply_separate_rotors
 from kinematics.errors import UsageError
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.wording import first_names, html_facts, repr_lines
@@ -23,6 +27,11 @@ REMEDIES_SCHEMA = "balance.remedies/1"
 
 _APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
     "own_masses": apply_own_masses,
+    "separate_rotors": apply_separate_rotors,
+    "counter_rotary_masses": apply_counter_rotary_masses,
+    "duplicates": apply_duplicates,
+    "passive_wheel": apply_passive_wheel,
+    "active_wheel": apply_active_wheel,
     "partial": apply_partial,
 }
 

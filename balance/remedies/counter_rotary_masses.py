@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from balance.added_masses.counterweights import counterweights
 from balance.certification.certify_space import certify
-from balance.remedies.applied import Applied, refused
+from balance.remedies.applied import AppliedRemedy, refused
 from balance.remedies.fewest_rotors import FewestRotors, RotorSet, fewest_rotors
 from balance.remedies.judge import judge
 from balance.remedies.request import RemedyRequest
@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 LEVERS = (1.0, 0.5, 0.25, 0.125)
 
 
-def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[Applied]:
+def apply_counter_rotary_masses(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a linkage by the fewest counterweights that turn against their links.
 
     The counterweight of the link after a joint lies where force balance alone puts it, and
@@ -75,7 +75,7 @@ def _counterweight_places(request: RemedyRequest) -> dict[str, Array]:
 
 def _built(
     request: RemedyRequest, found: FewestRotors, one: RotorSet, places: dict[str, Array]
-) -> Applied:
+) -> AppliedRemedy:
     """Judge turning counterweights on one set of joints, with the lever of the least mass."""
     best = judge(request, _variant(request, found, one, places, LEVERS[0]))
     for lever in LEVERS[1:]:

@@ -48,13 +48,15 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
 
     The force is balanced by counterweights; h is the angular momentum that is left for a unit
     rate of the crank, over a full turn of it, or over 90 % of the reachable range either way,
-    and less if a singular pose is on the way.
-    J is the mean of ``|h|`` there over the gear N of the request, so that the mean of ``|i|``
-    is N, and a full turn turns the wheel by N turns if the ratio keeps its sign. The wheel is
-    a thin ring of the rotor radius ρ, of mass ``J / ρ²``, its centre ``2 ρ`` from the axis of
-    the crank. Gears there have the pitch curves of `balance.remedies.varying_ratio`, if the
-    crank turns on the base and the ratio keeps its sign; otherwise a cam moves the wheel. The
-    wheel is an input of its own in the file. The crank feels ``J i²`` besides the linkage.
+    and less if a singular pose is on the way. J is the mean of ``|h|`` there over the gear N of
+    the request, so that the mean of ``|i|`` is N, and a full turn turns the wheel by N turns if
+    the ratio keeps its sign. The wheel is a thin ring of the rotor radius ρ, of mass
+    ``J / ρ²``, its centre ``2 ρ`` from the axis of the crank. Gears there have the pitch curves
+    of `balance.remedies.varying_ratio`, if the crank turns on the base and the ratio keeps its
+    sign; otherwise a cam moves the wheel. The crank feels ``J i²`` besides the linkage.
+
+    The wheel is an input of its own in the file, which is verified along random motions, and
+    over the table unless that passes a singular pose, where round-off is amplified.
 
     Args:
         request: the request.
@@ -73,7 +75,9 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     limits = motion_of(linkage, request.motion or None)
     crank, rates = _crank_rates(linkage, limits)
     sweep, turns = _sweep(linkage, limits, crank, rates)
-    runs = [sweep, *random_motions(linkage, MOTIONS, seed=SEED, motion=limits)]
+    runs = [*random_motions(linkage, MOTIONS, seed=SEED, motion=limits)]
+    if regular := sweep.conditioning > CONDITIONING_NOTICE:
+        runs.append(sweep)
     _refuse_other_moments(linkage, runs)
     table = _ratio_table(request, linkage, sweep, crank, turns)
     radius, centre = request.rotor_radius, _crank_joint(linkage, crank).point
@@ -81,26 +85,26 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     wheel = make_wheel(found.document, normal, point, table.inertia, radius)
     words = f"a wheel of {wheel.mass:.4g} kg on the base that {crank} drives at a varying ratio"
     blank = AppliedRemedy("passive_wheel", words, "undecided", "")
-    done, moved = verify_with_wheels(request, blank, found, [wheel], runs)
+    done, _ = verify_with_wheels(request, blank, found, [wheel], runs)
     at_start = drive(linkage, [0.0], [0.0 * rates], [rates], [0.0 * rates])
     h = float(momentum_along(linkage, at_start).total[0, :3] @ normal)
     done = _with_wheel(request, done, crank, h**2 / table.inertia)
-    return _with_tables(linkage, done, table, wheel, moved[0])
+    return _with_tables(linkage, done, table, wheel, regular)
 
 
 def _with_tables(
-    linkage: Linkage, done: AppliedRemedy, table: VaryingRatio, wheel: Wheel, turn: Trajectory
+    linkage: Linkage, done: AppliedRemedy, table: VaryingRatio, wheel: Wheel, regular: bool
 ) -> AppliedRemedy:
     """Add the ratio, the pitch curves and the peaks to a result, as files and as data."""
     curves, words = _pitch_curves(linkage, table, 2.0 * wheel.radius)
     files = {"ratio.csv": table_bytes(table.columns())}
     if curves is not None:
         files["pitch_curves.csv"] = table_bytes(curves.columns())
-    peaks = wheel.peaks(turn.ud[:, -1], turn.udd[:, -1])
+    peaks = wheel.peaks(table.ratio, table.slope)
     details = {
         "wheel": wheel.details(), "crank": table.crank, "full_turn": table.turns,
         "range": [float(table.u[0]), float(table.u[-1])], "cycle": table.cycle,
-        "drive": words, **_tables(table, curves),
+        "singular": not regular, "drive": words, **_tables(table, curves),
         "peaks": {"at": "unit rate of the crank", **peaks},
     }  # fmt: skip
     return replace(done, files=files, details=details)
@@ -182,8 +186,9 @@ def _ratio_table(
     u = sweep.u[:, linkage.inputs.index(crank)]
     mean = float(np.trapezoid(np.abs(h), u)) / float(u[-1] - u[0])
     inertia = mean / request.gear
-    angle = integrate(u, -h / inertia, -change / inertia)
-    return VaryingRatio(crank, turns, inertia, u, -h / inertia, angle)
+    ratio, slope = -h / inertia, -change / inertia
+    angle = integrate(u, ratio, slope)
+    return VaryingRatio(crank, turns, inertia, u, ratio, slope, angle)
 
 
 def _crank_joint(linkage: Linkage, crank: str) -> Joint:

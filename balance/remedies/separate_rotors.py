@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from balance.remedies.applied import Applied, refused
+from balance.remedies.applied import AppliedRemedy, refused
 from balance.remedies.counter_rotors import has_fixed_axis
 from balance.remedies.fewest_rotors import FewestRotors, RotorSet, fewest_rotors
 from balance.remedies.judge import judge
@@ -27,7 +27,7 @@ __all__ = [
 MOST_SETS = 3
 
 
-def apply_separate_rotors(request: RemedyRequest) -> Iterator[Applied]:
+def apply_separate_rotors(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a linkage by the fewest rotors of their own.
 
     A rotor turns -N times for one turn of its joint, N being ``request.gear``. It stands on the
@@ -64,7 +64,7 @@ def unusable(request: RemedyRequest) -> str:
     return ""
 
 
-def without_rotors(remedy: str, found: FewestRotors) -> Applied:
+def without_rotors(remedy: str, found: FewestRotors) -> AppliedRemedy:
     """Return the result where no set of counter-rotations is to be built.
 
     Args:
@@ -73,7 +73,7 @@ def without_rotors(remedy: str, found: FewestRotors) -> Applied:
     """
     if found.verdict == "feasible":
         return refused(remedy, "masses of the links balance it: no counter-rotation is needed")
-    return Applied(
+    return AppliedRemedy(
         remedy, "counter-rotations", found.verdict, found.words, details=rotor_details(found)
     )
 
@@ -126,7 +126,7 @@ def _is_carried(request: RemedyRequest, name: str) -> bool:
 
 def _built(
     request: RemedyRequest, found: FewestRotors, one: RotorSet, grounded: Sequence[str]
-) -> Applied:
+) -> AppliedRemedy:
     """Judge the linkage with rotors on one set of joints, some of them on the ground."""
     writer = RotorWriter(request)
     rotors = [

@@ -96,6 +96,7 @@ class VaryingRatio:
         inertia: of the wheel about its axis, J, kg m².
         u: displacement of the crank from the reference pose (N,), radians or metres.
         ratio: i(u) (N,).
+        slope: di/du (N,).
         angle: φ(u) of the wheel, from 0 at the first sample (N,), radians.
     """
 
@@ -104,6 +105,7 @@ class VaryingRatio:
     inertia: float
     u: Array
     ratio: Array
+    slope: Array
     angle: Array
 
     @property
@@ -136,8 +138,8 @@ class VaryingRatio:
         )  # fmt: skip
 
     def columns(self) -> dict[str, Array]:
-        """List the columns of a table: crank, ratio, angle of the wheel."""
-        return {"u": self.u, "ratio": self.ratio, "angle": self.angle}
+        """List the columns of a table: crank, ratio, its slope, angle of the wheel."""
+        return {"u": self.u, "ratio": self.ratio, "slope": self.slope, "angle": self.angle}
 
 
 def integrate(x: Array, slope: Array, change: Array) -> Array:

@@ -80,6 +80,8 @@ def test_the_ratio_is_pinocchios_momentum_and_the_angle_its_integral():
     J = found.details["wheel"]["inertia"]
     np.testing.assert_allclose(ratio["ratio"], -h[:, 2] / J, atol=1e-10)
     assert np.abs(h[:, 3:]).max() <= 1e-10
+    slope = make_interp_spline(u, ratio["ratio"], k=5)(u, 1)
+    np.testing.assert_allclose(ratio["slope"], slope, atol=1e-6)
     np.testing.assert_allclose(
         ratio["angle"], cumulative_simpson(ratio["ratio"], x=u, initial=0.0), atol=1e-7
     )
@@ -155,6 +157,12 @@ def test_a_sliding_crank_stops_before_a_singular_pose():
     low, high = found.details["range"]
     assert -0.6 < low < -0.3 and 0.3 < high < 0.4 and found.details["pitch_curves"] is None
     assert "does not turn on the base" in found.details["drive"]
+
+
+def test_a_turn_through_a_singular_pose_is_verified_beside_it():
+    (found,) = apply_passive_wheel(request("four_bar_kite"))
+    assert found.verdict == "feasible" and found.residual <= 1e-9, found.reason
+    assert found.details["singular"] and found.details["full_turn"]
 
 
 def test_a_relation_leaves_one_freedom():
@@ -247,7 +255,10 @@ def test_integrals_of_cubic_functions_are_exact():
 
 def test_a_positive_ratio_is_reversed_by_equal_wheels():
     u = np.linspace(0.0, 2.0 * np.pi, 41)
-    ratio = VaryingRatio("c", True, 1.0, u, 1.0 + 0.5 * np.cos(u), u + 0.5 * np.sin(u))
+    ratio = VaryingRatio(
+        "c", True, 1.0, u, 1.0 + 0.5 * np.cos(u), -0.5 * np.sin(u), u + 0.5 * np.sin(u)
+    )
     curves = ratio.pitch_curves(1.0)
     assert curves.reversed and curves.closed and curves.turned[-1] < 0.0
-    assert VaryingRatio("c", True, 1.0, u, np.cos(u), np.sin(u)).pitch_curves(1.0) is None
+    changing = VaryingRatio("c", True, 1.0, u, np.cos(u), -np.sin(u), np.sin(u))
+    assert changing.pitch_curves(1.0) is None

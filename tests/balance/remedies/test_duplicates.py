@@ -127,12 +127,13 @@ def test_one_turned_copy_takes_the_moment_of_a_force_balanced_arm():
 
 def test_one_copy_takes_a_force_along_a_line():
     """A slide and a rotor beside it: turned about the line across the slide that fits both."""
-    slide = rod("s", "base", "0.3 0.2 0", 2.0, "0 0.1 0", SLENDER, "prismatic", "1 0 0")
+    slide = rod("s", "base", "0.3 0.2 0.4", 2.0, "0 0.1 0", SLENDER, "prismatic", "1 0 0")
     rotor = rod("w", "base", "0 1 0", 1.0, "0 0 0", (0.1, 0.1, 0.2))
     (found,) = apply_duplicates(request_of(slide, rotor))
     (copy,) = found.details["copies"]
     assert found.verdict == "feasible" and not copy["mirrored"]
     assert copy["rotation"] == [[-1, 0, 0], [0, 1, 0], [0, 0, -1]]
+    assert copy["point"][2] == pytest.approx(0.4, abs=1e-9)
     assert rest_is_zero(found.urdf, 10.0)
 
 

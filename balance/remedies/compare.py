@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from balance.added_masses.regions import Region
 from balance.designs.feasibility import Feasibility, feasible
 from balance.options import Balance
+from balance.remedies.added_dyad import apply_added_dyad
 from balance.remedies.applied import AppliedRemedy
 from balance.remedies.balancing_wheels import apply_active_wheel, apply_passive_wheel
 from balance.remedies.catalogue import CATALOGUE
@@ -19,6 +20,10 @@ from balance.remedies.partial_baseline import apply_partial
 from balance.remedies.request import RemedyRequest
 from balance.remedies.separate_rotors import apply_separate_rotors
 from balance.remedies.slider_path import apply_slider_path
+from balance.remedies.transmissions import (
+    apply_parallelogram_transmission,
+    apply_planetary_transmission,
+)
 from kinematics.errors import UsageError
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.wording import first_names, html_facts, repr_lines
@@ -31,7 +36,10 @@ _APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
     "own_masses": apply_own_masses,
     "separate_rotors": apply_separate_rotors,
     "counter_rotary_masses": apply_counter_rotary_masses,
+    "planetary_transmission": apply_planetary_transmission,
+    "parallelogram_transmission": apply_parallelogram_transmission,
     "duplicates": apply_duplicates,
+    "added_dyad": apply_added_dyad,
     "passive_wheel": apply_passive_wheel,
     "active_wheel": apply_active_wheel,
     "input_relation": apply_input_relation,

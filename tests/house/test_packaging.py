@@ -38,7 +38,8 @@ def test_a_change_in_another_file_is_seen(copy):
     assert len(told) == 1 and told[0].startswith("compiling kernels")
     (copy / "kinematics" / "other.py").write_text("colour = 'red'\n", encoding="utf-8")
     (copy / "kinematics" / ".#lock.py").symlink_to("nowhere")
-    assert run(copy, code) == (first, []), "files without kernels do not matter"
+    (copy / "beside.py").write_text("import kinematics.compiled.jit\n", encoding="utf-8")
+    assert run(copy, code) == (first, []), "files without kernels, and those of others, do not matter"
 
     for file in (copy / "kinematics" / "below.py", copy / "balance" / "deep" / "below.py"):
         dates = file.stat().st_atime_ns, file.stat().st_mtime_ns

@@ -47,6 +47,7 @@ class Place(NamedTuple):
 Maker = Callable[[random.Random, Place], list[str]]
 
 
+@cache
 def parsers() -> dict[str, argparse.ArgumentParser]:
     """The parser of every command."""
     (verbs,) = _parser()._subparsers._group_actions

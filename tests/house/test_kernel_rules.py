@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from functools import cache
 from pathlib import Path
 
 from kernel_sources import (
@@ -23,7 +24,6 @@ KNOWN = {
     "_impl", "_insert", "_load_data", "_nrt", "_numba_type_", "_rebuild", "_reduce",
     "_save_data", "_source_stamp",
 }  # fmt: skip
-ALL = [(path, kernel) for path in PRODUCT for kernel in kernels(tree(path))]
 HEAD = "import numpy as np\nfrom kinematics.compiled.jit import kernel\n"
 # Kernels that are refused, and what the message says of them.
 REFUSED = {
@@ -70,6 +70,12 @@ for k in range({len(REFUSED)}):
 """
 
 
+@cache
+def all_kernels() -> list[tuple[Path, ast.FunctionDef]]:
+    """All kernels, each with its file."""
+    return [(path, kernel) for path in PRODUCT for kernel in kernels(tree(path))]
+
+
 def allocates(kernel: ast.FunctionDef) -> bool:
     """Whether a kernel makes arrays itself."""
     makers = {"np.empty", "np.zeros", "np.ones", "np.full", "np.arange", "np.array", "np.eye"}
@@ -100,7 +106,7 @@ def test_references_are_not_counted_in_sweeps_alone():
     swept |= reached(search / "placing_kernels.py")
     wrong = [
         f"{path.name}: {kernel.name}"
-        for path, kernel in ALL
+        for path, kernel in all_kernels()
         if counts_references(kernel) == (kernel in swept and not allocates(kernel))
     ]
     assert len(swept) > 40 and not wrong
@@ -108,9 +114,9 @@ def test_references_are_not_counted_in_sweeps_alone():
 
 def test_kernels_without_counts_bind_nothing_that_others_make():
     """Nobody would free it."""
-    assert any(allocates(kernel) for _, kernel in ALL)
+    assert any(allocates(kernel) for _, kernel in all_kernels())
     wrong = []
-    for path, kernel in ALL:
+    for path, kernel in all_kernels():
         if counts_references(kernel):
             continue
         alone = {node.value for node in ast.walk(kernel) if isinstance(node, ast.Expr)}
@@ -135,7 +141,7 @@ def test_every_kernel_is_seen():
         assert all(alias.asname is None for alias in of_kernels)
         names = [node.id for node in nodes if isinstance(node, ast.Name)]
         used += names.count("kernel") if of_kernels else 0
-    assert used == len(ALL) > 60
+    assert used == len(all_kernels()) > 60
 
 
 def private(path: Path) -> set[str]:

@@ -39,7 +39,7 @@ def test_a_change_in_another_file_is_seen(copy):
     (copy / "kinematics" / "other.py").write_text("colour = 'red'\n", encoding="utf-8")
     (copy / "kinematics" / ".#lock.py").symlink_to("nowhere")
     (copy / "beside.py").write_text("import kinematics.compiled.jit\n", encoding="utf-8")
-    assert run(copy, code) == (first, []), "files without kernels, and those of others, do not matter"
+    assert run(copy, code) == (first, []), "neither files without kernels nor those of others"
 
     for file in (copy / "kinematics" / "below.py", copy / "balance" / "deep" / "below.py"):
         dates = file.stat().st_atime_ns, file.stat().st_mtime_ns

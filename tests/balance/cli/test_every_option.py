@@ -13,6 +13,7 @@ from itertools import chain
 
 import numpy as np
 import pytest
+from covering import number_of_cases
 from random_requests import asked, check, meant, run, strict, validator
 from request_words import GOOD, WORDS, names_of, options, parsers
 from sidecar_text import PAIR
@@ -102,8 +103,8 @@ def test_usage_is_told_in_one_line(words):
 
 def test_random_requests():
     """A sample of ``python tests/fuzz/random_requests.py --cases 5000``."""
-    ends = set()
-    for seed, words, end, wrong in run(range(500_000, 500_150)):
+    ends, count = set(), number_of_cases(80, 150)
+    for seed, words, end, wrong in run(range(500_000, 500_000 + count)):
         assert not wrong, f"seed {seed}: {words}: {wrong}"
         ends.add(end)
     assert {f"{verb}: {code}" for verb in ("report", "design", "verify", "motion")

@@ -24,8 +24,8 @@ os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
 # Files of tests that need no kernels. They come first, while all kernels are compiled.
 PLAIN = (
     "packaging reference formats hostile_files keyfile house mjcf_hostile kernel_rules "
-    "geometry guard loops markup urdf oddities xacro mjcf_files architecture translate repeated_loops "
-    "multipole inertia screws sidecar"
+    "geometry guard loops markup urdf oddities xacro mjcf_files architecture translate "
+    "repeated_loops multipole inertia screws sidecar"
 ).split()
 # What compiles them: once, for all processes of the tests, which wait for this lock.
 COMPILE = """

@@ -28,6 +28,7 @@ from balance.added_masses.added_matter import (
     lump_cone,
     moment_cone,
     parameters_per_moment,
+    symmetric_basis,
 )
 from balance.added_masses.regions import Region
 from balance.designs.clarabel_adapter import TRIANGLES, ConstraintBlock, solve_conic, triangles
@@ -308,7 +309,7 @@ def _objective(
     unit: float,
 ) -> tuple[Array, tuple[Array, Array], float, float]:  # fmt: skip
     """Compute ``cost``, ``inertia``, ``scale`` and ``constant`` of the program."""
-    empty, S = np.empty(0), np.asarray(TRIANGLES[4].T.reshape(10, 4, 4))
+    empty, S = np.empty(0), symmetric_basis()
     cost = np.zeros((len(regions), 10))
     if minimise == "mass":
         cost[:] = S[:, 3, 3]

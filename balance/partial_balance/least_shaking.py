@@ -42,6 +42,7 @@ from balance.tolerances import (
     CAP_EXCEEDED,
     LEAST_SHAKING_GAP,
     PRICE_ZERO,
+    SHAKING_RELATIVE,
     SOLVER_RESIDUAL,
 )
 
@@ -90,12 +91,27 @@ class ShakingProgram:
     Attributes:
         matter: regions of the links and parameters.
         factor: triangular factor R (rows, count + 1).
+        single: sum over the bodies of the file of the load of each one alone: what would be
+            left if none cancelled another.
         caps: bounds on loads.
     """
 
     matter: AddedParameters
     factor: Array
+    single: float
     caps: tuple[Cap, ...] = ()
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the masses of the file leave round-off only, as `balance.verify` has it."""
+        given = self.value(np.zeros(self.matter.count))
+        return given <= SHAKING_RELATIVE * self.single
+
+    @property
+    def scale(self) -> float:
+        """The load that others are compared with: that of the file, unless it is round-off."""
+        given = self.value(np.zeros(self.matter.count))
+        return (self.single if self.balanced else given) or 1.0
 
     def value(self, s: Array) -> float:
         """Compute ``|R [s; 1]|``."""
@@ -181,7 +197,7 @@ class _Work:
             k: first_points() for k, one in enumerate(self.regions) if one.kind == "cylinder"
         }
         self.active: list[list[int]] = [[] for _ in program.caps]
-        self.scale = program.value(np.zeros(matter.count)) or 1.0
+        self.scale = program.scale
         self.unit = min(budget, float(matter.given[:, 0].sum()) or budget)
         self.rounds, self.price = 0, 0.0
         # The multipliers: of the load, and of the samples of each cap.

@@ -13,7 +13,8 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
-from test_house import MODULES, PACKAGES, PRODUCT, ROOT, imports, label, tree
+from kernel_sources import tree
+from test_house import MODULES, PACKAGES, PRODUCT, ROOT, imports, label
 
 # Rooms of a package, lowest first: a module imports from its own room and from those before it.
 # Rooms on one line do not import each other.

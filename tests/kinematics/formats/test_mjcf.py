@@ -1,9 +1,14 @@
-"""Gallery files written as MJCF in several styles are read as the same linkages."""
+"""Gallery files written as MJCF in several styles are read as the same linkages.
+
+Each model is written in one style, and each style has all types of joints; all styles of all
+models with ``ALL_CASES=1``.
+"""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
+from covering import covering_pairs, joint_types
 from mjcf_text import STYLES, Unwritable, mjcf_text
 
 import kinematics
@@ -16,11 +21,7 @@ pytest.importorskip("mujoco")
 MODELS = kinematics.gallery()
 # MJCF has no screw joint.
 WRITTEN = sorted(set(MODELS) - {"hprs"})
-
-
-@pytest.fixture(params=STYLES)
-def style(request):
-    return request.param
+PAIRS = covering_pairs({name: joint_types(MODELS[name]) for name in WRITTEN}, STYLES)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +38,7 @@ def spaces():
     return find
 
 
-@pytest.mark.parametrize("name", WRITTEN)
+@pytest.mark.parametrize(("name", "style"), PAIRS)
 def test_linkages_are_those_of_the_urdf_files(name, style, spaces, tmp_path):
     path = tmp_path / "model.xml"
     path.write_text(mjcf_text(Path(MODELS[name]).read_text(), style))
@@ -54,6 +55,7 @@ def test_linkages_are_those_of_the_urdf_files(name, style, spaces, tmp_path):
         assert off <= 1e-12 * np.abs(body.inertia).max()
 
 
+@pytest.mark.parametrize("style", STYLES)
 @pytest.mark.parametrize("name", ["four_bar_general", "three_rsr_rational"])
 def test_nothing_is_lost_to_exact_arithmetic(name, style, spaces, tmp_path):
     """Right angles and decimals come back, so that the same level of certainty is reached."""

@@ -91,8 +91,7 @@ class ShakingProgram:
     Attributes:
         matter: regions of the links and parameters.
         factor: triangular factor R (rows, count + 1).
-        single: sum over the bodies of the file of the load of each one alone: what would be
-            left if none cancelled another.
+        single: sum of the loads of the single bodies of the file, if none cancelled another.
         caps: bounds on loads.
     """
 
@@ -102,16 +101,19 @@ class ShakingProgram:
     caps: tuple[Cap, ...] = ()
 
     @property
+    def given(self) -> float:
+        """Load of the file."""
+        return self.value(np.zeros(self.matter.count))
+
+    @property
     def balanced(self) -> bool:
         """Whether the masses of the file leave round-off only, as `balance.verify` has it."""
-        given = self.value(np.zeros(self.matter.count))
-        return given <= SHAKING_RELATIVE * self.single
+        return self.given <= SHAKING_RELATIVE * self.single
 
     @property
     def scale(self) -> float:
         """The load that others are compared with: that of the file, unless it is round-off."""
-        given = self.value(np.zeros(self.matter.count))
-        return (self.single if self.balanced else given) or 1.0
+        return (self.single if self.balanced else self.given) or 1.0
 
     def value(self, s: Array) -> float:
         """Compute ``|R [s; 1]|``."""

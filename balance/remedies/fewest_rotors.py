@@ -112,7 +112,7 @@ def fewest_rotors(
     Example:
         >>> import balance
         >>> from balance.remedies.fewest_rotors import fewest_rotors
-        >>> fewest_rotors(balance.design_space("five_bar")).count
+        >>> fewest_rotors(balance.design_space("robot.urdf")).count
         3
     """
     if space.balance != "dynamic":

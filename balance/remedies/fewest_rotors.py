@@ -113,7 +113,7 @@ def fewest_rotors(
         >>> import balance
         >>> from balance.remedies.fewest_rotors import fewest_rotors
         >>> fewest_rotors(balance.design_space("robot.urdf")).count
-        3
+        2
     """
     if space.balance != "dynamic":
         raise ValueError("counter-rotations balance moments: give a space of dynamic balance")

@@ -15,7 +15,6 @@ from urdf_text import along, joint, link, loop, saved
 
 import kinematics
 from balance import design_space, momentum_regressor
-from kinematics import ScrewJoint, from_screws
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, MobilityError
 from kinematics.spatial.inertia import displace_parameters
@@ -348,17 +347,3 @@ def test_the_rocker_cannot_drive_a_four_bar_from_its_dead_centre(digits, by_file
     assert caught.value.names == ("d",) and caught.value.valid[0] == "a"
     assert "d" not in caught.value.valid and "choose from a" in str(caught.value)
     assert kinematics.load(path, inputs=["a"]).mobility == 1
-
-
-def test_a_gear_on_the_axis_of_its_joint_may_have_no_size():
-    """Two coaxial joints that follow each other, with centres of mass on the axis to rounding.
-
-    They close no loop, so that their size beside the distance from the ground is no matter.
-    """
-    point = (0.6, 0.0, 0.5)
-    joints = [
-        ScrewJoint("j", "base", "link", axis=(0, 1, 0), point=point),
-        ScrewJoint("spin", "base", "rotor", axis=(0, 1, 0), point=point, mimic=("j", -2.0)),
-    ]
-    bodies = {name: (1.0, (0.6 + 1.3e-14, 0.0, 0.5), np.eye(3)) for name in ("link", "rotor")}
-    assert from_screws(joints, bodies=bodies).mobility == 1

@@ -112,8 +112,8 @@ def fewest_rotors(
     Example:
         >>> import balance
         >>> from balance.remedies.fewest_rotors import fewest_rotors
-        >>> fewest_rotors(balance.design_space("five_bar")).count
-        3
+        >>> fewest_rotors(balance.design_space("robot.urdf")).count
+        2
     """
     if space.balance != "dynamic":
         raise ValueError("counter-rotations balance moments: give a space of dynamic balance")

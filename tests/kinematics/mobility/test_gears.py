@@ -1,4 +1,4 @@
-"""Mobility of joints that follow each other."""
+"""Gears: joints that follow others on one axis, without a loop."""
 
 from __future__ import annotations
 

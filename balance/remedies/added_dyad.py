@@ -179,7 +179,8 @@ def _walk(request: RemedyRequest, dyad: Dyad, numbers: Array) -> DyadWalk:
     if not _is_like(linkage, request.linkage) or len(new) != 3:
         raise LinkageError(f"{linkage.source}: singular with this dyad")
     given, own = request.linkage.chain.frame, linkage.chain.frame
-    relations = AngleRelations(linkage.chain, dyad, np.array(new))
+    turning = np.arange(len(linkage.bodies) - dyad.slides)
+    relations = AngleRelations(linkage.chain, dyad, np.array(new), turning)
     ended = walk(relations, convert_numbers(dyad, numbers, given, own))
     return replace(ended, numbers=convert_numbers(dyad, ended.numbers, own, given))
 

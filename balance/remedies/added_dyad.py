@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from itertools import chain, combinations, permutations
+from itertools import combinations, permutations
 from typing import TypeVar
 
 import numpy as np
@@ -62,16 +62,29 @@ def apply_added_dyad(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     for slides in (False, True):
         known = [seed for seed in seeds if seed.dyad.slides == slides]
         members = 0
-        for seed in chain(progress.of(known), _ends(request, slides, progress)):
-            # Walks are for linkages that no known geometry helps.
-            if members == MEMBERS or (members and seed.words == GENERAL):
+        # Walks are for linkages that no known geometry helps.
+        for geometries in (progress.of(known), _ends(request, slides, progress)):
+            if members:
                 break
-            if buildable(request, seed):
-                found = _judge(request, seed)
+            for found in _judge_buildable(request, geometries):
                 members += found.verdict == "feasible"
                 yield found
         if not members:
             yield _none(slides, len(known), progress.best)
+
+
+def _judge_buildable(
+    request: RemedyRequest, geometries: Iterable[DyadSeed]
+) -> Iterator[AppliedRemedy]:
+    """Judge geometries that have buildable masses, until enough of them are feasible."""
+    members = 0
+    for seed in geometries:
+        if buildable(request, seed):
+            found = _judge(request, seed)
+            yield found
+            members += found.verdict == "feasible"
+            if members == MEMBERS:
+                return
 
 
 class _Progress:
@@ -179,7 +192,8 @@ def _walk(request: RemedyRequest, dyad: Dyad, numbers: Array) -> DyadWalk:
     if not _is_like(linkage, request.linkage) or len(new) != 3:
         raise LinkageError(f"{linkage.source}: singular with this dyad")
     given, own = request.linkage.chain.frame, linkage.chain.frame
-    relations = AngleRelations(linkage.chain, dyad, np.array(new))
+    turning = np.arange(len(linkage.bodies) - dyad.slides)
+    relations = AngleRelations(linkage.chain, dyad, np.array(new), turning)
     ended = walk(relations, convert_numbers(dyad, numbers, given, own))
     return replace(ended, numbers=convert_numbers(dyad, ended.numbers, own, given))
 

@@ -53,12 +53,15 @@ class AngleRelations:
         chain: the planar linkage with the dyad, in a geometry to begin with.
         dyad: the dyad.
         joints: the joints of the dyad in the chain (3,).
+        bodies: the bodies whose angles count: a link that slides along another one turns with
+            it, which is no relation to be searched for.
         scale: radius of convergence, by whose powers orders are multiplied.
     """
 
     chain: Chain
     dyad: Dyad
     joints: NDArray[np.int64]
+    bodies: NDArray[np.int64]
     scale: float = 1.0
 
     @cached_property
@@ -80,6 +83,7 @@ class AngleRelations:
         """
         chain, series = self._expand(numbers)
         X = RegressorSeries(chain, series, False).rows(ORDER)[:, :, :, 0, 3::4]
+        X = X[..., self.bodies]
         return np.asarray((X * self.weights[:, None, None, None]).reshape(-1, X.shape[-1]))
 
     def at_scale(self, numbers: Array) -> AngleRelations:
@@ -116,8 +120,8 @@ class AngleRelations:
             One for each number; with the vector of `smallest`, the gradient of σ².
         """
         chain, series = self._expand(numbers)
-        z = np.zeros((J.size, 4))
-        z[:, 3] = J
+        z = np.zeros((chain.links.size, 4))
+        z[self.bodies, 3] = J
         X = RegressorSeries(chain, series, False).rows(ORDER)
         bars = np.einsum("krwiq,q,k->krwi", X, z.ravel(), 2.0 * self.weights**2)
         slopes = ConditionGradients(chain, self.rays, series, False)

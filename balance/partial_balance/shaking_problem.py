@@ -14,14 +14,13 @@ from balance.added_masses.link_regions import regions_of
 from balance.added_masses.regions import Region
 from balance.partial_balance.elastic_frame import ElasticFrame, vibration
 from balance.partial_balance.least_shaking import (
-    Cap,
     CapsConflict,
     LeastShaking,
-    ShakingProgram,
     least_shaking,
     quadratic_factor,
 )
 from balance.partial_balance.motion_loads import AddedParameters, MotionLoads, motion_loads
+from balance.partial_balance.shaking_program import Cap, ShakingProgram
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CAP_EXCEEDED
 from balance.verification.trajectory import Trajectory, random_motions

@@ -36,8 +36,7 @@ from balance.designs.clarabel_adapter import (
     solve_conic,
     triangles,
 )
-from balance.partial_balance.motion_loads import AddedParameters
-from balance.partial_balance.shaking_program import Cap, ShakingProgram
+from balance.partial_balance.shaking_program import ShakingProgram
 from balance.tolerances import (
     CAP_EXCEEDED,
     LEAST_SHAKING_GAP,

@@ -54,8 +54,11 @@ Least shaking for a budget:
 What to build in where no masses balance:
 
 - ``compare_remedies``: apply the remedies of the literature, and compare what each costs
+- ``fewest_rotors``: the smallest sets of counter-rotations with which masses balance
 - ``AppliedRemedy``: one remedy, its verdict and its cost
+- ``FewestRotors``: result of ``fewest_rotors``
 - ``RemedyComparison``: result of ``compare_remedies``
+- ``RotorSet``: one of the smallest sets
 
 Shaking in motion:
 
@@ -134,6 +137,7 @@ if TYPE_CHECKING:
     from balance.partial_balance.results import ParetoFront, PartialBalance
     from balance.remedies.applied import AppliedRemedy
     from balance.remedies.compare import RemedyComparison, compare_remedies
+    from balance.remedies.fewest_rotors import FewestRotors, RotorSet, fewest_rotors
     from balance.search.many_geometries import ManySpaces, design_space_many
     from balance.spaces.certainty import Certainty
     from balance.spaces.compute_space import design_space
@@ -160,6 +164,7 @@ __all__ = [
     "Exact",
     "Explanation",
     "Feasibility",
+    "FewestRotors",
     "Freedom",
     "ManySpaces",
     "Meeting",
@@ -170,6 +175,7 @@ __all__ = [
     "Proof",
     "Region",
     "RemedyComparison",
+    "RotorSet",
     "ScrewLine",
     "SpaceRecord",
     "Trajectory",
@@ -188,6 +194,7 @@ __all__ = [
     "exact_ranks",
     "explain",
     "feasible",
+    "fewest_rotors",
     "load_space",
     "mass_properties",
     "meeting",
@@ -220,6 +227,7 @@ _HOMES = {
     "Exact": "exact.modular_ranks",
     "Explanation": "interpretation.explain",
     "Feasibility": "designs.feasibility",
+    "FewestRotors": "remedies.fewest_rotors",
     "Freedom": "interpretation.freedoms",
     "ManySpaces": "search.many_geometries",
     "Meeting": "momentum.momentum_lines",
@@ -230,6 +238,7 @@ _HOMES = {
     "Proof": "exact.proof",
     "Region": "added_masses.regions",
     "RemedyComparison": "remedies.compare",
+    "RotorSet": "remedies.fewest_rotors",
     "ScrewLine": "momentum.momentum_lines",
     "SpaceRecord": "spaces.save",
     "Trajectory": "verification.trajectory",
@@ -248,6 +257,7 @@ _HOMES = {
     "exact_ranks": "certification.exact_ranks",
     "explain": "interpretation.explain",
     "feasible": "designs.feasibility",
+    "fewest_rotors": "remedies.fewest_rotors",
     "load_space": "spaces.save",
     "mass_properties": "inertial_parameters.conversions",
     "meeting": "momentum.momentum_lines",

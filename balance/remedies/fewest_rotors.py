@@ -53,6 +53,13 @@ class RotorSet:
     momenta: tuple[float, ...]
     ratio: float
 
+    def __repr__(self) -> str:
+        """One line: the joints, and the ratio."""
+        names = ", ".join(self.joints)
+        return repr_lines(
+            f"RotorSet on {names}: {self.ratio:.4g} of the own rotational inertia"
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class FewestRotors:
@@ -111,8 +118,7 @@ def fewest_rotors(
 
     Example:
         >>> import balance
-        >>> from balance.remedies.fewest_rotors import fewest_rotors
-        >>> fewest_rotors(balance.design_space("robot.urdf")).count
+        >>> balance.fewest_rotors(balance.design_space("robot.urdf")).count
         2
     """
     if space.balance != "dynamic":

@@ -137,7 +137,11 @@ if TYPE_CHECKING:
     from balance.partial_balance.results import ParetoFront, PartialBalance
     from balance.remedies.applied import AppliedRemedy
     from balance.remedies.compare import RemedyComparison, compare_remedies
-    from balance.remedies.fewest_rotors import FewestRotors, RotorSet, fewest_rotors
+    from balance.remedies.counter_rotations.fewest_rotors import (
+        FewestRotors,
+        RotorSet,
+        fewest_rotors,
+    )
     from balance.search.many_geometries import ManySpaces, design_space_many
     from balance.spaces.certainty import Certainty
     from balance.spaces.compute_space import design_space
@@ -227,7 +231,7 @@ _HOMES = {
     "Exact": "exact.modular_ranks",
     "Explanation": "interpretation.explain",
     "Feasibility": "designs.feasibility",
-    "FewestRotors": "remedies.fewest_rotors",
+    "FewestRotors": "remedies.counter_rotations.fewest_rotors",
     "Freedom": "interpretation.freedoms",
     "ManySpaces": "search.many_geometries",
     "Meeting": "momentum.momentum_lines",
@@ -238,7 +242,7 @@ _HOMES = {
     "Proof": "exact.proof",
     "Region": "added_masses.regions",
     "RemedyComparison": "remedies.compare",
-    "RotorSet": "remedies.fewest_rotors",
+    "RotorSet": "remedies.counter_rotations.fewest_rotors",
     "ScrewLine": "momentum.momentum_lines",
     "SpaceRecord": "spaces.save",
     "Trajectory": "verification.trajectory",
@@ -257,7 +261,7 @@ _HOMES = {
     "exact_ranks": "certification.exact_ranks",
     "explain": "interpretation.explain",
     "feasible": "designs.feasibility",
-    "fewest_rotors": "remedies.fewest_rotors",
+    "fewest_rotors": "remedies.counter_rotations.fewest_rotors",
     "load_space": "spaces.save",
     "mass_properties": "inertial_parameters.conversions",
     "meeting": "momentum.momentum_lines",

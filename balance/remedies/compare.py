@@ -8,22 +8,22 @@ from dataclasses import dataclass
 from balance.added_masses.regions import Region
 from balance.designs.feasibility import Feasibility, feasible
 from balance.options import Balance
-from balance.remedies.added_dyad import apply_added_dyad
 from balance.remedies.applied import AppliedRemedy
-from balance.remedies.balancing_wheels import apply_active_wheel, apply_passive_wheel
 from balance.remedies.catalogue import CATALOGUE
-from balance.remedies.counter_rotary_masses import apply_counter_rotary_masses
-from balance.remedies.duplicates import apply_duplicates
-from balance.remedies.input_relations import apply_input_relation
-from balance.remedies.own_masses import apply_own_masses
-from balance.remedies.partial_baseline import apply_partial
-from balance.remedies.request import RemedyRequest
-from balance.remedies.separate_rotors import apply_separate_rotors
-from balance.remedies.slider_path import apply_slider_path
-from balance.remedies.transmissions import (
+from balance.remedies.constraints.input_relations import apply_input_relation
+from balance.remedies.constraints.slider_path import apply_slider_path
+from balance.remedies.copies.duplicates import apply_duplicates
+from balance.remedies.counter_rotations.counter_rotary_masses import apply_counter_rotary_masses
+from balance.remedies.counter_rotations.separate_rotors import apply_separate_rotors
+from balance.remedies.counter_rotations.transmissions import (
     apply_parallelogram_transmission,
     apply_planetary_transmission,
 )
+from balance.remedies.dyads.added_dyad import apply_added_dyad
+from balance.remedies.own_masses import apply_own_masses
+from balance.remedies.partial_baseline import apply_partial
+from balance.remedies.request import RemedyRequest
+from balance.remedies.wheels.balancing_wheels import apply_active_wheel, apply_passive_wheel
 from kinematics.errors import UsageError
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.wording import first_names, html_facts, repr_lines

@@ -2,8 +2,8 @@
 
 ``python tests/independent/added_dyads.py --cases 200 --seed 0 --out DIR`` draws four-bars with
 hinges at random decimals, none of which masses of its own balance, tries the known dyads of
-`balance.remedies.dyad_seeds` on each, and walks from random ones with ``--walks N``. The first
-dyad with buildable masses is written to DIR, with masses, and read again. Pinocchio must
+`balance.remedies.dyads.dyad_seeds` on each, and walks from random ones with ``--walks N``. The
+first dyad with buildable masses is written to DIR, with masses, and read again. Pinocchio must
 confirm the file to 1e-9; how sure the rank of its conditions is, is counted.
 """
 
@@ -27,9 +27,9 @@ import numpy as np  # noqa: E402
 
 from balance import certify, design_space, feasible, verify  # noqa: E402
 from balance.designs.write_urdf import replace_inertials  # noqa: E402
-from balance.remedies.added_dyad import buildable, walks_from_random  # noqa: E402
-from balance.remedies.dyad_geometry import dyad_document  # noqa: E402
-from balance.remedies.dyad_seeds import DyadSeed, dyad_seeds  # noqa: E402
+from balance.remedies.dyads.added_dyad import buildable, walks_from_random  # noqa: E402
+from balance.remedies.dyads.dyad_geometry import dyad_document  # noqa: E402
+from balance.remedies.dyads.dyad_seeds import DyadSeed, dyad_seeds  # noqa: E402
 from balance.remedies.request import RemedyRequest  # noqa: E402
 from kinematics import ScrewJoint, from_screws, load  # noqa: E402
 from kinematics.errors import LinkageError  # noqa: E402

@@ -9,10 +9,10 @@ import pytest
 
 import balance
 import kinematics
-from balance.remedies.added_dyad import apply_added_dyad, buildable, walks_from_random
-from balance.remedies.dyad_geometry import Dyad, convert_numbers, dyad_document
-from balance.remedies.dyad_search import AngleRelations, walk
-from balance.remedies.dyad_seeds import dyad_seeds, hinges_of, sides_of
+from balance.remedies.dyads.added_dyad import apply_added_dyad, buildable, walks_from_random
+from balance.remedies.dyads.dyad_geometry import Dyad, convert_numbers, dyad_document
+from balance.remedies.dyads.dyad_search import AngleRelations, walk
+from balance.remedies.dyads.dyad_seeds import dyad_seeds, hinges_of, sides_of
 from balance.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws
 from kinematics.model.arrays import Frame

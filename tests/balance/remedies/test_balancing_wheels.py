@@ -13,10 +13,10 @@ from test_duplicates import BALANCED_FORCE, PENDULUM, SLENDER, request_of, rod
 
 import balance
 import kinematics
-from balance.remedies.balancing_wheels import apply_active_wheel, apply_passive_wheel
 from balance.remedies.request import RemedyRequest
-from balance.remedies.varying_ratio import VaryingRatio, integrate
-from balance.remedies.wheels_on_base import balance_force
+from balance.remedies.wheels.balancing_wheels import apply_active_wheel, apply_passive_wheel
+from balance.remedies.wheels.varying_ratio import VaryingRatio, integrate
+from balance.remedies.wheels.wheels_on_base import balance_force
 from balance.verification.to_pinocchio import PinocchioModel
 from balance.verification.trajectory import drive, random_motions
 from kinematics.errors import PoseError

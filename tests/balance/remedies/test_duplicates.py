@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 import balance
 import kinematics
-from balance.remedies.duplicates import apply_duplicates
+from balance.remedies.copies.duplicates import apply_duplicates
+from balance.remedies.copies.symmetric_copies import Copy, four_group, place_of, single_copies
 from balance.remedies.request import RemedyRequest
-from balance.remedies.symmetric_copies import Copy, four_group, place_of, single_copies
 from kinematics.urdf_elements.element import Document
 
 

@@ -13,9 +13,13 @@ import kinematics
 from balance.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.designs.pseudo_inertia_cone import cone_of_columns
 from balance.inertial_parameters.conversions import basis_from_chain
-from balance.remedies.counter_rotors import rotor_conditions
-from balance.remedies.fewest_rotors import fewest_rotors, own_inertia, search_sets
-from balance.remedies.rotor_sets import (
+from balance.remedies.counter_rotations.counter_rotors import rotor_conditions
+from balance.remedies.counter_rotations.fewest_rotors import (
+    fewest_rotors,
+    own_inertia,
+    search_sets,
+)
+from balance.remedies.counter_rotations.rotor_sets import (
     RotorCertificate,
     RotorDesign,
     check_rotor_certificate,

@@ -10,10 +10,10 @@ import pytest
 
 import balance
 import kinematics
-from balance.remedies.input_relations import apply_input_relation
-from balance.remedies.relation_candidates import candidates
-from balance.remedies.relation_search import free_inputs, search_relations
-from balance.remedies.relation_words import inertia_needs, turning_ratios
+from balance.remedies.constraints.input_relations import apply_input_relation
+from balance.remedies.constraints.relation_candidates import candidates
+from balance.remedies.constraints.relation_search import free_inputs, search_relations
+from balance.remedies.constraints.relation_words import inertia_needs, turning_ratios
 from balance.remedies.request import RemedyRequest
 from kinematics import Motion
 from kinematics.urdf_elements.element import Document
@@ -144,8 +144,8 @@ def test_where_no_relation_helps_it_is_said():
 
 def test_inputs_that_rest_follow_one_that_moves():
     """Two inputs at rest both follow the third with ratio 0: no circle of mimics."""
-    from balance.remedies.input_relations import _driven, _with_mimics
-    from balance.remedies.relation_search import InputRelation
+    from balance.remedies.constraints.input_relations import _driven, _with_mimics
+    from balance.remedies.constraints.relation_search import InputRelation
 
     arm = RemedyRequest(kinematics.load("zero_reaction_arm"))
     line = next(one for one in candidates(3, 1) if one.columns[0] == (0, 0, 1))

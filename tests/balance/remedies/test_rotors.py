@@ -20,9 +20,9 @@ import numpy as np
 import pytest
 
 import kinematics
-from balance.remedies.counter_rotary_masses import apply_counter_rotary_masses
+from balance.remedies.counter_rotations.counter_rotary_masses import apply_counter_rotary_masses
+from balance.remedies.counter_rotations.separate_rotors import apply_separate_rotors
 from balance.remedies.request import RemedyRequest
-from balance.remedies.separate_rotors import apply_separate_rotors
 from kinematics import ScrewJoint, from_screws
 from kinematics.model_gallery import as_linkage
 from kinematics.urdf_elements.element import Document

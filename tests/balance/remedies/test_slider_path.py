@@ -8,9 +8,9 @@ import reference
 
 import kinematics
 from balance.cli.main import main
-from balance.remedies.reactionless_path import reactionless_path
+from balance.remedies.constraints.reactionless_path import reactionless_path
+from balance.remedies.constraints.slider_path import apply_slider_path
 from balance.remedies.request import RemedyRequest
-from balance.remedies.slider_path import apply_slider_path
 from kinematics import Motion
 
 

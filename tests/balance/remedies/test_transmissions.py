@@ -7,12 +7,12 @@ import pytest
 
 import balance
 import kinematics
-from balance.remedies.request import RemedyRequest
-from balance.remedies.transmission_elements import mass_per_length
-from balance.remedies.transmissions import (
+from balance.remedies.counter_rotations.transmission_elements import mass_per_length
+from balance.remedies.counter_rotations.transmissions import (
     apply_parallelogram_transmission,
     apply_planetary_transmission,
 )
+from balance.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws
 from kinematics.model_gallery import as_linkage
 from kinematics.urdf_elements.element import Document

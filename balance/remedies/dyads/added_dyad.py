@@ -2,8 +2,8 @@
 
 Known geometries are tried first: a loop of four hinges repeated, reflected, and loops that are
 balanced by themselves. Then walks from random geometries search for others, see
-`balance.remedies.dyad_search`. Whether masses can be built is decided for each geometry by
-`balance.feasible`; those that have some are judged as every remedy.
+`balance.remedies.dyads.dyad_search`. Whether masses can be built is decided for each geometry
+by `balance.feasible`; those that have some are judged as every remedy.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from balance.designs.feasibility import feasible
 from balance.remedies.applied import AppliedRemedy, refused
-from balance.remedies.dyad_geometry import Dyad, convert_numbers, dyad_document
-from balance.remedies.dyad_search import AngleRelations, DyadWalk, walk
-from balance.remedies.dyad_seeds import DyadSeed, dyad_seeds, hinges_of, sides_of
+from balance.remedies.dyads.dyad_geometry import Dyad, convert_numbers, dyad_document
+from balance.remedies.dyads.dyad_search import AngleRelations, DyadWalk, walk
+from balance.remedies.dyads.dyad_seeds import DyadSeed, dyad_seeds, hinges_of, sides_of
 from balance.remedies.judge import judge
 from balance.remedies.request import RemedyRequest
 from balance.remedies.variant import Variant

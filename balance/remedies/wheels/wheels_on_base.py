@@ -19,7 +19,7 @@ from balance.remedies.applied import AppliedRemedy, RemedyVerdict, inertia_ratio
 from balance.remedies.momentum_along import Momentum, momentum_along
 from balance.remedies.request import RemedyRequest, input_inertia
 from balance.remedies.variant import append_elements, free_name, names_taken
-from balance.remedies.varying_ratio import integrate
+from balance.remedies.wheels.varying_ratio import integrate
 from balance.spaces.compute_space import design_space
 from balance.tolerances import SHAKING_RELATIVE
 from balance.verification.to_pinocchio import verify

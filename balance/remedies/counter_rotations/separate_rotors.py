@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from balance.remedies.applied import AppliedRemedy, refused
-from balance.remedies.counter_rotors import has_fixed_axis
-from balance.remedies.fewest_rotors import FewestRotors, RotorSet, fewest_rotors
+from balance.remedies.counter_rotations.counter_rotors import has_fixed_axis
+from balance.remedies.counter_rotations.fewest_rotors import (
+    FewestRotors,
+    RotorSet,
+    fewest_rotors,
+)
+from balance.remedies.counter_rotations.rotor_elements import RotorParts, RotorWriter
+from balance.remedies.counter_rotations.rotor_sets import check_rotor_certificate
 from balance.remedies.judge import judge
 from balance.remedies.request import RemedyRequest
-from balance.remedies.rotor_elements import RotorParts, RotorWriter
-from balance.remedies.rotor_sets import check_rotor_certificate
 from balance.remedies.variant import Variant, append_elements
 from kinematics.model.linkage import GROUND
 from kinematics.wording import count_noun

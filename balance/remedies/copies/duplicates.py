@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from balance.remedies.applied import AppliedRemedy, refused
-from balance.remedies.copy_elements import Copied, copy_linkage
-from balance.remedies.judge import judge, verify_file
-from balance.remedies.request import RemedyRequest
-from balance.remedies.symmetric_copies import (
+from balance.remedies.copies.copy_elements import Copied, copy_linkage
+from balance.remedies.copies.symmetric_copies import (
     Copy,
     four_group,
     half_turn_in_plane,
     place_of,
     single_copies,
 )
+from balance.remedies.judge import judge, verify_file
+from balance.remedies.request import RemedyRequest
 from balance.remedies.variant import Variant
 from kinematics.errors import LinkageError
 from kinematics.formats.robot_files import read_files
@@ -30,8 +30,8 @@ def apply_duplicates(request: RemedyRequest) -> Iterator[AppliedRemedy]:
 
     One copy is tried where the momenta of the linkage allow it, else there are three, turned by
     π about perpendicular axes, which balance any linkage; see
-    `balance.remedies.symmetric_copies`. The copies have the masses of the file. Their inputs
-    mimic those of the linkage; their other joints follow by their loops and relations.
+    `balance.remedies.copies.symmetric_copies`. The copies have the masses of the file. Their
+    inputs mimic those of the linkage; their other joints follow by their loops and relations.
 
     For dynamic balance of a planar linkage that needs three copies, one copy turned by π about
     an axis in its plane cancels the moment, and counterweights on both cancel the force: this

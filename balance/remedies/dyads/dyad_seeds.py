@@ -28,7 +28,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.remedies.dyad_geometry import Dyad, DyadSide, segments_of
+from balance.remedies.dyads.dyad_geometry import Dyad, DyadSide, segments_of
 from kinematics.model.linkage import GROUND, Linkage
 
 __all__ = ["DyadSeed", "Hinge", "dyad_seeds", "hinges_of", "sides_of"]
@@ -64,7 +64,7 @@ class DyadSeed:
 
     Attributes:
         dyad: the dyad.
-        numbers: its numbers; see `balance.remedies.dyad_geometry`.
+        numbers: its numbers; see `balance.remedies.dyads.dyad_geometry`.
         words: what it is.
     """
 

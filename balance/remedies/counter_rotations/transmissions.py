@@ -9,17 +9,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from balance.remedies.applied import AppliedRemedy, refused
-from balance.remedies.counter_rotors import link_rotor_conditions
-from balance.remedies.fewest_rotors import FewestRotors, RotorSet, fewest_of
-from balance.remedies.judge import judge
-from balance.remedies.request import RemedyRequest
-from balance.remedies.separate_rotors import rotor_details, unusable, without_rotors
-from balance.remedies.transmission_elements import (
+from balance.remedies.counter_rotations.counter_rotors import link_rotor_conditions
+from balance.remedies.counter_rotations.fewest_rotors import FewestRotors, RotorSet, fewest_of
+from balance.remedies.counter_rotations.separate_rotors import (
+    rotor_details,
+    unusable,
+    without_rotors,
+)
+from balance.remedies.counter_rotations.transmission_elements import (
     Transmission,
     TransmissionWriter,
     chain_to_ground,
     mass_per_length,
 )
+from balance.remedies.judge import judge
+from balance.remedies.request import RemedyRequest
 from balance.remedies.variant import Variant, append_elements
 from kinematics.wording import count_noun
 
@@ -32,7 +36,7 @@ def apply_planetary_transmission(request: RemedyRequest) -> Iterator[AppliedReme
     A wheel coaxial with each joint on the way from a link to the ground turns with that link,
     by belts or gears along the links between; the rotor turns -N times for one turn of the
     link, N being ``request.gear``. Wheels have masses of their own; see
-    `balance.remedies.transmission_elements`.
+    `balance.remedies.counter_rotations.transmission_elements`.
 
     Args:
         request: the request.
@@ -50,7 +54,7 @@ def apply_parallelogram_transmission(request: RemedyRequest) -> Iterator[Applied
     An idler coaxial with each joint on the way from a link to the ground keeps parallel to
     that link by a bar along each link between, which closes a loop; the rotor turns -N times
     for one turn of the idler on the ground, N being ``request.gear``. Idlers and bars have
-    masses of their own; see `balance.remedies.transmission_elements`.
+    masses of their own; see `balance.remedies.counter_rotations.transmission_elements`.
 
     Args:
         request: the request.

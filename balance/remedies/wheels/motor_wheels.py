@@ -12,8 +12,8 @@ from balance.remedies.applied import AppliedRemedy
 from balance.remedies.judge import MOTIONS
 from balance.remedies.momentum_along import Momentum, momentum_along
 from balance.remedies.request import RemedyRequest
-from balance.remedies.varying_ratio import table_bytes
-from balance.remedies.wheels_on_base import (
+from balance.remedies.wheels.varying_ratio import table_bytes
+from balance.remedies.wheels.wheels_on_base import (
     ForceBalanced,
     NoWheel,
     Wheel,

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from balance.remedies.applied import AppliedRemedy, refused
-from balance.remedies.geared_wheel import build_geared_wheel
-from balance.remedies.motor_wheels import build_motor_wheels
 from balance.remedies.request import RemedyRequest
-from balance.remedies.wheels_on_base import NoWheel
+from balance.remedies.wheels.geared_wheel import build_geared_wheel
+from balance.remedies.wheels.motor_wheels import build_motor_wheels
+from balance.remedies.wheels.wheels_on_base import NoWheel
 from kinematics.errors import LinkageError
 
 __all__ = ["apply_active_wheel", "apply_passive_wheel"]
@@ -23,7 +23,7 @@ def apply_passive_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a planar linkage of one freedom by a wheel that its crank drives.
 
     The wheel's ratio to the crank varies: ``i(u) = -h(u) / J`` with the angular momentum h for
-    a unit rate of the crank; see `balance.remedies.geared_wheel.build_geared_wheel`.
+    a unit rate of the crank; see `balance.remedies.wheels.geared_wheel.build_geared_wheel`.
 
     Args:
         request: the request.
@@ -38,7 +38,7 @@ def apply_active_wheel(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     """Balance a linkage by a wheel with a motor of its own, or by three if it is spatial.
 
     Speed ``-h / J``, torque ``-ḣ`` and power ``h ḣ / J``; see
-    `balance.remedies.motor_wheels.build_motor_wheels`.
+    `balance.remedies.wheels.motor_wheels.build_motor_wheels`.
 
     Args:
         request: the request.

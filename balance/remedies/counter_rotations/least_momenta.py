@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from balance.added_masses.program import IDLE_MASS_PRICE
 from balance.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.designs.pseudo_inertia_cone import cone_of_columns
-from balance.remedies.counter_rotors import RotorConditions
-from balance.remedies.rotor_sets import rotor_basis
+from balance.remedies.counter_rotations.counter_rotors import RotorConditions
+from balance.remedies.counter_rotations.rotor_sets import rotor_basis
 
 __all__ = ["least_momenta"]
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from balance.added_masses.regions import Region, ball_region
 from balance.designs.mass_regions import joint_points
+from balance.remedies.counter_rotations.rotor_elements import RotorWriter
 from balance.remedies.request import RemedyRequest
-from balance.remedies.rotor_elements import RotorWriter
 from kinematics.model.chain import path
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.make_elements import inertial, joint, link, loop, origin

@@ -18,9 +18,13 @@ import numpy as np
 from balance.designs.feasibility import Verdict
 from balance.designs.pseudo_inertia_cone import given_parameters
 from balance.inertial_parameters.conversions import mass_properties
-from balance.remedies.counter_rotors import RotorConditions, rotor_conditions
-from balance.remedies.least_momenta import least_momenta
-from balance.remedies.rotor_sets import RotorCertificate, RotorDesign, decide_rotors
+from balance.remedies.counter_rotations.counter_rotors import RotorConditions, rotor_conditions
+from balance.remedies.counter_rotations.least_momenta import least_momenta
+from balance.remedies.counter_rotations.rotor_sets import (
+    RotorCertificate,
+    RotorDesign,
+    decide_rotors,
+)
 from balance.spaces.design_space import DesignSpace
 from kinematics.wording import count_noun, repr_lines
 
@@ -73,7 +77,7 @@ class FewestRotors:
         sets: all sets of that size, least sum of momenta first.
         minimal: all feasible sets that contain no smaller one; up to 12 candidates.
         certificates: proofs that exclude all other sets; see
-            `balance.remedies.rotor_sets.check_rotor_certificate`.
+            `balance.remedies.counter_rotations.rotor_sets.check_rotor_certificate`.
         conditions: the conditions that they are about.
         words: the verdict in one line.
     """
@@ -100,7 +104,8 @@ def fewest_rotors(
     A counter-rotor on joint j adds the momentum ``-J n q̇_j``, ``J ≥ 0``, and its mass belongs
     to its carrier. A set of joints is feasible if masses ``P_b ≻ 0`` of all bodies and momenta
     balance the linkage. Candidates are the revolute joints of
-    `balance.remedies.counter_rotors.candidate_joints`; up to 12, all their sets are decided.
+    `balance.remedies.counter_rotations.counter_rotors.candidate_joints`; up to 12, all their
+    sets are decided.
 
     Args:
         space: the design space of the linkage, for dynamic balance.

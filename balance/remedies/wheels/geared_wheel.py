@@ -12,8 +12,13 @@ from balance.remedies.applied import AppliedRemedy, inertia_ratio
 from balance.remedies.judge import MOTIONS
 from balance.remedies.momentum_along import momentum_along
 from balance.remedies.request import RemedyRequest
-from balance.remedies.varying_ratio import PitchCurves, VaryingRatio, integrate, table_bytes
-from balance.remedies.wheels_on_base import (
+from balance.remedies.wheels.varying_ratio import (
+    PitchCurves,
+    VaryingRatio,
+    integrate,
+    table_bytes,
+)
+from balance.remedies.wheels.wheels_on_base import (
     NoWheel,
     Wheel,
     balance_force,
@@ -52,8 +57,8 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     the request, so that the mean of ``|i|`` is N, and a full turn turns the wheel by N turns if
     the ratio keeps its sign. The wheel is a thin ring of the rotor radius ρ, of mass
     ``J / ρ²``, its centre ``2 ρ`` from the axis of the crank. Gears there have the pitch curves
-    of `balance.remedies.varying_ratio`, if the crank turns on the base and the ratio keeps its
-    sign; otherwise a cam moves the wheel. The crank feels ``J i²`` besides the linkage.
+    of `balance.remedies.wheels.varying_ratio`, if the crank turns on the base and the ratio
+    keeps its sign; otherwise a cam moves the wheel. The crank feels ``J i²`` besides the linkage.
 
     The wheel is an input of its own in the file, which is verified along random motions, and
     over the table unless that passes a singular pose, where round-off is amplified.

@@ -1,7 +1,7 @@
 """Decide whether counter-rotors on a set of joints make a linkage feasible.
 
-With the conditions ``A z + Σ_j J_j c_j = 0`` of `balance.remedies.counter_rotors`, a set S of
-joints is feasible if some z and ``J_j ≥ 0``, j in S, fulfil them with ``P_b(z) ≻ 0`` for all
+With the conditions ``A z + Σ_j J_j c_j = 0`` of
+`balance.remedies.counter_rotations.counter_rotors`, a set S of joints is feasible if some z and ``J_j ≥ 0``, j in S, fulfil them with ``P_b(z) ≻ 0`` for all
 bodies. It is infeasible if and only if there are weights w of the conditions with
 
     Aᵀ w ≙ Z,    Z_b ⪰ 0, not all zero,    w·c_j ≥ 0 for every j in S,
@@ -25,7 +25,7 @@ from balance.designs.clarabel_adapter import ConstraintBlock, solve_conic
 from balance.designs.constraints import Program
 from balance.designs.feasibility import least_traces
 from balance.designs.pseudo_inertia_cone import Cone, cone_of_columns
-from balance.remedies.counter_rotors import RotorConditions
+from balance.remedies.counter_rotations.counter_rotors import RotorConditions
 from balance.tolerances import (
     CERTIFICATE_MARGIN,
     DESIGN_RESIDUAL,

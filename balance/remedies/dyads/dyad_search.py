@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.momentum.regressor import RegressorSeries
-from balance.remedies.dyad_geometry import Dyad, dyad_screws, segments_of
+from balance.remedies.dyads.dyad_geometry import Dyad, dyad_screws, segments_of
 from balance.spaces.condition_gradients import ConditionGradients
 from balance.spaces.distance_to_rank_drop import spanning_rays
 from kinematics.closure.series import Series, expand
@@ -79,7 +79,7 @@ class AngleRelations:
         """Compute Ω (rows, bodies) at a geometry of the dyad.
 
         Args:
-            numbers: the numbers of the dyad; see `balance.remedies.dyad_geometry`.
+            numbers: the numbers of the dyad; see `balance.remedies.dyads.dyad_geometry`.
         """
         chain, series = self._expand(numbers)
         X = RegressorSeries(chain, series, False).rows(ORDER)[:, :, :, 0, 3::4]

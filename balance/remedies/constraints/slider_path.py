@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from balance.remedies.applied import AppliedRemedy, inertia_ratio, refused
+from balance.remedies.constraints.reactionless_path import ReactionlessPath, reactionless_path
 from balance.remedies.judge import judge
-from balance.remedies.reactionless_path import ReactionlessPath, reactionless_path
 from balance.remedies.request import RemedyRequest, input_inertia
 from balance.remedies.variant import Variant
 from balance.tolerances import SHAKING_RELATIVE

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from balance.designs.feasibility import feasible
 from balance.remedies.applied import AppliedRemedy, refused
+from balance.remedies.constraints.relation_candidates import LARGEST
+from balance.remedies.constraints.relation_search import InputRelation, search_relations
+from balance.remedies.constraints.relation_words import inertia_needs, turning_ratios
 from balance.remedies.judge import judge, verify_file
-from balance.remedies.relation_candidates import LARGEST
-from balance.remedies.relation_search import InputRelation, search_relations
-from balance.remedies.relation_words import inertia_needs, turning_ratios
 from balance.remedies.request import RemedyRequest
 from balance.remedies.variant import Variant
 from kinematics.urdf.edit_xml import Splice, Text

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from balance.remedies.symmetric_copies import Copy
+from balance.remedies.copies.symmetric_copies import Copy
 from balance.remedies.variant import append_elements, free_name
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Document, Element

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.designs.feasibility import feasible
-from balance.remedies.relation_candidates import Candidate, candidates
+from balance.remedies.constraints.relation_candidates import Candidate, candidates
 from balance.remedies.request import RemedyRequest
 from balance.spaces.compute_space import design_space
 from balance.spaces.design_space import DesignSpace

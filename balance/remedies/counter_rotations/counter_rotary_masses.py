@@ -10,17 +10,21 @@ from numpy.typing import NDArray
 from balance.added_masses.counterweights import counterweights
 from balance.certification.certify_space import certify
 from balance.remedies.applied import AppliedRemedy, refused
-from balance.remedies.fewest_rotors import FewestRotors, RotorSet, fewest_rotors
-from balance.remedies.judge import judge
-from balance.remedies.request import RemedyRequest
-from balance.remedies.rotor_elements import RotorWriter
-from balance.remedies.separate_rotors import (
+from balance.remedies.counter_rotations.fewest_rotors import (
+    FewestRotors,
+    RotorSet,
+    fewest_rotors,
+)
+from balance.remedies.counter_rotations.rotor_elements import RotorWriter
+from balance.remedies.counter_rotations.separate_rotors import (
     MOST_SETS,
     rotor_details,
     rotor_variant,
     unusable,
     without_rotors,
 )
+from balance.remedies.judge import judge
+from balance.remedies.request import RemedyRequest
 from balance.remedies.variant import Variant
 from balance.spaces.compute_space import design_space
 from kinematics.wording import count_noun

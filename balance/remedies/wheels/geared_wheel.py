@@ -58,7 +58,8 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     the ratio keeps its sign. The wheel is a thin ring of the rotor radius ρ, of mass
     ``J / ρ²``, its centre ``2 ρ`` from the axis of the crank. Gears there have the pitch curves
     of `balance.remedies.wheels.varying_ratio`, if the crank turns on the base and the ratio
-    keeps its sign; otherwise a cam moves the wheel. The crank feels ``J i²`` besides the linkage.
+    keeps its sign; otherwise a cam moves the wheel. The crank feels ``J i²`` besides the
+    linkage.
 
     The wheel is an input of its own in the file, which is verified along random motions, and
     over the table unless that passes a singular pose, where round-off is amplified.

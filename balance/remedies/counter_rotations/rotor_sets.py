@@ -2,7 +2,8 @@
 
 With the conditions ``A z + Σ_j J_j c_j = 0`` of
 `balance.remedies.counter_rotations.counter_rotors`, a set S of joints is feasible if some z and
-``J_j ≥ 0``, j in S, fulfil them with ``P_b(z) ≻ 0`` for all bodies. It is infeasible if and only if there are weights w of the conditions with
+``J_j ≥ 0``, j in S, fulfil them with ``P_b(z) ≻ 0`` for all bodies. It is infeasible if and
+only if there are weights w of the conditions with
 
     Aᵀ w ≙ Z,    Z_b ⪰ 0, not all zero,    w·c_j ≥ 0 for every j in S,
 

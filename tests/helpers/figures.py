@@ -130,3 +130,11 @@ DESIGNS = {
     "four_bar_antiparallelogram_balanced": "four_bar_antiparallelogram",
     "four_bar_kite_balanced": "four_bar_kite",
 }
+
+# Rows, as words, for which the masses of the file are balanced.
+BALANCED = {
+    "double_pendulum_counter_rotary", "double_pendulum_duplicates",
+    "four_bar_added_antiparallelogram", "four_bar_added_slider_crank",
+    "principal_vector_linkage-u1=-u3-u2=-u3", "principal_vector_linkage_slider",
+    "three_four_bars_platform", "three_rsr-spatial-u2=u3", "zero_reaction_arm-u3=-12*u1-4*u2",
+}  # fmt: skip

@@ -35,7 +35,8 @@ __all__ = [
     "SHORT_CONVERGENCE_RADIUS", "SINGULAR_VALUE_ROUND_OFF", "SOLUTIONS_EQUAL",
     "SOLUTION_OUTSIDE", "SOLVER_INFEASIBILITY", "SOLVER_RESIDUAL", "SOLVER_RESIDUAL_FAST",
     "SPACES_EQUAL_SINE", "SQUARE_ROUND_OFF", "STATIONARY_INSIDE", "SWEEP_CLOSURE_RESIDUAL",
-    "SWEEP_PIVOT_CLEAR", "SWEEP_REGULAR", "TERMS_RANK", "TERM_ABSENT", "TETRAHEDRON_FLAT",
+    "SWEEP_PIVOT_CLEAR", "SWEEP_REGULAR", "SYNTHESIS_ANGLE_MET", "SYNTHESIS_CHORD_HORIZONTAL",
+    "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM", "SYNTHESIS_SINGULAR", "TERMS_RANK", "TERM_ABSENT", "TETRAHEDRON_FLAT",
     "TRANSFER_DIRECTION_EQUAL", "TRANSFER_ENTRY_ROUND_OFF", "UNIT_ROWS_DEPENDENT",
 ]  # fmt: skip
 
@@ -329,6 +330,20 @@ RATE_RESIDUAL_RELATIVE = 1e-6
 
 # Part of a line by which a pose may miss or pass its end.
 LINE_END_RELATIVE = 1e-9
+
+# --- synthesis
+
+# Lengths relative to the size of the positions, and 1 - e^(iφ), that count as zero: pivots on
+# a pole, positions that coincide, equations without a solution.
+SYNTHESIS_SINGULAR = 1e-9
+# Sine of the slope of a chord that counts as horizontal.
+SYNTHESIS_CHORD_HORIZONTAL = 1e-9
+# Sine of the angle between the links at which a parallelogram counts as flat.
+SYNTHESIS_LINK_FLAT = 1e-3
+# Angle error of a design on a zero contour, radians.
+SYNTHESIS_ANGLE_MET = 1e-10
+# Momentum of a synthesised mechanism, relative to the sum of that of its bodies.
+SYNTHESIS_MOMENTUM = 1e-10
 
 # --- report
 

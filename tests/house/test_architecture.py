@@ -41,7 +41,7 @@ balance.certification
 balance.designs balance.verification balance.taylor_poses
 balance.added_masses
 balance.partial_balance
-balance.remedies
+balance.remedies balance.synthesis
 balance.report
 balance.report.text
 balance.report.html

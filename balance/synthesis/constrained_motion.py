@@ -1,0 +1,111 @@
+"""The motion of a balanced pantograph through its positions, and what is wrong with it.
+
+The angle δ between the links goes at a constant rate, so that the motion is smooth; the first
+link follows from the integral of the momentum (`link_turn`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.synthesis.balanced_pantograph import ELBOW, SHOULDER, BalancedPantograph
+from balance.synthesis.momentum_integral import link_reverses, link_turn, link_turn_rate
+from balance.tolerances import SYNTHESIS_LINK_FLAT
+
+__all__ = ["Defect", "MotionTable", "constrained_motion", "list_defects", "motion_csv"]
+
+Array = NDArray[np.float64]
+
+SAMPLES = 241
+
+
+class MotionTable(NamedTuple):
+    """A motion of the inputs ``shoulder`` and ``elbow``, sampled over one second.
+
+    Attributes:
+        time: seconds (N,).
+        u: displacements from the first position (N, 2), radians.
+        ud: velocities.
+        udd: accelerations.
+    """
+
+    time: Array
+    u: Array
+    ud: Array
+    udd: Array
+
+
+class Defect(NamedTuple):
+    """A reason why a mechanism may not go from position to position as it should.
+
+    Attributes:
+        kind: ``"branch"``: the linkage passes a change point, where it may fold into another
+            branch; ``"circuit"``: positions lie on different circuits; ``"order"``: it passes
+            them in another order; ``"reversal"``: the first link reverses on the way.
+        words: where, in words.
+    """
+
+    kind: str
+    words: str
+
+
+def constrained_motion(pantograph: BalancedPantograph, samples: int = SAMPLES) -> MotionTable:
+    """Compute the motion without momentum through all positions of a pantograph.
+
+    Args:
+        pantograph: the pantograph.
+        samples: number of samples.
+    """
+    deltas = pantograph.deltas
+    forward = deltas[-1] >= deltas[0]
+    ends = (min(deltas), max(deltas)) if forward else (max(deltas), min(deltas))
+    time = np.linspace(0.0, 1.0, samples)
+    rate = ends[1] - ends[0]
+    delta = ends[0] + rate * time
+    inertias = pantograph.inertias
+    first = link_turn(delta, inertias) - link_turn(deltas[0], inertias)
+    slope, bend = link_turn_rate(delta, inertias)
+    flat = np.zeros(samples)
+    return MotionTable(
+        time,
+        np.column_stack([first, deltas[0] - delta]),
+        np.column_stack([slope * rate, flat - rate]),
+        np.column_stack([bend * rate**2, flat]),
+    )
+
+
+def motion_csv(table: MotionTable) -> bytes:
+    """Write a motion as a table for ``balance verify --csv``."""
+    rows = np.column_stack([table.time, table.u]).tolist()
+    lines = [f"time,{SHOULDER},{ELBOW}", *(",".join(map(repr, row)) for row in rows)]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def list_defects(pantograph: BalancedPantograph) -> tuple[Defect, ...]:
+    """List branch, order and reversal defects of the motion through all positions.
+
+    The parallelogram is flat, and may fold into an antiparallelogram, where δ is a multiple of
+    π. Between two such values the assembly, the sign of sin δ, cannot change, so all positions
+    are on one circuit.
+
+    Args:
+        pantograph: the pantograph.
+    """
+    found = []
+    deltas, turns = pantograph.deltas, pantograph.chain.link_turns
+    low = min(deltas) - SYNTHESIS_LINK_FLAT
+    flat = math.pi * math.ceil(low / math.pi)
+    if flat <= max(deltas) + SYNTHESIS_LINK_FLAT:
+        at = math.degrees(flat - deltas[0])
+        found.append(Defect("branch", f"the parallelogram is flat {at:+.1f}° of the elbow on"))
+    steps = np.diff(turns)
+    if steps.size > 1 and not (np.all(steps > 0.0) or np.all(steps < 0.0)):
+        found.append(Defect("order", "position 2 is not between positions 1 and 3"))
+    inertias = pantograph.inertias
+    if inertias.coupling and link_reverses(min(deltas), max(deltas), inertias).any():
+        found.append(Defect("reversal", "the first link reverses, where J2 + C cos δ = 0"))
+    return tuple(found)

@@ -6,9 +6,11 @@ import cmath
 import math
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cached_property
 
 import numpy as np
 
+from balance.synthesis.momentum_integral import link_turn
 from balance.synthesis.pantograph import (
     PantographMasses,
     ReducedInertias,
@@ -25,6 +27,8 @@ __all__ = ["ELBOW", "SHOULDER", "BalancedPantograph", "pantograph_urdf"]
 
 SHOULDER, ELBOW = "shoulder", "elbow"
 """Names of the input joints: first link on the base, second link on the first."""
+# Least sine of the angle between the links at the pose of the file, and how many are compared.
+REGULAR, POSES = 0.2, 101
 # Significant digits of lengths in the file, so that sums of two are exact doubles too.
 DIGITS = 14
 # Moments about axes in the plane, of the moment about its normal: of a body with some height.
@@ -92,9 +96,24 @@ class BalancedPantograph:
         """J1, J2 and C, kg m²."""
         return reduced_inertias(self.masses, self.chain.length, self.payload)
 
+    @cached_property
+    def pose(self) -> tuple[float, float]:
+        """Turns of both links from the first position to the pose of the file, radians.
+
+        Zero, unless the parallelogram is nearly flat at the first position: then the pose is the
+        one of the motion at which it is furthest from that.
+        """
+        if abs(math.sin(self.delta)) >= REGULAR:
+            return 0.0, 0.0
+        path = np.linspace(min(self.deltas), max(self.deltas), POSES)
+        best = float(path[np.argmax(np.abs(np.sin(path)))])
+        inertias = self.inertias
+        link = float(link_turn(best, inertias) - link_turn(self.delta, inertias))
+        return link, link - (best - self.delta)
+
 
 def pantograph_urdf(pantograph: BalancedPantograph, name: str = "pantograph") -> bytes:
-    """Write a pantograph as a URDF file at the first position, with its loop.
+    """Write a pantograph as a URDF file, with its loop, at `BalancedPantograph.pose`.
 
     Inputs are the joint ``shoulder`` at the fixed pivot and ``elbow`` at the moving one. The
     frame of the link ``tool`` is the position of the tool. Lengths are rounded to decimals
@@ -108,14 +127,16 @@ def pantograph_urdf(pantograph: BalancedPantograph, name: str = "pantograph") ->
         The bytes of the file.
     """
     chain, m = pantograph.chain, pantograph.masses
-    e1, e2 = (cmath.exp(1j * a) for a in (pantograph.first_angle, pantograph.second_angle))
+    first, second = pantograph.pose
+    e1 = cmath.exp(1j * (pantograph.first_angle + first))
+    e2 = cmath.exp(1j * (pantograph.second_angle + second))
     place = _Rounding(max(chain.length, m.l2, m.l3))
-    fixed, along = place(chain.fixed), place(chain.moving - chain.fixed)
+    fixed, along = place(chain.fixed), place(chain.length * e1)
     back, down = place(-m.l3 * e1), place(-m.l2 * e2)
     third = (back[0] - along[0], back[1] - along[1])
-    tool = place(chain.reach)
+    tool = place(chain.reach * cmath.exp(1j * second))
     links = [make_elements.link("base"), *_links(pantograph, e1, e2), make_elements.link("tool")]
-    yaw = number_words([0.0, 0.0, chain.positions[0].angle])
+    yaw = number_words([0.0, 0.0, chain.positions[0].angle + second])
     turned = Element("origin", {**_origin(tool).attributes, "rpy": yaw})
     joints = [
         _joint(SHOULDER, "base", "link1", fixed, True),

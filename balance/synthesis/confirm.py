@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
 from balance.spaces.compute_space import design_space
 from balance.synthesis.constrained_motion import MotionTable
@@ -45,21 +46,27 @@ class Confirmation(NamedTuple):
     reason: str
 
 
-def confirm_relation(urdf: bytes, relation: str | None) -> Confirmation:
+def confirm_relation(
+    urdf: bytes, relation: str | None, *, certified: bool = True
+) -> Confirmation:
     """Confirm that a mechanism is balanced while its inputs follow a relation.
 
     Args:
         urdf: the file.
         relation: between its inputs, as of ``--motion``; None if it has one degree of freedom,
             or is balanced in every motion.
+        certified: whether exact arithmetic certifies the design space. Not of special lengths:
+            in rounded digits they are no longer special.
     """
     try:
         linkage = _load(urdf)
-        space = certify(design_space(linkage, relation))
+        space = design_space(linkage, relation)
+        space = certify(space) if certified else space
         checked = verify(linkage, motion=relation, trajectories=MOTIONS)
     except LinkageError as error:
         return Confirmation(False, None, None, "", str(error))
-    words = f"{space.as_given.verdict}, {space.certainty.level}"
+    level = space.certainty.level if isinstance(space, CertifiedSpace) else "floating point"
+    words = f"{space.as_given.verdict}, {level}"
     return _judge(checked, space.as_given.balanced is True, words)
 
 

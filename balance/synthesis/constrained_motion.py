@@ -28,7 +28,7 @@ class MotionTable(NamedTuple):
 
     Attributes:
         time: seconds (N,).
-        u: displacements from the first position (N, 2), radians.
+        u: displacements from the pose of the file (N, 2), radians.
         ud: velocities.
         udd: accelerations.
     """
@@ -69,10 +69,11 @@ def constrained_motion(pantograph: BalancedPantograph, samples: int = SAMPLES) -
     inertias = pantograph.inertias
     first = link_turn(delta, inertias) - link_turn(deltas[0], inertias)
     slope, bend = link_turn_rate(delta, inertias)
+    link, tool = pantograph.pose
     flat = np.zeros(samples)
     return MotionTable(
         time,
-        np.column_stack([first, deltas[0] - delta]),
+        np.column_stack([first - link, deltas[0] - delta - (tool - link)]),
         np.column_stack([slope * rate, flat - rate]),
         np.column_stack([bend * rate**2, flat]),
     )

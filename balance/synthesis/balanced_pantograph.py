@@ -111,6 +111,19 @@ class BalancedPantograph:
         link = float(link_turn(best, inertias) - link_turn(self.delta, inertias))
         return link, link - (best - self.delta)
 
+    def outline(self, index: int) -> tuple[complex, ...]:
+        """Compute a line along the links: tool, link 2, links 3, 4 and 1, moving pivot.
+
+        Args:
+            index: of the position.
+        """
+        chain, m = self.chain, self.masses
+        e1 = cmath.exp(1j * (self.first_angle + chain.link_turns[index]))
+        e2 = cmath.exp(1j * (self.second_angle + chain.tool_turns[index]))
+        W, end = chain.fixed + chain.length * e1, chain.fixed - m.l3 * e1
+        tool = chain.positions[index].point
+        return tool, W, W - m.l2 * e2, end - m.l2 * e2, end, chain.fixed, W
+
 
 def pantograph_urdf(pantograph: BalancedPantograph, name: str = "pantograph") -> bytes:
     """Write a pantograph as a URDF file, with its loop, at `BalancedPantograph.pose`.

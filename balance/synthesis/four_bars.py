@@ -78,6 +78,16 @@ class FourBarDesign:
         found = {"crank_base": 0.0, "rocker_base": self.ratio, "crank_tip": A, "rocker_tip": B}
         return {name: complex(self.scale * z + self.fixed) for name, z in found.items()}
 
+    def outline(self, index: int) -> tuple[complex, ...]:
+        """Compute a line along the links: crank, coupler with the tool, rocker.
+
+        Args:
+            index: of the position.
+        """
+        at, tool = self.pivots(index), self.positions[index].point
+        A, B = at["crank_tip"], at["rocker_tip"]
+        return at["crank_base"], A, tool, B, A, B, at["rocker_base"]
+
     def tool_points(self, crank_angles: ArrayLike) -> Complex:
         """Compute the point of the tool for angles α of the crank."""
         start, tool = self.pivots(), self.positions[0].point

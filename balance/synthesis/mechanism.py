@@ -32,6 +32,7 @@ class SynthesizedMechanism:
         tool_turns: of the tool.
         position_error: largest distance of the tool from its positions, metres.
         path: of the tool (N,), metres, complex.
+        outlines: lines along the links at each position, with the tool, metres, complex.
         defects: branch, order and reversal defects of the motion.
         urdf: the file at the first position.
         relation: between its inputs, as of ``--motion``; None if they follow ``table``, or if it
@@ -47,6 +48,7 @@ class SynthesizedMechanism:
     tool_turns: tuple[float, ...]
     position_error: float
     path: NDArray[np.complex128]
+    outlines: tuple[tuple[complex, ...], ...]
     defects: tuple[Defect, ...]
     urdf: bytes
     relation: str | None

@@ -258,7 +258,8 @@ def _pantograph(pantograph: BalancedPantograph, relation: str | None) -> Synthes
     return SynthesizedMechanism(
         "pantograph", {"fixed": chain.fixed, "moving": chain.moving}, chain.link_turns,
         chain.tool_turns, chain.error, chain.tool_points(link + pose[0], link + elbow + pose[1]),
-        list_defects(pantograph), urdf, relation, motion if relation is None else None,
+        tuple(map(pantograph.outline, range(len(chain.positions)))), list_defects(pantograph),
+        urdf, relation, motion if relation is None else None,
         confirmation, numbers,
     )  # fmt: skip
 
@@ -295,6 +296,7 @@ def _four_bar(found: FourBarDesign) -> SynthesizedMechanism | None:
     return SynthesizedMechanism(
         found.kind, found.pivots(), tuple(angle - alpha[0] for angle in alpha),
         tuple(each.angle - first for each in found.positions), found.error,
-        found.tool_points(turns), found.defects, urdf, None, None,
+        found.tool_points(turns), tuple(map(found.outline, range(len(alpha)))), found.defects,
+        urdf, None, None,
         confirm_relation(urdf, None, certified=False), numbers,
     )  # fmt: skip

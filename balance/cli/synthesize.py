@@ -74,8 +74,9 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     pivot = parser.add_mutually_exclusive_group()
     pivot.add_argument(
-        "--fixed", type=_point, metavar="X,Y", help="pivot on the base, for two positions"
-    )
+        "--fixed", type=_point, metavar="X,Y",
+        help="pivot on the base, for two positions (--fixed=-0.1,0.2 if it begins with a minus)",
+    )  # fmt: skip
     pivot.add_argument(
         "--moving", type=_point, metavar="X,Y",
         help="pivot on the tool at the first position, for two positions",

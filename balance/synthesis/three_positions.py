@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.synthesis.angle_error import angle_residual, chain_angles
 from balance.synthesis.pantograph import PantographMasses
 from balance.synthesis.positions import Displacement, Position, displacements, size_of
+from balance.synthesis.zero_contour import ZeroContour, zero_contour
 from balance.tolerances import SYNTHESIS_ANGLE_MET
 
 __all__ = ["CrossingMap", "circle_centres", "crossing_map", "default_window"]
@@ -42,6 +43,7 @@ class CrossingMap:
         x: of the moving pivot at the first position (columns,), metres.
         y: of the moving pivot (rows,), metres.
         residuals: of the second and third position (2, rows, columns), radians.
+        contours: where each of them vanishes; points are x and y.
         moving: moving pivots of the designs (count,), complex.
         fixed: their fixed pivots (count,).
     """
@@ -49,6 +51,7 @@ class CrossingMap:
     x: Array
     y: Array
     residuals: Array
+    contours: tuple[ZeroContour, ZeroContour]
     moving: Complex
     fixed: Complex
 
@@ -103,14 +106,26 @@ def crossing_map(
         residuals[:, row] = _residuals(positions[0], steps, masses, x + 1j * height)
         if progress is not None:
             progress(row + 1, count)
-    start = _candidates(x, y, residuals)
+
+    def residual(W: Complex) -> Array:
+        return _residuals(positions[0], steps, masses, W)
+
     size = x[-1] - x[0]
-    found = _newton(lambda W: _residuals(positions[0], steps, masses, W), start, size)
+    found = _newton(residual, _candidates(x, y, residuals), size)
     inside = (abs(found.real - 0.5 * (x[0] + x[-1])) <= 0.6 * size) & (
         abs(found.imag - 0.5 * (y[0] + y[-1])) <= 0.6 * (y[-1] - y[0])
     )
     moving = _distinct(found[inside], APART * size)
-    return CrossingMap(x, y, residuals, moving, circle_centres(moving, steps))
+    second, third = (
+        zero_contour(
+            x, y, residuals[k], lambda x, y, k=k: residual(x + 1j * y)[k],  # type: ignore[misc]
+            SYNTHESIS_ANGLE_MET,
+        )
+        for k in (0, 1)
+    )  # fmt: skip
+    return CrossingMap(
+        x, y, residuals, (second, third), moving, circle_centres(moving, steps)
+    )
 
 
 def _residuals(

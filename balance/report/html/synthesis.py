@@ -102,13 +102,16 @@ def synthesis_picture(found: Synthesis, kind: str) -> bytes:
 def _draw_curve(ax: Any, curve: Curve) -> None:
     """Draw a curve with Matplotlib."""
     marks = {"marker": "o", "markersize": 4} if curve.style != "dash" else {}
-    style = {"line": "-", "dash": "--", "marks": ""}[curve.style]
+    style = {"line": "-", "dash": "--", "marks": "none"}[curve.style]
     if curve.style == "line" and not curve.joints:
         marks = {}
     ax.plot(
-        curve.points.real, curve.points.imag, style, color=curve.colour, label=curve.name or None,
-        linewidth=1.0 if curve.style == "dash" else 1.6, **marks,
+        curve.points.real, curve.points.imag, color=curve.colour, label=curve.name or None,
+        linestyle=style, linewidth=1.0 if curve.style == "dash" else 1.6, **marks,
     )  # fmt: skip
+    for z, text in zip(curve.points, curve.labels, strict=False):
+        ax.annotate(text, (z.real, z.imag), xytext=(4, 4), textcoords="offset points",
+                    color=curve.colour)  # fmt: skip
 
 
 def _draw_map(ax: Any, found: Synthesis) -> None:
@@ -165,12 +168,14 @@ def _map_figure(found: Synthesis) -> dict[str, Any]:
 def _trace(curve: Curve) -> dict[str, Any]:
     """Build the Plotly trace of a curve."""
     mode = "markers" if curve.style == "marks" else "lines+markers" if curve.joints else "lines"
+    texts = {"mode": f"{mode}+text", "text": list(curve.labels), "textposition": "top right"}
     return {
         "type": "scatter", "name": curve.name, "mode": mode, "showlegend": bool(curve.name),
         "x": short(curve.points.real), "y": short(curve.points.imag),
         "line": {"color": curve.colour, "dash": DASHES[curve.style],
                  "width": 1 if curve.style == "dash" else 2},
         "marker": {"color": curve.colour, "size": 8 if curve.style == "marks" else 6},
+        **(texts if curve.labels else {}),
     }  # fmt: skip
 
 

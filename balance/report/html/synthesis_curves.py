@@ -8,17 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.report.html.verification import COLOURS
 from balance.synthesis.construction import Construction
 from balance.synthesis.error_map import AngleErrorMap
 from balance.synthesis.mechanism import Synthesis
 from balance.synthesis.positions import Position
-from balance.synthesis.zero_contour import zero_contour
 
 __all__ = ["Curve", "limits", "map_curves", "mechanism_curves"]
 
 Complex = NDArray[np.complex128]
 
+COLOURS = ("#0b5fa5", "#b8520a", "#2e7d4f")
 INK, GREY, FAINT = "#1b1e22", "#8a9299", "#b9c2c9"
 # Points of a circle; margin of a drawing.
 CIRCLE, MARGIN = 121, 0.08
@@ -35,6 +34,7 @@ class Curve(NamedTuple):
         colour: of the line and its marks.
         style: ``"line"``, ``"dash"`` or ``"marks"``.
         joints: whether its points are marked.
+        labels: texts at its points; empty: none.
     """
 
     name: str
@@ -42,6 +42,7 @@ class Curve(NamedTuple):
     colour: str
     style: str = "line"
     joints: bool = False
+    labels: tuple[str, ...] = ()
 
 
 def mechanism_curves(found: Synthesis) -> list[Curve]:
@@ -100,12 +101,7 @@ def map_curves(found: Synthesis) -> list[Curve]:
             curves.append(Curve("designs for these masses", marks, COLOURS[1], "marks"))
         return curves
     curves = []
-    for k, residuals in enumerate(shown.residuals):
-        # Linear between grid lines: the designs were refined, the lines are to be seen.
-        near = np.where(np.abs(residuals) < 1.0, residuals, np.nan)
-        contour = zero_contour(
-            shown.x, shown.y, near, lambda x, y: np.zeros(np.shape(x)), np.inf
-        )
+    for k, contour in enumerate(shown.contours):
         line = _pieces(contour.points @ [1.0, 1.0j], contour.segments)
         curves.append(Curve(f"position {k + 2} is met", line, COLOURS[k], "line"))
     return [*curves, Curve("designs", shown.moving, INK, "marks")]
@@ -140,8 +136,9 @@ def _construction(drawn: Construction, size: float) -> list[Curve]:
     found = [Curve("construction", np.array(lines, dtype=np.complex128), GREY, "dash")]
     if circles:
         found.append(Curve("circles", np.array(circles, dtype=np.complex128), FAINT, "dash"))
-    return [*found, Curve("points of the construction", np.array([*drawn.points.values()]), GREY,
-                          "marks")]  # fmt: skip
+    points = np.array([*drawn.points.values()])
+    names = tuple(drawn.points)
+    return [*found, Curve("points of the construction", points, GREY, "marks", labels=names)]
 
 
 def _size(curves: list[Curve]) -> float:

@@ -60,6 +60,13 @@ What to build in where no masses balance:
 - ``RemedyComparison``: result of ``compare_remedies``
 - ``RotorSet``: one of the smallest sets
 
+Mechanisms that are balanced by design:
+
+- ``synthesize``: balanced mechanisms whose tool passes through two or three positions
+- ``PantographMasses``: lengths and masses of a pantograph
+- ``Synthesis``: result of ``synthesize``
+- ``SynthesizedMechanism``: one mechanism, its file and what confirms it
+
 Shaking in motion:
 
 - ``shaking``: shaking force and moment along a motion
@@ -148,6 +155,9 @@ if TYPE_CHECKING:
     from balance.spaces.design_space import DesignSpace
     from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
     from balance.spaces.save import SpaceRecord, load_space, save_space
+    from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
+    from balance.synthesis.pantograph import PantographMasses
+    from balance.synthesis.synthesize import synthesize
     from balance.transfers.by_joint import Transfer
     from balance.verification.result import Verification
     from balance.verification.shaking_wrench import shaking
@@ -173,6 +183,7 @@ __all__ = [
     "ManySpaces",
     "Meeting",
     "MomentumTaylor",
+    "PantographMasses",
     "ParetoFront",
     "PartialBalance",
     "Primitive",
@@ -182,6 +193,8 @@ __all__ = [
     "RotorSet",
     "ScrewLine",
     "SpaceRecord",
+    "Synthesis",
+    "SynthesizedMechanism",
     "Trajectory",
     "Transfer",
     "Verification",
@@ -213,6 +226,7 @@ __all__ = [
     "save_space",
     "screw_figure",
     "shaking",
+    "synthesize",
     "verify",
     "violations",
 ]
@@ -236,6 +250,7 @@ _HOMES = {
     "ManySpaces": "search.many_geometries",
     "Meeting": "momentum.momentum_lines",
     "MomentumTaylor": "momentum.momentum_taylor_series",
+    "PantographMasses": "synthesis.pantograph",
     "ParetoFront": "partial_balance.results",
     "PartialBalance": "partial_balance.results",
     "Primitive": "inertial_parameters.multipole",
@@ -245,6 +260,8 @@ _HOMES = {
     "RotorSet": "remedies.counter_rotations.fewest_rotors",
     "ScrewLine": "momentum.momentum_lines",
     "SpaceRecord": "spaces.save",
+    "Synthesis": "synthesis.mechanism",
+    "SynthesizedMechanism": "synthesis.mechanism",
     "Trajectory": "verification.trajectory",
     "Transfer": "transfers.by_joint",
     "Verification": "verification.result",
@@ -276,6 +293,7 @@ _HOMES = {
     "save_space": "spaces.save",
     "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",
+    "synthesize": "synthesis.synthesize",
     "verify": "verification.to_pinocchio",
     "violations": "inertial_parameters.conversions",
 }

@@ -36,7 +36,8 @@ __all__ = [
     "SOLUTION_OUTSIDE", "SOLVER_INFEASIBILITY", "SOLVER_RESIDUAL", "SOLVER_RESIDUAL_FAST",
     "SPACES_EQUAL_SINE", "SQUARE_ROUND_OFF", "STATIONARY_INSIDE", "SWEEP_CLOSURE_RESIDUAL",
     "SWEEP_PIVOT_CLEAR", "SWEEP_REGULAR", "SYNTHESIS_ANGLE_MET", "SYNTHESIS_CHORD_HORIZONTAL",
-    "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM", "SYNTHESIS_SINGULAR", "TERMS_RANK", "TERM_ABSENT", "TETRAHEDRON_FLAT",
+    "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM", "SYNTHESIS_SINGULAR", "TERMS_RANK",
+    "TERM_ABSENT", "TETRAHEDRON_FLAT",
     "TRANSFER_DIRECTION_EQUAL", "TRANSFER_ENTRY_ROUND_OFF", "UNIT_ROWS_DEPENDENT",
 ]  # fmt: skip
 
@@ -338,8 +339,8 @@ LINE_END_RELATIVE = 1e-9
 SYNTHESIS_SINGULAR = 1e-9
 # Sine of the slope of a chord that counts as horizontal.
 SYNTHESIS_CHORD_HORIZONTAL = 1e-9
-# Sine of the angle between the links at which a parallelogram counts as flat.
-SYNTHESIS_LINK_FLAT = 1e-3
+# Angle between the links, radians, at which a parallelogram counts as flat: three degrees.
+SYNTHESIS_LINK_FLAT = 0.05
 # Angle error of a design on a zero contour, radians.
 SYNTHESIS_ANGLE_MET = 1e-10
 # Momentum of a synthesised mechanism, relative to the sum of that of its bodies.

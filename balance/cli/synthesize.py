@@ -25,16 +25,16 @@ def add_synthesize(verbs: Verbs) -> None:
     parser = verbs.add_parser(
         "synthesize",
         help="a balanced mechanism whose tool passes through positions",
-        description="Finds mechanisms that are balanced from the start and whose tool passes "
-        "through two or three positions in the plane, and confirms each as 'balance report' and "
-        "'balance verify' do. Exits with 0 if one is confirmed and has no defects, 1 if there "
-        "is none, 4 if none could be confirmed.",
+        description="Finds mechanisms that are balanced by design and whose tool passes through "
+        "two or three positions in the plane, and confirms each as 'balance report' and 'balance "
+        "verify' do. Exits with 0 if one is confirmed and has no defects, 1 if there is none, 4 "
+        "if none could be confirmed.",
     )
     parser.set_defaults(run=_run, refuse=parser.error)
     parser.add_argument(
         "--positions", type=_positions, required=True, metavar='"x,y,deg; …"',
-        help="two or three positions of the tool: metres, and degrees from the x-axis; it turns "
-        "by the difference of the angles as they are written",
+        help="two or three positions of the tool: metres, and degrees from the x-axis; it "
+        "turns by the difference of the angles as they are written",
     )  # fmt: skip
     _add_method_options(parser)
     parser.add_argument(
@@ -53,7 +53,9 @@ def add_synthesize(verbs: Verbs) -> None:
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(
-        "--force", action="store_true", help="let a file that is written replace one that is read"
+        "--force",
+        action="store_true",
+        help="let a file that is written replace one that is read",
     )
 
 
@@ -75,7 +77,7 @@ def _add_method_options(parser: argparse.ArgumentParser) -> None:
     pivot = parser.add_mutually_exclusive_group()
     pivot.add_argument(
         "--fixed", type=_point, metavar="X,Y",
-        help="pivot on the base, for two positions (--fixed=-0.1,0.2 if it begins with a minus)",
+        help="pivot on the base, for two positions (--fixed=-0.1,0.2 with a minus)",
     )  # fmt: skip
     pivot.add_argument(
         "--moving", type=_point, metavar="X,Y",

@@ -65,7 +65,9 @@ def chain_angles(
     payload = np.abs(reach) if masses.s5 is None else np.full(W.shape, masses.s5)
     with np.errstate(invalid="ignore", divide="ignore"):
         arms = [arm, *(step.move(W) - G for step in steps)]  # type: ignore[arg-type]
-        turns = [np.angle(after / before) for before, after in zip(arms, arms[1:], strict=False)]
+        turns = [
+            np.angle(after / before) for before, after in zip(arms, arms[1:], strict=False)
+        ]
     delta = np.angle(np.exp(1j * (np.angle(arm) - along)))
     inertias = reduced_inertias(masses, np.abs(arm), payload, s2, inertia_1)
     return ChainAngles(np.array(turns), delta, inertias)

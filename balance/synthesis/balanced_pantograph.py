@@ -100,8 +100,8 @@ class BalancedPantograph:
     def pose(self) -> tuple[float, float]:
         """Turns of both links from the first position to the pose of the file, radians.
 
-        Zero, unless the parallelogram is nearly flat at the first position: then the pose is the
-        one of the motion at which it is furthest from that.
+        Zero, unless the parallelogram is nearly flat at the first position: then the pose is
+        the one of the motion at which it is furthest from that.
         """
         if abs(math.sin(self.delta)) >= REGULAR:
             return 0.0, 0.0
@@ -148,7 +148,11 @@ def pantograph_urdf(pantograph: BalancedPantograph, name: str = "pantograph") ->
     back, down = place(-m.l3 * e1), place(-m.l2 * e2)
     third = (back[0] - along[0], back[1] - along[1])
     tool = place(chain.reach * cmath.exp(1j * second))
-    links = [make_elements.link("base"), *_links(pantograph, e1, e2), make_elements.link("tool")]
+    links = [
+        make_elements.link("base"),
+        *_links(pantograph, e1, e2),
+        make_elements.link("tool"),
+    ]
     yaw = number_words([0.0, 0.0, chain.positions[0].angle + second])
     turned = Element("origin", {**_origin(tool).attributes, "rpy": yaw})
     joints = [

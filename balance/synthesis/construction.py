@@ -1,9 +1,9 @@
 """Graphical construction of an RR chain through two positions, with ruler and compass.
 
 With the fixed pivot G chosen: the pole P is where the perpendicular bisectors of two points of
-the tool meet; the line through G and P, turned about P by ∓φ/2 and about G by ∓β/2, meets itself
-in W_1 and W_2. With the moving pivot chosen: G is where the perpendicular bisector of W_1 and W_2
-meets the line through W_1 at π/2 - β/2 to the chord.
+the tool meet; the line through G and P, turned about P by ∓φ/2 and about G by ∓β/2, meets
+itself in W_1 and W_2. With the moving pivot chosen: G is where the perpendicular bisector of
+W_1 and W_2 meets the line through W_1 at π/2 - β/2 to the chord.
 
 Source: G. Becht, MSc thesis, TU Delft, 2020, section 3.2 of chapter 3; its step 4 for a chosen
 moving pivot prints ``δ = π/2 - β`` between that line and the bisector; it is β/2.
@@ -85,7 +85,10 @@ def _from_fixed(chain: RRChain) -> Construction:
     phi, beta = chain.tool_turns[1], chain.link_turns[1]
     along = _unit(pole - fixed)
     about_pole, about_fixed = (
-        [(f"L{row}{k}", at, along * cmath.exp(0.5j * sign * turn)) for k, sign in ((1, -1), (2, 1))]
+        [
+            (f"L{row}{k}", at, along * cmath.exp(0.5j * sign * turn))
+            for k, sign in ((1, -1), (2, 1))
+        ]
         for row, at, turn in ((1, pole, phi), (2, fixed, beta))
     )
     ends = [_meet(a, b) for a, b in zip(about_pole, about_fixed, strict=True)]
@@ -127,9 +130,7 @@ def _unit(z: complex) -> complex:
     return z / abs(z)
 
 
-def _meet(
-    one: tuple[str, complex, complex], other: tuple[str, complex, complex]
-) -> complex:
+def _meet(one: tuple[str, complex, complex], other: tuple[str, complex, complex]) -> complex:
     """Intersect two lines."""
     (first, a, u), (second, b, v) = one, other
     area = (u.conjugate() * v).imag

@@ -8,7 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.synthesis.angle_error import angle_error, angle_residual, chain_angles
+from balance.synthesis.angle_error import (
+    ChainAngles,
+    angle_error,
+    angle_residual,
+    chain_angles,
+)
 from balance.synthesis.pantograph import PantographMasses
 from balance.synthesis.pivot_line import PivotLine
 from balance.synthesis.positions import Position
@@ -103,7 +108,9 @@ def offsets_without_error(
 
     tau = np.linspace(low, high, SCAN)
     values = angles(tau)
-    (at,) = np.nonzero(np.isfinite(values[:-1] * values[1:]) & (values[:-1] * values[1:] <= 0.0))
+    (at,) = np.nonzero(
+        np.isfinite(values[:-1] * values[1:]) & (values[:-1] * values[1:] <= 0.0)
+    )
     step = tau[1] - tau[0]
     roots = tau[at] + step * refine_roots(lambda s: angles(tau[at] + step * s), len(at))
     good = np.abs(angles(roots)) <= SYNTHESIS_ANGLE_MET
@@ -113,7 +120,7 @@ def offsets_without_error(
 def _angles(
     positions: Sequence[Position], line: PivotLine, masses: PantographMasses, tau: Array,
     ratios: Array, s2: float | None,
-):  # fmt: skip
+) -> ChainAngles:  # fmt: skip
     """Compute the angles of the chains for offsets and ratios of one shape."""
     return chain_angles(
         positions[0], (line.step,), *line.pivots(tau), masses, ratios * masses.inertia_2, s2

@@ -66,7 +66,9 @@ def four_bar_urdf(found: FourBarDesign) -> bytes:
     return element_text(make_elements.robot(found.kind, parts)).encode()
 
 
-def _joint(name: str, parent: str, child: str, at: complex, independent: bool = False) -> Element:
+def _joint(
+    name: str, parent: str, child: str, at: complex, independent: bool = False
+) -> Element:
     """Make a revolute joint about the normal of the plane."""
     return make_elements.joint(
         name, "continuous", parent, child, _origin(at), ("0 0 1", ""), independent=independent

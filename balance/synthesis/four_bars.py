@@ -6,11 +6,11 @@ the tip B of the rocker is the mirror image in the line from A to r of
 
     kite: 0           antiparallelogram: A + r
 
-The turn of the coupler depends on α alone. For a ratio r and a first angle α_1 the turns φ_i give
-the other angles α_i, and so the poles p_i of the displacements of the coupler in these units. A
-similarity ``z → s z + t`` brings poles to poles: for three positions s and t follow from two
-poles, for two from one pole and a chosen pivot. So there is a design for every r and α_1 for
-which all φ_i can be had, and the best of a grid is taken.
+The turn of the coupler depends on α alone. For a ratio r and a first angle α_1 the turns φ_i
+give the other angles α_i, and so the poles p_i of the displacements of the coupler in these
+units. A similarity ``z → s z + t`` brings poles to poles: for three positions s and t follow
+from two poles, for two from one pole and a chosen pivot. So there is a design for every r and
+α_1 for which all φ_i can be had, and the best of a grid is taken.
 
 Source: which four-bars can be balanced, R. Ricard, C. Gosselin, 2000; B. Moore, PhD thesis,
 Linz, 2009. The method of G. Becht, MSc thesis, TU Delft, 2020, does not find them.
@@ -75,8 +75,11 @@ class FourBarDesign:
             index: of the position.
         """
         A, B = place_four_bar(self.kind, self.ratio, self.crank_angles[index])
-        found = {"crank_base": 0.0, "rocker_base": self.ratio, "crank_tip": A, "rocker_tip": B}
-        return {name: complex(self.scale * z + self.fixed) for name, z in found.items()}
+        found = {
+            "crank_base": 0j, "rocker_base": complex(self.ratio), "crank_tip": complex(A),
+            "rocker_tip": complex(B),
+        }  # fmt: skip
+        return {name: self.scale * z + self.fixed for name, z in found.items()}
 
     def outline(self, index: int) -> tuple[complex, ...]:
         """Compute a line along the links: crank, coupler with the tool, rocker.
@@ -94,9 +97,7 @@ class FourBarDesign:
         A, B = place_four_bar(self.kind, self.ratio, crank_angles)
         arm = start["rocker_tip"] - start["crank_tip"]
         turned = (B - A) * self.scale / arm
-        return np.asarray(
-            self.scale * A + self.fixed + turned * (tool - start["crank_tip"])
-        )
+        return np.asarray(self.scale * A + self.fixed + turned * (tool - start["crank_tip"]))
 
     @property
     def error(self) -> float:
@@ -167,7 +168,9 @@ def four_bars_through(
         for angles in _crank_angles(kind, ratio, steps)
     ]
     size = size_of(positions)
-    good = [each for each in found if 0.02 * size < abs(each.scale) and each.spread < 50.0 * size]
+    good = [
+        each for each in found if 0.02 * size < abs(each.scale) and each.spread < 50.0 * size
+    ]
     return tuple(sorted(good, key=lambda each: (len(each.defects), each.spread)))
 
 

@@ -55,8 +55,7 @@ def read_masses(path: str | PathLike[str]) -> PantographMasses:
     missing = [key for key in known if key not in found and key not in OPTIONAL]
     if missing:
         raise FileError(name, "", f"lacks {', '.join(missing)}", "give all masses and lengths")
-    masses = PantographMasses(
-        **{key: None if v is None else float(v) for key, v in {**OPTIONAL, **found}.items()}
-    )
+    numbers = {key: float(value) for key, value in found.items() if value is not None}
+    masses = PantographMasses(**{**OPTIONAL, **numbers})  # type: ignore[arg-type]
     masses.check()
     return masses

@@ -35,8 +35,8 @@ class SynthesizedMechanism:
         outlines: lines along the links at each position, with the tool, metres, complex.
         defects: branch, order and reversal defects of the motion.
         urdf: the file at the first position.
-        relation: between its inputs, as of ``--motion``; None if they follow ``table``, or if it
-            has one input.
+        relation: between its inputs, as of ``--motion``; None if they follow ``table``, or if
+            it has one input.
         table: motion of its inputs, in the nonlinear case.
         confirmation: what the core says of the file.
         numbers: lengths, masses and reduced inertias by name, SI units.

@@ -35,11 +35,11 @@ def link_turn(delta: ArrayLike, inertias: ReducedInertias) -> Array:
     """Compute θ1(δ), radians, with θ1(0) = 0; see the head of this module.
 
     Args:
-        delta: δ, radians; any shape.
+        delta: δ, radians; any shape, also in extended precision.
         inertias: J1, J2 and C of that shape, or numbers.
     """
     J1, J2, C = inertias
-    d = np.asarray(delta, dtype=np.float64)
+    d = np.asarray(delta)
     S = J1 + J2
     turns = np.round(d / TURN)
     half = np.tan(0.5 * (d - TURN * turns))
@@ -75,7 +75,10 @@ def delta_at_link_turn(start: ArrayLike, turn: ArrayLike, inertias: ReducedInert
     start, turn = np.asarray(start, dtype=np.float64), np.asarray(turn, dtype=np.float64)
     base = link_turn(start, inertias) + turn
     rising = (J2 + C * np.cos(start)) / np.where(turn < 0.0, -1.0, 1.0) > 0.0
-    near, far = start, start + np.where(rising, 1.0, -1.0) * _way(start, turn, rising, J1, J2, C)
+    near, far = (
+        start,
+        start + np.where(rising, 1.0, -1.0) * _way(start, turn, rising, J1, J2, C),
+    )
     below = link_turn(far, inertias) - base
     reached = below * (link_turn(near, inertias) - base) <= 0.0
     for _ in range(BISECTIONS):
@@ -90,7 +93,9 @@ def delta_at_link_turn(start: ArrayLike, turn: ArrayLike, inertias: ReducedInert
     return np.where(reached, delta, np.nan)
 
 
-def link_reverses(start: ArrayLike, end: ArrayLike, inertias: ReducedInertias) -> NDArray[np.bool_]:
+def link_reverses(
+    start: ArrayLike, end: ArrayLike, inertias: ReducedInertias
+) -> NDArray[np.bool_]:
     """Whether ``J2 + C cos δ`` vanishes between two values of δ.
 
     Args:

@@ -10,9 +10,10 @@ m1 is on link 1; m2 and m5, the payload, on link 2, which carries the tool; link
 to link 1, and link 4, with m6 at its end, to link 2. The force balances if both coefficients of
 the momentum vanish:
 
-    s1 m1 + l1 (m2 + m5) = l3 (m4 + m6) + (s3 - l1) m3        s2 m2 + s5 m5 = s4 m4 + l2 (m3 + m6)
+    s1 m1 + l1 (m2 + m5) = l3 (m4 + m6) + (s3 - l1) m3
+    s2 m2 + s5 m5 = s4 m4 + l2 (m3 + m6)
 
-Then the momentum is ``(J1 + C cos δ) θ̇1 + (J2 + C cos δ) θ̇2`` about any point, δ = θ1 - θ2, with
+Then the momentum is ``(J1 + C cos δ) θ̇1 + (J2 + C cos δ) θ̇2`` about any point, δ = θ1 - θ2:
 
     J1 = I1 + I3 + m1 s1² + (m2 + m5) l1² + m3 (l1 - s3)² + (m4 + m6) l3²
     J2 = I2 + I4 + I5 + m2 s2² + m5 s5² + m4 s4² + (m3 + m6) l2²
@@ -20,8 +21,8 @@ Then the momentum is ``(J1 + C cos δ) θ̇1 + (J2 + C cos δ) θ̇2`` about any
 
 s2 and s5 may be complex, in units of e2: centres of mass beside the line of link 2.
 
-Source: G. Becht, MSc thesis, TU Delft, 2020, chapter 3, Eqs. 3 to 8 and 19; m6 and the places of
-the masses are recovered from Eqs. 3, 4 and 19, of which Eq. 19 prints ``l1 - s3``.
+Source: G. Becht, MSc thesis, TU Delft, 2020, chapter 3, Eqs. 3 to 8 and 19; m6 and the places
+of the masses are recovered from Eqs. 3, 4 and 19, of which Eq. 19 prints ``l1 - s3``.
 """
 
 from __future__ import annotations
@@ -111,7 +112,7 @@ class ReducedInertias(NamedTuple):
 
 
 def first_centre(masses: PantographMasses, l1: ArrayLike) -> Array:
-    """Compute s1 of force balance, metres: ``(l3 (m4 + m6) + (s3 - l1) m3 - l1 (m2 + m5)) / m1``.
+    """Compute s1 of force balance, metres, from the first equation of this module.
 
     Args:
         masses: of the pantograph.
@@ -119,9 +120,7 @@ def first_centre(masses: PantographMasses, l1: ArrayLike) -> Array:
     """
     l1 = np.asarray(l1, dtype=np.float64)
     m = masses
-    return np.asarray(
-        (m.l3 * (m.m4 + m.m6) + (m.s3 - l1) * m.m3 - l1 * (m.m2 + m.m5)) / m.m1
-    )
+    return np.asarray((m.l3 * (m.m4 + m.m6) + (m.s3 - l1) * m.m3 - l1 * (m.m2 + m.m5)) / m.m1)
 
 
 def second_centre(masses: PantographMasses, s5: ArrayLike) -> NDArray[np.complex128]:
@@ -185,7 +184,9 @@ def default_masses(l1: float, reach: float) -> PantographMasses:
 
 
 def decouple(masses: PantographMasses, l1: float) -> PantographMasses:
-    """Move the centre of link 3 so that C vanishes: ``s3 = -(l1 + l3) (s4 m4 + l2 m6) / (l2 m3)``.
+    """Move the centre of link 3 so that C vanishes.
+
+    ``s3 = -(l1 + l3) (s4 m4 + l2 m6) / (l2 m3)``.
 
     Args:
         masses: of the pantograph; with s4 = 0 and m6 = 0 the source's special case s3 = 0.

@@ -78,7 +78,9 @@ class RRChain:
         """Angle θ1 of the first link at the first position, radians, inertial frame."""
         return cmath.phase(self.moving - self.fixed)
 
-    def tool_points(self, link_turns: ArrayLike, tool_turns: ArrayLike) -> NDArray[np.complex128]:
+    def tool_points(
+        self, link_turns: ArrayLike, tool_turns: ArrayLike
+    ) -> NDArray[np.complex128]:
         """Compute the point of the tool for turns of both links from the first position.
 
         Args:

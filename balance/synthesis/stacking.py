@@ -115,15 +115,17 @@ def _check(c: StackedChains) -> None:
             raise UsageError(f"stacked chains: {field} = {value:g} must be positive")
     for field in ("leg_angle", "plane_angle", "crank_angle"):
         sine = math.sin(getattr(c, field))
-        if abs(sine) < 0.05 or (field != "plane_angle" and getattr(c, field) > 0.5 * math.pi - 0.05):
+        if abs(sine) < 0.05 or (
+            field != "plane_angle" and getattr(c, field) > 0.5 * math.pi - 0.05
+        ):
             raise UsageError(f"stacked chains: {field} makes the mechanism flat")
 
 
 def _balance_dyad(length: float, mass: float, tip: float, inertia: float) -> _Dyad:
     """Place counter-masses so that two links that turn against each other have no momentum.
 
-    ``mass s2 + tip l = 0`` and ``mass s1 + (mass + tip) l = 0``; the moments about the base of the
-    first link and about the elbow of the second are equal: ``J1 = J2``.
+    ``mass s2 + tip l = 0`` and ``mass s1 + (mass + tip) l = 0``; the moments about the base of
+    the first link and about the elbow of the second are equal: ``J1 = J2``.
     """
     s2 = -tip * length / mass
     s1 = -(mass + tip) * length / mass
@@ -197,9 +199,7 @@ def _dyad_links(
     ]
 
 
-def _link(
-    name: str, mass: float, centre: Array, moment: float, axis: Array
-) -> Element:
+def _link(name: str, mass: float, centre: Array, moment: float, axis: Array) -> Element:
     """Make a link whose principal axis is that of its joints."""
     tensor = moment * (ACROSS * np.eye(3) + (1.0 - ACROSS) * np.outer(axis, axis))
     return make_elements.link(name, make_elements.inertial(mass, tensor, _origin(centre)))

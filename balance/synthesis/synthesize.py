@@ -7,16 +7,28 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from balance.synthesis.balanced_pantograph import ELBOW, SHOULDER, BalancedPantograph, pantograph_urdf
+from balance.synthesis.balanced_pantograph import (
+    ELBOW,
+    SHOULDER,
+    BalancedPantograph,
+    pantograph_urdf,
+)
 from balance.synthesis.confirm import confirm_along, confirm_relation
-from balance.synthesis.constrained_motion import constrained_motion, list_defects
+from balance.synthesis.constrained_motion import (
+    constrained_motion,
+    list_defects,
+    tabulated_motion,
+)
 from balance.synthesis.construction import construct_chain
 from balance.synthesis.error_map import angle_error_map
 from balance.synthesis.four_bar_masses import balanced_four_bar
 from balance.synthesis.four_bars import FOUR_BARS, FourBarDesign, four_bars_through
 from balance.synthesis.linear_pantograph import balance_chain
 from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
-from balance.synthesis.nonlinear_pantograph import through_three_positions, through_two_positions
+from balance.synthesis.nonlinear_pantograph import (
+    through_three_positions,
+    through_two_positions,
+)
 from balance.synthesis.pantograph import PantographMasses, default_masses
 from balance.synthesis.pivot_line import PivotLine, fixed_pivot_line, moving_pivot_line
 from balance.synthesis.positions import Position, check_positions, size_of
@@ -76,7 +88,9 @@ class SynthesisRequest:
         """
         chosen = (self.fixed is not None) + (self.moving is not None)
         if len(self.positions) == 2 and chosen != 1:
-            raise UsageError("two positions leave one pivot free: choose the fixed or the moving one")
+            raise UsageError(
+                "two positions leave one pivot free: choose the fixed or the moving one"
+            )
         if len(self.positions) == 3 and chosen:
             raise UsageError("three positions determine both pivots: choose none")
         if self.kind == "four-bar" and self.masses is not None:
@@ -103,8 +117,8 @@ def synthesize(
     """Find balanced mechanisms whose tool passes through two or three positions.
 
     Pantographs with links that turn in the ratio ``k = β/φ`` of the first link and the tool
-    (the linear case); pantographs with given masses, whose ratio varies (nonlinear); or kites and
-    antiparallelograms whose coupler is the tool. Every mechanism is written as URDF and
+    (the linear case); pantographs with given masses, whose ratio varies (nonlinear); or kites
+    and antiparallelograms whose coupler is the tool. Every mechanism is written as URDF and
     confirmed by the design space and by Pinocchio.
 
     Args:
@@ -131,7 +145,8 @@ def synthesize(
 
     Example:
         >>> import balance
-        >>> found = balance.synthesize([(0.3, 0.1, 0.2), (0.1, 0.4, -0.7)], -0.5, moving=0.2-0.1j)
+        >>> places = [(0.3, 0.1, 0.2), (0.1, 0.4, -0.7)]
+        >>> found = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
         >>> found.verdict
         'feasible'
     """
@@ -178,7 +193,7 @@ def _changes(request: SynthesisRequest, pantograph: BalancedPantograph) -> tuple
         return ("masses in proportion to the chain: links of 1 kg, a payload of 0.1 kg",)
     given, own = asdict(request.masses), asdict(pantograph.masses)
     return tuple(
-        f"{name} changed from {given[name]:.6g} to {own[name]:.6g}, so that C = 0 and k = -J2/J1"
+        f"{name} changed from {given[name]:.6g} to {own[name]:.6g}, so that C = 0, k = -J2/J1"
         for name in own
         if own[name] != given[name]
     )
@@ -191,8 +206,9 @@ def _nonlinear(request: SynthesisRequest) -> Synthesis:
     masses.check()
     if len(request.positions) == 3:
         window = request.window or default_window(request.positions)
+        x0, x1, y0, y1 = window
         designs, crossings = through_three_positions(
-            request.positions, masses, window, request.progress  # type: ignore[arg-type]
+            request.positions, masses, (x0, x1, y0, y1), request.progress
         )
         words = "moving pivots from ({0:.4g}, {2:.4g}) to ({1:.4g}, {3:.4g}) m were searched"
         return _choose(request, designs, crossings, words.format(*window))
@@ -225,7 +241,7 @@ def _choose(
 ) -> Synthesis:
     """Confirm the best designs: without defects, and with short first links."""
     ranked = sorted(designs, key=lambda one: (len(list_defects(one)), one.chain.length))
-    mechanisms = tuple(_pantograph(one, None) for one in ranked[:MOST])
+    mechanisms = tuple(_pantograph(one, None, not k) for k, one in enumerate(ranked[:MOST]))
     remarks = [words]
     if request.masses is None:
         remarks.append("masses in proportion to the positions: links of 1 kg, 1 kg at m6")
@@ -235,16 +251,18 @@ def _choose(
     )  # fmt: skip
 
 
-def _pantograph(pantograph: BalancedPantograph, relation: str | None) -> SynthesizedMechanism:
-    """Write and confirm a pantograph."""
+def _pantograph(
+    pantograph: BalancedPantograph, relation: str | None, best: bool = True
+) -> SynthesizedMechanism:
+    """Write and confirm a pantograph; the motion of the best one suits a table."""
     chain, urdf = pantograph.chain, pantograph_urdf(pantograph)
-    motion = constrained_motion(pantograph)
+    motion = (tabulated_motion if best and not relation else constrained_motion)(pantograph)
     if relation is None:
         confirmation = confirm_along(urdf, motion)
     else:
         confirmation = confirm_relation(urdf, relation)
-    link, elbow = motion.u.T
-    pose = pantograph.pose
+    first, second = motion.u.T
+    first, second = first + pantograph.pose[0], first + second + pantograph.pose[1]
     J1, J2, C = map(float, pantograph.inertias)
     numbers = {
         name: value for name, value in asdict(pantograph.masses).items() if value is not None
@@ -257,7 +275,7 @@ def _pantograph(pantograph: BalancedPantograph, relation: str | None) -> Synthes
     }  # fmt: skip
     return SynthesizedMechanism(
         "pantograph", {"fixed": chain.fixed, "moving": chain.moving}, chain.link_turns,
-        chain.tool_turns, chain.error, chain.tool_points(link + pose[0], link + elbow + pose[1]),
+        chain.tool_turns, chain.error, chain.tool_points(first, second),
         tuple(map(pantograph.outline, range(len(chain.positions)))), list_defects(pantograph),
         urdf, relation, motion if relation is None else None,
         confirmation, numbers,

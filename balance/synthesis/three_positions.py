@@ -26,7 +26,7 @@ __all__ = ["CrossingMap", "circle_centres", "crossing_map", "default_window"]
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# Half of the side of the window in which moving pivots are looked for, in sizes of the positions.
+# Half of the side of the window of moving pivots, in sizes of the positions.
 WINDOW = 2.0
 # Steps of Newton's method, and of its differences relative to the window.
 STEPS = 30
@@ -123,9 +123,7 @@ def crossing_map(
         )
         for k in (0, 1)
     )  # fmt: skip
-    return CrossingMap(
-        x, y, residuals, (second, third), moving, circle_centres(moving, steps)
-    )
+    return CrossingMap(x, y, residuals, (second, third), moving, circle_centres(moving, steps))
 
 
 def _residuals(
@@ -139,14 +137,16 @@ def _residuals(
 
 def _candidates(x: Array, y: Array, residuals: Array) -> Complex:
     """Find the middles of cells in which both residuals change their sign."""
-    corners = [residuals[:, j : j + len(y) - 1, i : i + len(x) - 1] for j in (0, 1) for i in (0, 1)]
+    corners = [
+        residuals[:, j : j + len(y) - 1, i : i + len(x) - 1] for j in (0, 1) for i in (0, 1)
+    ]
     low, high = np.minimum.reduce(corners), np.maximum.reduce(corners)
     j, i = np.nonzero(((low <= 0.0) & (high >= 0.0)).all(axis=0))
     return np.asarray(0.5 * (x[i] + x[i + 1]) + 0.5j * (y[j] + y[j + 1]))
 
 
 def _newton(function: Callable[[Complex], Array], start: Complex, size: float) -> Complex:
-    """Find zeros of two functions of the plane from many starts at once; those that converge."""
+    """Find zeros of two functions of the plane from many starts; those that converge."""
     W, h = start, DIFFERENCE * size
     best, least = W, np.full(W.shape, np.inf)
     with np.errstate(all="ignore"):

@@ -50,9 +50,9 @@ def zero_contour(
     x, y, v = (np.asarray(each, dtype=np.float64) for each in (x, y, values))
     across, up = _changes(v, 1), _changes(v, 0)
     j, i = np.nonzero(across)
-    l, k = np.nonzero(up)
-    start = np.concatenate([np.column_stack([x[i], y[j]]), np.column_stack([x[k], y[l]])])
-    end = np.concatenate([np.column_stack([x[i + 1], y[j]]), np.column_stack([x[k], y[l + 1]])])
+    m, k = np.nonzero(up)
+    start = np.concatenate([np.column_stack([x[i], y[j]]), np.column_stack([x[k], y[m]])])
+    end = np.concatenate([np.column_stack([x[i + 1], y[j]]), np.column_stack([x[k], y[m + 1]])])
     part = refine_roots(lambda s: function(*(start + s[:, None] * (end - start)).T), len(start))
     points = start + part[:, None] * (end - start)
     residuals = function(*points.T)
@@ -86,7 +86,9 @@ def refine_roots(function: Callable[[Array], Array], count: int) -> Array:
     before, root = low, high
     f0, f1 = function(before), function(root)
     for _ in range(NEWTON_STEPS):
-        slope = np.where(f1 == f0, np.inf, (f1 - f0) / np.where(root == before, 1.0, root - before))
+        slope = np.where(
+            f1 == f0, np.inf, (f1 - f0) / np.where(root == before, 1.0, root - before)
+        )
         step = np.clip(root - f1 / slope, 0.0, 1.0)
         f2 = function(step)
         better = np.abs(f2) < np.abs(f1)

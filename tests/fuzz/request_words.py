@@ -17,7 +17,18 @@ import kinematics
 from balance.cli.main import _parser
 from kinematics.errors import LinkageError
 
-__all__ = ["GOOD", "MASSES", "POSITIONS", "WITHOUT_MODEL", "WORDS", "Names", "Place", "names_of", "options", "parsers"]
+__all__ = [
+    "GOOD",
+    "MASSES",
+    "POSITIONS",
+    "WITHOUT_MODEL",
+    "WORDS",
+    "Names",
+    "Place",
+    "names_of",
+    "options",
+    "parsers",
+]
 
 NUMBERS = (
     "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 "
@@ -184,7 +195,9 @@ def _masses(rng: random.Random, place: Place) -> str:
         return str(place.folder / "none.json")
     found = dict(MASSES)
     if rng.random() < 0.3:
-        found[rng.choice((*MASSES, "s1", "ghost"))] = rng.choice((-1, 0, 1e300, "x", None, True))
+        found[rng.choice((*MASSES, "s1", "ghost"))] = rng.choice(
+            (-1, 0, 1e300, "x", None, True)
+        )
     path.write_text(json.dumps(found) if rng.random() < 0.95 else "{", encoding="utf-8")
     return str(path)
 

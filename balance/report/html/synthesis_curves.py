@@ -12,6 +12,7 @@ from balance.synthesis.construction import Construction
 from balance.synthesis.error_map import AngleErrorMap
 from balance.synthesis.mechanism import Synthesis
 from balance.synthesis.positions import Position
+from balance.synthesis.zero_contour import ZeroContour
 
 __all__ = ["Curve", "limits", "map_curves", "mechanism_curves"]
 
@@ -89,8 +90,7 @@ def map_curves(found: Synthesis) -> list[Curve]:
     shown = found.map
     assert shown is not None
     if isinstance(shown, AngleErrorMap):
-        contour = shown.contour.points @ [1.0, 1.0j]
-        line = _pieces(contour, shown.contour.segments)
+        line = _pieces(shown.contour)
         masses = found.mechanisms[0].numbers if found.mechanisms else {}
         curves = [Curve("no error", line, INK)]
         if masses.get("inertia_2"):
@@ -102,14 +102,14 @@ def map_curves(found: Synthesis) -> list[Curve]:
         return curves
     curves = []
     for k, contour in enumerate(shown.contours):
-        line = _pieces(contour.points @ [1.0, 1.0j], contour.segments)
+        line = _pieces(contour)
         curves.append(Curve(f"position {k + 2} is met", line, COLOURS[k], "line"))
     return [*curves, Curve("designs", shown.moving, INK, "marks")]
 
 
-def _pieces(points: Complex, segments: NDArray[np.int64]) -> Complex:
-    """Join pairs of points, with NaN between them."""
-    pairs = points[segments]
+def _pieces(contour: ZeroContour) -> Complex:
+    """Draw the segments of a contour, with NaN between them."""
+    pairs = (contour.points[:, 0] + 1j * contour.points[:, 1])[contour.segments]
     gaps = np.full((len(pairs), 1), np.nan + 0j)
     return np.concatenate([pairs, gaps], axis=1).ravel()
 

@@ -16,7 +16,11 @@ from test_pantograph import S2, TABLE
 
 from balance.synthesis.angle_error import angle_error, chain_angles
 from balance.synthesis.error_map import angle_error_map, offsets_without_error
-from balance.synthesis.momentum_integral import delta_at_link_turn, link_reverses, link_turn_rate
+from balance.synthesis.momentum_integral import (
+    delta_at_link_turn,
+    link_reverses,
+    link_turn_rate,
+)
 from balance.synthesis.pantograph import ReducedInertias, reduced_inertias
 from balance.synthesis.pivot_line import fixed_pivot_line, moving_pivot_line
 from balance.synthesis.positions import Position, displacements
@@ -115,7 +119,9 @@ def test_random_motions_without_momentum():
     reversals = 0
     for _ in range(60):
         J1, J2 = rng.uniform(0.2, 2.0, 2)
-        inertias = ReducedInertias(*map(np.asarray, (J1, J2, rng.uniform(-1, 1) * (J1 * J2) ** 0.5)))
+        inertias = ReducedInertias(
+            *map(np.asarray, (J1, J2, rng.uniform(-1, 1) * (J1 * J2) ** 0.5))
+        )
         delta, beta = rng.uniform(-math.pi, math.pi), rng.uniform(-2.0, 2.0)
         end = float(delta_at_link_turn(delta, beta, inertias))
         path = np.linspace(delta, delta + 2.0 * math.pi, 2000)

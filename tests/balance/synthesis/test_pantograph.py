@@ -41,7 +41,7 @@ A, B = Position(0.3, 0.1, 0.2), Position(0.1, 0.4, -0.7)
 
 
 def points(masses, l1, s1, s2, s5, e1, e2):
-    """Masses and places of [B] Fig. 2, recovered from Eqs. 3 and 4, and what each turns with."""
+    """Masses and places of [B] Fig. 2, recovered from Eqs. 3 and 4."""
     m = masses
     return [
         (m.m1, s1 * e1), (m.m2, l1 * e1 + s2 * e2), (m.m3, (l1 - m.s3) * e1 - m.l2 * e2),

@@ -16,9 +16,8 @@ from balance.synthesis.confirm import confirm_along
 from balance.synthesis.constrained_motion import constrained_motion, list_defects
 from balance.synthesis.nonlinear_pantograph import through_three_positions
 from balance.synthesis.pantograph import default_masses, reduced_inertias
-from balance.synthesis.positions import Position
+from balance.synthesis.positions import Position, displacements
 from balance.synthesis.three_positions import circle_centres, default_window
-from balance.synthesis.positions import displacements
 
 
 def random_triple(seed):

@@ -35,7 +35,7 @@ __all__ = [
     "SHORT_CONVERGENCE_RADIUS", "SINGULAR_VALUE_ROUND_OFF", "SOLUTIONS_EQUAL",
     "SOLUTION_OUTSIDE", "SOLVER_INFEASIBILITY", "SOLVER_RESIDUAL", "SOLVER_RESIDUAL_FAST",
     "SPACES_EQUAL_SINE", "SQUARE_ROUND_OFF", "STATIONARY_INSIDE", "SWEEP_CLOSURE_RESIDUAL",
-    "SWEEP_PIVOT_CLEAR", "SWEEP_REGULAR", "SYNTHESIS_ANGLE_MET", "SYNTHESIS_CHORD_HORIZONTAL",
+    "SWEEP_PIVOT_CLEAR", "SWEEP_REGULAR", "SYNTHESIS_ANGLE_MET",
     "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM", "SYNTHESIS_SINGULAR", "TERMS_RANK",
     "TERM_ABSENT", "TETRAHEDRON_FLAT",
     "TRANSFER_DIRECTION_EQUAL", "TRANSFER_ENTRY_ROUND_OFF", "UNIT_ROWS_DEPENDENT",
@@ -334,17 +334,12 @@ LINE_END_RELATIVE = 1e-9
 
 # --- synthesis
 
-# Lengths relative to the size of the positions, and 1 - e^(iφ), that count as zero: pivots on
-# a pole, positions that coincide, equations without a solution.
+# Lengths relative to the size of the positions, and 1 - e^(iφ) or a sine, that count as zero.
 SYNTHESIS_SINGULAR = 1e-9
-# Sine of the slope of a chord that counts as horizontal.
-SYNTHESIS_CHORD_HORIZONTAL = 1e-9
 # Angle between the links, radians, at which a parallelogram counts as flat: three degrees.
 SYNTHESIS_LINK_FLAT = 0.05
-# Angle error of a design on a zero contour, radians.
-SYNTHESIS_ANGLE_MET = 1e-10
-# Momentum of a synthesised mechanism, relative to the sum of that of its bodies.
-SYNTHESIS_MOMENTUM = 1e-10
+# Angle error of a design on a zero contour, radians; momentum left, relative to the bodies' own.
+SYNTHESIS_ANGLE_MET = SYNTHESIS_MOMENTUM = 1e-10
 
 # --- report
 

@@ -25,10 +25,10 @@ def add_synthesize(verbs: Verbs) -> None:
     parser = verbs.add_parser(
         "synthesize",
         help="a balanced mechanism whose tool passes through positions",
-        description="Finds mechanisms that are balanced by design and whose tool passes through "
-        "two or three positions in the plane, and confirms each as 'balance report' and 'balance "
-        "verify' do. Exits with 0 if one is confirmed and has no defects, 1 if there is none, 4 "
-        "if none could be confirmed.",
+        description="Finds mechanisms that are balanced by design and whose tool passes "
+        "through two or three positions in the plane, and confirms each as 'balance report' "
+        "and 'balance verify' do. Exits with 0 if one is confirmed and has no defects, 1 if "
+        "there is none, 4 if none could be confirmed.",
     )
     parser.set_defaults(run=_run, refuse=parser.error)
     parser.add_argument(

@@ -35,12 +35,12 @@ class ChainAngles(NamedTuple):
     Attributes:
         link_turns: β of the first link from each position to the next (steps, …), in ±π,
             radians.
-        delta: δ at the first position, in ±π, radians.
+        opening: δ at the first position, in ±π, radians.
         inertias: J1, J2 and C, kg m².
     """
 
     link_turns: Array
-    delta: Array
+    opening: Array
     inertias: ReducedInertias
 
 
@@ -68,9 +68,9 @@ def chain_angles(
         turns = [
             np.angle(after / before) for before, after in zip(arms, arms[1:], strict=False)
         ]
-    delta = np.angle(np.exp(1j * (np.angle(arm) - along)))
+    opening = np.angle(np.exp(1j * (np.angle(arm) - along)))
     inertias = reduced_inertias(masses, np.abs(arm), payload, s2, inertia_1)
-    return ChainAngles(np.array(turns), delta, inertias)
+    return ChainAngles(np.array(turns), opening, inertias)
 
 
 def angle_residual(angles: ChainAngles, steps: tuple[Displacement, ...]) -> Array:
@@ -81,10 +81,10 @@ def angle_residual(angles: ChainAngles, steps: tuple[Displacement, ...]) -> Arra
         steps: displacements from the first position.
     """
     beta = np.cumsum(angles.link_turns, axis=0)
-    start = link_turn(angles.delta, angles.inertias)
+    start = link_turn(angles.opening, angles.inertias)
     J1, J2, _ = angles.inertias
     found = [
-        (link_turn(angles.delta + turn - step.turn, angles.inertias) - start - turn)
+        (link_turn(angles.opening + turn - step.turn, angles.inertias) - start - turn)
         * ((J1 + J2) / J2)
         for turn, step in zip(beta, steps, strict=True)
     ]
@@ -103,6 +103,6 @@ def angle_error(angles: ChainAngles, steps: tuple[Displacement, ...]) -> Array:
     beta = np.cumsum(angles.link_turns, axis=0)
     found = []
     for turn, step in zip(beta, steps, strict=True):
-        end = delta_at_link_turn(angles.delta, turn, angles.inertias)
-        found.append(turn - (end - angles.delta) - step.turn)
+        end = delta_at_link_turn(angles.opening, turn, angles.inertias)
+        found.append(turn - (end - angles.opening) - step.turn)
     return np.array(found)

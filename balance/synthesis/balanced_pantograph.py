@@ -63,7 +63,7 @@ class BalancedPantograph:
         return along + self.link_angle
 
     @property
-    def delta(self) -> float:
+    def opening(self) -> float:
         """Angle ``δ = θ1 - θ2`` between the links at the first position, in ±π, radians."""
         return math.remainder(self.first_angle - self.second_angle, 2.0 * math.pi)
 
@@ -72,7 +72,7 @@ class BalancedPantograph:
         """The same at each position, continued from the first."""
         chain = self.chain
         pairs = zip(chain.link_turns, chain.tool_turns, strict=True)
-        return tuple(self.delta + link - tool for link, tool in pairs)
+        return tuple(self.opening + link - tool for link, tool in pairs)
 
     @property
     def payload(self) -> complex:
@@ -103,13 +103,13 @@ class BalancedPantograph:
         Zero, unless the parallelogram is nearly flat at the first position: then the pose is
         the one of the motion at which it is furthest from that.
         """
-        if abs(math.sin(self.delta)) >= REGULAR:
+        if abs(math.sin(self.opening)) >= REGULAR:
             return 0.0, 0.0
         path = np.linspace(min(self.deltas), max(self.deltas), POSES)
         best = float(path[np.argmax(np.abs(np.sin(path)))])
         inertias = self.inertias
-        link = float(link_turn(best, inertias) - link_turn(self.delta, inertias))
-        return link, link - (best - self.delta)
+        link = float(link_turn(best, inertias) - link_turn(self.opening, inertias))
+        return link, link - (best - self.opening)
 
     def outline(self, index: int) -> tuple[complex, ...]:
         """Compute a line along the links: tool, link 2, links 3, 4 and 1, moving pivot.

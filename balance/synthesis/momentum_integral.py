@@ -31,15 +31,15 @@ NEWTON_STEPS = 5
 TURN = 2.0 * np.pi
 
 
-def link_turn(delta: ArrayLike, inertias: ReducedInertias) -> Array:
+def link_turn(opening: ArrayLike, inertias: ReducedInertias) -> Array:
     """Compute θ1(δ), radians, with θ1(0) = 0; see the head of this module.
 
     Args:
-        delta: δ, radians; any shape, also in extended precision.
+        opening: δ, radians; any shape, also in extended precision.
         inertias: J1, J2 and C of that shape, or numbers.
     """
     J1, J2, C = inertias
-    d = np.asarray(delta)
+    d = np.asarray(opening)
     S = J1 + J2
     turns = np.round(d / TURN)
     half = np.tan(0.5 * (d - TURN * turns))
@@ -47,15 +47,15 @@ def link_turn(delta: ArrayLike, inertias: ReducedInertias) -> Array:
     return np.asarray(0.5 * d + (J2 - J1) / np.sqrt(S * S - 4.0 * C * C) * angle)
 
 
-def link_turn_rate(delta: ArrayLike, inertias: ReducedInertias) -> tuple[Array, Array]:
+def link_turn_rate(opening: ArrayLike, inertias: ReducedInertias) -> tuple[Array, Array]:
     """Compute the first two derivatives of θ1(δ).
 
     Args:
-        delta: δ, radians; any shape.
+        opening: δ, radians; any shape.
         inertias: J1, J2 and C of that shape, or numbers.
     """
     J1, J2, C = inertias
-    S, c, s = J1 + J2, C * np.cos(delta), C * np.sin(delta)
+    S, c, s = J1 + J2, C * np.cos(opening), C * np.sin(opening)
     below = S + 2.0 * c
     return np.asarray((J2 + c) / below), np.asarray((J2 - J1) * s / below**2)
 
@@ -85,12 +85,12 @@ def delta_at_link_turn(start: ArrayLike, turn: ArrayLike, inertias: ReducedInert
         middle = 0.5 * (near + far)
         beyond = (link_turn(middle, inertias) - base) * below > 0.0
         near, far = np.where(beyond, near, middle), np.where(beyond, middle, far)
-    delta = 0.5 * (near + far)
+    opening = 0.5 * (near + far)
     for _ in range(NEWTON_STEPS):
-        rate = link_turn_rate(delta, inertias)[0]
-        step = (link_turn(delta, inertias) - base) / np.where(rate == 0.0, np.inf, rate)
-        delta = np.clip(delta - step, np.minimum(near, far), np.maximum(near, far))
-    return np.where(reached, delta, np.nan)
+        rate = link_turn_rate(opening, inertias)[0]
+        step = (link_turn(opening, inertias) - base) / np.where(rate == 0.0, np.inf, rate)
+        opening = np.clip(opening - step, np.minimum(near, far), np.maximum(near, far))
+    return np.where(reached, opening, np.nan)
 
 
 def link_reverses(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.synthesis.positions import Displacement, Position, displacements, size_of
-from balance.tolerances import SYNTHESIS_CHORD_HORIZONTAL, SYNTHESIS_SINGULAR
+from balance.tolerances import SYNTHESIS_SINGULAR
 from kinematics.errors import SynthesisError
 
 __all__ = ["PivotLine", "fixed_pivot_line", "moving_pivot_line"]
@@ -53,7 +53,7 @@ class PivotLine(NamedTuple):
         Raises:
             SynthesisError: the chord is horizontal, so that all points have one x.
         """
-        if abs(self.direction.real) < SYNTHESIS_CHORD_HORIZONTAL:
+        if abs(self.direction.real) < SYNTHESIS_SINGULAR:
             raise SynthesisError(
                 "the chord of the pivot is horizontal: all points of its bisector have the "
                 f"same x = {self.middle.real:g}",

@@ -38,12 +38,12 @@ def positions():
     return Position(0.25, 0.1, 0.0), Position(end.real, end.imag, turn)
 
 
-def integrated(inertias, delta, beta):
+def integrated(inertias, opening, beta):
     """Turn of the tool for a turn of the first link, by a Runge-Kutta method of order 8."""
     J1, J2, C = map(float, inertias)
 
     def rate(turn, tool):
-        c = C * np.cos(delta + turn - tool)
+        c = C * np.cos(opening + turn - tool)
         return -(J1 + c) / (J2 + c)
 
     found = solve_ivp(rate, (0.0, beta), [0.0], "DOP853", rtol=1e-13, atol=1e-14)
@@ -122,17 +122,17 @@ def test_random_motions_without_momentum():
         inertias = ReducedInertias(
             *map(np.asarray, (J1, J2, rng.uniform(-1, 1) * (J1 * J2) ** 0.5))
         )
-        delta, beta = rng.uniform(-math.pi, math.pi), rng.uniform(-2.0, 2.0)
-        end = float(delta_at_link_turn(delta, beta, inertias))
-        path = np.linspace(delta, delta + 2.0 * math.pi, 2000)
+        opening, beta = rng.uniform(-math.pi, math.pi), rng.uniform(-2.0, 2.0)
+        end = float(delta_at_link_turn(opening, beta, inertias))
+        path = np.linspace(opening, opening + 2.0 * math.pi, 2000)
         vanishes = (np.diff(np.sign(J2 + inertias.coupling * np.cos(path))) != 0).any()
-        assert link_reverses(delta, delta + 2.0 * math.pi, inertias).any() == vanishes
+        assert link_reverses(opening, opening + 2.0 * math.pi, inertias).any() == vanishes
         if math.isnan(end):
             assert vanishes
             reversals += 1
             continue
-        assert beta - (end - delta) == pytest.approx(
-            integrated(inertias, delta, beta), abs=1e-8
+        assert beta - (end - opening) == pytest.approx(
+            integrated(inertias, opening, beta), abs=1e-8
         )
         slope = float(link_turn_rate(end, inertias)[0])
         c = float(inertias.coupling) * math.cos(end)

@@ -35,11 +35,11 @@ def random_triple(seed):
         if float(inertias.second) < 1.2 * abs(float(inertias.coupling)):
             continue
         side = rng.choice([-1.0, 1.0])
-        delta = side * rng.uniform(0.3, 1.2)
+        opening = side * rng.uniform(0.3, 1.2)
         places = []
         for beta in (0.0, side * rng.uniform(0.3, 0.5), side * rng.uniform(0.6, 0.9)):
-            turn = integrated(inertias, delta, beta) if beta else 0.0
-            own = angle - delta + turn
+            turn = integrated(inertias, opening, beta) if beta else 0.0
+            own = angle - opening + turn
             point = fixed + l1 * cmath.exp(1j * (angle + beta)) + reach * cmath.exp(1j * own)
             places.append(Position(point.real, point.imag, own))
         return places, masses, fixed, fixed + l1 * cmath.exp(1j * angle)
@@ -61,7 +61,7 @@ def test_random_triples_are_met():
                 continue
             good += 1
             for beta, turn in zip(chain.link_turns[1:], chain.tool_turns[1:], strict=True):
-                other = integrated(design.inertias, design.delta, beta)
+                other = integrated(design.inertias, design.opening, beta)
                 assert other == pytest.approx(turn, abs=1e-9)
     assert good >= 20
 

@@ -70,6 +70,14 @@ Momentum as a function of the pose:
 - ``momentum_taylor``: the regressor as a polynomial about the reference pose
 - ``MomentumTaylor``: that polynomial
 
+Velocities without reaction:
+
+- ``momentum_matrix``: total momentum per unit rate of each input, for given masses
+- ``momentum_map``: the momentum matrix over a grid of poses
+- ``reaction_null_space``: input rates that leave the base at rest in a pose
+- ``MomentumMap``: result of ``momentum_map``
+- ``ReactionNullSpace``: result of ``reaction_null_space``
+
 Momentum as lines:
 
 - ``momentum_wrenches``: momentum of each body for unit rates of the coordinates
@@ -116,6 +124,9 @@ if TYPE_CHECKING:
         violations,
     )
     from balance.inertial_parameters.multipole import Primitive
+    from balance.instantaneous.momentum_of_masses import momentum_matrix
+    from balance.instantaneous.null_space import ReactionNullSpace, reaction_null_space
+    from balance.instantaneous.workspace_map import MomentumMap, momentum_map
     from balance.interpretation.explain import Explanation, explain
     from balance.interpretation.freedoms import Freedom
     from balance.momentum.momentum_figure import screw_figure
@@ -163,11 +174,13 @@ __all__ = [
     "Freedom",
     "ManySpaces",
     "Meeting",
+    "MomentumMap",
     "MomentumTaylor",
     "ParetoFront",
     "PartialBalance",
     "Primitive",
     "Proof",
+    "ReactionNullSpace",
     "Region",
     "RemedyComparison",
     "ScrewLine",
@@ -192,6 +205,8 @@ __all__ = [
     "mass_properties",
     "meeting",
     "momentum_lines",
+    "momentum_map",
+    "momentum_matrix",
     "momentum_regressor",
     "momentum_taylor",
     "momentum_wrenches",
@@ -199,6 +214,7 @@ __all__ = [
     "pareto",
     "partial",
     "pseudo_inertia",
+    "reaction_null_space",
     "save_space",
     "screw_figure",
     "shaking",
@@ -223,11 +239,13 @@ _HOMES = {
     "Freedom": "interpretation.freedoms",
     "ManySpaces": "search.many_geometries",
     "Meeting": "momentum.momentum_lines",
+    "MomentumMap": "instantaneous.workspace_map",
     "MomentumTaylor": "momentum.momentum_taylor_series",
     "ParetoFront": "partial_balance.results",
     "PartialBalance": "partial_balance.results",
     "Primitive": "inertial_parameters.multipole",
     "Proof": "exact.proof",
+    "ReactionNullSpace": "instantaneous.null_space",
     "Region": "added_masses.regions",
     "RemedyComparison": "remedies.compare",
     "ScrewLine": "momentum.momentum_lines",
@@ -252,6 +270,8 @@ _HOMES = {
     "mass_properties": "inertial_parameters.conversions",
     "meeting": "momentum.momentum_lines",
     "momentum_lines": "momentum.momentum_lines",
+    "momentum_map": "instantaneous.workspace_map",
+    "momentum_matrix": "instantaneous.momentum_of_masses",
     "momentum_regressor": "momentum.regressor",
     "momentum_taylor": "momentum.momentum_taylor_series",
     "momentum_wrenches": "momentum.momentum_lines",
@@ -259,6 +279,7 @@ _HOMES = {
     "pareto": "partial_balance.budgets",
     "partial": "partial_balance.budgets",
     "pseudo_inertia": "inertial_parameters.conversions",
+    "reaction_null_space": "instantaneous.null_space",
     "save_space": "spaces.save",
     "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",

@@ -70,6 +70,25 @@ Momentum as a function of the pose:
 - ``momentum_taylor``: the regressor as a polynomial about the reference pose
 - ``MomentumTaylor``: that polynomial
 
+Balance in one pose:
+
+- ``balance_pose``: bodies on input joints solved so that a linkage is balanced in a pose
+- ``balancing_family``: all bodies that have a given momentum for a given twist
+- ``planar_balancing_body``: the same in a plane, for a given mass
+- ``momentum_margins``: whether a body with given principal moments can have a momentum
+- ``critical_moment``: the principal moment at which a bound is met
+- ``inertia_from_moments``: the orientation of a body with given principal moments
+- ``BalancingFamily``: result of ``balancing_family``
+- ``PoseBalance``: result of ``balance_pose``
+
+Velocities without reaction:
+
+- ``momentum_matrix``: total momentum per unit rate of each input, for given masses
+- ``momentum_map``: the momentum matrix over a grid of poses
+- ``reaction_null_space``: input rates that leave the base at rest in a pose
+- ``MomentumMap``: result of ``momentum_map``
+- ``ReactionNullSpace``: result of ``reaction_null_space``
+
 Momentum as lines:
 
 - ``momentum_wrenches``: momentum of each body for unit rates of the coordinates
@@ -116,6 +135,20 @@ if TYPE_CHECKING:
         violations,
     )
     from balance.inertial_parameters.multipole import Primitive
+    from balance.instantaneous.body_family import (
+        BalancingFamily,
+        balancing_family,
+        planar_balancing_body,
+    )
+    from balance.instantaneous.momentum_of_masses import momentum_matrix
+    from balance.instantaneous.null_space import ReactionNullSpace, reaction_null_space
+    from balance.instantaneous.principal_moments import (
+        critical_moment,
+        inertia_from_moments,
+        momentum_margins,
+    )
+    from balance.instantaneous.proximal_bodies import PoseBalance, balance_pose
+    from balance.instantaneous.workspace_map import MomentumMap, momentum_map
     from balance.interpretation.explain import Explanation, explain
     from balance.interpretation.freedoms import Freedom
     from balance.momentum.momentum_figure import screw_figure
@@ -148,6 +181,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AppliedRemedy",
+    "BalancingFamily",
     "BodyInertia",
     "Certainty",
     "CertificateCheck",
@@ -163,11 +197,14 @@ __all__ = [
     "Freedom",
     "ManySpaces",
     "Meeting",
+    "MomentumMap",
     "MomentumTaylor",
     "ParetoFront",
     "PartialBalance",
+    "PoseBalance",
     "Primitive",
     "Proof",
+    "ReactionNullSpace",
     "Region",
     "RemedyComparison",
     "ScrewLine",
@@ -175,12 +212,15 @@ __all__ = [
     "Trajectory",
     "Transfer",
     "Verification",
+    "balance_pose",
+    "balancing_family",
     "certify",
     "check_certificate",
     "check_design",
     "common_normal",
     "compare_remedies",
     "counterweights",
+    "critical_moment",
     "design",
     "design_space",
     "design_space_many",
@@ -188,17 +228,23 @@ __all__ = [
     "exact_ranks",
     "explain",
     "feasible",
+    "inertia_from_moments",
     "load_space",
     "mass_properties",
     "meeting",
     "momentum_lines",
+    "momentum_map",
+    "momentum_margins",
+    "momentum_matrix",
     "momentum_regressor",
     "momentum_taylor",
     "momentum_wrenches",
     "parameters",
     "pareto",
     "partial",
+    "planar_balancing_body",
     "pseudo_inertia",
+    "reaction_null_space",
     "save_space",
     "screw_figure",
     "shaking",
@@ -208,6 +254,7 @@ __all__ = [
 
 _HOMES = {
     "AppliedRemedy": "remedies.applied",
+    "BalancingFamily": "instantaneous.body_family",
     "BodyInertia": "inertial_parameters.body_inertia",
     "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
@@ -223,11 +270,14 @@ _HOMES = {
     "Freedom": "interpretation.freedoms",
     "ManySpaces": "search.many_geometries",
     "Meeting": "momentum.momentum_lines",
+    "MomentumMap": "instantaneous.workspace_map",
     "MomentumTaylor": "momentum.momentum_taylor_series",
     "ParetoFront": "partial_balance.results",
     "PartialBalance": "partial_balance.results",
+    "PoseBalance": "instantaneous.proximal_bodies",
     "Primitive": "inertial_parameters.multipole",
     "Proof": "exact.proof",
+    "ReactionNullSpace": "instantaneous.null_space",
     "Region": "added_masses.regions",
     "RemedyComparison": "remedies.compare",
     "ScrewLine": "momentum.momentum_lines",
@@ -235,12 +285,15 @@ _HOMES = {
     "Trajectory": "verification.trajectory",
     "Transfer": "transfers.by_joint",
     "Verification": "verification.result",
+    "balance_pose": "instantaneous.proximal_bodies",
+    "balancing_family": "instantaneous.body_family",
     "certify": "certification.certify_space",
     "common_normal": "momentum.momentum_lines",
     "check_certificate": "designs.certificate",
     "check_design": "designs.design_check",
     "compare_remedies": "remedies.compare",
     "counterweights": "added_masses.counterweights",
+    "critical_moment": "instantaneous.principal_moments",
     "design": "designs.best_design",
     "design_space": "spaces.compute_space",
     "design_space_many": "search.many_geometries",
@@ -248,17 +301,23 @@ _HOMES = {
     "exact_ranks": "certification.exact_ranks",
     "explain": "interpretation.explain",
     "feasible": "designs.feasibility",
+    "inertia_from_moments": "instantaneous.principal_moments",
     "load_space": "spaces.save",
     "mass_properties": "inertial_parameters.conversions",
     "meeting": "momentum.momentum_lines",
     "momentum_lines": "momentum.momentum_lines",
+    "momentum_map": "instantaneous.workspace_map",
+    "momentum_margins": "instantaneous.principal_moments",
+    "momentum_matrix": "instantaneous.momentum_of_masses",
     "momentum_regressor": "momentum.regressor",
     "momentum_taylor": "momentum.momentum_taylor_series",
     "momentum_wrenches": "momentum.momentum_lines",
     "parameters": "inertial_parameters.conversions",
     "pareto": "partial_balance.budgets",
     "partial": "partial_balance.budgets",
+    "planar_balancing_body": "instantaneous.body_family",
     "pseudo_inertia": "inertial_parameters.conversions",
+    "reaction_null_space": "instantaneous.null_space",
     "save_space": "spaces.save",
     "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",

@@ -38,7 +38,7 @@ balance.spaces
 balance.search balance.interpretation
 balance.certification
 balance.designs balance.verification balance.taylor_poses
-balance.added_masses
+balance.added_masses balance.instantaneous
 balance.partial_balance
 balance.remedies
 balance.report

@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 Dense = Callable[[float], Array]
 
 # Longest step of the integration: dense output of longer ones is less smooth.
-LONGEST_STEP = 0.08
+LONGEST_STEP = 0.03
 # Steps are shortened so often where the loops do not close within one.
 MAX_RETRIES = 6
 # Most steps of one arc.

@@ -18,12 +18,13 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from balance.reactionless_paths.branches import null_basis
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
 from balance.tolerances import LOCAL_CURVE_RESIDUAL, LOCAL_CURVE_STEP
 from kinematics.errors import PoseError
 from kinematics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton, step_grows
 
-__all__ = ["LocalCurve", "solve_local_curve"]
+__all__ = ["LocalArc", "LocalCurve", "solve_local_curve"]
 
 Array = NDArray[np.float64]
 
@@ -66,15 +67,58 @@ class LocalCurve(NamedTuple):
         s = sigma[:, None]
         return s * self.v + s**2 * c, self.v + 2.0 * s * c + s**2 * slope
 
-    def positions(self, equations: RestEquations, sigma: Array) -> Array:
-        """Compute closed poses at advances that rise or fall from 0 (N, n)."""
-        here, found = self.start, []
-        before = np.zeros_like(self.v)
-        for y in self.coordinates(sigma)[0]:
-            here = equations.at(equations.move(here, y - before))
-            before = y
-            found.append(here.q)
-        return np.array(found)
+
+class LocalArc:
+    """A local curve in terms of the arc length in all joints."""
+
+    def __init__(self, equations: RestEquations, curve: LocalCurve) -> None:
+        """Integrate the speed of the joints as a Chebyshev series in the advance."""
+        self.equations, self.curve = equations, curve
+        sigma = _nodes(POINTS) * curve.advance
+        poses, slopes = _poses(equations, curve, sigma), curve.coordinates(sigma)[1]
+        speeds = [
+            float(np.linalg.norm(here.rates @ slope))
+            for here, slope in zip(poses, slopes, strict=True)
+        ]
+        self._speed = chebyshev.chebfit(sigma / curve.advance, speeds, POINTS - 1)
+        self._length = chebyshev.chebint(self._speed, lbnd=0.0, scl=curve.advance)
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Arc lengths of its two ends, below and above 0."""
+        first, last = chebyshev.chebval(np.array([-1.0, 1.0]), self._length)
+        return float(first), float(last)
+
+    def ends(self) -> tuple[list[tuple[Array, Array, float]], int]:
+        """Compute positions, tangent away from the middle, and arc length, at both ends.
+
+        Returns:
+            Those of the end ahead and of the end behind; and the least dimension of the null
+            space there.
+        """
+        found, dimension = [], len(self.curve.v)
+        for sign, length in zip((1.0, -1.0), reversed(self.extent), strict=True):
+            sigma = np.array([sign * self.curve.advance])
+            here = _poses(self.equations, self.curve, sigma)[0]
+            slope = sign * self.curve.coordinates(sigma)[1][0]
+            found.append((here.q, slope / np.linalg.norm(slope), abs(length)))
+            dimension = min(dimension, null_basis(here)[0].shape[1])
+        return found, max(1, dimension)
+
+    def positions(self, s: Array) -> Array:
+        """Compute closed joint positions (N, n) at arc lengths that rise."""
+        first, last = self.extent
+        x = 2.0 * (s - first) / (last - first) - 1.0
+        for _ in range(8):  # Newton's method on s(σ)
+            error = chebyshev.chebval(x, self._length) - s
+            x = x - error / (self.curve.advance * chebyshev.chebval(x, self._speed))
+        sigma = x * self.curve.advance
+        order = np.concatenate([np.flatnonzero(sigma >= 0), np.flatnonzero(sigma < 0)[::-1]])
+        found = np.empty((s.size, self.curve.start.q.size))
+        found[order] = [
+            here.q for here in _poses(self.equations, self.curve, sigma[order])
+        ]
+        return found
 
 
 def solve_local_curve(
@@ -105,8 +149,7 @@ def _solve(
 ) -> LocalCurve | None:
     """Solve for the coefficients at one length of the branch."""
     aside = np.linalg.svd(v[None])[2][1:].T  # directions perpendicular to v (w, w - 1)
-    half = np.cos((2 * np.arange(POINTS) + 1) * np.pi / (2 * POINTS)) * advance
-    sigma = np.concatenate([np.sort(half[half > 0]), -np.sort(-half[half < 0])])
+    sigma = _nodes(POINTS) * advance
     basis, slopes = _monomials(sigma, advance)
 
     def curve(x: Array) -> LocalCurve:
@@ -133,6 +176,12 @@ def _solve(
         step_grows(1e3, LOCAL_CURVE_STEP), EVALUATIONS,
     )  # fmt: skip
     return curve(found.last.x) if found.last.error <= LOCAL_CURVE_RESIDUAL else None
+
+
+def _nodes(count: int) -> Array:
+    """List the zeros of a Chebyshev polynomial, outwards on one side and then the other."""
+    x = np.cos((2 * np.arange(count) + 1) * np.pi / (2 * count))
+    return np.concatenate([np.sort(x[x > 0.0]), np.sort(x[x < 0.0])[::-1]])
 
 
 def _monomials(sigma: Array, advance: float) -> tuple[Array, Array]:

@@ -1,0 +1,187 @@
+"""A reactionless path as data: samples, momentum along it, events, and a motion in time."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.reactionless_paths.follow import PathEvent
+from balance.reactionless_paths.rest_equations import RestEquations
+from balance.tolerances import PATH_MOMENTUM
+from balance.verification.trajectory import Trajectory, drive
+from kinematics.closure.newton import forward_kinematics
+from kinematics.model.arrays import freeze
+from kinematics.model.linkage import Linkage
+
+__all__ = ["ReactionlessPath", "path_table", "sample_path", "timed_path"]
+
+Array = NDArray[np.float64]
+
+# Degree of the spline through the samples, as that of a motion read from a table.
+DEGREE = 5
+# Samples of a motion in time per unit of arc length, and the fewest and most: closer ones let
+# round-off grow in the accelerations of the spline, wider ones its error.
+TIMED_PER_LENGTH = 800
+TIMED_SAMPLES = 801, 20_001
+# Duration of a motion, seconds.
+DURATION = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class ReactionlessPath:
+    """A path along which the demanded part of the momentum vanishes.
+
+    Attributes:
+        start: number of the pose that it leads through.
+        direction: rates of the inputs there (mobility,), rad and m per unit of arc length.
+        s: arc length in all joints, radians and characteristic lengths (N,); 0 at that pose.
+        q: positions of all joints (N, n), rad and m, displacements from the reference pose.
+        u: those of the inputs (N, mobility).
+        momentum: momentum along the path over the sum of the sizes of the bodies' own (N,),
+            with the rates of a spline of degree five through the samples.
+        closure: largest mismatch of the loops, radians and characteristic lengths.
+        events: ends and meetings, in order of s.
+    """
+
+    start: int
+    direction: Array
+    s: Array
+    q: Array
+    u: Array
+    momentum: Array
+    closure: float
+    events: tuple[PathEvent, ...]
+
+    def __repr__(self) -> str:
+        """One line: its extent, and the largest momentum."""
+        return (
+            f"ReactionlessPath through pose {self.start + 1}: s from {self.s[0]:.4g} to "
+            f"{self.s[-1]:.4g}, momentum ≤ {self.residual:.1e} of the bodies' own"
+        )
+
+    @property
+    def residual(self) -> float:
+        """Largest momentum along the path over the bodies' own."""
+        return float(self.momentum.max())
+
+    @property
+    def reactionless(self) -> bool:
+        """Whether the momentum vanishes at every sample."""
+        return self.residual <= PATH_MOMENTUM
+
+    @property
+    def length(self) -> float:
+        """Arc length between the two ends."""
+        return float(self.s[-1] - self.s[0])
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON; see ``balance/schemas/paths.schema.json``."""
+        return {
+            "start": self.start,
+            "direction": self.direction.tolist(),
+            "length": self.length,
+            "momentum": self.residual,
+            "closure": self.closure,
+            "events": [event._asdict() for event in self.events],
+            "s": self.s.tolist(),
+            "inputs": self.u.tolist(),
+            "joints": self.q.tolist(),
+        }
+
+
+def sample_path(
+    equations: RestEquations, start: int, s: Array, q: Array, events: tuple[PathEvent, ...]
+) -> ReactionlessPath:
+    """Measure the momentum of closed poses of a path, and keep them.
+
+    Args:
+        equations: the equations of the linkage.
+        start: number of the pose that it leads through.
+        s: arc lengths (N,), at least six.
+        q: positions of all joints (N, n), chain units.
+        events: of the path.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    linkage, chain = equations.linkage, equations.chain
+    inputs = linkage.positions_of(linkage.inputs)
+    rates = make_interp_spline(s, q[:, inputs], k=DEGREE)(s, 1)
+    momentum = np.zeros(s.size)
+    closure = 0.0
+    for k, (pose, rate) in enumerate(zip(q, rates, strict=True)):
+        h = equations.at(pose).rows @ (equations.basis.T @ rate)
+        own = equations.own_momentum(pose, rate)
+        momentum[k] = np.sqrt(h @ h) / own if own > 0.0 else 0.0
+        closure = max(closure, forward_kinematics(chain, pose).error)
+    middle = int(np.argmin(np.abs(s)))
+    return ReactionlessPath(
+        start, freeze(rates[middle] * chain.units[inputs]), freeze(s), freeze(q * chain.units),
+        freeze(q[:, inputs] * chain.units[inputs]), freeze(momentum), closure, events,
+    )  # fmt: skip
+
+
+def _profile(samples: int) -> tuple[Array, Array, Array]:
+    """Compute ``σ(τ) = 10 τ³ - 15 τ⁴ + 6 τ⁵`` and two derivatives, from rest to rest."""
+    x = np.linspace(0.0, 1.0, samples)
+    return (
+        x**3 * (10.0 - 15.0 * x + 6.0 * x * x),
+        30.0 * x * x * (1.0 - x) ** 2,
+        60.0 * x * (1.0 - x) * (1.0 - 2.0 * x),
+    )
+
+
+def _timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, ...]:
+    """Compute time, inputs, velocities and accelerations of a path from rest to rest."""
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(path.s, path.u, k=DEGREE)
+    count = int(np.clip(TIMED_PER_LENGTH * path.length, *TIMED_SAMPLES))
+    where, speed, change = (path.length * x[:, None] for x in _profile(count))
+    s = np.clip(path.s[0] + where[:, 0], path.s[0], path.s[-1])
+    first, second = spline(s, 1), spline(s, 2)
+    return (
+        np.linspace(0.0, duration, count), spline(s), first * speed / duration,
+        (second * speed**2 + first * change) / duration**2,
+    )  # fmt: skip
+
+
+def timed_path(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> Trajectory:
+    """Compute a motion along a path that rests at both of its ends.
+
+    ``s(τ) = 10 τ³ - 15 τ⁴ + 6 τ⁵`` of the length, τ the share of the duration.
+
+    Args:
+        linkage: the linkage.
+        path: a path of it.
+        duration: seconds.
+
+    Returns:
+        The motion of all joints.
+
+    Raises:
+        PoseError: an end of the path is not reached along a straight line of the inputs.
+    """
+    return drive(linkage, *_timed_inputs(path, duration))
+
+
+def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> bytes:
+    """Write the motion of `timed_path` as a table that ``balance verify --csv`` reads.
+
+    Args:
+        linkage: the linkage.
+        path: a path of it.
+        duration: seconds.
+
+    Returns:
+        Comma-separated values: ``time`` and the inputs, displacements in rad and m.
+    """
+    time, u, *_ = _timed_inputs(path, duration)
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time", *linkage.inputs])
+    writer.writerows([[repr(float(x)) for x in row] for row in np.column_stack([time, u])])
+    return text.getvalue().encode()

@@ -89,6 +89,14 @@ Velocities without reaction:
 - ``MomentumMap``: result of ``momentum_map``
 - ``ReactionNullSpace``: result of ``reaction_null_space``
 
+Paths without reaction:
+
+- ``find_paths``: integrate such velocities into paths, and find where several of them meet
+- ``ReactionlessPaths``: result of ``find_paths``
+- ``ReactionlessPath``: one path, and the momentum along it
+- ``timed_path``: a motion along a path, from rest to rest
+- ``Base``: a base that floats, with a mass of its own
+
 Momentum as lines:
 
 - ``momentum_wrenches``: momentum of each body for unit rates of the coordinates
@@ -165,6 +173,9 @@ if TYPE_CHECKING:
     from balance.partial_balance.budgets import pareto, partial
     from balance.partial_balance.elastic_frame import ElasticFrame
     from balance.partial_balance.results import ParetoFront, PartialBalance
+    from balance.reactionless_paths.demand import Base
+    from balance.reactionless_paths.path import ReactionlessPath, timed_path
+    from balance.reactionless_paths.path_search import ReactionlessPaths, find_paths
     from balance.remedies.applied import AppliedRemedy
     from balance.remedies.compare import RemedyComparison, compare_remedies
     from balance.search.many_geometries import ManySpaces, design_space_many
@@ -182,6 +193,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AppliedRemedy",
     "BalancingFamily",
+    "Base",
     "BodyInertia",
     "Certainty",
     "CertificateCheck",
@@ -205,6 +217,8 @@ __all__ = [
     "Primitive",
     "Proof",
     "ReactionNullSpace",
+    "ReactionlessPath",
+    "ReactionlessPaths",
     "Region",
     "RemedyComparison",
     "ScrewLine",
@@ -248,6 +262,7 @@ __all__ = [
     "save_space",
     "screw_figure",
     "shaking",
+    "timed_path",
     "verify",
     "violations",
 ]
@@ -255,6 +270,7 @@ __all__ = [
 _HOMES = {
     "AppliedRemedy": "remedies.applied",
     "BalancingFamily": "instantaneous.body_family",
+    "Base": "reactionless_paths.demand",
     "BodyInertia": "inertial_parameters.body_inertia",
     "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
@@ -278,6 +294,8 @@ _HOMES = {
     "Primitive": "inertial_parameters.multipole",
     "Proof": "exact.proof",
     "ReactionNullSpace": "instantaneous.null_space",
+    "ReactionlessPath": "reactionless_paths.path",
+    "ReactionlessPaths": "reactionless_paths.path_search",
     "Region": "added_masses.regions",
     "RemedyComparison": "remedies.compare",
     "ScrewLine": "momentum.momentum_lines",
@@ -301,6 +319,7 @@ _HOMES = {
     "exact_ranks": "certification.exact_ranks",
     "explain": "interpretation.explain",
     "feasible": "designs.feasibility",
+    "find_paths": "reactionless_paths.path_search",
     "inertia_from_moments": "instantaneous.principal_moments",
     "load_space": "spaces.save",
     "mass_properties": "inertial_parameters.conversions",
@@ -321,6 +340,7 @@ _HOMES = {
     "save_space": "spaces.save",
     "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",
+    "timed_path": "reactionless_paths.path",
     "verify": "verification.to_pinocchio",
     "violations": "inertial_parameters.conversions",
 }

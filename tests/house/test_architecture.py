@@ -40,6 +40,7 @@ balance.certification
 balance.designs balance.verification balance.taylor_poses
 balance.added_masses balance.instantaneous
 balance.partial_balance
+balance.reactionless_paths
 balance.remedies
 balance.report
 balance.report.text

@@ -51,7 +51,7 @@ def paths_facts(found: ReactionlessPaths) -> list[tuple[str, str]]:
     for number, start in enumerate(found.starts[:MAX_ROWS], 1):
         pairs.append((f"pose {number}", _start_words(found, start)))
     for start in found.meetings:
-        if all(start is not own and start.distance > 0.0 for own in found.starts):
+        if not any(np.abs(start.q - own.q).max() < 1e-6 for own in found.starts):
             pairs.append(("meeting", _meeting_words(found, start)))
     if not found.paths:
         pairs.append(("no path", found.reason))

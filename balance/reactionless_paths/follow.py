@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
+from balance.reactionless_paths.pass_meeting import MeetingAhead, PassedMeeting
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
 from balance.tolerances import (
     MOMENTUM_NULL,
@@ -130,47 +131,96 @@ def follow_arc(
     Returns:
         The path, and why it ends.
     """
-    direction = _Direction(equations, tangent, dimension)
-    pieces: list[tuple[float, Dense]] = []
-    events: list[PathEvent] = []
-    q, s, longest = start, first, LONGEST_STEP
+    walk = _Walk(equations, _Direction(equations, tangent, dimension), limits, length)
     if not length > first:
         return Arc(((first, lambda _: start),), (PathEvent("length", first, ""),))
-    watch = _Watch(equations, direction, limits)
-    solver = None
-    retries = 0
-    for _ in range(MAX_STEPS):
-        try:
-            if solver is None:
-                solver = DOP853(direction, s, q, length, rtol=PATH_STEP_ERROR,
-                                atol=PATH_STEP_ERROR, max_step=longest)  # fmt: skip
-            solver.step()
-        except PoseError:
-            retries += 1
-            if retries > MAX_RETRIES:
-                events.append(watch.lost(q, s))
-                break
-            solver, longest = None, longest / 4.0
-            continue
-        dense = solver.dense_output()
-        pieces.append((float(solver.t), dense))
-        met, end = watch.step(s, float(solver.t), dense)
-        events += met
+    walk.run(start, first)
+    pieces = walk.pieces or [(first, lambda _: start)]
+    return Arc(tuple(pieces), tuple(walk.events))
+
+
+class _Walk:
+    """The integration of one arc, step by step."""
+
+    def __init__(
+        self, equations: RestEquations, direction: _Direction, limits: Array | None,
+        length: float,
+    ) -> None:  # fmt: skip
+        """Start without pieces and events."""
+        self.equations, self.direction, self.length = equations, direction, length
+        self.watch = _Watch(equations, direction, limits)
+        self.ahead = MeetingAhead(equations) if direction.dimension == 1 else None
+        self.pieces: list[tuple[float, Dense]] = []
+        self.events: list[PathEvent] = []
+        self.longest, self.retries = LONGEST_STEP, 0
+
+    def run(self, q: Array, s: float) -> None:
+        """Integrate from a pose to the event that ends the path."""
+        solver = None
+        for _ in range(MAX_STEPS):
+            try:
+                solver = solver or self._solver(q, s)
+                solver.step()
+            except PoseError:
+                self.retries += 1
+                if self.retries > MAX_RETRIES:
+                    self.events.append(self.watch.lost(q, s))
+                    return
+                solver, self.longest = None, self.longest / 4.0
+                continue
+            if solver.status == "failed":
+                self.events.append(self.watch.lost(q, s))
+                return
+            ended = self._keep(s, float(solver.t), solver.dense_output())
+            if ended:
+                return
+            q, s = self.equations.close(solver.y), float(solver.t)
+            if solver.status == "finished":
+                self.events.append(PathEvent("length", s, "as long as asked for"))
+                return
+            passed = self._look(q, s)
+            if passed is not None:
+                if self._pass(passed, s):
+                    return
+                q, s, solver = self.equations.close(passed.positions(passed.length)), (
+                    s + passed.length
+                ), None  # fmt: skip
+        self.events.append(PathEvent("stop", s, "too many steps"))
+
+    def _solver(self, q: Array, s: float) -> DOP853:
+        """Start the integrator at a pose."""
+        return DOP853(
+            self.direction, s, q, self.length, rtol=PATH_STEP_ERROR, atol=PATH_STEP_ERROR,
+            max_step=self.longest,
+        )  # fmt: skip
+
+    def _keep(self, first: float, last: float, dense: Dense) -> bool:
+        """Keep one step and its events; return whether the path ends in it."""
+        self.pieces.append((last, dense))
+        met, end = self.watch.step(first, last, dense)
+        self.events += met
         if end is not None:
-            events.append(end)
-            break
-        q, s = equations.close(solver.y), float(solver.t)
-        if solver.status == "finished":
-            events.append(PathEvent("length", s, "as long as asked for"))
-            break
-        if not solver.status == "running":
-            events.append(watch.lost(q, s))
-            break
-    else:
-        events.append(PathEvent("stop", s, "too many steps"))
-    if not pieces:
-        pieces.append((first, lambda _: start))
-    return Arc(tuple(pieces), tuple(events))
+            self.events.append(end)
+        return end is not None
+
+    def _look(self, q: Array, s: float) -> PassedMeeting | None:
+        """Look for a meeting ahead."""
+        if self.ahead is None:
+            return None
+        return self.ahead.look(self.equations.at(q), s, self.direction.last)
+
+    def _pass(self, passed: PassedMeeting, s: float) -> bool:
+        """Continue through a meeting; return whether the path ends on the way."""
+        end = min(s + passed.length, self.length)
+        self.pieces.append((end, lambda x: passed.positions(x - s)))
+        if s + passed.meeting <= end:
+            self.events.append(
+                PathEvent("meeting", s + passed.meeting, "several paths meet")
+            )
+        self.direction.last = passed.tangent
+        if end >= self.length:
+            self.events.append(PathEvent("length", end, "as long as asked for"))
+        return end >= self.length
 
 
 class _Watch:

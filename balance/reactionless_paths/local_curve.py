@@ -89,6 +89,10 @@ class LocalArc:
         first, last = chebyshev.chebval(np.array([-1.0, 1.0]), self._length)
         return float(first), float(last)
 
+    def length_at(self, sigma: float) -> float:
+        """Compute the arc length at an advance along the tangent, with its sign."""
+        return float(chebyshev.chebval(sigma / self.curve.advance, self._length))
+
     def ends(self) -> tuple[list[tuple[Array, Array, float]], int]:
         """Compute positions, tangent away from the middle, and arc length, at both ends.
 

@@ -75,7 +75,7 @@ def _add_path_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--step", type=_positive, metavar="S",
-        help="arc length between samples (default: 401 samples)",
+        help="arc length between samples (default 0.005)",
     )  # fmt: skip
     part = parser.add_mutually_exclusive_group()
     part.add_argument(

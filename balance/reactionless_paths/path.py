@@ -23,10 +23,12 @@ Array = NDArray[np.float64]
 
 # Degree of the spline through the samples, as that of a motion read from a table.
 DEGREE = 5
-# Samples of a motion in time per unit of arc length, and the fewest and most: closer ones let
-# round-off grow in the accelerations of the spline, wider ones its error.
-TIMED_PER_LENGTH = 800
-TIMED_SAMPLES = 801, 20_001
+# Samples of a motion in time: as many as give the spline through them the best accelerations,
+# since round-off grows as samples get closer. Relative error that is good enough.
+TIMED_SAMPLES = 201, 301, 401, 601, 801, 1201, 1601, 3201
+TIMED_ERROR = 3e-11
+# Arc length between the samples of a path that the motion follows, if they are closer.
+TIMED_STEP = 0.004
 # Duration of a motion, seconds.
 DURATION = 1.0
 
@@ -138,15 +140,25 @@ def _timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, ...]:
     """Compute time, inputs, velocities and accelerations of a path from rest to rest."""
     from scipy.interpolate import make_interp_spline
 
-    spline = make_interp_spline(path.s, path.u, k=DEGREE)
-    count = int(np.clip(TIMED_PER_LENGTH * path.length, *TIMED_SAMPLES))
-    where, speed, change = (path.length * x[:, None] for x in _profile(count))
-    s = np.clip(path.s[0] + where[:, 0], path.s[0], path.s[-1])
-    first, second = spline(s, 1), spline(s, 2)
-    return (
-        np.linspace(0.0, duration, count), spline(s), first * speed / duration,
-        (second * speed**2 + first * change) / duration**2,
-    )  # fmt: skip
+    apart = max(1, int(TIMED_STEP * (len(path.s) - 1) / path.length))
+    kept = np.unique([*range(0, len(path.s), apart), len(path.s) - 1])
+    if path.residual > TIMED_ERROR or kept.size < 16:
+        kept = np.arange(len(path.s))
+    spline = make_interp_spline(path.s[kept], path.u[kept], k=DEGREE)
+    least, best = np.inf, ()
+    for count in TIMED_SAMPLES:
+        where, speed, change = (path.length * x[:, None] for x in _profile(count))
+        s = np.clip(path.s[0] + where[:, 0], path.s[0], path.s[-1])
+        first, second = spline(s, 1), spline(s, 2)
+        time, u = np.linspace(0.0, duration, count), spline(s)
+        udd = (second * speed**2 + first * change) / duration**2
+        found = make_interp_spline(time, u, k=DEGREE)(time, 2)
+        error = float(np.abs(found - udd).max() / (np.abs(udd).max() or 1.0))
+        if error < least:
+            least, best = error, (time, u, first * speed / duration, udd)
+        if error <= TIMED_ERROR:
+            break
+    return best
 
 
 def timed_path(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> Trajectory:

@@ -31,9 +31,10 @@ SCHEMA = "balance.paths/1"
 
 # Length of a path to either side of its start, radians and characteristic lengths.
 LENGTH = 1.0
-# Samples of a path if no step is given, and the fewest and most of any.
-SAMPLES = 401
-FEWEST, MOST = 16, 100_000
+# Arc length between samples if no step is given: of closer ones, round-off grows in the spline
+# through them. Fewest and most samples.
+STEP = 0.005
+FEWEST, MOST = 33, 100_000
 # Poses around a start that decide the dimension of the null space in general, and the steps
 # that lead to each.
 LOOKED_AT = 8
@@ -41,8 +42,10 @@ WALK = 4
 SEED = 11
 # Distance up to which a meeting of paths near a start is a start of its own.
 NEAR = 0.01
-# How often the samples of a path are doubled while its momentum does not vanish at them.
-REFINEMENTS = 4
+# How often the samples of a path are doubled until the momentum at them is round-off: up to this
+# part of the bodies' own.
+REFINEMENTS = 5
+SAMPLED_WELL = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +192,7 @@ def find_paths(
         motion: relations of the inputs that the paths fulfil.
         length: arc length to either side of the start, in all joints, radians and
             characteristic lengths.
-        step: arc length between samples; by default there are 401.
+        step: arc length between samples; 0.005 by default.
         line: number of further starts between each two of the given ones, on the straight line
             of the inputs.
         progress: called with the number of starts done and of all.
@@ -282,7 +285,7 @@ class _Search:
     ) -> None:  # fmt: skip
         """Decide the dimension of the null space in general."""
         self.equations, self.here, self.length = equations, here, length
-        count = SAMPLES if step is None else 1 + 2.0 * length / step
+        count = 1 + 2.0 * length / (step or STEP)
         if count > MOST:
             raise UsageError(f"more than {MOST} samples: give a longer step")
         self.samples = max(FEWEST, int(round(count)))
@@ -374,14 +377,18 @@ class _Search:
             events.append(PathEvent("meeting", 0.0, "several paths meet"))
         events += arcs[0].events
         count = max(FEWEST, int(np.ceil(self.samples * (ahead + behind) / 2 / self.length)))
+        best: ReactionlessPath | None = None
         for _ in range(REFINEMENTS):
             s = np.linspace(-behind, ahead, count)
             q = self._positions(s, middle, arcs)
             path = sample_path(self.equations, number, s, q, tuple(events))
-            if path.reactionless:
+            if best is not None and path.residual > 0.25 * best.residual:
+                break
+            best = path
+            if path.residual <= SAMPLED_WELL:
                 break
             count = 2 * count - 1
-        return path
+        return best
 
     def _positions(self, s: Array, middle: LocalArc | None, arcs: Sequence[Arc]) -> Array:
         """Compute closed joint positions (N, n) at arc lengths."""

@@ -1,0 +1,91 @@
+"""Paths of the linkages of the gallery with two or more inputs, from five starts each.
+
+``python tests/balance/reactionless_paths/test_many_linkages.py`` runs all of them; the test a
+sample. Where a linkage has no path without any reaction, one without force or without moment is
+followed: `balance verify --csv` cannot accept the last.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import balance
+from balance.cli.main import main
+from balance.reactionless_paths.follow import follow_arc
+from balance.reactionless_paths.path import path_table
+from balance.reactionless_paths.rest_equations import RestEquations
+from kinematics import gallery, load
+from kinematics.errors import LinkageError
+
+LENGTH = 0.25
+STARTS = 5
+
+
+def first_paths(linkage, starts):
+    """Paths of the largest part of the momentum that has some."""
+    for kept in ("all", "force", "moment"):
+        found = balance.find_paths(linkage, starts, kept=kept, length=LENGTH)
+        if found.found:
+            return found
+    return found
+
+
+def check_linkage(name, folder, count=STARTS):
+    """Momentum, way back, and verification of the paths from some starts; counts of each."""
+    linkage = load(name)
+    rng = np.random.default_rng(2)
+    size = 0.05 * linkage.spatial_chain.frame.length
+    slides = [linkage.joints[j].kind == "prismatic" for j in linkage.positions_of(linkage.inputs)]
+    starts = []
+    for _ in range(20 * count):
+        if len(starts) == count:
+            break
+        u = rng.uniform(-1, 1, linkage.mobility) * np.where(slides, size, 0.15)
+        try:
+            balance.find_paths(linkage, [u], kept="force", length=1e-3)
+        except LinkageError:
+            continue
+        starts.append(u)
+    found = first_paths(linkage, starts)
+    equations = RestEquations(linkage, found.demand)
+    units = equations.chain.units
+    verified = 0
+    for path in found.paths:
+        assert path.residual <= 1e-8 and path.closure <= 1e-12, (name, path)
+        if found.dimension == 1:
+            there = equations.at(path.q[-1] / units)
+            slope = path.u[-2] - path.u[-1]
+            back = equations.basis.T @ (slope / equations.units)
+            arc = follow_arc(equations, there.q, back / np.linalg.norm(back), path.s[-1], 1)
+            end = equations.close(arc.positions(float(path.s[-1])))
+            start = found.starts[path.start].q / units
+            assert np.abs(end - start).max() <= 1e-8, (name, np.abs(end - start).max())
+        if found.demand.kept != "moment" and verified < 1:
+            table = folder / "path.csv"
+            table.write_bytes(path_table(linkage, path))
+            words = ["--balance", "force"] if found.demand.kept == "force" else []
+            assert main(["verify", name, "--csv", str(table), *words]) == 0, name
+            verified += 1
+    return found.demand.kept, found.dimension, len(found.paths), verified
+
+
+@pytest.mark.parametrize("name", ["two_rrr", "five_bar", "three_rrr"])
+def test_paths_of_the_gallery(name, tmp_path, capsys):
+    kept, dimension, paths, verified = check_linkage(name, tmp_path, 2)
+    assert paths >= 2 and dimension >= 1 and (verified or kept == "moment")
+
+
+if __name__ == "__main__":
+    from pathlib import Path
+    from tempfile import TemporaryDirectory
+
+    total = 0
+    with TemporaryDirectory() as folder:
+        for one in sys.argv[1:] or sorted(gallery()):
+            if load(one).mobility > 1:
+                print(one, *check_linkage(one, Path(folder)), flush=True)
+                total += 1
+    print(total, "linkages")

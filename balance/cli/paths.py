@@ -44,7 +44,7 @@ def add_paths(verbs: Verbs) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--csv", dest="motion_table", metavar="FILE",
-        help="write a motion along the path, from rest to rest in 1 s: time and the inputs, as "
+        help="write a motion along the path in 1 s, ever faster: time and the inputs, as "
         "'balance verify --csv' reads it",
     )  # fmt: skip
     parser.add_argument(

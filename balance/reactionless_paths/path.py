@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,12 +21,15 @@ from kinematics.model.linkage import Linkage
 __all__ = ["ReactionlessPath", "path_table", "sample_path", "timed_path"]
 
 Array = NDArray[np.float64]
+Profile = Callable[[Array], tuple[Array, ...]]
 
 # Degree of the spline through the samples, as that of a motion read from a table.
 DEGREE = 5
-# Samples of a motion in time: as many as give the spline through them the best accelerations,
-# since round-off grows as samples get closer. Relative error that is good enough.
-TIMED_SAMPLES = 201, 301, 401, 601, 801, 1201, 1601, 3201
+# Samples of a motion in time.
+TIMED_SAMPLES = 801
+# Samples of a table: as many as give the spline through them the best accelerations, since
+# round-off grows as samples get closer. Relative error that is good enough.
+TABLE_SAMPLES = 101, 151, 201, 301, 401, 601, 801, 1201, 1601
 TIMED_ERROR = 3e-11
 # Arc length between the samples of a path that the motion follows, if they are closer.
 TIMED_STEP = 0.004
@@ -126,18 +130,26 @@ def sample_path(
     )  # fmt: skip
 
 
-def _profile(samples: int) -> tuple[Array, Array, Array]:
-    """Compute ``σ(τ) = 10 τ³ - 15 τ⁴ + 6 τ⁵`` and two derivatives, from rest to rest."""
-    x = np.linspace(0.0, 1.0, samples)
+def _rest_to_rest(x: Array) -> tuple[Array, ...]:
+    """Compute ``σ(τ) = (1 - cos π τ) / 2`` and two derivatives: at rest at both ends."""
     return (
-        x**3 * (10.0 - 15.0 * x + 6.0 * x * x),
-        30.0 * x * x * (1.0 - x) ** 2,
-        60.0 * x * (1.0 - x) * (1.0 - 2.0 * x),
-    )
+        0.5 - 0.5 * np.cos(np.pi * x), 0.5 * np.pi * np.sin(np.pi * x),
+        0.5 * np.pi**2 * np.cos(np.pi * x),
+    )  # fmt: skip
 
 
-def _timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, ...]:
-    """Compute time, inputs, velocities and accelerations of a path from rest to rest."""
+def _ever_faster(x: Array) -> tuple[Array, ...]:
+    """Compute ``σ(τ) = (τ + τ²) / 2`` and two derivatives: uniformly accelerated.
+
+    Without higher derivatives of its own: a spline through few samples is exact at its ends.
+    """
+    return 0.5 * (x + x * x), 0.5 + x, np.ones_like(x)
+
+
+def _timed_inputs(
+    path: ReactionlessPath, duration: float, count: int, profile: Profile
+) -> tuple[Array, ...]:
+    """Compute time, inputs, velocities and accelerations along a path."""
     from scipy.interpolate import make_interp_spline
 
     apart = max(1, int(TIMED_STEP * (len(path.s) - 1) / path.length))
@@ -145,17 +157,27 @@ def _timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, ...]:
     if path.residual > TIMED_ERROR or kept.size < 16:
         kept = np.arange(len(path.s))
     spline = make_interp_spline(path.s[kept], path.u[kept], k=DEGREE)
-    least, best = np.inf, ()
-    for count in TIMED_SAMPLES:
-        where, speed, change = (path.length * x[:, None] for x in _profile(count))
-        s = np.clip(path.s[0] + where[:, 0], path.s[0], path.s[-1])
-        first, second = spline(s, 1), spline(s, 2)
-        time, u = np.linspace(0.0, duration, count), spline(s)
-        udd = (second * speed**2 + first * change) / duration**2
+    tau = np.linspace(0.0, 1.0, count)
+    where, speed, change = (path.length * x[:, None] for x in profile(tau))
+    s = np.clip(path.s[0] + where[:, 0], path.s[0], path.s[-1])
+    first, second = spline(s, 1), spline(s, 2)
+    return (
+        duration * tau, spline(s), first * speed / duration,
+        (second * speed**2 + first * change) / duration**2,
+    )  # fmt: skip
+
+
+def _table_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, Array]:
+    """Compute time and inputs from which a spline has the best accelerations."""
+    from scipy.interpolate import make_interp_spline
+
+    least, best = np.inf, (np.empty(0), np.empty((0, 0)))
+    for count in TABLE_SAMPLES:
+        time, u, _, udd = _timed_inputs(path, duration, count, _ever_faster)
         found = make_interp_spline(time, u, k=DEGREE)(time, 2)
         error = float(np.abs(found - udd).max() / (np.abs(udd).max() or 1.0))
         if error < least:
-            least, best = error, (time, u, first * speed / duration, udd)
+            least, best = error, (time, u)
         if error <= TIMED_ERROR:
             break
     return best
@@ -164,7 +186,7 @@ def _timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, ...]:
 def timed_path(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> Trajectory:
     """Compute a motion along a path that rests at both of its ends.
 
-    ``s(τ) = 10 τ³ - 15 τ⁴ + 6 τ⁵`` of the length, τ the share of the duration.
+    ``s(τ) = (1 - cos π τ) / 2`` of the length, τ the share of the duration.
 
     Args:
         linkage: the linkage.
@@ -177,11 +199,14 @@ def timed_path(linkage: Linkage, path: ReactionlessPath, duration: float = DURAT
     Raises:
         PoseError: an end of the path is not reached along a straight line of the inputs.
     """
-    return drive(linkage, *_timed_inputs(path, duration))
+    return drive(linkage, *_timed_inputs(path, duration, TIMED_SAMPLES, _rest_to_rest))
 
 
 def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> bytes:
-    """Write the motion of `timed_path` as a table that ``balance verify --csv`` reads.
+    """Write a motion along a path as a table that ``balance verify --csv`` reads.
+
+    It is uniformly accelerated, from half the mean speed to one and a half: the spline that is
+    put through the rows follows such a motion best.
 
     Args:
         linkage: the linkage.
@@ -191,7 +216,7 @@ def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURAT
     Returns:
         Comma-separated values: ``time`` and the inputs, displacements in rad and m.
     """
-    time, u, *_ = _timed_inputs(path, duration)
+    time, u = _table_inputs(path, duration)
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time", *linkage.inputs])

@@ -139,11 +139,11 @@ def _rest_to_rest(x: Array) -> tuple[Array, ...]:
 
 
 def _ever_faster(x: Array) -> tuple[Array, ...]:
-    """Compute ``σ(τ) = (τ + τ²) / 2`` and two derivatives: uniformly accelerated.
+    """Compute ``σ(τ) = τ²`` and two derivatives: uniformly accelerated from rest.
 
     Without higher derivatives of its own: a spline through few samples is exact at its ends.
     """
-    return 0.5 * (x + x * x), 0.5 + x, np.ones_like(x)
+    return x * x, 2.0 * x, np.full_like(x, 2.0)
 
 
 def _timed_inputs(
@@ -205,8 +205,8 @@ def timed_path(linkage: Linkage, path: ReactionlessPath, duration: float = DURAT
 def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> bytes:
     """Write a motion along a path as a table that ``balance verify --csv`` reads.
 
-    It is uniformly accelerated, from half the mean speed to one and a half: the spline that is
-    put through the rows follows such a motion best.
+    It is uniformly accelerated from rest: the spline that is put through the rows follows such a
+    motion best.
 
     Args:
         linkage: the linkage.

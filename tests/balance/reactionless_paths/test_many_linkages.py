@@ -20,7 +20,7 @@ from balance.reactionless_paths.rest_equations import RestEquations
 from kinematics import gallery, load
 from kinematics.errors import LinkageError
 
-LENGTH = 0.25
+LENGTH = 0.4
 STARTS = 5
 
 

@@ -1,7 +1,7 @@
 /* Run the linkage along a path: drawing, plane of the inputs, and loads over time. */
 
 const run = data("run");
-const chosen = document.getElementById("chosen"), time = document.getElementById("time");
+const chosen = byId("chosen"), time = byId("time");
 const still = {responsive: true, displayModeBar: false};
 const FONT_STYLE = {family: "Charter, Liberation Serif, Georgia, serif", color: "#1b1e22"};
 const paper = {paper_bgcolor: "#fff", plot_bgcolor: "#fff", font: FONT_STYLE};
@@ -65,7 +65,7 @@ function drawLoads(path, k) {
 
 function show() {
   const path = run.paths[Number(chosen.value)], k = Number(time.value);
-  document.getElementById("now").textContent = `${path.time[k].toFixed(2)} s`;
+  byId("now").textContent = `${path.time[k].toFixed(2)} s`;
   drawLinkage(path, k); drawPlane(path, k); drawLoads(path, k);
 }
 
@@ -75,7 +75,7 @@ if (run.paths.length) {
   chosen.addEventListener("input", show);
   time.addEventListener("input", show);
   let timer = 0;
-  document.getElementById("play").addEventListener("click", (event) => {
+  byId("play").addEventListener("click", (event) => {
     clearInterval(timer);
     const playing = event.target.textContent === "Play";
     event.target.textContent = playing ? "Stop" : "Play";
@@ -86,5 +86,5 @@ if (run.paths.length) {
   });
   show();
 } else {
-  document.getElementById("run").hidden = true;
+  byId("controls").hidden = true;
 }

@@ -242,6 +242,7 @@ __all__ = [
     "exact_ranks",
     "explain",
     "feasible",
+    "find_paths",
     "inertia_from_moments",
     "load_space",
     "mass_properties",

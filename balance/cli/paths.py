@@ -14,7 +14,7 @@ from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
-    from balance.reactionless_paths.demand import Base
+    from balance.reactionless_paths.demand import Base, Kept
     from balance.reactionless_paths.path_search import ReactionlessPaths
 
 __all__ = ["add_paths"]
@@ -30,9 +30,9 @@ def add_paths(verbs: Verbs) -> None:
     parser = verbs.add_parser(
         "paths",
         help="paths along which a linkage leaves its base at rest",
-        description="Integrates the input rates without momentum into paths, and finds poses in "
-        "which several paths meet. Exits with 0 if there is a path, 1 if there is none. All six "
-        "components of the momentum count: --spatial changes nothing here.",
+        description="Integrates the input rates without momentum into paths, and finds poses "
+        "in which several paths meet. Exits with 0 if there is a path, 1 if there is none. All "
+        "six components of the momentum count: --spatial changes nothing here.",
     )
     add_model_options(parser)
     parser.set_defaults(run=_run)
@@ -153,11 +153,12 @@ def _find(
     # Load the kernels only after the file is accepted.
     from balance.reactionless_paths.path_search import find_paths
 
-    kept = "attitude" if arguments.attitude else arguments.kept or "all"
+    kept: Kept = "attitude" if arguments.attitude else arguments.kept or "all"
+    if arguments.balance == "force":
+        kept = "force"
     return find_paths(
         linkage, arguments.starts or (),
-        kept="force" if arguments.balance == "force" else kept,
-        base=_base(arguments), motion=arguments.motion, length=arguments.length,
+        kept=kept, base=_base(arguments), motion=arguments.motion, length=arguments.length,
         step=arguments.step, line=arguments.line, progress=advance,
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Directions without reaction in a pose, and where several paths meet, which of them are tangents.
+"""Directions without reaction in a pose; where several paths meet, those that are tangents.
 
 A path ``y(s) = s v + …`` through a pose satisfies ``A(y) ẏ = 0`` at every order of s:
 
@@ -6,9 +6,9 @@ A path ``y(s) = s v + …`` through a pose satisfies ``A(y) ẏ = 0`` at every o
     ∂A[v] v + A ÿ = 0    hence    Lᵀ ∂A[v] v = 0    for the left null vectors L of A.
 
 In a regular pose the second line adds nothing. Where A drops rank, it is a system of quadratic
-equations on the null space: the tangent cone of the paths, whose lines are the directions of the
-branches (J. J. de Jong, PhD thesis, University of Twente, section 3.2: several reactionless paths
-meet in a pose of instantaneous dynamic balance; A. Müller, "Local kinematic analysis of
+equations on the null space: the tangent cone of the paths, whose lines are the directions of
+the branches (J. J. de Jong, PhD thesis, University of Twente, section 3.2: several reactionless
+paths meet in a pose of instantaneous dynamic balance; A. Müller, "Local kinematic analysis of
 closed-loop linkages", 2019, for the tangent cone of loops).
 """
 
@@ -127,7 +127,7 @@ def _quadratics(derivative: Array, N: Array, L: Array, scale: float) -> Array:
 
 
 def _lines_of_two(Q: Sequence[Array] | Array) -> tuple[Array, bool]:
-    """Solve quadratic forms in two unknowns: common lines (count, 2), and whether one is double.
+    """Solve quadratic forms in two unknowns: lines (count, 2), and whether one is double.
 
     ``a x² + 2 b x y + c y² = 0`` has the lines ``(x, y) ∝ (-b ± √(b² - a c), a)``.
     """

@@ -1,4 +1,4 @@
-"""What a path must keep at rest: all of the momentum or a part of it, on a fixed or free base."""
+"""What a path must keep at rest: all or a part of the momentum, on a fixed or free base."""
 
 from __future__ import annotations
 

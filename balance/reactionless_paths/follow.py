@@ -14,6 +14,7 @@ integrator is the Runge-Kutta method of order 8 of E. Hairer, S. P. Nørsett and
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -45,11 +46,17 @@ MAX_RETRIES = 6
 MAX_STEPS = 20_000
 
 
+def _above(j: int, bound: float, q: Array) -> float:
+    """Compute how far a joint is above a bound."""
+    return float(q[j]) - bound
+
+
 class PathEvent(NamedTuple):
     """What happens on a path.
 
     Attributes:
-        kind: ``"length"`` (as long as asked for), ``"limit"`` of a joint, ``"singular"`` pose of
+        kind: ``"length"`` (as long as asked for), ``"limit"`` of a joint, ``"singular"`` pose
+        of
             the linkage, ``"edge"`` of the workspace, ``"meeting"`` of several paths,
             ``"stop"`` (the direction without reaction turns away from the one asked for) or
             ``"momentum"`` (rank of the equations rises: no direction is left).
@@ -214,9 +221,7 @@ class _Walk:
         end = min(s + passed.length, self.length)
         self.pieces.append((end, lambda x: passed.positions(x - s)))
         if s + passed.meeting <= end:
-            self.events.append(
-                PathEvent("meeting", s + passed.meeting, "several paths meet")
-            )
+            self.events.append(PathEvent("meeting", s + passed.meeting, "several paths meet"))
         self.direction.last = passed.tangent
         if end >= self.length:
             self.events.append(PathEvent("length", end, "as long as asked for"))
@@ -261,7 +266,7 @@ class _Watch:
         if self.limits is not None:
             for j in np.flatnonzero((here.q < self.limits[0]) | (here.q > self.limits[1])):
                 bound = self.limits[0 if here.q[j] < self.limits[0][j] else 1][j]
-                s = self._root(lambda q, j=j, bound=bound: q[j] - bound, first, last, dense)
+                s = self._root(partial(_above, int(j), float(bound)), first, last, dense)
                 name = self.equations.linkage.joints[j].name
                 found.append(PathEvent("limit", s, f"{name} is at its limit"))
         if self._momentum(here) > PATH_MOMENTUM:

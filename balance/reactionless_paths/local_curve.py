@@ -119,9 +119,7 @@ class LocalArc:
         sigma = x * self.curve.advance
         order = np.concatenate([np.flatnonzero(sigma >= 0), np.flatnonzero(sigma < 0)[::-1]])
         found = np.empty((s.size, self.curve.start.q.size))
-        found[order] = [
-            here.q for here in _poses(self.equations, self.curve, sigma[order])
-        ]
+        found[order] = [here.q for here in _poses(self.equations, self.curve, sigma[order])]
         return found
 
 
@@ -173,7 +171,9 @@ def _solve(
         return np.concatenate(rows), np.concatenate(slope)
 
     def solved(path: Sequence[Iterate]) -> bool:
-        return bool(path[-1].error <= LOCAL_CURVE_RESIDUAL and path[-1].size <= LOCAL_CURVE_STEP)
+        return bool(
+            path[-1].error <= LOCAL_CURVE_RESIDUAL and path[-1].size <= LOCAL_CURVE_STEP
+        )
 
     found = gauss_newton(
         system, np.zeros(TERMS * aside.shape[1]), LeastNorm(1e-12, 1.0 / advance), solved,

@@ -5,8 +5,8 @@ block of A between its smallest left and right singular vectors vanishes there,
 
     U_0ᵀ A(y) V_0 = 0,    V_0 the last k + 1 right, U_0 the left ones beyond the rank w - k - 1,
 
-and so does its first-order change ``U_0ᵀ ∂A V_0`` with the step that the method takes, the one of
-least norm.
+and so does its first-order change ``U_0ᵀ ∂A V_0`` with the step that the method takes, the one
+of least norm.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def meeting_pose(
         F, J = _block(equations, here, generic + 1)
         if F.size == 0:
             return None
-        step = np.linalg.lstsq(J, -F, rcond=RCOND)[0]
+        step = np.asarray(np.linalg.lstsq(J, -F, rcond=RCOND)[0], np.float64)
         size = float(np.linalg.norm(step))
         arrived = np.abs(F).max() <= MOMENTUM_NULL * 1e-3 * here.scale
         if arrived and size <= 1e-9:
@@ -58,7 +58,7 @@ def meeting_pose(
             here = equations.at(equations.move(here, step))
         except PoseError:
             return None
-        gone = gone + step
+        gone = np.asarray(gone + step)
         if np.linalg.norm(gone) > reach:
             return None
     return None

@@ -1,8 +1,9 @@
 """Passing a pose in which several paths meet, on the path that leads through it.
 
 Near that pose the null space is ill-conditioned, and an integrator would turn off the path. The
-pose lies ahead if the smallest singular value that the equations keep falls towards zero. Newton's
-method finds it, and the local curve through it along which the path arrives continues the path.
+pose lies ahead if the smallest singular value that the equations keep falls towards zero.
+Newton's method finds it, and the local curve through it along which the path arrives continues
+the path.
 """
 
 from __future__ import annotations

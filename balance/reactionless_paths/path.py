@@ -183,7 +183,9 @@ def _table_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, Array
     return best
 
 
-def timed_path(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> Trajectory:
+def timed_path(
+    linkage: Linkage, path: ReactionlessPath, duration: float = DURATION
+) -> Trajectory:
     """Compute a motion along a path that rests at both of its ends.
 
     ``s(τ) = (1 - cos π τ) / 2`` of the length, τ the share of the duration.
@@ -205,8 +207,8 @@ def timed_path(linkage: Linkage, path: ReactionlessPath, duration: float = DURAT
 def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> bytes:
     """Write a motion along a path as a table that ``balance verify --csv`` reads.
 
-    It is uniformly accelerated from rest: the spline that is put through the rows follows such a
-    motion best.
+    It is uniformly accelerated from rest: the spline that is put through the rows follows such
+    a motion best.
 
     Args:
         linkage: the linkage.

@@ -42,8 +42,8 @@ WALK = 4
 SEED = 11
 # Distance up to which a meeting of paths near a start is a start of its own.
 NEAR = 0.01
-# How often the samples of a path are doubled until the momentum at them is round-off: up to this
-# part of the bodies' own.
+# How often the samples of a path are doubled until the momentum at them is round-off: up to
+# this part of the bodies' own.
 REFINEMENTS = 5
 SAMPLED_WELL = 1e-11
 
@@ -179,8 +179,8 @@ def find_paths(
 
     ``A(q) u̇ = 0`` with the momentum matrix, or a part of it, is integrated from each pose to
     both sides. In a pose in which several paths meet, all of their directions follow from the
-    tangent cone; where the null space has a dimension k above 1 in general, k paths are followed,
-    each led by one input.
+    tangent cone; where the null space has a dimension k above 1 in general, k paths are
+    followed, each led by one input.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.
@@ -317,9 +317,7 @@ class _Search:
         if not any(known):
             self.meetings.append(pose)
 
-    def _record(
-        self, here: RowsAtPose, tangents: Tangents, distance: float
-    ) -> StartPose:
+    def _record(self, here: RowsAtPose, tangents: Tangents, distance: float) -> StartPose:
         """Make the data of a pose."""
         equations = self.equations
         N, _, values = null_basis(here)

@@ -184,7 +184,8 @@ def request(seed: int, folder: Path) -> list[str]:
     """The words of one request; everything follows from the seed."""
     rng = random.Random(seed)
     verb = rng.choice(("report", "report", "verify", "design", "design", "design", "motion",
-                       "motion", "remedies", "paths", *["models"] * (rng.random() < 0.1)))  # fmt: skip
+                       "motion", "remedies", "paths",
+                       *["models"] * (rng.random() < 0.1)))  # fmt: skip
     parser, words = parsers()[verb], [verb]
     if verb != "models":
         words.append(_model(rng, folder))

@@ -1,9 +1,9 @@
 """The five-bar of J. J. de Jong's thesis, chapter 3 (Fuga I), from its table and closed forms.
 
 Base pivots at (0, ∓0.2) m, upper arms 190 mm, lower arms 180 mm, both elbows on the side +x
-(an M). Table 3.2: arms of 0.66 and 0.21 kg, lower arms of 1.66 g m² about their centres of mass.
-The centres and moments of inertia of the upper arms follow from Eqs. 3.59 and 3.60, which are
-written here by themselves: planar momenta of the lower arms, nothing of the package.
+(an M). Table 3.2: arms of 0.66 and 0.21 kg, lower arms of 1.66 g m² about their centres of
+mass. The centres and moments of inertia of the upper arms follow from Eqs. 3.59 and 3.60, which
+are written here by themselves: planar momenta of the lower arms, nothing of the package.
 """
 
 from __future__ import annotations
@@ -59,7 +59,11 @@ def crossing_five_bar(x: float, distance: float, degrees: float) -> FiveBar:
             ("upper", UPPER_MASS, pivots[k] + arms[k], inertias[k]),
             ("lower", LOWER_MASS, lower[k], LOWER_INERTIA),
         ):
-            bodies[f"{side}_{name}"] = (mass, (c.real, c.imag, 0.0), np.diag([0.4 * g, 0.7 * g, g]))
+            bodies[f"{side}_{name}"] = (
+                mass,
+                (c.real, c.imag, 0.0),
+                np.diag([0.4 * g, 0.7 * g, g]),
+            )
     turn = [np.angle(arms[k] / (elbows[k] - pivots[k])) for k in (0, 1)]
     return FiveBar(
         _linkage([*pivots, *elbows, end], bodies), np.abs(arms), np.abs(np.degrees(turn)),
@@ -86,7 +90,9 @@ def _upper_arm(
     moving = [(turns[0], near, rate + 1j * turns[0] * (near - elbow)),
               (turns[1], far, 1j * turns[1] * (far - other))]  # fmt: skip
     p = LOWER_MASS * sum(v for _, _, v in moving)
-    moment = sum(LOWER_INERTIA * w + LOWER_MASS * (c.conjugate() * v).imag for w, c, v in moving)
+    moment = sum(
+        LOWER_INERTIA * w + LOWER_MASS * (c.conjugate() * v).imag for w, c, v in moving
+    )
     arm = 1j * p / UPPER_MASS  # Eq. 3.59: c1 = o1 + n × p / m1
     centre, speed = pivot + arm, 1j * arm
     return arm, float(-moment - UPPER_MASS * (centre.conjugate() * speed).imag)

@@ -183,7 +183,7 @@ def _field(found: ReactionlessPaths) -> tuple[Array, Array]:
         name: middle[i] + np.linspace(-0.6, 0.6, FIELD) * wide for i, name in enumerate(names)
     }
     components: Components = found.demand.kept if found.demand.kept in (
-        "moment", "force") else "both"  # type: ignore[assignment]  # fmt: skip
+        "moment", "force") else "both"  # fmt: skip
     try:
         field = momentum_map(found.linkage, grid, components)
     except PoseError:

@@ -1,8 +1,9 @@
 """Paths on a base that floats, of parts of the momentum, and loops that do not return a wheel.
 
-Dimensions: D. N. Nenchev, Reaction null space of a multibody system with applications in robotics,
-Mechanical Sciences 4, 2013. Wheel and floating pantograph: J. J. de Jong, PhD thesis, University
-of Twente, chapter 2. The momentum of free-floating arms is from Pinocchio, on models built here.
+Dimensions: D. N. Nenchev, Reaction null space of a multibody system with applications in
+robotics, Mechanical Sciences 4, 2013. Wheel and floating pantograph: J. J. de Jong, PhD thesis,
+University of Twente, chapter 2. The momentum of free-floating arms is from Pinocchio, on models
+built here.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Two reactionless paths that cross: J. J. de Jong, PhD thesis, University of Twente, chapter 3."""
+"""Reactionless paths that cross: J. J. de Jong, PhD thesis, University of Twente, chapter 3."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import pytest
 from crossing_five_bar import crossing_five_bar, end_points
 
 import balance
-from balance.verification.given_motions import rest_to_rest
 from balance.reactionless_paths.branches import leading_directions
 from balance.reactionless_paths.demand import Demand
 from balance.reactionless_paths.meeting_poses import meeting_pose
 from balance.reactionless_paths.rest_equations import RestEquations
+from balance.verification.given_motions import rest_to_rest
 from kinematics import load
 
 # Lower arms that ask for a left upper arm of 69.0 mm at 150.0°, as table 3.2 prints; by force
-# balance (Eq. 3.61) the right one is then another. Symmetric ones, of upper arms at 150.0°; those
-# that the table prints itself.
+# balance (Eq. 3.61) the right one is then another. Symmetric ones, of upper arms at 150.0°;
+# those that the table prints itself.
 CORRECTED, SYMMETRIC, PRINTED = (0.10274, 88.84), (0.10392, 90.0), (0.140, 90.0)
 # The end point 1 mm beyond the base line, seen from the elbows.
 BEYOND = -1e-3

@@ -38,7 +38,9 @@ def check_linkage(name, folder, count=STARTS):
     linkage = load(name)
     rng = np.random.default_rng(2)
     size = 0.05 * linkage.spatial_chain.frame.length
-    slides = [linkage.joints[j].kind == "prismatic" for j in linkage.positions_of(linkage.inputs)]
+    slides = [
+        linkage.joints[j].kind == "prismatic" for j in linkage.positions_of(linkage.inputs)
+    ]
     starts = []
     for _ in range(20 * count):
         if len(starts) == count:

@@ -53,10 +53,11 @@ function drawLoads(path, k) {
     Plotly.react(name, curves.map(([label, y, color]) => ({
       type: "scatter", mode: "lines", name: label, x: path.time, y, line: {color, width: 2},
     })), {
-      ...paper, margin: {l: 64, r: 8, t: 36, b: 40}, legend: {orientation: "h", y: 1.15},
+      ...paper, margin: {l: 64, r: 8, t: 36, b: 40}, legend: {orientation: "h", x: 1, xanchor: "right", y: 1.15},
       title: {text: `shaking ${name} (${unit})`, x: 0, font: {size: 14}},
       xaxis: {title: {text: "time (s)"}, gridcolor: "#e6e9ec"},
-      yaxis: {gridcolor: "#e6e9ec", rangemode: "tozero", exponentformat: "power"},
+      yaxis: {gridcolor: "#e6e9ec", exponentformat: "power",
+        range: [0, 1.1 * Math.max(1e-6, ...curves.flatMap((curve) => curve[1] || []))]},
       shapes: [{type: "line", x0: path.time[k], x1: path.time[k], yref: "paper", y0: 0, y1: 1,
         line: {color: "#1b1e22", width: 1}}],
     }, still);

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from balance.instantaneous.momentum_of_masses import MassedChain
 from balance.momentum.regressor import RegressorSeries
 from balance.reactionless_paths.demand import Demand
-from balance.verification.trajectory import order_inputs, smallest_pivot
+from balance.verification.trajectory import order_inputs, loop_pivot
 from kinematics.closure.newton import Pose, expand_at, forward_kinematics, solve_positions
 from kinematics.closure.series import expand_from
 from kinematics.errors import LinkageError, PoseError
@@ -78,7 +78,7 @@ class RestEquations:
         self.basis: Array = np.linalg.qr(basis / units[:, None])[0]
         self.units: Array = units
         self.centre = self._moment_centre()
-        self._pivot = smallest_pivot(self.chain, self.chain.screws)
+        self._pivot = loop_pivot(self.chain, self.chain.screws)
         self.round_off = round_off(self.chain.frame.origin, self.chain.frame.length)
 
     @property
@@ -129,7 +129,7 @@ class RestEquations:
         M, own = (found[0] for found in self.model.momenta(q[None]))
         pose = forward_kinematics(self.chain, q)
         C = expand_at(self.chain, pose).C[0, 0]
-        pivot = smallest_pivot(self.chain, pose.screws) / self._pivot
+        pivot = loop_pivot(self.chain, pose.screws) / self._pivot
         centre = self._centre_at(pose)
         sizes = self._select_sizes(own @ np.abs(self.basis), centre)
         return RowsAtPose(

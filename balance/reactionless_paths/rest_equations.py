@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from balance.instantaneous.momentum_of_masses import MassedChain
 from balance.momentum.regressor import RegressorSeries
 from balance.reactionless_paths.demand import Demand
-from balance.verification.trajectory import order_inputs, loop_pivot
+from balance.verification.trajectory import loop_pivot, order_inputs
 from kinematics.closure.newton import Pose, expand_at, forward_kinematics, solve_positions
 from kinematics.closure.series import expand_from
 from kinematics.errors import LinkageError, PoseError

@@ -174,8 +174,9 @@ if TYPE_CHECKING:
     from balance.partial_balance.elastic_frame import ElasticFrame
     from balance.partial_balance.results import ParetoFront, PartialBalance
     from balance.reactionless_paths.demand import Base
+    from balance.reactionless_paths.found_paths import ReactionlessPaths
     from balance.reactionless_paths.path import ReactionlessPath, timed_path
-    from balance.reactionless_paths.path_search import ReactionlessPaths, find_paths
+    from balance.reactionless_paths.path_search import find_paths
     from balance.remedies.applied import AppliedRemedy
     from balance.remedies.compare import RemedyComparison, compare_remedies
     from balance.search.many_geometries import ManySpaces, design_space_many
@@ -296,7 +297,7 @@ _HOMES = {
     "Proof": "exact.proof",
     "ReactionNullSpace": "instantaneous.null_space",
     "ReactionlessPath": "reactionless_paths.path",
-    "ReactionlessPaths": "reactionless_paths.path_search",
+    "ReactionlessPaths": "reactionless_paths.found_paths",
     "Region": "added_masses.regions",
     "RemedyComparison": "remedies.compare",
     "ScrewLine": "momentum.momentum_lines",

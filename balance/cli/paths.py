@@ -15,7 +15,7 @@ from balance.cli.progress_bar import progress_bar
 
 if TYPE_CHECKING:
     from balance.reactionless_paths.demand import Base, Kept
-    from balance.reactionless_paths.path_search import ReactionlessPaths
+    from balance.reactionless_paths.found_paths import ReactionlessPaths
 
 __all__ = ["add_paths"]
 

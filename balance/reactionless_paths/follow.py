@@ -15,12 +15,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
 from balance.reactionless_paths.pass_meeting import MeetingAhead, PassedMeeting
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
@@ -32,6 +30,9 @@ from balance.tolerances import (
     PATH_STEP_ERROR,
 )
 from kinematics.errors import PoseError
+
+if TYPE_CHECKING:
+    from scipy.integrate import DOP853
 
 __all__ = ["Arc", "PathEvent", "follow_arc"]
 
@@ -196,6 +197,8 @@ class _Walk:
 
     def _solver(self, q: Array, s: float) -> DOP853:
         """Start the integrator at a pose."""
+        from scipy.integrate import DOP853
+
         return DOP853(
             self.direction, s, q, self.length, rtol=PATH_STEP_ERROR, atol=PATH_STEP_ERROR,
             max_step=self.longest,
@@ -294,6 +297,7 @@ class _Watch:
         self, function: Callable[[Array], float], first: float, last: float, dense: Dense
     ) -> float:
         """Find where a function of the pose vanishes in a step."""
+        from scipy.optimize import brentq
 
         def value(s: float) -> float:
             return function(self.equations.close(np.asarray(dense(s))))
@@ -317,6 +321,7 @@ class _Watch:
 
     def _locate(self, first: float, last: float, dense: Dense, U: Array) -> float:
         """Find the pose in a step in which the equations drop rank."""
+        from scipy.optimize import brentq
 
         def value(s: float) -> float:
             here = self.equations.at(self.equations.close(np.asarray(dense(s))))

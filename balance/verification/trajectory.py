@@ -198,7 +198,12 @@ def _largest_rate(chain: Chain) -> float:
 
 
 def loop_pivot(chain: Chain, screws: Array) -> float:
-    """Compute the smallest pivot of the loop matrix; 0 at a singularity."""
+    """Compute the smallest pivot of the loop matrix; 0 at a singularity.
+
+    Args:
+        chain: the linkage as arrays.
+        screws: joint screws at the pose (n, 6 or 3).
+    """
     found = pivots(screws, chain.mimics, chain.envelope, chain.dependent.size)
     return float(np.abs(found).min()) if found.size else 1.0
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from balance.instantaneous.null_space import Components
 from balance.instantaneous.workspace_map import momentum_map
+from balance.reactionless_paths.found_paths import ReactionlessPaths
 from balance.reactionless_paths.path import ReactionlessPath, timed_path
-from balance.reactionless_paths.path_search import ReactionlessPaths
 from balance.report.html.plot_style import image, short, tidy
 from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.text.paths import path_rows, paths_facts

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.reactionless_paths.found_paths import ReactionlessPaths, StartPose
 from balance.reactionless_paths.path import ReactionlessPath
-from balance.reactionless_paths.path_search import ReactionlessPaths, StartPose
 
 __all__ = ["path_rows", "paths_facts", "paths_text"]
 

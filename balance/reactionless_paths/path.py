@@ -29,7 +29,7 @@ DEGREE = 5
 TIMED_SAMPLES = 801
 # Samples of a table: as many as give the spline through them the best accelerations, since
 # round-off grows as samples get closer. Relative error that is good enough.
-TABLE_SAMPLES = 101, 151, 201, 301, 401, 601, 801, 1201, 1601
+TABLE_SAMPLES = 101, 151, 201, 301, 401, 601, 801, 1201, 1601, 3201, 6401
 TIMED_ERROR = 3e-11
 # Arc length between the samples of a path that the motion follows, if they are closer.
 TIMED_STEP = 0.004

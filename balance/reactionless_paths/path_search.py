@@ -258,6 +258,7 @@ class _Search:
             events.append(PathEvent("meeting", 0.0, "several paths meet"))
         events += arcs[0].events
         count = max(FEWEST, int(np.ceil(self.samples * (ahead + behind) / 2 / self.length)))
+        count |= 1  # so that one of them is in the middle
         best: ReactionlessPath | None = None
         for _ in range(REFINEMENTS):
             s = np.linspace(-behind, ahead, count)

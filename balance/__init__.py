@@ -54,8 +54,11 @@ Least shaking for a budget:
 What to build in where no masses balance:
 
 - ``compare_remedies``: apply the remedies of the literature, and compare what each costs
+- ``fewest_rotors``: the smallest sets of counter-rotations with which masses balance
 - ``AppliedRemedy``: one remedy, its verdict and its cost
+- ``FewestRotors``: result of ``fewest_rotors``
 - ``RemedyComparison``: result of ``compare_remedies``
+- ``RotorSet``: one of the smallest sets
 
 Shaking in motion:
 
@@ -120,6 +123,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from balance.home_modules import HOME_MODULES
 from kinematics.compiled.background import register_warm_up
 
 if TYPE_CHECKING:
@@ -179,6 +183,11 @@ if TYPE_CHECKING:
     from balance.reactionless_paths.path_search import find_paths
     from balance.remedies.applied import AppliedRemedy
     from balance.remedies.compare import RemedyComparison, compare_remedies
+    from balance.remedies.counter_rotations.fewest_rotors import (
+        FewestRotors,
+        RotorSet,
+        fewest_rotors,
+    )
     from balance.search.many_geometries import ManySpaces, design_space_many
     from balance.spaces.certainty import Certainty
     from balance.spaces.compute_space import design_space
@@ -207,6 +216,7 @@ __all__ = [
     "Exact",
     "Explanation",
     "Feasibility",
+    "FewestRotors",
     "Freedom",
     "ManySpaces",
     "Meeting",
@@ -222,6 +232,7 @@ __all__ = [
     "ReactionlessPaths",
     "Region",
     "RemedyComparison",
+    "RotorSet",
     "ScrewLine",
     "SpaceRecord",
     "Trajectory",
@@ -243,6 +254,7 @@ __all__ = [
     "exact_ranks",
     "explain",
     "feasible",
+    "fewest_rotors",
     "find_paths",
     "inertia_from_moments",
     "load_space",
@@ -269,84 +281,6 @@ __all__ = [
     "violations",
 ]
 
-_HOMES = {
-    "AppliedRemedy": "remedies.applied",
-    "BalancingFamily": "instantaneous.body_family",
-    "Base": "reactionless_paths.demand",
-    "BodyInertia": "inertial_parameters.body_inertia",
-    "Certainty": "spaces.certainty",
-    "CertificateCheck": "designs.certificate",
-    "CertifiedSpace": "certification.certified_space",
-    "Counterweights": "added_masses.answer",
-    "Design": "designs.best_design",
-    "DesignCheck": "designs.design_check",
-    "DesignSpace": "spaces.design_space",
-    "ElasticFrame": "partial_balance.elastic_frame",
-    "Exact": "exact.modular_ranks",
-    "Explanation": "interpretation.explain",
-    "Feasibility": "designs.feasibility",
-    "Freedom": "interpretation.freedoms",
-    "ManySpaces": "search.many_geometries",
-    "Meeting": "momentum.momentum_lines",
-    "MomentumMap": "instantaneous.workspace_map",
-    "MomentumTaylor": "momentum.momentum_taylor_series",
-    "ParetoFront": "partial_balance.results",
-    "PartialBalance": "partial_balance.results",
-    "PoseBalance": "instantaneous.proximal_bodies",
-    "Primitive": "inertial_parameters.multipole",
-    "Proof": "exact.proof",
-    "ReactionNullSpace": "instantaneous.null_space",
-    "ReactionlessPath": "reactionless_paths.path",
-    "ReactionlessPaths": "reactionless_paths.found_paths",
-    "Region": "added_masses.regions",
-    "RemedyComparison": "remedies.compare",
-    "ScrewLine": "momentum.momentum_lines",
-    "SpaceRecord": "spaces.save",
-    "Trajectory": "verification.trajectory",
-    "Transfer": "transfers.by_joint",
-    "Verification": "verification.result",
-    "balance_pose": "instantaneous.proximal_bodies",
-    "balancing_family": "instantaneous.body_family",
-    "certify": "certification.certify_space",
-    "common_normal": "momentum.momentum_lines",
-    "check_certificate": "designs.certificate",
-    "check_design": "designs.design_check",
-    "compare_remedies": "remedies.compare",
-    "counterweights": "added_masses.counterweights",
-    "critical_moment": "instantaneous.principal_moments",
-    "design": "designs.best_design",
-    "design_space": "spaces.compute_space",
-    "design_space_many": "search.many_geometries",
-    "distance_to_rank_drop": "spaces.distance_to_rank_drop",
-    "exact_ranks": "certification.exact_ranks",
-    "explain": "interpretation.explain",
-    "feasible": "designs.feasibility",
-    "find_paths": "reactionless_paths.path_search",
-    "inertia_from_moments": "instantaneous.principal_moments",
-    "load_space": "spaces.save",
-    "mass_properties": "inertial_parameters.conversions",
-    "meeting": "momentum.momentum_lines",
-    "momentum_lines": "momentum.momentum_lines",
-    "momentum_map": "instantaneous.workspace_map",
-    "momentum_margins": "instantaneous.principal_moments",
-    "momentum_matrix": "instantaneous.momentum_of_masses",
-    "momentum_regressor": "momentum.regressor",
-    "momentum_taylor": "momentum.momentum_taylor_series",
-    "momentum_wrenches": "momentum.momentum_lines",
-    "parameters": "inertial_parameters.conversions",
-    "pareto": "partial_balance.budgets",
-    "partial": "partial_balance.budgets",
-    "planar_balancing_body": "instantaneous.body_family",
-    "pseudo_inertia": "inertial_parameters.conversions",
-    "reaction_null_space": "instantaneous.null_space",
-    "save_space": "spaces.save",
-    "screw_figure": "momentum.momentum_figure",
-    "shaking": "verification.shaking_wrench",
-    "timed_path": "reactionless_paths.path",
-    "verify": "verification.to_pinocchio",
-    "violations": "inertial_parameters.conversions",
-}
-
 
 def __getattr__(name: str) -> object:
     """Import a public name when it is first used: the command line needs few of them."""
@@ -356,8 +290,8 @@ def __getattr__(name: str) -> object:
         from kinematics.version import __version__
 
         return __version__
-    if name in _HOMES:
-        value = getattr(import_module(f"balance.{_HOMES[name]}"), name)
+    if name in HOME_MODULES:
+        value = getattr(import_module(f"balance.{HOME_MODULES[name]}"), name)
         globals()[name] = value
         return value
     raise AttributeError(f"module 'balance' has no attribute '{name}'")

@@ -6,8 +6,14 @@ The matrices are small, and sums keep their order on every machine.
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).parents[1]
 
 # BLAS reads these when NumPy loads, and pytest loads this file before any test.
 for name in ("OPENBLAS", "OMP", "MKL", "BLIS"):
@@ -15,18 +21,61 @@ for name in ("OPENBLAS", "OMP", "MKL", "BLIS"):
 os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
 
 
-# Files of tests that need no kernels, and then small ones.
+# Files of tests that need no kernels. They come first, while all kernels are compiled.
 PLAIN = (
-    "packaging reference hostile_files keyfile guard loops markup multipole inertia screws "
-    "urdf rank series taylor momentum_taylor sparse"
+    "packaging reference formats hostile_files keyfile house mjcf_hostile kernel_rules "
+    "geometry guard loops markup urdf oddities xacro mjcf_files architecture translate "
+    "repeated_loops multipole inertia screws sidecar"
 ).split()
+# What compiles them: once, for all processes of the tests, which wait for this lock.
+COMPILE = """
+import pathlib, balance, kinematics
+from filelock import FileLock
+from kinematics.compiled.cache_contents import ALL, cache_folder, ready_kernels
+folder = cache_folder()
+if folder is not None:
+    with FileLock(folder / "kernels.lock"):
+        if ALL not in ready_kernels(pathlib.Path(balance.__file__).parent):
+            kinematics.compile()
+"""
+compiler = pytest.StashKey()
+
+
+def pytest_configure(config):
+    """Compile all kernels, beside the first tests, if several processes will need them."""
+    if config.getoption("numprocesses", None):
+        config.stash[compiler] = subprocess.Popen([sys.executable, "-c", COMPILE], cwd=ROOT)
+
+
+def pytest_unconfigure(config):
+    if compiler in config.stash:
+        config.stash[compiler].terminate()
+        config.stash[compiler].wait()
+
+
+@cache
+def wait_for_kernels():
+    """Wait until the process that compiles all kernels has ended."""
+    from filelock import FileLock
+
+    from kinematics.compiled.cache_contents import cache_folder
+
+    folder = cache_folder()
+    if folder is not None:
+        with FileLock(folder / "kernels.lock"):
+            pass
+
+
+def pytest_runtest_setup(item):
+    """In one of several processes, compile nothing that the process beside them compiles."""
+    if hasattr(item.config, "workerinput") and item.path.stem[5:] not in PLAIN:
+        wait_for_kernels()
 
 
 def pytest_collection_modifyitems(items):
-    """Plain files come second: the first file has the large kernels compiled meanwhile."""
-    first = [item.path for item in items[:1]]
+    """Files that need no kernels come first."""
     place = {f"test_{name}": k for k, name in enumerate(PLAIN)}
-    items.sort(key=lambda i: (i.path not in first, place.get(i.path.stem, len(PLAIN))))
+    items.sort(key=lambda item: place.get(item.path.stem, len(PLAIN)))
 
 
 def pytest_xdist_auto_num_workers(config):

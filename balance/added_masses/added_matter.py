@@ -36,8 +36,8 @@ from balance.tolerances import TETRAHEDRON_FLAT
 from kinematics.spatial.inertia import from_pseudo_inertia
 
 __all__ = [
-    "AddedMatter", "MomentCone", "added_matter", "first_moment_cone", "homogeneous",
-    "lump_cone", "moment_cone", "parameters_per_moment",
+    "MomentCone", "first_moment_cone", "homogeneous", "lump_cone", "moment_cone",
+    "parameters_per_moment", "symmetric_basis",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -59,52 +59,6 @@ class MomentCone(NamedTuple):
     exact: bool
 
 
-class AddedMatter(NamedTuple):
-    """Matter added to a body as a linear function of the variables v of a cone.
-
-    Attributes:
-        body: position of the body in the design space.
-        region: region of its link frame.
-        to_inertial: affine map (4, 4) from the region's unit coordinates to the inertial
-            frame at the reference pose, metres.
-        cone: constraints on v; v is in kilograms.
-        parameters: parameters about the inertial origin, SI units, per unit of v (10, n).
-        counted: those that the space counts, in the units of its chain (count, n); count is 4
-            in a plane and 10 in space, for force balance 3 and 4. They are in the order of
-            the rows of the conditions of the body.
-    """
-
-    body: int
-    region: Region
-    to_inertial: Array
-    cone: MomentCone
-    parameters: Array
-    counted: Array
-
-    def pseudo_inertia(self, v: ArrayLike) -> Array:
-        """Compute ΔP (4, 4) in the region's unit coordinates from variables v (n,)."""
-        return np.asarray(np.einsum("nij,n->ij", self.cone.matrices, np.asarray(v)))
-
-
-def added_matter(
-    space: DesignSpace, body: int, region: Region, points: ArrayLike | None = None
-) -> AddedMatter:
-    """Describe the matter that may be added to a body.
-
-    Args:
-        space: the design space.
-        body: position of the body among ``space.bodies``.
-        region: where matter may be added, in the frame of its link.
-        points: positions (n, 3) in unit coordinates: point masses there are the variables
-            instead of the exact description. Needed for a cylinder.
-    """
-    cone = moment_cone(region) if points is None else lump_cone(points)
-    H = space.frames[body] @ region.place
-    z = from_pseudo_inertia(H @ cone.matrices @ H.T)
-    counted = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
-    return AddedMatter(body, region, H, cone, z.T, counted.T)
-
-
 def moment_cone(region: Region) -> MomentCone:
     """Describe the pseudo-inertias of all measures in a region, in its unit coordinates.
 
@@ -119,7 +73,7 @@ def moment_cone(region: Region) -> MomentCone:
 @cache
 def _ball_cone() -> MomentCone:
     """Describe the pseudo-inertias of measures in the unit ball."""
-    S = _symmetric_basis()
+    S = symmetric_basis()
     G = np.diag([-1.0, -1.0, -1.0, 1.0])
     rows = np.vstack([np.eye(10), np.einsum("nij,ij->n", S, G)])
     parts = (ConstraintBlock("psd_triangle", 4), ConstraintBlock("nonnegative", 1))
@@ -167,11 +121,12 @@ def parameters_per_moment(space: DesignSpace, regions: Mapping[int, Region]) -> 
         regions: region by position of the body, in whose unit coordinates ΔP is.
 
     Returns:
-        Matrices (regions, count, 10) in the units of the chain; see `AddedMatter.counted`.
+        Matrices (regions, count, 10) in the units of the chain; count is 4 in a plane and 10
+        in space, for force balance 3 and 4. Their rows are in the order of the conditions.
     """
     places = np.array([region.place for region in regions.values()]).reshape(-1, 1, 4, 4)
     H = space.frames[list(regions), None] @ places
-    z = from_pseudo_inertia(H @ _symmetric_basis() @ H.mT).reshape(-1, 10)
+    z = from_pseudo_inertia(H @ symmetric_basis() @ H.mT).reshape(-1, 10)
     own = to_chain(z, space.chain.frame, space.planar, space.balance == "force")
     return np.asarray(own.reshape(len(regions), 10, -1).mT)
 
@@ -190,7 +145,7 @@ def homogeneous(points: ArrayLike) -> Array:
 
 def _tetrahedra_cone(region: Region) -> MomentCone:
     """Describe the pseudo-inertias of measures in a box or hull."""
-    S, corners = _symmetric_basis(), homogeneous(region.vertices)
+    S, corners = symmetric_basis(), homogeneous(region.vertices)
     tetrahedra = [corners[one].T for one in partition(region)]
     matrices = np.concatenate([V @ S @ V.T for V in tetrahedra])
     entries = np.array([S[:, i, j] for i in range(4) for j in range(i + 1, 4)])
@@ -214,6 +169,6 @@ def partition(region: Region) -> list[list[int]]:
     ]
 
 
-def _symmetric_basis() -> Array:
-    """Return the ten symmetric matrices (10, 4, 4) of the coordinates of `triangles`."""
+def symmetric_basis() -> Array:
+    """Return the ten symmetric matrices (10, 4, 4) of the coordinates `triangles`."""
     return np.asarray(TRIANGLES[4].T.reshape(10, 4, 4))

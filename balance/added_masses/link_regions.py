@@ -13,13 +13,13 @@ from balance.added_masses.regions import (
     Region,
     ball_region,
     hull_region,
-    rotation_of_angles,
 )
 from balance.designs.mass_regions import BALL_RADIUS, ball_of, joint_points
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import COORDINATE_ROUND_OFF, LINK_LENGTH_ZERO
 from kinematics.errors import BodyError, UsageError
 from kinematics.model.linkage import GROUND
+from kinematics.urdf.robot_tree import pose_matrix
 from kinematics.urdf_elements.element import Element
 
 __all__ = ["COLLISION", "default_region", "regions_of", "wide_region"]
@@ -159,11 +159,9 @@ def _element_points(space: DesignSpace, name: str, element: Element) -> Array:
     """List points (n, 3) of the link frame whose hull is that of a collision element."""
     geometry = element.first("geometry")
     shape = geometry.children[0] if geometry is not None and geometry.children else None
-    origin = element.first("origin") or Element("origin")
     try:
-        points = _shape_points(shape)
-        xyz, rpy = (np.array(origin.vector(key, "0 0 0")) for key in ("xyz", "rpy"))
-        placed = points @ rotation_of_angles(rpy).T + xyz
+        points, pose = _shape_points(shape), pose_matrix(element.first("origin"))
+        placed = points @ pose[:3, :3].T + pose[:3, 3]
         if not np.isfinite(placed).all():
             raise ValueError
     except (ValueError, KeyError, IndexError):

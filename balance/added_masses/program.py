@@ -28,6 +28,7 @@ from balance.added_masses.added_matter import (
     lump_cone,
     moment_cone,
     parameters_per_moment,
+    symmetric_basis,
 )
 from balance.added_masses.regions import Region
 from balance.designs.clarabel_adapter import TRIANGLES, ConstraintBlock, solve_conic, triangles
@@ -46,6 +47,7 @@ __all__ = [
     "certificate_dual",
     "conic_arguments",
     "solve_added",
+    "orthonormal_conditions",
 ]
 
 Array = NDArray[np.float64]
@@ -129,7 +131,7 @@ def build_added_program(
     unit = float(file[:, 0].sum()) / len(file) or 1.0
     frame, force = space.chain.frame, space.balance == "force"
     given = to_chain(file, frame, space.planar, force).reshape(-1) / unit
-    conditions = _orthonormal_conditions(space.scaled_basis)
+    conditions = orthonormal_conditions(space.scaled_basis)
     by_body = conditions.reshape(len(conditions), len(file), -1).transpose(1, 0, 2)
     raw = by_body[list(regions)] @ parameters_per_moment(space, regions)
     U, values, V = np.linalg.svd(np.concatenate(raw, axis=1), full_matrices=False)
@@ -294,7 +296,7 @@ def _inertia_prices(program: AddedProgram, dual: Array, cones: tuple[MomentCone,
     return prices
 
 
-def _orthonormal_conditions(basis: Array) -> Array:
+def orthonormal_conditions(basis: Array) -> Array:
     """Compute orthonormal rows (rank, parameters) that vanish on a space (parameters, n)."""
     if basis.shape[1] == 0:
         return np.eye(len(basis))
@@ -307,7 +309,7 @@ def _objective(
     unit: float,
 ) -> tuple[Array, tuple[Array, Array], float, float]:  # fmt: skip
     """Compute ``cost``, ``inertia``, ``scale`` and ``constant`` of the program."""
-    empty, S = np.empty(0), np.asarray(TRIANGLES[4].T.reshape(10, 4, 4))
+    empty, S = np.empty(0), symmetric_basis()
     cost = np.zeros((len(regions), 10))
     if minimise == "mass":
         cost[:] = S[:, 3, 3]

@@ -27,10 +27,11 @@ from numpy.typing import ArrayLike, NDArray
 from balance.tolerances import HULL_FLAT, INSIDE_REGION
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
+from kinematics.urdf.robot_tree import rotation_of_angles
 
 __all__ = [
     "Kind", "Region", "ball_region", "box_region", "cylinder_region", "ellipsoid_region",
-    "hull_region", "rotation_of_angles",
+    "hull_region",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -49,7 +50,7 @@ class Region:
     Attributes:
         kind: shape in unit coordinates.
         place: affine map H (4, 4) from unit coordinates to the link frame, metres.
-        text: the region in words, as `region_text` reads them; ``collision`` for a hull.
+        text: the region in words, as `read_region` reads them; ``collision`` for a hull.
         vertices: corners of a box or hull in unit coordinates (n, 3); empty otherwise.
         triangles: its facets as triples of corners (t, 3).
         normals: outward unit normals of its facets (t, 3).
@@ -255,16 +256,6 @@ def hull_region(points: ArrayLike, text: str = "collision") -> Region:
     centre = corners.mean(axis=0)
     half = float(np.abs(corners - centre).max())
     return _polytope("hull", _place(half * np.eye(3), centre), text, (corners - centre) / half)
-
-
-def rotation_of_angles(rpy: ArrayLike) -> Array:
-    """Compute the rotation matrix (3, 3) of roll, pitch and yaw (3,), as in URDF."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array([
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ])  # fmt: skip
 
 
 def _finite(numbers: ArrayLike, what: str) -> Array:

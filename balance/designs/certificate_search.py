@@ -22,7 +22,7 @@ from balance.tolerances import (
 )
 from kinematics.linalg.gauss_newton import Iterate, gauss_newton, never_stop
 
-__all__ = ["certificates_from_dual", "conflict_certificate"]
+__all__ = ["certificates_from_dual", "conflict_certificate", "refine_matrices"]
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,8 @@ def certificates_from_dual(program: Program, dual: Array) -> Iterator[Certificat
     lifted, (count, n) = cone.with_all_moments().blocks, cone.blocks.shape[:2]
     Z = cone.duals(dual[: dual.size - len(lines)].reshape(count, -1))
     if not len(lines):
-        yield from (CertificateProof(found, np.zeros(count)) for found in _refine(lifted, Z))
+        for found in refine_matrices(lifted, Z):
+            yield CertificateProof(found, np.zeros(count))
         return
     # An inequality is a semidefinite constraint of size 1. Undo the scaling of the bounds.
     units = np.ones(len(lines))
@@ -54,7 +55,7 @@ def certificates_from_dual(program: Program, dual: Array) -> Iterator[Certificat
     rows[:, :n, 0, 0] = lines / units[:, None]
     more = np.zeros((len(lines), cone.size, cone.size))
     more[:, 0, 0] = units * np.maximum(dual[dual.size - len(lines) :], 0.0)
-    for found in _refine(np.concatenate([lifted, rows]), np.concatenate([Z, more])):
+    for found in refine_matrices(np.concatenate([lifted, rows]), np.concatenate([Z, more])):
         yield _all_bodies(program, found[:count], found[count + program.sized :, 0, 0])
 
 
@@ -109,7 +110,7 @@ def conflict_certificate(program: Program) -> CertificateProof:
     return CertificateProof(_solve_fixed_rows(program, Z), np.zeros(len(Z)))
 
 
-def _refine(blocks: Array, Z: Array) -> Iterator[Array]:
+def refine_matrices(blocks: Array, Z: Array) -> Iterator[Array]:
     """Refine an approximate certificate to round-off.
 
     Minimum-norm Gauss-Newton steps on L solve ``Σ_b <blocks_bi, L_b L_bᵀ> = 0`` for every i.

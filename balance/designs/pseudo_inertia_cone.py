@@ -25,6 +25,7 @@ from kinematics.spatial.inertia import from_pseudo_inertia
 __all__ = [
     "Cone",
     "cone_of",
+    "cone_of_columns",
     "parameters_by_body",
     "from_si",
     "given_parameters",
@@ -169,8 +170,18 @@ class Cone(NamedTuple):
 
 def cone_of(space: DesignSpace) -> Cone:
     """Build the cone of a design space."""
-    count, nullity = len(space.bodies), space.nullity
-    z = space.scaled_basis.reshape(count, len(space.labels), nullity).transpose(0, 2, 1)
+    return cone_of_columns(space, space.scaled_basis)
+
+
+def cone_of_columns(space: DesignSpace, columns: Array) -> Cone:
+    """Build the cone of the mass distributions that some columns span.
+
+    Args:
+        space: a design space; its bodies and labels are those of the columns.
+        columns: counted parameters of all bodies, in the units of a chain (parameters, n).
+    """
+    count, nullity = len(space.bodies), columns.shape[1]
+    z = columns.reshape(count, len(space.labels), nullity).transpose(0, 2, 1)
     if "Exx" in space.labels:
         return Cone(pseudo_inertia(z), nullity, False)
     d = 2 if space.planar else 3

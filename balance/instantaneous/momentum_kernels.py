@@ -106,9 +106,7 @@ def _walk(chain, ray, length, q, scratch_q, workspace):
     left = length
     for _ in range(MAX_CELL_STEPS):
         spatial_series(0, SERIES_ORDER, chain, carried, rays, series)
-        step = follow_series(
-            chain, q, series[4][0], ray, left, scratch_q, pose, carried, steps
-        )
+        step = follow_series(chain, q, series[4][0], ray, left, scratch_q, pose, carried, steps)
         if step == 0.0:
             return False
         q[:] = scratch_q

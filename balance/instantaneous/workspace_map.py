@@ -16,7 +16,7 @@ from balance.instantaneous.null_space import (
     check_components,
     momentum_rows,
 )
-from balance.tolerances import MOMENTUM_NULL
+from balance.motion_tolerances import MOMENTUM_NULL
 from kinematics.closure.joint_positions import solve_joint_positions
 from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import freeze

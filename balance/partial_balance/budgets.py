@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import inf, isfinite
+from math import isfinite
 from typing import Literal
 
 import numpy as np
@@ -216,14 +216,17 @@ def _result(
     best: LeastShaking,
 ) -> PartialBalance:  # fmt: skip
     """Describe a minimiser."""
-    gap = (best.value - best.bound) / (given.objective or 1.0)
+    gap = (best.value - best.bound) / problem.program.scale
     weights = _weights(problem, best.s)
     share = best.value / (given.objective or 1.0)
     mass = sum(one.mass for one in weights)
     what = f"{share:.3g} of the {problem.objective} in the file"
-    if gap <= SHAKING_GAP_PROVED:
-        text = f"optimal: {mass:.4g} kg leave {what}, and nothing in the regions does better"
+    if problem.program.balanced and not weights:
+        text = "optimal: the masses in the file are balanced, and nothing is added"
         verdict: Literal["optimal", "undecided"] = "optimal"
+    elif gap <= SHAKING_GAP_PROVED:
+        text = f"optimal: {mass:.4g} kg leave {what}, and nothing in the regions does better"
+        verdict = "optimal"
     else:
         text = f"undecided: {mass:.4g} kg leave {what}; {gap:.1e} of it may be saved"
         verdict = "undecided"
@@ -263,7 +266,7 @@ def _weights(problem: ShakingProblem, s: Array) -> tuple[Counterweight, ...]:
 
 def _check_budget(budget: float) -> None:
     """Raise UsageError for a budget that is no mass."""
-    if not (isfinite(budget) and 0.0 <= budget < inf):
+    if not (isfinite(budget) and budget >= 0.0):
         raise UsageError(f"a budget of {budget:g} kg is none: give a mass from 0 up")
 
 

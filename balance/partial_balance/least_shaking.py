@@ -22,7 +22,6 @@ Caps hold at all samples; only those that a design exceeds enter the program.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +36,7 @@ from balance.designs.clarabel_adapter import (
     solve_conic,
     triangles,
 )
-from balance.partial_balance.motion_loads import AddedParameters
+from balance.partial_balance.shaking_program import ShakingProgram
 from balance.tolerances import (
     CAP_EXCEEDED,
     LEAST_SHAKING_GAP,
@@ -46,10 +45,8 @@ from balance.tolerances import (
 )
 
 __all__ = [
-    "Cap",
     "CapsConflict",
     "LeastShaking",
-    "ShakingProgram",
     "least_shaking",
     "quadratic_factor",
 ]
@@ -62,44 +59,6 @@ MAX_ROUNDS = 60
 SAMPLES_AT_ONCE = 8
 # The multiplier of t is 1 at a minimum, and 0 in a certificate that there is none.
 MULTIPLIER_HALF = 0.5
-
-
-@dataclass(frozen=True, eq=False)
-class Cap:
-    """A bound on the size of a load at every sample.
-
-    Attributes:
-        name: name of the joint.
-        most: the bound, N or N m.
-        columns: the load as an affine function ``columns @ [s; 1]`` (N, k, count + 1).
-    """
-
-    name: str
-    most: float
-    columns: Array
-
-    def sizes(self, s: Array) -> Array:
-        """Compute the size of the load at every sample (N,)."""
-        return np.asarray(np.linalg.norm(self.columns @ np.append(s, 1.0), axis=1))
-
-
-@dataclass(frozen=True, eq=False)
-class ShakingProgram:
-    """What `least_shaking` minimises over.
-
-    Attributes:
-        matter: regions of the links and parameters.
-        factor: triangular factor R (rows, count + 1).
-        caps: bounds on loads.
-    """
-
-    matter: AddedParameters
-    factor: Array
-    caps: tuple[Cap, ...] = ()
-
-    def value(self, s: Array) -> float:
-        """Compute ``|R [s; 1]|``."""
-        return float(np.linalg.norm(self.factor @ np.append(s, 1.0)))
 
 
 class LeastShaking(NamedTuple):
@@ -181,7 +140,7 @@ class _Work:
             k: first_points() for k, one in enumerate(self.regions) if one.kind == "cylinder"
         }
         self.active: list[list[int]] = [[] for _ in program.caps]
-        self.scale = program.value(np.zeros(matter.count)) or 1.0
+        self.scale = program.scale
         self.unit = min(budget, float(matter.given[:, 0].sum()) or budget)
         self.rounds, self.price = 0, 0.0
         # The multipliers: of the load, and of the samples of each cap.

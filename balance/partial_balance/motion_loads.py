@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.added_masses.added_matter import symmetric_basis
 from balance.added_masses.regions import Region
-from balance.designs.clarabel_adapter import TRIANGLES
 from balance.designs.pseudo_inertia_cone import given_parameters
 from balance.inertial_parameters.conversions import to_chain
 from balance.spaces.design_space import DesignSpace
@@ -67,7 +67,7 @@ class AddedParameters:
             regions: regions by the position of the body.
         """
         chain, given = input_chain(space.linkage), given_parameters(space)
-        basis = TRIANGLES[4].T.reshape(COORDINATES, 4, 4)
+        basis = symmetric_basis()
         si, added = {}, {}
         for b, region in regions.items():
             H = space.frames[b] @ region.place
@@ -84,8 +84,7 @@ class AddedParameters:
     @property
     def masses(self) -> Array:
         """Mass as a function of the coordinates (count,), kilograms."""
-        single = TRIANGLES[4].reshape(4, 4, COORDINATES)[3, 3]
-        return np.tile(single, len(self.regions))
+        return np.tile(symmetric_basis()[:, 3, 3], len(self.regions))
 
     def parameters(self, s: Array) -> Array:
         """Compute the parameters of all bodies (bodies, 10), inertial origin, SI units."""
@@ -169,9 +168,18 @@ class MotionLoads:
     @property
     def wrenches(self) -> Array:
         """Shaking moment, N m, and force, N, of the linkage (N, 6, count + 1)."""
+        return self.bodies.sum(axis=1) * self._wrench_units
+
+    @property
+    def single_wrenches(self) -> Array:
+        """The same of each body of the file alone (N, 6, bodies)."""
+        return self.bodies[..., -1].swapaxes(1, 2) * self._wrench_units
+
+    @property
+    def _wrench_units(self) -> Array:
+        """SI units of the rows of a wrench of the chain (6, 1)."""
         L = self.matter.chain.frame.length
-        total = self.bodies.sum(axis=1)
-        return np.asarray(total * np.array([L**2] * 3 + [L] * 3)[:, None])
+        return np.array([L**2] * 3 + [L] * 3)[:, None]
 
     @property
     def weights(self) -> Array:

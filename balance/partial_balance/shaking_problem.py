@@ -14,14 +14,13 @@ from balance.added_masses.link_regions import regions_of
 from balance.added_masses.regions import Region
 from balance.partial_balance.elastic_frame import ElasticFrame, vibration
 from balance.partial_balance.least_shaking import (
-    Cap,
     CapsConflict,
     LeastShaking,
-    ShakingProgram,
     least_shaking,
     quadratic_factor,
 )
 from balance.partial_balance.motion_loads import AddedParameters, MotionLoads, motion_loads
+from balance.partial_balance.shaking_program import Cap, ShakingProgram
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CAP_EXCEEDED
 from balance.verification.trajectory import Trajectory, random_motions
@@ -90,16 +89,19 @@ class ShakingProblem:
         return "shaking" if self.frame is None else "vibration"
 
     def solve(self, budget: float) -> LeastShaking | CapsConflict:
-        """Find the least shaking for a budget, kilograms; without one, nothing is added."""
-        if budget > 0.0:
-            return least_shaking(self.program, budget)
+        """Find the least shaking for a budget, kilograms.
+
+        Nothing is added without a budget, nor to what is balanced and keeps its caps.
+        """
         s = np.zeros(self.matter.count)
         over = [cap.name for cap in self.program.caps
                 if cap.sizes(s).max() > cap.most * (1.0 + CAP_EXCEEDED)]  # fmt: skip
+        if budget > 0.0 and (over or not self.program.balanced):
+            return least_shaking(self.program, budget)
         if over:
             return CapsConflict(True, tuple(over))
         value = self.program.value(s)
-        return LeastShaking(s, value, value, 0)
+        return LeastShaking(s, value, 0.0 if budget > 0.0 else value, 0)
 
     def figures(self, designs: Sequence[Array]) -> list[ShakingFigures]:
         """Compute what designs, given as coordinates s, do along the motions."""
@@ -176,14 +178,13 @@ def build_problem(
     if frame is None:
         whole = quadratic_factor([factors[0] / weight, factors[1]])
     else:
-        arm = 0.0 if weight == inf else weight
-        scale = np.array([arm] * 3 + [1.0] * 3)[:, None]
         whole = quadratic_factor([
-            _flat(root * scale * vibration(frame, one.trajectory, one.wrenches))
+            _flat(root * _counted(one.wrenches, one, weight, frame))
             for root, one in zip(blocks, loads, strict=True)
         ])  # fmt: skip
     caps = _caps(space, loads, max_bearing, max_torque)
-    program = ShakingProgram(matter, whole, caps)
+    single = _single_bodies(loads, blocks, weight, frame)
+    program = ShakingProgram(matter, whole, single, caps)
     return ShakingProblem(
         space, matter, tuple(loads), program, (factors[0], factors[1]), weight, frame
     )
@@ -248,6 +249,29 @@ def _check_caps(
                 raise UsageError(f"there is no {what} '{name}'; they are {', '.join(known)}")
             if not (isfinite(most) and most > 0.0):
                 raise UsageError(f"joint '{name}' has a cap of {most:g}: give more than 0")
+
+
+def _counted(
+    wrenches: Array, one: MotionLoads, weight: float, frame: ElasticFrame | None
+) -> Array:
+    """Compute what counts of wrenches along a motion (N, 6, columns): newtons or metres."""
+    if frame is None:
+        return wrenches / np.array([weight] * 3 + [1.0] * 3)[:, None]
+    arm = 0.0 if weight == inf else weight
+    found = vibration(frame, one.trajectory, wrenches)
+    return found * np.array([arm] * 3 + [1.0] * 3)[:, None]
+
+
+def _single_bodies(
+    loads: Sequence[MotionLoads], blocks: Sequence[Array], weight: float,
+    frame: ElasticFrame | None,
+) -> float:  # fmt: skip
+    """Sum the loads of the bodies of the file, each one alone."""
+    squares = sum(
+        np.square(root * _counted(one.single_wrenches, one, weight, frame)).sum(axis=(0, 1))
+        for root, one in zip(blocks, loads, strict=True)
+    )
+    return float(np.sqrt(squares).sum())
 
 
 def _flat(rows: Array) -> Array:

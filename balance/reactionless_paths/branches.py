@@ -20,8 +20,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import CONE_DOUBLE_ROOT, CONE_RESIDUAL, MOMENTUM_NULL
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
-from balance.tolerances import CONE_DOUBLE_ROOT, CONE_RESIDUAL, MOMENTUM_NULL
 from kinematics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton
 from kinematics.linalg.vectors import distinct_vectors
 

@@ -20,15 +20,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.reactionless_paths.pass_meeting import MeetingAhead, PassedMeeting
-from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
-from balance.tolerances import (
+from balance.motion_tolerances import (
     MOMENTUM_NULL,
     PATH_CONDITIONING,
     PATH_EDGE_RATE,
     PATH_MOMENTUM,
     PATH_STEP_ERROR,
 )
+from balance.reactionless_paths.pass_meeting import MeetingAhead, PassedMeeting
+from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.errors import PoseError
 
 if TYPE_CHECKING:

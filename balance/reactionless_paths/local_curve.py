@@ -18,9 +18,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import LOCAL_CURVE_RESIDUAL, LOCAL_CURVE_STEP
 from balance.reactionless_paths.branches import null_basis
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
-from balance.tolerances import LOCAL_CURVE_RESIDUAL, LOCAL_CURVE_STEP
 from kinematics.errors import PoseError
 from kinematics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton, step_grows
 

@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import MOMENTUM_NULL
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
-from balance.tolerances import MOMENTUM_NULL
 from kinematics.errors import PoseError
 
 __all__ = ["meeting_pose"]

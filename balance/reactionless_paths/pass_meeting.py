@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import ON_LOCAL_CURVE
 from balance.reactionless_paths.branches import tangent_directions
 from balance.reactionless_paths.local_curve import LocalArc, solve_local_curve
 from balance.reactionless_paths.meeting_poses import meeting_pose
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
-from balance.tolerances import ON_LOCAL_CURVE
 
 __all__ = ["MeetingAhead", "PassedMeeting"]
 

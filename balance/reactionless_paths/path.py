@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import PATH_MOMENTUM
 from balance.reactionless_paths.follow import PathEvent
 from balance.reactionless_paths.rest_equations import RestEquations
-from balance.tolerances import PATH_MOMENTUM
 from balance.verification.trajectory import Trajectory, drive
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model.arrays import freeze

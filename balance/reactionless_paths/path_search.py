@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.motion_tolerances import PATH_CONDITIONING
 from balance.reactionless_paths.branches import Tangents, null_basis, tangent_directions
 from balance.reactionless_paths.demand import Base, Demand, Kept
 from balance.reactionless_paths.follow import Arc, PathEvent, follow_arc
@@ -16,7 +17,6 @@ from balance.reactionless_paths.local_curve import LocalArc, solve_local_curve
 from balance.reactionless_paths.meeting_poses import meeting_pose
 from balance.reactionless_paths.path import ReactionlessPath, sample_path
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
-from balance.tolerances import PATH_CONDITIONING
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import PoseError, UsageError
 from kinematics.model.linkage import Linkage

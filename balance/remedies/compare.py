@@ -10,9 +10,20 @@ from balance.designs.feasibility import Feasibility, feasible
 from balance.options import Balance
 from balance.remedies.applied import AppliedRemedy
 from balance.remedies.catalogue import CATALOGUE
+from balance.remedies.constraints.input_relations import apply_input_relation
+from balance.remedies.constraints.slider_path import apply_slider_path
+from balance.remedies.copies.duplicates import apply_duplicates
+from balance.remedies.counter_rotations.counter_rotary_masses import apply_counter_rotary_masses
+from balance.remedies.counter_rotations.separate_rotors import apply_separate_rotors
+from balance.remedies.counter_rotations.transmissions import (
+    apply_parallelogram_transmission,
+    apply_planetary_transmission,
+)
+from balance.remedies.dyads.added_dyad import apply_added_dyad
 from balance.remedies.own_masses import apply_own_masses
 from balance.remedies.partial_baseline import apply_partial
 from balance.remedies.request import RemedyRequest
+from balance.remedies.wheels.balancing_wheels import apply_active_wheel, apply_passive_wheel
 from kinematics.errors import UsageError
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.wording import first_names, html_facts, repr_lines
@@ -23,6 +34,16 @@ REMEDIES_SCHEMA = "balance.remedies/1"
 
 _APPLY: dict[str, Callable[[RemedyRequest], Iterator[AppliedRemedy]]] = {
     "own_masses": apply_own_masses,
+    "separate_rotors": apply_separate_rotors,
+    "counter_rotary_masses": apply_counter_rotary_masses,
+    "planetary_transmission": apply_planetary_transmission,
+    "parallelogram_transmission": apply_parallelogram_transmission,
+    "duplicates": apply_duplicates,
+    "added_dyad": apply_added_dyad,
+    "passive_wheel": apply_passive_wheel,
+    "active_wheel": apply_active_wheel,
+    "input_relation": apply_input_relation,
+    "slider_path": apply_slider_path,
     "partial": apply_partial,
 }
 

@@ -15,7 +15,7 @@ from balance.options import Balance
 from balance.partial_balance.motion_loads import AddedParameters
 from balance.spaces.compute_space import design_space
 from kinematics.errors import LinkageError, UsageError
-from kinematics.formats.robot_files import read_files
+from kinematics.formats.robot_files import read_unassembled
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
@@ -121,10 +121,13 @@ class RemedyRequest:
         try:
             data, _ = read_source(linkage, "link", "")
             own = Document(linkage.source, data)
-            read = read_files(own, None, ReadOptions(angles=self.angles))
+            read = read_unassembled(own, None, ReadOptions(angles=self.angles))
         except LinkageError:
             return None
-        return own if read.tree == linkage.tree else None
+        # Links that the user declares massless have masses in the file.
+        heavy = {body.name for body in linkage.bodies if body.inertia.any()}
+        same = heavy == {body.name for body in read.bodies if body.inertia.any()}
+        return own if same and read.tree == linkage.tree else None
 
     @cached_property
     def massless(self) -> tuple[str, ...]:

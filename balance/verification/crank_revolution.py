@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.tolerances import (
+from balance.motion_tolerances import (
     CONDITIONING_SINGULAR,
     CRANK_ADVANCE,
     RELATION_RESIDUAL,
@@ -34,7 +34,7 @@ from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 
-__all__ = ["Crank", "revolve_crank"]
+__all__ = ["Crank", "crank_limits", "revolve_crank"]
 
 Array = NDArray[np.float64]
 
@@ -154,8 +154,18 @@ def _input_rates(linkage: Linkage, joint: str, motion: Motion | None) -> Array:
     return single
 
 
-def _limits_text(linkage: Linkage, joint: str, rates: Array) -> str:
-    """Describe how far the crank can turn either way from the reference pose."""
+def crank_limits(linkage: Linkage, joint: str, rates: Array) -> tuple[float, float]:
+    """Compute how far an input can move either way from the reference pose, on its branch.
+
+    Args:
+        linkage: an assembled linkage.
+        joint: the input.
+        rates: rates of all inputs (mobility,) for a unit rate of this one, SI units.
+
+    Returns:
+        The least and the greatest displacement, in radians, at most a full turn; of an input
+        that slides in metres, at most 2π characteristic lengths.
+    """
     chain = input_chain(linkage)
     column = chain.columns @ (rates / chain.units[linkage.positions_of(linkage.inputs)])
     crank = int(linkage.positions_of([joint])[0])
@@ -165,13 +175,15 @@ def _limits_text(linkage: Linkage, joint: str, rates: Array) -> str:
     )  # fmt: skip
     low, high = (
         sign
-        * degrees(
-            _farthest(
-                continue_along(single, np.array([sign]), longest_step=TURN / STEPS), crank
-            )
-        )
+        * _farthest(continue_along(single, np.array([sign]), longest_step=TURN / STEPS), crank)
         for sign in (-1.0, 1.0)
     )
+    return low * float(chain.units[crank]), high * float(chain.units[crank])
+
+
+def _limits_text(linkage: Linkage, joint: str, rates: Array) -> str:
+    """Describe how far the crank can turn either way from the reference pose."""
+    low, high = map(degrees, crank_limits(linkage, joint, rates))
     return (
         f"the crank {joint} cannot turn fully: only from {low:.2f}° to {high:.2f}° about the "
         "reference pose; choose a joint that can with --inputs, or give a motion by --csv"

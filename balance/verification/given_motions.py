@@ -7,7 +7,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.tolerances import RELATION_RESIDUAL
+from balance.motion_tolerances import RELATION_RESIDUAL
 from balance.verification.csv_motion import read_columns, refuse_row
 from balance.verification.trajectory import Trajectory, drive, order_inputs
 from kinematics.errors import PoseError

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.tolerances import (
+from balance.motion_tolerances import (
     CONDITIONING_LEAST,
     INPUT_RANGE_RELATIVE,
     JOINT_RATE_RATIO,

@@ -1,8 +1,8 @@
 """Claim: commands take little more time than the import of their libraries, even the first one.
 
 Processor time is that of a whole process with the command, and of an empty process that imports
-the same libraries. Cold: nothing is compiled; the process that compiles in the background is
-not counted, since the command does not wait for it. Warm: all kernels are in the disk cache.
+the same libraries. Cold: nothing is compiled; a lock keeps away the process that compiles in
+the background, since the command does not wait for it. Warm: all kernels are in the disk cache.
 The error is that of the answer: number of missing models; nullity, against exact arithmetic;
 shaking loads, against Pinocchio; residual momentum of a design, and loop residual of a
 predicted and corrected pose, both against poses in mpmath.
@@ -12,9 +12,12 @@ from __future__ import annotations
 
 import json
 import os
+from functools import cache
+from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from filelock import FileLock
 
 from balance.certification.exact_ranks import exact_ranks
 from benchmarks.harness.processes import ROOT, python
@@ -47,6 +50,12 @@ COMMANDS = {
 }
 
 
+@cache
+def compile_kernels() -> None:
+    """Compile all kernels, once."""
+    python("-c", "import balance, kinematics; kinematics.compile()")
+
+
 class _Commands:
     """Whole processes of a command, in temporary folders."""
 
@@ -54,7 +63,7 @@ class _Commands:
 
     def setup(self, *words: str) -> None:
         """Compile all kernels, and list the libraries of the command."""
-        python("-c", "import balance, kinematics; kinematics.compile()")
+        compile_kernels()
         command = COMMANDS.get(words[0], ["report", *words])
         loaded = self._run("-c", LIST, *command).splitlines()[-1]
         self.imports = "import " + ", ".join(["sys", *json.loads(loaded)])
@@ -67,7 +76,10 @@ class _Commands:
         """Measure the processor time of processes; cold: each with an empty cache."""
         found = []
         for _ in range(self.runs):
-            with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+            with (
+                TemporaryDirectory(ignore_cleanup_errors=True) as folder,
+                FileLock(Path(folder) / "kernels.lock"),
+            ):
                 cache = {"NUMBA_CACHE_DIR": folder} if cold else {}
                 before = os.times()
                 self._run(*words, **cache)

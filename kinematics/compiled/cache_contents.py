@@ -57,7 +57,7 @@ def _hash_sources(package: Path) -> str:
     from hashlib import sha256
 
     digest = sha256()
-    files = {*package.rglob("*.py"), *Path(__file__).parents[2].rglob("*.py")}
+    files = {*package.rglob("*.py"), *Path(__file__).parents[1].rglob("*.py")}
     for file in sorted(file for file in files if file.is_file()):
         text = file.read_bytes()
         if b"kinematics.compiled.jit" in text:

@@ -144,9 +144,14 @@ def _renumbered(mimic: Mimic, number: Mapping[int, int]) -> Mimic:
 def _check_size(part: UnassembledLinkage) -> None:
     """Refuse a component so small, beside its distance from the ground, that digits are lost.
 
+    Only loops are closed in its own units: a component of joints that follow one another, such
+    as a gear on an axis, may be of any size.
+
     Raises:
         MobilityError: it is too small for double precision.
     """
+    if not part.loops:
+        return
     size = extent(part).length
     far = max(float(np.abs(joint.point).max()) for joint in part.joints)
     if COINCIDENT_JOINTS_RELATIVE * far < size < COMPONENT_SIZE_RELATIVE * far:

@@ -14,7 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.urdf.validate_inertias import tensor
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["Follows", "Inertial", "Robot", "TreeJoint", "describe_robot", "pose_matrix"]
+__all__ = [
+    "Follows", "Inertial", "Robot", "TreeJoint", "describe_robot", "pose_matrix",
+    "rotation_of_angles",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -97,13 +100,17 @@ def pose_matrix(origin: Element | None) -> Array:
     """Compute the pose (4, 4) of an ``<origin>``; the identity if there is none."""
     pose = np.eye(4)
     if origin is not None:
-        pose[:3, :3] = _rotation(origin.vector("rpy", "0 0 0"))
+        pose[:3, :3] = rotation_of_angles(origin.vector("rpy", "0 0 0"))
         pose[:3, 3] = origin.vector("xyz", "0 0 0")
     return pose
 
 
-def _rotation(angles: ArrayLike) -> Array:
-    """Rotation matrix (3, 3) ``Rz(yaw) Ry(pitch) Rx(roll)`` of three angles in radians."""
+def rotation_of_angles(angles: ArrayLike) -> Array:
+    """Compute the rotation matrix (3, 3) ``Rz(yaw) Ry(pitch) Rx(roll)``.
+
+    Args:
+        angles: roll, pitch and yaw, radians.
+    """
     (sr, sp, sy), (cr, cp, cy) = np.sin(angles), np.cos(angles)
     return np.array([
         [cp * cy, sp * (sr * cy) - cr * sy, sp * (cr * cy) + sr * sy],

@@ -33,7 +33,9 @@ def results():
     added = balance.counterweights(force, ["crank", "rocker"])
     front = balance.pareto("four_bar_general", ["crank"], 2, 1.0)
     remedies = balance.compare_remedies("four_bar_general", ["own_masses", "partial"])
+    rotors = balance.fewest_rotors(none)
     return [
+        (rotors, "2"), (rotors.sets[0], "u1"),
         (added, "kg added to 2 kg balance it"), (added.weights[0].region, "ball"),
         (remedies, "infeasible: own_masses"), (remedies.results[1], "kg added, input inertia"),
         (front, "four_bar_general"), (front.designs[0], "of the shaking in the file"),

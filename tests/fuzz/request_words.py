@@ -47,6 +47,7 @@ class Place(NamedTuple):
 Maker = Callable[[random.Random, Place], list[str]]
 
 
+@cache
 def parsers() -> dict[str, argparse.ArgumentParser]:
     """The parser of every command."""
     (verbs,) = _parser()._subparsers._group_actions
@@ -218,8 +219,9 @@ WORDS: dict[str, Maker] = {
     "--base-com": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "--which": _of("1", "2", "0", "99"),
 }
-# What the options of partial balance need.
-PARTIAL = ("--add", "{link}", "--partial")
+# What the options of partial balance need. A short motion is quicker than the random ones,
+# which ``--partial`` itself has.
+PARTIAL = ("--add", "{link}", "--partial", "--trajectory", "{table}")
 # Words that the five-bar linkage with masses takes, and what else its option needs.
 GOOD: dict[str, list[str]] = {
     "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
@@ -233,7 +235,7 @@ GOOD: dict[str, list[str]] = {
     "--add": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)", "--add", "{link}"],
     "--merge": ["--add", "{link}", "--out", "{folder}/out.urdf"],
     "--partial": ["--add", "{link}", "--budget", "0.1"],
-    "--budget": ["0.1", *PARTIAL], "--trajectory": ["{table}", "--budget", "0.1", *PARTIAL],
+    "--budget": ["0.1", *PARTIAL], "--trajectory": ["{table}", "--budget", "0.1", *PARTIAL[:3]],
     "--weight-moment": ["0.2", "--budget", "0.1", *PARTIAL], "--pareto": ["2", *PARTIAL],
     "--max-bearing": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
     "--max-torque": ["{first}=1e9", "--budget", "0.1", *PARTIAL],

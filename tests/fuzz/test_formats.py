@@ -1,6 +1,10 @@
-"""Mutants of other formats are read, refused in one line or told of: never silently open."""
+"""Mutants of other formats are read, refused in one line or told of: never silently open.
+
+More of them: ``python tests/fuzz/fuzz_formats.py dialects --cases 20000``, or ``ALL_CASES=1``.
+"""
 
 import pytest
+from covering import number_of_cases
 from dialect_mutants import dialect_mutant
 from fuzz_formats import run
 from mjcf_mutants import mjcf_mutant
@@ -8,9 +12,9 @@ from sdf_mutants import sdf_mutant
 
 # Number of cases, and the least share of each way to end.
 CASES = {
-    "dialects": (1500, {"translated": 0.1, "refused": 0.2, "told": 0.02}),
-    "mjcf": (300, {"read": 0.1, "refused": 0.1}),
-    "sdf": (300, {"read": 0.1, "refused": 0.1}),
+    "dialects": (number_of_cases(500, 1500), {"translated": 0.1, "refused": 0.2, "told": 0.02}),
+    "mjcf": (number_of_cases(150, 300), {"read": 0.1, "refused": 0.1}),
+    "sdf": (number_of_cases(150, 300), {"read": 0.1, "refused": 0.1}),
 }
 
 

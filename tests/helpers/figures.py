@@ -113,6 +113,16 @@ FIGURES = (
     Figure("four_rrr_prototype", (4, 6), 12, 9, 27, motion=("c1=-a1-b1",), balance="force"),
     Figure("four_rrr_side_by_side", (4, 6), 12, 9, 27, motion=("c1=-a1-b1",), balance="force"),
     Figure("two_rrr", (6,), 6, 3, 15, balance="force"),
+    Figure("double_pendulum_counter_rotary", (6, 10), 4, 2, 16),
+    Figure("double_pendulum_duplicates", (6, 13, 14), 8, 10, 32),
+    Figure("four_bar_added_antiparallelogram", (3, 6, 7, 8, 9), 7, 4, 20),
+    Figure("four_bar_added_slider_crank", (3, 6, 7), 8, 5, 20),
+    Figure("principal_vector_linkage", (9, 10), 2, 0, 12),
+    Figure("principal_vector_linkage", (3, 6), 2, 4, 12, motion=("u1=-u3", "u2=-u3")),
+    Figure("principal_vector_linkage_slider", (3, 6), 4, 2, 12),
+    Figure("three_four_bars_platform", (9, 18, 21), 12, 3, 36),
+    Figure("zero_reaction_arm", (9, 12, 15), 12, 9, 36),
+    Figure("zero_reaction_arm", (6, 11, 14), 12, 10, 36, motion=("u3=-12*u1-4*u2",)),
 )  # fmt: skip
 
 # Balanced masses for the geometry of another model, whose figures are theirs as well.
@@ -120,3 +130,11 @@ DESIGNS = {
     "four_bar_antiparallelogram_balanced": "four_bar_antiparallelogram",
     "four_bar_kite_balanced": "four_bar_kite",
 }
+
+# Rows, as words, for which the masses of the file are balanced.
+BALANCED = {
+    "double_pendulum_counter_rotary", "double_pendulum_duplicates",
+    "four_bar_added_antiparallelogram", "four_bar_added_slider_crank",
+    "principal_vector_linkage-u1=-u3-u2=-u3", "principal_vector_linkage_slider",
+    "three_four_bars_platform", "three_rsr-spatial-u2=u3", "zero_reaction_arm-u3=-12*u1-4*u2",
+}  # fmt: skip

@@ -74,7 +74,7 @@ def momentum(t, z, step=1e-3):
 
 
 def driven(rng, a, pitch):
-    """A body b whose momentum has the pitch, and what table 3.1 asks for, as far as possible."""
+    """A body b whose momentum has the pitch, and what table 3.1 asks for, if possible."""
     masses, points = point_masses(rng)
     centre, axis = masses @ points / masses.sum(), a[:3] if a[:3].any() else a[3:]
     n = unit_vector(rng)
@@ -110,7 +110,7 @@ def pair(rng, twist, wrench):
 
 
 def exists(found):
-    """Whether a body a can exist, with the mass of `mass_of`: ``n·ξ > |p_⊥|² / m`` about its axis."""
+    """Whether a body a can exist, with the mass of `mass_of`: ``n·ξ > |p_⊥|² / m``."""
     n, xi, p = found.a[:3], found.wanted[:3], found.wanted[3:]
     if not n.any():
         return found.a[3:] @ p > 0.0

@@ -13,7 +13,8 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
-from test_house import MODULES, PACKAGES, PRODUCT, ROOT, imports, label, tree
+from kernel_sources import tree
+from test_house import MODULES, PACKAGES, PRODUCT, ROOT, imports, label
 
 # Rooms of a package, lowest first: a module imports from its own room and from those before it.
 # Rooms on one line do not import each other.
@@ -30,7 +31,8 @@ kinematics.assembly
 kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 
-balance.tolerances balance.options balance.atomic_files balance.json_text
+balance.tolerances balance.motion_tolerances balance.home_modules
+balance.options balance.atomic_files balance.json_text
 balance.inertial_parameters
 balance.momentum
 balance.conditions balance.transfers balance.exact

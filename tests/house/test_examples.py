@@ -14,7 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from test_house import PACKAGES, PRODUCT, ROOT, Definition, label, tree
+from kernel_sources import tree
+from test_house import PACKAGES, PRODUCT, ROOT, Definition, label
 
 MODEL = ROOT / "urdf_models" / "four_bar_general.urdf"
 Place = tuple[Path, str, str]
@@ -22,6 +23,8 @@ Place = tuple[Path, str, str]
 
 def docstrings(path: Path) -> Iterator[Place]:
     """File, name and docstring of all functions, classes and methods that show an example."""
+    if ">>> " not in path.read_text(encoding="utf-8"):
+        return
     for node in ast.walk(tree(path)):
         text = ast.get_docstring(node) if isinstance(node, Definition) else None
         if text and ">>> " in text:

@@ -12,13 +12,12 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
-from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from kernel_sources import is_kernel
+from kernel_sources import is_kernel, tree
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("kinematics", "balance")
@@ -56,12 +55,6 @@ def module_name(path: Path) -> str:
 
 
 MODULES = {module_name(path): path for path in PRODUCT}
-
-
-@cache
-def tree(path: Path) -> ast.Module:
-    """The syntax tree of a file."""
-    return ast.parse(path.read_text(encoding="utf-8"), str(path))
 
 
 def imports(path: Path) -> Iterator[Import]:

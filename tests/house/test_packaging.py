@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import os
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -37,7 +38,8 @@ def test_a_change_in_another_file_is_seen(copy):
     assert len(told) == 1 and told[0].startswith("compiling kernels")
     (copy / "kinematics" / "other.py").write_text("colour = 'red'\n", encoding="utf-8")
     (copy / "kinematics" / ".#lock.py").symlink_to("nowhere")
-    assert run(copy, code) == (first, []), "files without kernels do not matter"
+    (copy / "beside.py").write_text("import kinematics.compiled.jit\n", encoding="utf-8")
+    assert run(copy, code) == (first, []), "neither files without kernels nor those of others"
 
     for file in (copy / "kinematics" / "below.py", copy / "balance" / "deep" / "below.py"):
         dates = file.stat().st_atime_ns, file.stat().st_mtime_ns
@@ -69,14 +71,17 @@ def test_nowhere_to_write_costs_one_warning(copy, tmp_path):
     assert list(folder.glob("kinematics-*/*/*.nbc"))
 
 
-def test_a_damaged_cache_is_compiled_anew(copy):
+def test_a_damaged_cache_is_written_anew(copy):
+    """Kernels, then their index, which alone makes no kernel compile again."""
     run(copy, ASK)
-    files = list(copy.glob("**/*.nbc"))
-    assert len(files) == 2
-    for file in files:
-        file.write_bytes(file.read_bytes()[:7])
-    out, told = run(copy, ASK)
-    assert out == ["20.0"] and len(told) == 1
+    for pattern, compiles in (("*.nbc", True), ("*.nbi", False)):
+        files = list(copy.glob(f"**/{pattern}"))
+        assert len(files) == 2
+        for file in files:
+            file.write_bytes(file.read_bytes()[:7])
+        out, told = run(copy, ASK)
+        assert out == ["20.0"] and (not compiles or len(told) == 1)
+        assert all(file.stat().st_size > 7 for file in copy.glob(f"**/{pattern}"))
     assert run(copy, ASK) == (["20.0"], [])
 
 
@@ -90,14 +95,6 @@ os.replace = replace
     out, told = run(copy, full + ASK)
     assert out == ["20.0"]
     assert [NO_FOLDER in line for line in told] == [False, True]
-
-
-def test_a_damaged_index_is_written_anew(copy):
-    run(copy, ASK)
-    for file in copy.glob("**/*.nbi"):
-        file.write_bytes(file.read_bytes()[:7])
-    assert run(copy, ASK)[0] == ["20.0"]
-    assert run(copy, ASK) == (["20.0"], [])
 
 
 def test_a_numba_with_another_inside_uses_its_own_cache(copy):
@@ -147,14 +144,21 @@ def folders(copy: Path) -> set[str]:
 
 
 def test_folders_of_old_sources_are_removed(copy):
+    """All but the three newest, two of which stand for sources before the first."""
     found = []
-    for k in range(6):
+    for k in range(3):
         number = f"{k + 1}.0"
         (copy / "kinematics" / "below.py").write_text(BELOW.replace("1.0", number), "utf-8")
         assert run(copy, ASK)[0] == [f"{10.0 * (2 + k)}"]
         found.append(folders(copy))
-    assert [len(names) for names in found] == [1, 2, 3, 4, 4, 4]
-    assert not found[0] & found[-1] and len(found[-1] & found[-2]) == 3
+        if k == 0:
+            (first,) = {file.parents[1] for file in copy.glob("**/*.nbi")}
+            for age in (2, 1):
+                older = first.with_name(f"kinematics-{age:016x}")
+                shutil.copytree(first, older)
+                os.utime(older, (1e9 - age, 1e9 - age))
+    assert [len(names) for names in found] == [1, 4, 4]
+    assert found[0] < found[2] and found[1] - found[2] == {f"kinematics-{2:016x}"}
 
 
 def test_kernels_run_without_a_compiler(copy):

@@ -77,7 +77,7 @@ def carriers(mechanism: Mechanism, links: Sequence[int]) -> Array:
 
 
 def closure(mechanism: Mechanism, q: Array) -> tuple[Array, Array]:
-    """Residual of all cuts, and its derivative by q; shapes (rows,) and (rows, n)."""
+    """Residual of cuts and mimics, and its derivative by q; shapes (rows,) and (rows, n)."""
     placed, moved = displacements(mechanism, q)
     hinges = [cut for cut in mechanism.cuts if cut.axis is not None]
     points = [[*cut.point, 1] for cut in mechanism.cuts]
@@ -87,7 +87,10 @@ def closure(mechanism: Mechanism, q: Array) -> tuple[Array, Array]:
     turn = cross(ends[0], ends[1])
     slip = cross(rates[0], ends[1][:, None]) + cross(ends[0][:, None], rates[1])
     slopes = [x.swapaxes(1, 2).reshape(-1, len(q)) for x in (slope, slip)]
-    return np.concatenate([gap.ravel(), turn.ravel()]), np.concatenate(slopes)
+    rows = mechanism.relations
+    return np.concatenate([gap.ravel(), turn.ravel(), rows @ q]), np.concatenate(
+        [*slopes, rows.astype(slope.dtype)]
+    )
 
 
 def cross(a: Array, b: Array) -> Array:

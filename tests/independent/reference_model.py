@@ -43,6 +43,7 @@ class Mechanism:
         inertias: their inertial parameters; shape (nb, 10).
         cuts: the joints that close the loops.
         inputs: numbers of the joints that are the independent coordinates.
+        relations: of mimic joints, ``relations @ q = 0``; shape (mimics, n).
     """
 
     name: str
@@ -55,6 +56,7 @@ class Mechanism:
     inertias: Array
     cuts: tuple[Cut, ...]
     inputs: tuple[int, ...]
+    relations: Array
 
     def scaled(self) -> Mechanism:
         """The same linkage with the origin amid its joints and unit length their spread.
@@ -171,6 +173,17 @@ def read_cut(loop: ElementTree.Element, known: dict[str | None, tuple[int, Array
     return Cut(first, second, point, axis / np.linalg.norm(axis))
 
 
+def read_relations(joints: Sequence[ElementTree.Element]) -> Array:
+    """Rows ``q_j - ratio q_source = 0`` of the mimic joints; shape (mimics, n), no offsets."""
+    names = [joint.get("name") for joint in joints]
+    rows = []
+    for row, joint in zip(np.eye(len(joints)), joints, strict=True):
+        if (mimic := joint.find("mimic")) is not None:
+            row[names.index(mimic.get("joint"))] -= numbers(mimic, "multiplier", "1")[0]
+            rows.append(row)
+    return np.array(rows).reshape(-1, len(joints))
+
+
 def load(model: str | Path, inputs: Sequence[str] = ()) -> Mechanism:
     """Read a model of the gallery by its name, or any such file by its path.
 
@@ -201,4 +214,5 @@ def load(model: str | Path, inputs: Sequence[str] = ()) -> Mechanism:
         ),
         cuts=tuple(read_cut(loop, known) for loop in robot.findall("loop")),
         inputs=tuple(names.index(name) for name in inputs or marked),
+        relations=read_relations(joints),
     )

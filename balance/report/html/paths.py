@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from balance.instantaneous.null_space import Components
 from balance.instantaneous.workspace_map import momentum_map
+from balance.motion_tolerances import CONDITIONING_NOTICE
 from balance.reactionless_paths.found_paths import ReactionlessPaths
 from balance.reactionless_paths.path import ReactionlessPath, timed_path
 from balance.report.html.plot_style import image, short, tidy
 from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.text.paths import path_rows, paths_facts
-from balance.tolerances import CONDITIONING_NOTICE
 from balance.verification.given_motions import rest_to_rest
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters, wrench_to_si
 from balance.verification.trajectory import Trajectory

@@ -55,7 +55,7 @@ def _cost_figure(found: RemedyComparison) -> dict[str, Any]:
         own = [one for one in shown if one.remedy == name]
         k = len(marks)
         marks.append({
-            "name": f"{own[0].title}{' (partial balance)' * (own[0].verdict == 'partial')}",
+            "name": name,
             "x": [one.mass_ratio for one in own],
             "y": [one.inertia_ratio for one in own],
             "text": [one.words for one in own],
@@ -69,4 +69,12 @@ def _cost_figure(found: RemedyComparison) -> dict[str, Any]:
         "yaxis": {"title": {"text": "inertia felt by the inputs, of that in the file"},
                   "rangemode": "tozero"},
     }  # fmt: skip
-    return {"data": marks, "layout": {**LAYOUT, **axes, "height": 460, "showlegend": True}}
+    legend = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"}
+    margin = {"l": 60, "r": 10, "t": 60, "b": 50}
+    return {
+        "data": marks,
+        "layout": {
+            **LAYOUT, **axes, "legend": legend, "margin": margin, "height": 460,
+            "showlegend": True,
+        },
+    }  # fmt: skip

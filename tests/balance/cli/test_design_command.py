@@ -34,7 +34,10 @@ FEASIBLE = {
     "four_rrr-force", "four_rrr_pair-force-c1=-a1-b1", "four_rrr_parallel-force-c1=-a1-b1",
     "four_rrr_in_line-force", "four_rrr_symmetric-force",
     "four_rrr_prototype-force-c1=-a1-b1", "four_rrr_side_by_side-force-c1=-a1-b1",
-    "two_rrr-force",
+    "two_rrr-force", "double_pendulum_counter_rotary", "double_pendulum_duplicates",
+    "four_bar_added_antiparallelogram", "four_bar_added_slider_crank",
+    "principal_vector_linkage-u1=-u3-u2=-u3", "principal_vector_linkage_slider",
+    "three_four_bars_platform", "zero_reaction_arm-u3=-12*u1-4*u2",
 }  # fmt: skip
 
 

@@ -84,7 +84,7 @@ def test_closed_form_is_the_null_space_of_order_0(case):
 
 @pytest.mark.parametrize("case", POSSIBLE)
 def test_momentum_by_differences_vanishes(case):
-    """Of bodies that can exist, solved by `balance_pose`; the wanted momentum is a difference."""
+    """Of bodies that can exist, by `balance_pose`; the wanted momentum is a difference."""
     for number in range(LINKAGES):
         pairs, linkage, _ = drawn(case, number)
         least = [one.least_mass for one in families(pairs)]

@@ -89,7 +89,7 @@ class Closed:
         return np.abs(gaps).max(initial=0.0)
 
     def rates(self, rng):
-        """Random joint rates that keep the loops closed; (n,)."""
+        """Random joint rates that keep the loops closed, and relations; (n,)."""
         rows = [np.zeros((0, self.model.nv))]
         for weld in self.linkage.loops:
             sides = [
@@ -98,6 +98,11 @@ class Closed:
                 for link in (weld.end, weld.successor)
             ]  # fmt: skip
             rows.append(sides[0] - sides[1])
+        for mimic in self.linkage.mimics:
+            row = np.zeros((1, self.model.nv))
+            row[0, self.model.joints[mimic.joint + 1].idx_v] = 1.0
+            row[0, self.model.joints[mimic.source + 1].idx_v] = -mimic.ratio
+            rows.append(row)
         free = null_space(np.vstack(rows), rcond=1e-9)
         assert free.shape[1] == self.linkage.mobility
         return free @ rng.standard_normal(free.shape[1])

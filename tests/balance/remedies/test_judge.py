@@ -122,6 +122,14 @@ def test_the_base_is_the_file_or_says_what_it_lacks(tmp_path):
         np.testing.assert_allclose(one.screw, other.screw, atol=1e-12)
 
 
+def test_links_declared_massless_have_no_mass_in_what_is_written():
+    given = kinematics.load("five_bar")
+    name = given.bodies[0].name
+    linkage = kinematics.load("five_bar", massless=[name])
+    again = kinematics.load(RemedyRequest(linkage).base)
+    assert name not in [body.name for body in again.bodies] and len(again.bodies) == 3
+
+
 def test_freedoms_under_relations():
     five = kinematics.load("five_bar")
     assert freedoms_of(five, ()) == 2

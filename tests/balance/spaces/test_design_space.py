@@ -7,7 +7,7 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 import reference
-from figures import DESIGNS, FIGURES
+from figures import BALANCED, DESIGNS, FIGURES
 from laws import (
     MODELS,
     PLANAR,
@@ -225,7 +225,7 @@ def test_the_three_rsr_is_balanced_as_given_on_its_planes(motion, tmp_path):
 @pytest.mark.parametrize("name", MODELS)
 def test_members_of_the_space_are_balanced_as_given(name):
     linkage = kinematics.load(name)
-    assert design_space(linkage).as_given.balanced == (name in DESIGNS)
+    assert design_space(linkage).as_given.balanced == (name in {*DESIGNS, *BALANCED})
     found = design_space(linkage, spatial=True)
     rng = np.random.default_rng(98)
     member = (found.basis @ rng.standard_normal(found.nullity)).reshape(-1, 10)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
+from covering import ALL_CASES
 from urdf_text import UNIT_INERTIA, along, joint, link, loop, saved
 
 import kinematics
@@ -18,7 +19,8 @@ from kinematics import taylor_motion, tool
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model.chain import arrange_loops
 
-ORDERS = range(1, 13)
+# The first, the last, and some between; all with ``ALL_CASES=1``.
+ORDERS = range(1, 13) if ALL_CASES else (1, 2, 3, 5, 8, 12)
 # Distances of targets, in radii of convergence or in units where that is larger.
 SHARES = 2 * (0.3, 0.9, 1.2, 2.0, 4.0)
 PLATFORM = Path(__file__).parents[2] / "data" / "near_special" / "rrr_platform_p120.urdf"

@@ -17,6 +17,10 @@ from kinematics.errors import CoordinateError, MobilityError, OpenLoopError
 
 MOBILITY = dict.fromkeys(MODELS, 1) | {"delta": 3, "five_bar": 2, "fuga_i": 2}
 MOBILITY |= dict.fromkeys(["three_rsr", "three_rsr_rational"], 3)
+MOBILITY |= dict.fromkeys(["double_pendulum_counter_rotary", "double_pendulum_duplicates"], 2)
+MOBILITY |= dict.fromkeys(
+    ["principal_vector_linkage", "three_four_bars_platform", "zero_reaction_arm"], 3
+)
 MOBILITY |= {"hprs": 6, "pantograph": 2, "stewart_6ups": 6}
 MOBILITY |= dict.fromkeys([name for name in MODELS if "_rrr" in name], 3)
 Z = [0.0, 0.0, 1.0]
@@ -279,7 +283,7 @@ def test_a_mimic_ratio_has_units(tmp_path):
     assert X[2, 0, 6] == pytest.approx(1.0, abs=1e-15)
 
 
-LOOPED = [f for f in FIGURES if not f.motion and f.model != "hprs"]
+LOOPED = [f for f in FIGURES if not f.motion and kinematics.load(f.model).loops]
 
 
 @pytest.mark.parametrize("figure", LOOPED, ids=str)

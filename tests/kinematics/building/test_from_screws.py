@@ -140,8 +140,16 @@ def test_ranks_are_those_of_the_same_linkage_in_a_file(name):
     links = {place.link: link for link, place in reversed(known.places.items())}
     if any(joint.numbered for joint in known.joints):
         pytest.skip("has joints of several degrees of freedom")
+    follows = {m.joint: (known.joints[m.source].name, m.ratio) for m in known.mimics}
     tree = [
-        ScrewJoint(j.name, links[j.parent], links[i], point=j.point, screw=j.screw)
+        ScrewJoint(
+            j.name,
+            links[j.parent],
+            links[i],
+            point=j.point,
+            screw=j.screw,
+            mimic=follows.get(i),
+        )
         for i, j in enumerate(known.joints)
         if not j.in_loop
     ]

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from covering import number_of_cases
 from mjcf_text import mjcf_text, random_tree, words, world
 from scipy.linalg import expm, null_space
 
@@ -16,7 +17,7 @@ from kinematics.closure.series import loop_matrix
 mujoco = pytest.importorskip("mujoco")
 
 POSES = 50
-TREES = range(12)
+TREES = range(number_of_cases(5, 12))
 LOOPS = ("four_bar_general", "bennett", "slider_crank", "five_bar", "three_rsr",
          "six_bar_watt", "sarrus", "rusr")  # fmt: skip
 # Radians or metres; the gallery keeps clear of singular poses that far.

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from covering import number_of_cases
 from yourdfpy import URDF
 
 from kinematics import gallery
@@ -132,13 +133,18 @@ def random_file(folder, seed):
 
 
 def test_random_files(tmp_path):
-    assert sum(agree(random_file(tmp_path, seed)) for seed in range(300)) > 300
+    """A hundred; three hundred with ``ALL_CASES=1``."""
+    count = number_of_cases(100, 300)
+    assert sum(agree(random_file(tmp_path, seed)) for seed in range(count)) > count
 
 
 def test_both_sources_make_the_same_draft(tmp_path):
-    """A model that yourdfpy has loaded gives the screws and inertias of its file."""
+    """A model that yourdfpy has loaded gives the screws and inertias of its file.
+
+    For 40 files; for 100 with ``ALL_CASES=1``.
+    """
     options = ReadOptions(bodies="all", angles="as_written")
-    for seed in range(300, 400):
+    for seed in range(300, 300 + number_of_cases(40, 100)):
         path = random_file(tmp_path, seed)
         one = read_unassembled(path, None, options)
         other = urdf.read_loaded_model(second(path), None, options)

@@ -1,0 +1,1 @@
+"""Constraints: relations between inputs, and reactionless paths."""

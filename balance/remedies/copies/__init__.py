@@ -1,0 +1,1 @@
+"""Duplicates: copies of a linkage that cancel its momentum."""

@@ -1,0 +1,1 @@
+"""Counter-rotations: rotors geared to joints, on links, on the base, or as counterweights."""

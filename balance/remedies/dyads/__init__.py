@@ -1,0 +1,1 @@
+"""Added dyads: two links that relate the angles of a planar linkage."""

@@ -1,0 +1,1 @@
+"""Balancing wheels on the base, driven at a varying ratio or by motors."""

@@ -1,0 +1,136 @@
+"""Wheels on the base with motors of their own: speed, torque and power along motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.remedies.applied import AppliedRemedy
+from balance.remedies.judge import MOTIONS
+from balance.remedies.momentum_along import Momentum, momentum_along
+from balance.remedies.request import RemedyRequest
+from balance.remedies.wheels.varying_ratio import table_bytes
+from balance.remedies.wheels.wheels_on_base import (
+    ForceBalanced,
+    NoWheel,
+    Wheel,
+    balance_force,
+    has_momentum,
+    make_wheel,
+    verify_with_wheels,
+)
+from balance.verification.trajectory import Trajectory, random_motions
+from kinematics.model.motion import motion_of
+
+__all__ = ["build_motor_wheels"]
+
+Array = NDArray[np.float64]
+
+SEED = 3
+
+
+def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
+    """Build a wheel with a motor for each axis along which a moment is left.
+
+    The force is balanced by counterweights. The axes are the normal of a planar linkage, and
+    where its centres of mass are in different planes two across it; or those of the root. The
+    speed is ``-h / J``, the torque ``-ḣ``, the power ``h ḣ / J`` along random motions of one
+    second. J is the mean of ``|h|`` over the mean speed of the fastest input (radians and
+    characteristic lengths per second) and over the gear of the request; the torque does not
+    depend on it. Each wheel is a thin ring of the rotor radius ρ, of mass ``J / ρ²``.
+
+    Args:
+        request: the request.
+
+    Returns:
+        The result; a file has time, inputs, and the wheels' motion at the greatest power.
+
+    Raises:
+        NoWheel: the force cannot be balanced, or no moment is left.
+        LinkageError: the linkage cannot be moved.
+    """
+    found = balance_force(request)
+    limits = motion_of(found.linkage, request.motion or None)
+    runs = [*random_motions(found.linkage, MOTIONS, seed=SEED, motion=limits)]
+    wheels = _wheels(request, found, runs)
+    mass = sum(wheel.mass for wheel in wheels)
+    count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"
+    blank = AppliedRemedy(
+        "active_wheel", f"{count} of {mass:.4g} kg on the base, with motors", "undecided", ""
+    )
+    done, moved = verify_with_wheels(request, blank, found, wheels, runs)
+    first = found.linkage.mobility
+    peaks = [
+        [w.peaks(one.ud[:, first + k], one.udd[:, first + k]) for k, w in enumerate(wheels)]
+        for one in moved
+    ]
+    worst = max(range(len(moved)), key=lambda k: max(peak["power"] for peak in peaks[k]))
+    table = _table(found.linkage.inputs, moved[worst], wheels)
+    return replace(
+        done, files={"motion.csv": table_bytes(table)},
+        details={
+            "wheels": [wheel.details() for wheel in wheels],
+            "motions": [
+                {"name": f"random motion {k + 1} of 1 s", "peaks": part}
+                for k, part in enumerate(peaks)
+            ],
+            "worst": worst + 1,
+            "peaks": [
+                {key: max(part[k][key] for part in peaks) for key in peaks[0][k]}
+                for k in range(len(wheels))
+            ],
+        },
+    )  # fmt: skip
+
+
+def _wheels(
+    request: RemedyRequest, found: ForceBalanced, runs: Sequence[Trajectory]
+) -> list[Wheel]:
+    """Make the wheels; several are at two radii from the origin, along their axes."""
+    linkage = found.linkage
+    momenta = [momentum_along(linkage, one) for one in runs]
+    known = linkage.chain.frame.R[::-1] if linkage.planar else np.eye(3)
+    axes = [axis for axis in known if has_momentum(linkage, momenta, axis[None])]
+    if not axes:
+        raise NoWheel("refused", "no moment is left once counterweights balance the force")
+    radius, pace = request.rotor_radius, _pace(request, found, runs)
+    several = len(axes) > 1
+    return [
+        make_wheel(
+            found.document, axis, 2.0 * radius * axis * several,
+            _mean_size(momenta, axis) / (pace * request.gear), radius,
+            f"_{k}" if several else "",
+        )
+        for k, axis in enumerate(axes, 1)
+    ]  # fmt: skip
+
+
+def _mean_size(momenta: Sequence[Momentum], axis: Array) -> float:
+    """Compute the mean of ``|h|`` about an axis."""
+    return float(np.mean([np.abs(one.total[:, :3] @ axis).mean() for one in momenta]))
+
+
+def _pace(request: RemedyRequest, found: ForceBalanced, runs: Sequence[Trajectory]) -> float:
+    """Compute the mean speed of the fastest input, rad/s and characteristic lengths/s."""
+    kinds = {joint.name: joint.kind for joint in found.linkage.joints}
+    slides = [kinds[name] == "prismatic" for name in found.linkage.inputs]
+    units = np.where(slides, request.space.length, 1.0)
+    return float(np.mean([np.abs(one.ud / units).max(axis=1).mean() for one in runs]))
+
+
+def _table(
+    inputs: Sequence[str], motion: Trajectory, wheels: Sequence[Wheel]
+) -> dict[str, Array]:
+    """List time, inputs, and angle, speed, torque and power of each wheel."""
+    columns = {"time": motion.time}
+    columns |= {name: motion.u[:, k] for k, name in enumerate(inputs)}
+    for k, wheel in enumerate(wheels, len(inputs)):
+        speed, torque = motion.ud[:, k], wheel.inertia * motion.udd[:, k]
+        columns |= {
+            f"{wheel.name} angle": motion.u[:, k], f"{wheel.name} speed": speed,
+            f"{wheel.name} torque": torque, f"{wheel.name} power": torque * speed,
+        }  # fmt: skip
+    return columns

@@ -1,0 +1,62 @@
+"""Claim: all 4096 sets of twelve counter-rotors take less time than 512 programs of one set.
+
+Certificates and feasible sets decide the others. Each geometry is new: two loops of seven
+links with hinges at random decimals. The error is the number of sets that stay undecided.
+"""
+
+from __future__ import annotations
+
+from itertools import cycle
+
+import numpy as np
+
+from balance import design_space
+from balance.remedies.counter_rotations.counter_rotors import RotorConditions, rotor_conditions
+from balance.remedies.counter_rotations.fewest_rotors import search_sets
+from balance.remedies.counter_rotations.rotor_sets import decide_rotors
+from kinematics import ScrewJoint, from_screws
+
+# Programs that the search must undercut, an eighth of all sets.
+PROGRAMS = 512
+# Geometries in turn.
+GEOMETRIES = 3
+
+
+def _conditions(seed: int) -> RotorConditions:
+    """Compute the conditions of two loops of seven links on one base."""
+    rng = np.random.default_rng(seed)
+    joints, loops = [], []
+    for side, x in (("a", 0.0), ("b", 4.0)):
+        names = ["base", *(f"{side}{k}" for k in range(1, 7))]
+        points = np.round(rng.uniform(-1, 1, (7, 2)), 2) + (x, 0)
+        for k in range(6):
+            point = (*points[k], 0.0)
+            joints.append(ScrewJoint(f"{side}j{k}", names[k], names[k + 1], point=point))
+        loops.append(ScrewJoint(f"{side}end", names[6], "base", point=(*points[6], 0.0)))
+    return rotor_conditions(design_space(from_screws(joints, loops)))
+
+
+class FewestRotorsOfTwelve:
+    """Two loops of seven links."""
+
+    params = ((12,),)
+    claims = (("time_search", "time_programs", 1.0), ("track_undecided", 0.5))
+
+    def setup(self, candidates: int) -> None:
+        """Prepare the conditions of several geometries."""
+        self.conditions = cycle([_conditions(seed) for seed in range(GEOMETRIES)])
+        self.chosen = np.random.default_rng(0).integers(0, 2, (PROGRAMS, candidates))
+
+    def time_search(self, candidates: int) -> None:
+        """All sets, pruned."""
+        search_sets(next(self.conditions))
+
+    def time_programs(self, candidates: int) -> None:
+        """Programs of random sets, each by itself."""
+        conditions = next(self.conditions)
+        for one in self.chosen:
+            decide_rotors(conditions, np.flatnonzero(one).tolist())
+
+    def track_undecided(self, candidates: int) -> float:
+        """Number of sets that neither a design nor a certificate decides."""
+        return float(len(search_sets(next(self.conditions)).open))

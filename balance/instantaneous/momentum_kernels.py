@@ -19,7 +19,7 @@ from kinematics.compiled.jit import kernel
 from kinematics.model.arrays import Chain
 from kinematics.spatial.displacements import place_links
 
-__all__ = ["fill_cells", "fill_momenta", "pose_workspace"]
+__all__ = ["fill_body_momenta", "fill_cells", "fill_momenta", "pose_workspace"]
 
 Array = NDArray[np.float64]
 
@@ -29,6 +29,28 @@ SERIES_ORDER = 3
 MAX_CELL_STEPS = 30
 # Entry of `seen` of a cell that is not, or cannot yet be, reached; in the queue or done.
 UNSEEN, SEEN = 0, 1
+
+
+@kernel
+def _regressor(chain, links, q, workspace):
+    """Compute the regressor at a closed pose, in the workspace.
+
+    Args:
+        chain: in: arrays of a spatial chain, as `Chain.walked`.
+        links: in: link of each body (bodies,).
+        q: in: joint positions (n,), chain units.
+        workspace: as from `pose_workspace`.
+
+    Returns:
+        The regressor (1, 1, width, 6, bodies, 10).
+    """
+    parent, screws, _, _, _, moves, _ = chain
+    series, (H, N, X, _), _, (pose, carried, ray, scratch) = workspace
+    place_links(parent, screws, q, pose, carried, scratch)
+    spatial_series(0, 0, chain, carried, ray, series)
+    X[:] = 0.0
+    spatial_regressor(0, 0, pose, links, moves, series[3][:, :1], series[5][:, :1], H, N, X)
+    return X
 
 
 @kernel
@@ -44,13 +66,8 @@ def _momentum(chain, links, z, q, workspace, M, own):
         M: out: ``[ξ; p]`` for unit rates (6, width), chain units.
         own: out: ``Σ_b |h_b|``, entry by entry (6, width).
     """
-    parent, screws, _, _, columns, moves, _ = chain
-    series, (H, N, X, _), _, (pose, carried, ray, scratch) = workspace
-    place_links(parent, screws, q, pose, carried, scratch)
-    spatial_series(0, 0, chain, carried, ray, series)
-    X[:] = 0.0
-    spatial_regressor(0, 0, pose, links, moves, series[3][:, :1], series[5][:, :1], H, N, X)
-    for w in range(columns.shape[1]):
+    X = _regressor(chain, links, q, workspace)
+    for w in range(M.shape[1]):
         for i in range(6):
             total = size = 0.0
             for b in range(links.size):
@@ -77,6 +94,29 @@ def fill_momenta(chain, links, z, q, workspace, M, own):
     """
     for k in range(q.shape[0]):
         _momentum(chain, links, z, q[k], workspace, M[k], own[k])
+
+
+@kernel
+def fill_body_momenta(chain, links, z, q, workspace, h):
+    """Compute the momenta of single bodies at closed poses.
+
+    Args:
+        chain: in: arrays of a spatial chain, as `Chain.walked`.
+        links: in: link of each body (bodies,).
+        z: in: parameters of the bodies (bodies, 10), chain units.
+        q: in: joint positions (poses, n), chain units.
+        workspace: as from `pose_workspace`.
+        h: out: ``[ξ; p]`` for unit rates (poses, 6, width, bodies), chain units.
+    """
+    for k in range(q.shape[0]):
+        X = _regressor(chain, links, q[k], workspace)
+        for i in range(6):
+            for w in range(h.shape[2]):
+                for b in range(links.size):
+                    total = 0.0
+                    for j in range(10):
+                        total += X[0, 0, w, i, b, j] * z[b, j]
+                    h[k, i, w, b] = total
 
 
 @kernel

@@ -9,14 +9,18 @@ Twente, Eq. 3.15; D. N. Nenchev, 2013, calls it the coupling of the momentum of 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.conversions import to_chain
-from balance.instantaneous.momentum_kernels import fill_momenta, pose_workspace
+from balance.instantaneous.momentum_kernels import (
+    fill_body_momenta,
+    fill_momenta,
+    pose_workspace,
+)
 from balance.verification.shaking_wrench import mass_parameters, wrench_to_si
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.model.arrays import Chain, read_only
@@ -43,7 +47,12 @@ class MassedChain(NamedTuple):
 
     @classmethod
     def of(cls, linkage: Linkage, z: ArrayLike | None = None) -> MassedChain:
-        """Prepare a linkage; masses are those of the file, or z as in `momentum_matrix`."""
+        """Prepare a linkage.
+
+        Args:
+            linkage: an assembled linkage.
+            z: masses as in `momentum_matrix`; those of the file by default.
+        """
         chain = input_chain(linkage)
         own = to_chain(mass_parameters(linkage, z), chain.frame, False, False)
         return cls(linkage, chain, np.ascontiguousarray(own))
@@ -62,13 +71,31 @@ class MassedChain(NamedTuple):
             ``[ξ; p]`` for unit rates (poses, 6, mobility), in the frame and units of the chain;
             and, entry by entry, the sum of the sizes of the momenta of the bodies.
         """
+        M, own = np.empty((2, len(q), 6, self.chain.width))
+        self._fill(fill_momenta, q, M, own)
+        return M, own
+
+    def body_momenta(self, q: Array) -> Array:
+        """Compute the momenta of single bodies at closed poses, all at once.
+
+        Args:
+            q: positions of all joints (poses, n), in units of the chain.
+
+        Returns:
+            ``[ξ; p]`` for unit rates (poses, 6, mobility, bodies), in the frame and units of
+            the chain.
+        """
+        h = np.empty((len(q), 6, self.chain.width, len(self.z)))
+        self._fill(fill_body_momenta, q, h)
+        return h
+
+    def _fill(self, fill: Callable[..., None], q: Array, *out: Array) -> None:
+        """Run a kernel on poses, with a workspace that the chain keeps."""
         chain = self.chain
-        M, own = np.empty((2, len(q), 6, chain.width))
         workspace = chain.borrow(("momenta",), lambda: pose_workspace(chain))
         positions = read_only(np.ascontiguousarray(q, dtype=np.float64))
-        fill_momenta(chain.walked, chain.links, self.z, positions, workspace, M, own)
+        fill(chain.walked, chain.links, self.z, positions, workspace, *out)
         chain.give_back(("momenta",), workspace)
-        return M, own
 
     def to_si(self, M: Array) -> Array:
         """Convert matrices (..., 6, mobility) of the chain to SI units, inertial origin."""

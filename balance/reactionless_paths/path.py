@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.motion_tolerances import PATH_MOMENTUM
+from balance.motion_tolerances import PATH_MOMENTUM, RATE_RESIDUAL_RELATIVE
 from balance.reactionless_paths.follow import PathEvent
 from balance.reactionless_paths.rest_equations import RestEquations
+from balance.verification.given_motions import rate_columns, rates_off
 from balance.verification.trajectory import Trajectory, drive
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model.arrays import freeze
@@ -21,18 +21,13 @@ from kinematics.model.linkage import Linkage
 __all__ = ["ReactionlessPath", "path_table", "sample_path", "timed_path"]
 
 Array = NDArray[np.float64]
-Profile = Callable[[Array], tuple[Array, ...]]
 
 # Degree of the spline through the samples, as that of a motion read from a table.
 DEGREE = 5
-# Samples of a motion in time.
-TIMED_SAMPLES = 801
-# Samples of a table: as many as give the spline through them the best accelerations, since
-# round-off grows as samples get closer. Relative error that is good enough.
-TABLE_SAMPLES = 101, 151, 201, 301, 401, 601, 801, 1201, 1601, 3201, 6401
-TIMED_ERROR = 3e-11
-# Arc length between the samples of a path that the motion follows, if they are closer.
-TIMED_STEP = 0.004
+# Samples of a motion in time: the fewest that show its accelerations, and most.
+TIMED_SAMPLES = 401, 801, 1601, 3201, 6401
+# Singular values of the equations below this part of the largest are damped in corrections.
+DAMPED = 1e-4
 # Duration of a motion, seconds.
 DURATION = 1.0
 
@@ -47,6 +42,7 @@ class ReactionlessPath:
         s: arc length in all joints, radians and characteristic lengths (N,); 0 at that pose.
         q: positions of all joints (N, n), rad and m, displacements from the reference pose.
         u: those of the inputs (N, mobility).
+        rates: their derivatives by s (N, mobility), rad and m per unit of arc length.
         momentum: momentum along the path over the sum of the sizes of the bodies' own (N,),
             with the rates of a spline of degree five through the samples.
         closure: largest mismatch of the loops, radians and characteristic lengths.
@@ -58,6 +54,7 @@ class ReactionlessPath:
     s: Array
     q: Array
     u: Array
+    rates: Array
     momentum: Array
     closure: float
     events: tuple[PathEvent, ...]
@@ -115,72 +112,59 @@ def sample_path(
 
     linkage, chain = equations.linkage, equations.chain
     inputs = linkage.positions_of(linkage.inputs)
-    rates = make_interp_spline(s, q[:, inputs], k=DEGREE)(s, 1)
-    momentum = np.zeros(s.size)
-    closure = 0.0
-    for k, (pose, rate) in enumerate(zip(q, rates, strict=True)):
-        h = equations.at(pose).rows @ (equations.basis.T @ rate)
-        own = equations.own_momentum(pose, rate)
-        momentum[k] = np.sqrt(h @ h) / own if own > 0.0 else 0.0
-        closure = max(closure, forward_kinematics(chain, pose).error)
-    middle = int(np.argmin(np.abs(s)))
+    slopes = make_interp_spline(s, q[:, inputs], k=DEGREE)(s, 1)
+    rows, own = equations.along(q, slopes)
+    y = slopes @ equations.basis
+    h = np.einsum("krw,kw->kr", rows, y)
+    momentum = np.linalg.norm(h, axis=1) / np.where(own > 0.0, own, 1.0)
+    closure = max(forward_kinematics(chain, pose).error for pose in q)
+    middle, units = int(np.argmin(np.abs(s))), chain.units[inputs]
+    rates = (y - _correction(rows, h)) @ equations.basis.T * units
     return ReactionlessPath(
-        start, freeze(rates[middle] * chain.units[inputs]), freeze(s), freeze(q * chain.units),
-        freeze(q[:, inputs] * chain.units[inputs]), freeze(momentum), closure, events,
+        start, freeze(rates[middle]), freeze(s), freeze(q * chain.units),
+        freeze(q[:, inputs] * units), freeze(rates), freeze(momentum), closure, events,
     )  # fmt: skip
 
 
-def _rest_to_rest(x: Array) -> tuple[Array, ...]:
-    """Compute ``σ(τ) = (1 - cos π τ) / 2`` and two derivatives: at rest at both ends."""
-    return (
-        0.5 - 0.5 * np.cos(np.pi * x), 0.5 * np.pi * np.sin(np.pi * x),
-        0.5 * np.pi**2 * np.cos(np.pi * x),
-    )  # fmt: skip
+def _correction(rows: Array, h: Array) -> Array:
+    """Compute the rates that take away the momentum which a spline leaves.
 
+    ``A⁺ h`` with small singular values damped: near a meeting of paths, where they vanish, the
+    rates along them leave no momentum, and their round-off is not to be divided by them.
 
-def _ever_faster(x: Array) -> tuple[Array, ...]:
-    """Compute ``σ(τ) = τ²`` and two derivatives: uniformly accelerated from rest.
-
-    Without higher derivatives of its own: a spline through few samples is exact at its ends.
+    Args:
+        rows: A (N, rows, w).
+        h: ``A y`` (N, rows).
     """
-    return x * x, 2.0 * x, np.full_like(x, 2.0)
+    U, sizes, Vt = np.linalg.svd(rows, full_matrices=False)
+    least = DAMPED * sizes.max(axis=1, initial=0.0)[:, None]
+    damped = sizes**2 + least**2
+    weights = np.divide(sizes, damped, out=np.zeros_like(sizes), where=damped > 0.0)
+    return np.einsum("kiw,ki,kri,kr->kw", Vt, weights, U, h)
 
 
-def _timed_inputs(
-    path: ReactionlessPath, duration: float, count: int, profile: Profile
-) -> tuple[Array, ...]:
-    """Compute time, inputs, velocities and accelerations along a path."""
+def _timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, Array, Array, Array]:
+    """Compute time, inputs, velocities and accelerations of a motion along a path.
+
+    ``s(τ) = (1 - cos π τ) / 2`` of the length, in so many samples that a spline through the
+    inputs has the same velocities and accelerations: a reader can check them.
+    """
     from scipy.interpolate import make_interp_spline
 
-    apart = max(1, int(TIMED_STEP * (len(path.s) - 1) / path.length))
-    kept = np.unique([*range(0, len(path.s), apart), len(path.s) - 1])
-    if path.residual > TIMED_ERROR or kept.size < 16:
-        kept = np.arange(len(path.s))
-    spline = make_interp_spline(path.s[kept], path.u[kept], k=DEGREE)
-    tau = np.linspace(0.0, 1.0, count)
-    where, speed, change = (path.length * x[:, None] for x in profile(tau))
-    s = np.clip(path.s[0] + where[:, 0], path.s[0], path.s[-1])
-    first, second = spline(s, 1), spline(s, 2)
-    return (
-        duration * tau, spline(s), first * speed / duration,
-        (second * speed**2 + first * change) / duration**2,
-    )  # fmt: skip
-
-
-def _table_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, Array]:
-    """Compute time and inputs from which a spline has the best accelerations."""
-    from scipy.interpolate import make_interp_spline
-
-    least, best = np.inf, (np.empty(0), np.empty((0, 0)))
-    for count in TABLE_SAMPLES:
-        time, u, _, udd = _timed_inputs(path, duration, count, _ever_faster)
-        found = make_interp_spline(time, u, k=DEGREE)(time, 2)
-        error = float(np.abs(found - udd).max() / (np.abs(udd).max() or 1.0))
-        if error < least:
-            least, best = error, (time, u)
-        if error <= TIMED_ERROR:
+    rates = make_interp_spline(path.s, path.rates, k=DEGREE)
+    inputs = rates.antiderivative()  # smoother than a spline through the displacements
+    first = path.u[0] - inputs(path.s[0])
+    for count in TIMED_SAMPLES:
+        turn = np.pi * np.linspace(0.0, 1.0, count)[:, None]
+        speed = 0.5 * np.pi * path.length / duration * np.sin(turn)
+        change = 0.5 * path.length * (np.pi / duration) ** 2 * np.cos(turn)
+        s = path.s[0] + 0.5 * path.length * (1.0 - np.cos(turn[:, 0]))
+        s = np.clip(s, path.s[0], path.s[-1])
+        ud, udd = rates(s) * speed, rates(s, 1) * speed**2 + rates(s) * change
+        motion = np.linspace(0.0, duration, count), first + inputs(s), ud, udd
+        if rates_off(*motion) <= 0.1 * RATE_RESIDUAL_RELATIVE:
             break
-    return best
+    return motion
 
 
 def timed_path(
@@ -201,14 +185,14 @@ def timed_path(
     Raises:
         PoseError: an end of the path is not reached along a straight line of the inputs.
     """
-    return drive(linkage, *_timed_inputs(path, duration, TIMED_SAMPLES, _rest_to_rest))
+    return drive(linkage, *_timed_inputs(path, duration))
 
 
 def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> bytes:
     """Write a motion along a path as a table that ``balance verify --csv`` reads.
 
-    It is uniformly accelerated from rest: the spline that is put through the rows follows such
-    a motion best.
+    It rests at both ends. Velocities and accelerations are in the table too: those of a spline
+    through rounded displacements would have errors of 1e-9.
 
     Args:
         linkage: the linkage.
@@ -216,11 +200,12 @@ def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURAT
         duration: seconds.
 
     Returns:
-        Comma-separated values: ``time`` and the inputs, displacements in rad and m.
+        Comma-separated values: ``time``, the inputs (displacements in rad and m), and their
+        velocities and accelerations.
     """
-    time, u = _table_inputs(path, duration)
+    columns = _timed_inputs(path, duration)
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time", *linkage.inputs])
-    writer.writerows([[repr(float(x)) for x in row] for row in np.column_stack([time, u])])
+    writer.writerow(["time", *linkage.inputs, *rate_columns(linkage)])
+    writer.writerows([[repr(float(x)) for x in row] for row in np.column_stack(columns)])
     return text.getvalue().encode()

@@ -43,7 +43,7 @@ NEAR = 0.01
 # How often the samples of a path are doubled until the momentum at them is round-off: up to
 # this part of the bodies' own.
 REFINEMENTS = 5
-SAMPLED_WELL = 1e-11
+SAMPLED_WELL = 2e-11
 
 
 def find_paths(

@@ -137,15 +137,25 @@ class RestEquations:
             float(np.linalg.norm(sizes)), pivot,
         )  # fmt: skip
 
-    def own_momentum(self, q: Array, rates: Array) -> float:
-        """Compute the sum of the sizes of the bodies' own momenta at rates of the inputs.
+    def along(self, q: Array, rates: Array) -> tuple[Array, Array]:
+        """Compute the equations at many closed poses, and the sizes of momenta at rates there.
 
         Args:
-            q: a closed pose (n,), chain units.
-            rates: rates of the inputs (mobility,), chain units.
+            q: positions of all joints (N, n), chain units.
+            rates: rates of the inputs (N, mobility), chain units.
+
+        Returns:
+            A (N, rows, w); and the sum of the sizes of the bodies' own momenta (N,).
         """
-        bodies = self._series(q, np.zeros((1, self.chain.width)), 0)[0][0, 0]
-        return float(np.linalg.norm(np.einsum("w,wrb->rb", rates, bodies), axis=0).sum())
+        bodies = self.model.body_momenta(q)
+        M = bodies.sum(axis=3) @ self.basis
+        if self.demand.kept == "attitude":
+            centres = [self._centre_at(forward_kinematics(self.chain, pose)) for pose in q]
+            rows = [self._select(h, c) for h, c in zip(M, centres, strict=True)]
+        else:
+            rows = [self._select(h, self.centre) for h in M]
+        own = np.linalg.norm(np.einsum("kw,krwb->krb", rates, bodies), axis=1)
+        return np.array(rows), own.sum(axis=1)
 
     def derivative(self, q: Array) -> Array:
         """Compute the derivatives ∂_i A_w along all coordinates at a closed pose.

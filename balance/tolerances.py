@@ -25,7 +25,7 @@ __all__ = [
     "MOMENTUM_RESIDUAL_CLEAR", "MOMENTUM_RESIDUAL_ILL_CONDITIONED", "MOMENT_ROUND_OFF",
     "MOTION_JOINS", "NEWTON_DECREMENT_LEAST", "NEWTON_DECREMENT_STALLED",
     "PARALLEL_AXES_ROUNDED", "PHYSICAL_INEQUALITY", "POINT_EQUAL_RELATIVE", "PRICE_NEGATIVE",
-    "PRICE_ZERO", "PSEUDO_INERTIA_SINGULAR", "REACTIONLESS_RELATIVE", "ROD_DYADS_SINGULAR",
+    "PRICE_ZERO", "PSEUDO_INERTIA_SINGULAR", "ROD_DYADS_SINGULAR",
     "ROTOR_WEIGHT_ZERO", "ROTOR_WITHOUT_MOMENTUM", "SCREW_ROUNDED",
     "SECOND_MOMENT_NEGATIVE_RELATIVE", "SHAKING_GAP_PROVED", "SHORT_CONVERGENCE_RADIUS",
     "SINGULAR_VALUE_ROUND_OFF", "SOLUTIONS_EQUAL", "SOLUTION_OUTSIDE", "SOLVER_INFEASIBILITY",
@@ -284,8 +284,6 @@ GROWTH_RELATIVE = 1e-3
 
 # Size of the conditions on a rotor of unit inertia: up to this its momentum is round-off.
 ROTOR_WITHOUT_MOMENTUM = 1e-9
-# Momentum of a direction over the momenta of all bodies: up to this it is reactionless.
-REACTIONLESS_RELATIVE = 1e-9
 # Weight of a rotor in a certificate, over the size of its matrices: above minus this it counts
 # as not negative, and the check of the certificate bears the difference.
 ROTOR_WEIGHT_ZERO = 1e-14

@@ -26,8 +26,9 @@ Array = NDArray[np.float64]
 DEGREE = 5
 # Samples of a motion in time: the fewest that show its accelerations, and most.
 TIMED_SAMPLES = 401, 801, 1601, 3201, 6401
-# Singular values of the equations below this part of the largest are damped in corrections.
-DAMPED = 1e-4
+# Singular values of the equations below this part of the bodies' own momenta are damped in
+# corrections.
+DAMPED = 1e-5
 # Duration of a motion, seconds.
 DURATION = 1.0
 
@@ -119,14 +120,14 @@ def sample_path(
     momentum = np.linalg.norm(h, axis=1) / np.where(own > 0.0, own, 1.0)
     closure = max(forward_kinematics(chain, pose).error for pose in q)
     middle, units = int(np.argmin(np.abs(s))), chain.units[inputs]
-    rates = (y - _correction(rows, h)) @ equations.basis.T * units
+    rates = (y - _correction(rows, h, own)) @ equations.basis.T * units
     return ReactionlessPath(
         start, freeze(rates[middle]), freeze(s), freeze(q * chain.units),
         freeze(q[:, inputs] * units), freeze(rates), freeze(momentum), closure, events,
     )  # fmt: skip
 
 
-def _correction(rows: Array, h: Array) -> Array:
+def _correction(rows: Array, h: Array, own: Array) -> Array:
     """Compute the rates that take away the momentum which a spline leaves.
 
     ``A⁺ h`` with small singular values damped: near a meeting of paths, where they vanish, the
@@ -134,11 +135,11 @@ def _correction(rows: Array, h: Array) -> Array:
 
     Args:
         rows: A (N, rows, w).
-        h: ``A y`` (N, rows).
+        h: ``A y`` for a y of about unit length (N, rows).
+        own: size of the bodies' own momenta (N,).
     """
     U, sizes, Vt = np.linalg.svd(rows, full_matrices=False)
-    least = DAMPED * sizes.max(axis=1, initial=0.0)[:, None]
-    damped = sizes**2 + least**2
+    damped = sizes**2 + (DAMPED * own[:, None]) ** 2
     weights = np.divide(sizes, damped, out=np.zeros_like(sizes), where=damped > 0.0)
     return np.einsum("kiw,ki,kri,kr->kw", Vt, weights, U, h)
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.instantaneous.momentum_kernels import fill_momenta, pose_workspace
 from balance.inertial_parameters.conversions import to_chain
+from balance.instantaneous.momentum_kernels import fill_momenta, pose_workspace
 from balance.verification.shaking_wrench import mass_parameters, wrench_to_si
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.model.arrays import Chain, read_only

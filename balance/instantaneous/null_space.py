@@ -1,10 +1,10 @@
 """Velocities without reaction: the null space of the momentum matrix in a pose.
 
 A robot whose input rates lie in the null space of ``M_B`` moves without momentum. In general
-the matrix has full column rank, and only rest is without reaction; with fewer rows than columns,
-or in a balanced pose, it has not. (D. N. Nenchev, Reaction null space of a multibody system with
-applications in robotics, Mechanical Sciences 4, 2013; J. J. de Jong, PhD thesis, University of
-Twente, Eq. 3.51.)
+the matrix has full column rank, and only rest is without reaction; with fewer rows than
+columns, or in a balanced pose, it has not. (D. N. Nenchev, Reaction null space of a multibody
+system with applications in robotics, Mechanical Sciences 4, 2013; J. J. de Jong, PhD thesis,
+University of Twente, Eq. 3.51.)
 
 Whole momentum is measured in N s: moments about the middle of the mechanism are divided by its
 characteristic length; rates of sliding inputs count in such lengths. The null space does not

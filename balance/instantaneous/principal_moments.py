@@ -1,9 +1,9 @@
 """Bodies with given principal moments of inertia that have a given angular momentum.
 
 ``ξ_c = G ω`` about the centre of mass, with ``G = Rᵀ diag(g) R``. Over all orientations R, ξ_c
-fills the ball on the diameter from g3 ω to g1 ω without those on the diameters from g2 ω to g1 ω
-and from g3 ω to g2 ω, for g1 ≥ g2 ≥ g3 (J. J. de Jong, PhD thesis, University of Twente, Fig.
-3.2). The right sides of Eqs. 3.29 to 3.31 are printed for ``|ω| = 1``.
+fills the ball on the diameter from g3 ω to g1 ω without those on the diameters from g2 ω to
+g1 ω and from g3 ω to g2 ω, for g1 ≥ g2 ≥ g3 (J. J. de Jong, PhD thesis, University of Twente,
+Fig. 3.2). The right sides of Eqs. 3.29 to 3.31 are printed for ``|ω| = 1``.
 """
 
 from __future__ import annotations

@@ -15,6 +15,8 @@ from scipy.linalg import expm
 
 from balance import mass_properties
 from kinematics import ScrewJoint, from_screws
+from kinematics.closure.joint_positions import joint_positions, si_chain
+from kinematics.closure.newton import forward_kinematics
 
 PITCHES = ("zero", "finite", "infinite")
 # Pitch of the twist, pitch of the momentum; in the others no body has the momentum.
@@ -62,6 +64,26 @@ def hat(t):
     return out
 
 
+def momentum_of_motion(linkage, u, rates, step=1e-3):
+    """Total momentum ``[ξ; p]`` for rates of the inputs, by differences of closed poses."""
+    chain = si_chain(linkage, spatial=True)
+    there = [
+        forward_kinematics(chain, joint_positions(linkage, np.add(u, k * step * rates))).H
+        for k in (-2, -1, 0, 1, 2)
+    ]
+    N = (there[0] - 8 * there[1] + 8 * there[3] - there[4]) / (12 * step)
+    total = np.zeros(6)
+    for body, link in zip(linkage.bodies, chain.links, strict=True):
+        total += of_points(N[link], there[2][link], body.inertia)
+    return total
+
+
+def of_points(N, H, z):
+    """Momentum of a body with the displacement H, whose rate is N: sums over its points."""
+    W = N @ second_moments(z) @ H.T  # ∫ ρ̇ [ρ; 1]ᵀ dm
+    return np.array([W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1], *W[:3, 3]])
+
+
 def second_moments(z):
     """``∫ [x; 1][x; 1]ᵀ dm`` (4, 4), entry by entry."""
     m, x, y, w, xx, yy, ww, xy, xw, yw = z
@@ -77,12 +99,11 @@ def momentum(t, z, step=1e-3):
     """
     there = expm(np.multiply.outer([-2 * step, -step, step, 2 * step], hat(t)))
     N = (there[0] - 8 * there[1] + 8 * there[2] - there[3]) / (12 * step)
-    W = N @ second_moments(z)  # ∫ ρ̇ [ρ; 1]ᵀ dm
-    return np.array([W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1], *W[:3, 3]])
+    return of_points(N, np.eye(4), z)
 
 
 def driven(rng, a, pitch):
-    """A body b whose momentum has the pitch and, as far as possible, what the table asks for."""
+    """A body b whose momentum has the pitch and, if possible, what the table asks for."""
     masses, points = point_masses(rng)
     centre, axis = masses @ points / masses.sum(), a[:3] if a[:3].any() else a[3:]
     n = unit_vector(rng)

@@ -74,10 +74,6 @@ Balance in one pose:
 
 - ``balance_pose``: bodies on input joints solved so that a linkage is balanced in a pose
 - ``balancing_family``: all bodies that have a given momentum for a given twist
-- ``planar_balancing_body``: the same in a plane, for a given mass
-- ``momentum_margins``: whether a body with given principal moments can have a momentum
-- ``critical_moment``: the principal moment at which a bound is met
-- ``inertia_from_moments``: the orientation of a body with given principal moments
 - ``BalancingFamily``: result of ``balancing_family``
 - ``PoseBalance``: result of ``balance_pose``
 
@@ -135,18 +131,9 @@ if TYPE_CHECKING:
         violations,
     )
     from balance.inertial_parameters.multipole import Primitive
-    from balance.instantaneous.body_family import (
-        BalancingFamily,
-        balancing_family,
-        planar_balancing_body,
-    )
+    from balance.instantaneous.body_family import BalancingFamily, balancing_family
     from balance.instantaneous.momentum_of_masses import momentum_matrix
     from balance.instantaneous.null_space import ReactionNullSpace, reaction_null_space
-    from balance.instantaneous.principal_moments import (
-        critical_moment,
-        inertia_from_moments,
-        momentum_margins,
-    )
     from balance.instantaneous.proximal_bodies import PoseBalance, balance_pose
     from balance.instantaneous.workspace_map import MomentumMap, momentum_map
     from balance.interpretation.explain import Explanation, explain
@@ -220,7 +207,6 @@ __all__ = [
     "common_normal",
     "compare_remedies",
     "counterweights",
-    "critical_moment",
     "design",
     "design_space",
     "design_space_many",
@@ -228,13 +214,11 @@ __all__ = [
     "exact_ranks",
     "explain",
     "feasible",
-    "inertia_from_moments",
     "load_space",
     "mass_properties",
     "meeting",
     "momentum_lines",
     "momentum_map",
-    "momentum_margins",
     "momentum_matrix",
     "momentum_regressor",
     "momentum_taylor",
@@ -242,7 +226,6 @@ __all__ = [
     "parameters",
     "pareto",
     "partial",
-    "planar_balancing_body",
     "pseudo_inertia",
     "reaction_null_space",
     "save_space",
@@ -293,7 +276,6 @@ _HOMES = {
     "check_design": "designs.design_check",
     "compare_remedies": "remedies.compare",
     "counterweights": "added_masses.counterweights",
-    "critical_moment": "instantaneous.principal_moments",
     "design": "designs.best_design",
     "design_space": "spaces.compute_space",
     "design_space_many": "search.many_geometries",
@@ -301,13 +283,11 @@ _HOMES = {
     "exact_ranks": "certification.exact_ranks",
     "explain": "interpretation.explain",
     "feasible": "designs.feasibility",
-    "inertia_from_moments": "instantaneous.principal_moments",
     "load_space": "spaces.save",
     "mass_properties": "inertial_parameters.conversions",
     "meeting": "momentum.momentum_lines",
     "momentum_lines": "momentum.momentum_lines",
     "momentum_map": "instantaneous.workspace_map",
-    "momentum_margins": "instantaneous.principal_moments",
     "momentum_matrix": "instantaneous.momentum_of_masses",
     "momentum_regressor": "momentum.regressor",
     "momentum_taylor": "momentum.momentum_taylor_series",
@@ -315,7 +295,6 @@ _HOMES = {
     "parameters": "inertial_parameters.conversions",
     "pareto": "partial_balance.budgets",
     "partial": "partial_balance.budgets",
-    "planar_balancing_body": "instantaneous.body_family",
     "pseudo_inertia": "inertial_parameters.conversions",
     "reaction_null_space": "instantaneous.null_space",
     "save_space": "spaces.save",

@@ -269,8 +269,8 @@ def planar_balancing_body(
         J. J. de Jong, PhD thesis, University of Twente, Eqs. 3.49 and 3.50.
 
     Example:
-        >>> import balance
-        >>> balance.planar_balancing_body([0, 0], 1.0, [2.0, 0.0, 1.0], 1.0)
+        >>> from balance.instantaneous.body_family import planar_balancing_body
+        >>> planar_balancing_body([0, 0], 1.0, [2.0, 0.0, 1.0], 1.0)
         (array([1., 0.]), 1.0)
     """
     (x, y), (moment, px, py) = np.asarray(point, float), np.asarray(momentum, float)

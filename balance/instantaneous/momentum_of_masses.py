@@ -43,7 +43,12 @@ class MassedChain(NamedTuple):
 
     @classmethod
     def of(cls, linkage: Linkage, z: ArrayLike | None = None) -> MassedChain:
-        """Prepare a linkage; masses are those of the file, or z as in `momentum_matrix`."""
+        """Prepare a linkage.
+
+        Args:
+            linkage: the linkage.
+            z: inertial parameters, by default those of the file; see `momentum_matrix`.
+        """
         chain = input_chain(linkage)
         own = to_chain(mass_parameters(linkage, z), chain.frame, False, False)
         return cls(linkage, chain, np.ascontiguousarray(own))

@@ -39,8 +39,8 @@ def momentum_margins(g: ArrayLike, omega: ArrayLike, xi: ArrayLike) -> Array:
         J. J. de Jong, PhD thesis, University of Twente, Eqs. 3.9, 3.10, 3.29 to 3.31.
 
     Example:
-        >>> import balance
-        >>> balance.momentum_margins([3, 2, 1], [0, 0, 1], [0, 0, 2]).tolist()
+        >>> from balance.instantaneous.principal_moments import momentum_margins
+        >>> momentum_margins([3, 2, 1], [0, 0, 1], [0, 0, 2]).tolist()
         [1.0, 0.0, 0.0, 1.0, 0.0]
     """
     moments, w, x = _sorted(g), *(np.asarray(v, dtype=np.float64) for v in (omega, xi))
@@ -74,8 +74,8 @@ def critical_moment(other: float, omega: ArrayLike, xi: ArrayLike) -> float:
         J. J. de Jong, PhD thesis, University of Twente, Eqs. 3.32 to 3.34 and 3.46.
 
     Example:
-        >>> import balance
-        >>> balance.critical_moment(3.0, [0, 0, 1], [1, 0, 2])
+        >>> from balance.instantaneous.principal_moments import critical_moment
+        >>> critical_moment(3.0, [0, 0, 1], [1, 0, 2])
         1.0
     """
     w, x = (np.asarray(v, dtype=np.float64) for v in (omega, xi))
@@ -108,8 +108,8 @@ def inertia_from_moments(g: ArrayLike, omega: ArrayLike, xi: ArrayLike) -> Array
         J. J. de Jong, PhD thesis, University of Twente, Eqs. 3.41 to 3.47.
 
     Example:
-        >>> import balance
-        >>> G = balance.inertia_from_moments([3, 2.5, 1], [0, 0, 1], [0.6, 0, 2])
+        >>> from balance.instantaneous.principal_moments import inertia_from_moments
+        >>> G = inertia_from_moments([3, 2.5, 1], [0, 0, 1], [0.6, 0, 2])
         >>> (G @ [0, 0, 1]).round(12).tolist()
         [0.6, 0.0, 2.0]
     """

@@ -48,5 +48,5 @@ def test_the_command_gives_no_notice_of_further_conditions(tmp_path, capsys, cap
     assert main(["report", "fuga_i", *at, "--max-order", "0", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["as_given"]["balanced"] is False
     caplog.clear()
-    assert main(["design", "five_bar", "--max-order", "1"]) == 4
+    assert main(["design", "four_bar_general", "--max-order", "1"]) == 4
     assert "not_settled" in caplog.text

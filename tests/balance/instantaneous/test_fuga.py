@@ -34,10 +34,10 @@ from balance import (
     mass_properties,
     momentum_map,
     momentum_matrix,
-    planar_balancing_body,
     reaction_null_space,
     shaking,
 )
+from balance.instantaneous.body_family import planar_balancing_body
 from balance.verification.joint_reactions import joint_reactions
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters
 from kinematics.closure.joint_positions import input_chain

@@ -10,7 +10,11 @@ import pytest
 from laws import relative
 from scipy.spatial.transform import Rotation
 
-from balance import critical_moment, inertia_from_moments, momentum_margins
+from balance.instantaneous.principal_moments import (
+    critical_moment,
+    inertia_from_moments,
+    momentum_margins,
+)
 from kinematics.errors import UsageError
 
 

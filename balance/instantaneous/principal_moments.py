@@ -40,8 +40,8 @@ def momentum_margins(g: ArrayLike, omega: ArrayLike, xi: ArrayLike) -> Array:
 
     Example:
         >>> from balance.instantaneous.principal_moments import momentum_margins
-        >>> momentum_margins([3, 2, 1], [0, 0, 1], [0, 0, 2]).tolist()
-        [1.0, 0.0, 0.0, 1.0, 0.0]
+        >>> momentum_margins([3, 2, 1.5], [0, 0, 1], [0.6, 0, 2.2]).round(2).tolist()
+        [0.15, 0.17, 0.5, 1.5, 0.5]
     """
     moments, w, x = _sorted(g), *(np.asarray(v, dtype=np.float64) for v in (omega, xi))
     g1, g2, g3 = moments
@@ -109,9 +109,9 @@ def inertia_from_moments(g: ArrayLike, omega: ArrayLike, xi: ArrayLike) -> Array
 
     Example:
         >>> from balance.instantaneous.principal_moments import inertia_from_moments
-        >>> G = inertia_from_moments([3, 2.5, 1], [0, 0, 1], [0.6, 0, 2])
-        >>> (G @ [0, 0, 1]).round(12).tolist()
-        [0.6, 0.0, 2.0]
+        >>> G = inertia_from_moments([3, 2, 1.5], [0, 0, 1], [0.6, 0, 2.2])
+        >>> ((G @ [0, 0, 1]).round(12) + 0.0).tolist()
+        [0.6, 0.0, 2.2]
     """
     moments, w, x = _sorted(g), *(np.asarray(v, dtype=np.float64) for v in (omega, xi))
     size = float(np.linalg.norm(w)) * moments[0]

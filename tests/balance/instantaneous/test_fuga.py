@@ -202,7 +202,7 @@ def test_the_printed_masses_would_shake_more():
 
 
 def test_forces_of_the_base_joints_and_torques():
-    """[J] estimates 5.93, 4.51, 2.58 N: near ours in the other order of paths; motors 7.4 N m."""
+    """[J] estimates 5.93, 4.51, 2.58 N: near ours in the other order; motors of 7.4 N m."""
     sizes = {path: measured(balanced(), path) for path in PATHS}
     found = [float(np.linalg.norm(sizes[path][3])) for path in PATHS]
     assert np.abs(np.subtract(found, [2.589, 4.192, 4.954])).max() < 2e-3

@@ -21,7 +21,7 @@ def geared_arm(rng, count=3):
         joints += [
             ScrewJoint(f"u{k}", parent, f"a{k}", screw=screw(rng, "zero")),
             ScrewJoint(f"q{k}", "base", f"b{k}", rng.standard_normal(3), wheel.com,
-                       mimic=(f"u{k}", rng.uniform(-100.0, 100.0))),
+                       mimic=(f"u{k}", rng.uniform(-9.0, 9.0) * 20.0 ** (count - k))),
         ]  # fmt: skip
         bodies[f"a{k}"] = 1.0, np.zeros(3), np.eye(3)
         bodies[f"b{k}"] = tuple(wheel)

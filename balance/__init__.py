@@ -77,10 +77,6 @@ Balance in one pose:
 
 - ``balance_pose``: bodies on input joints solved so that a linkage is balanced in a pose
 - ``balancing_family``: all bodies that have a given momentum for a given twist
-- ``planar_balancing_body``: the same in a plane, for a given mass
-- ``momentum_margins``: whether a body with given principal moments can have a momentum
-- ``critical_moment``: the principal moment at which a bound is met
-- ``inertia_from_moments``: the orientation of a body with given principal moments
 - ``BalancingFamily``: result of ``balancing_family``
 - ``PoseBalance``: result of ``balance_pose``
 
@@ -147,18 +143,9 @@ if TYPE_CHECKING:
         violations,
     )
     from balance.inertial_parameters.multipole import Primitive
-    from balance.instantaneous.body_family import (
-        BalancingFamily,
-        balancing_family,
-        planar_balancing_body,
-    )
+    from balance.instantaneous.body_family import BalancingFamily, balancing_family
     from balance.instantaneous.momentum_of_masses import momentum_matrix
     from balance.instantaneous.null_space import ReactionNullSpace, reaction_null_space
-    from balance.instantaneous.principal_moments import (
-        critical_moment,
-        inertia_from_moments,
-        momentum_margins,
-    )
     from balance.instantaneous.proximal_bodies import PoseBalance, balance_pose
     from balance.instantaneous.workspace_map import MomentumMap, momentum_map
     from balance.interpretation.explain import Explanation, explain
@@ -246,7 +233,6 @@ __all__ = [
     "common_normal",
     "compare_remedies",
     "counterweights",
-    "critical_moment",
     "design",
     "design_space",
     "design_space_many",
@@ -256,13 +242,11 @@ __all__ = [
     "feasible",
     "fewest_rotors",
     "find_paths",
-    "inertia_from_moments",
     "load_space",
     "mass_properties",
     "meeting",
     "momentum_lines",
     "momentum_map",
-    "momentum_margins",
     "momentum_matrix",
     "momentum_regressor",
     "momentum_taylor",
@@ -270,7 +254,6 @@ __all__ = [
     "parameters",
     "pareto",
     "partial",
-    "planar_balancing_body",
     "pseudo_inertia",
     "reaction_null_space",
     "save_space",

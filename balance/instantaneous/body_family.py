@@ -7,17 +7,17 @@ twist through r along n, ``[ω; v] = |ω| [n; r × n + λ n]``, and d from r to 
     p         = m λ ω + ω × m d
     ξ - r × p = E_r ω + λ m d × ω
 
-where E_r is the tensor about r. Solved for the parameters, p_⊥ being p less its part along n:
+where E_r is the tensor about r. Solved for the parameters, with p_⊥ the part of p across n:
 
     m = n·p / (λ |ω|)     m d_⊥ = -n × p / |ω|     E_r n = (ξ - r × p + λ p_⊥) / |ω|
 
 Free are the three entries of E_r across n and m d·n; without pitch m too, and then p must be
-perpendicular to n. A translation has ``p = m v, ξ = m c × v``: p must be along v, ξ across it,
-``m = v·p / |v|², m c_⊥ = v × ξ / |v|²``, and m c·v and all of E are free.
+perpendicular to n. A translation has ``p = m v, ξ = m c × v``: p must be along v and ξ across
+it, ``m = v·p / |v|², m c_⊥ = v × ξ / |v|²``, and m c·v and all of E are free.
 
 A body that can exist has ``m > 0`` and, about its centre of mass, ``n·G n > 0`` (Eq. 3.35);
-all else can then be chosen so that it exists. (Eqs. 3.36, 3.48 to 3.50 and table 3.1. The
-first is printed with ``-[ω×]``: it must be plus.)
+everything else can then be chosen so that it exists. (Eqs. 3.36, 3.48 to 3.50 and table 3.1.
+The first is printed with ``-[ω×]``: it must be plus.)
 """
 
 from __future__ import annotations
@@ -269,8 +269,8 @@ def planar_balancing_body(
         J. J. de Jong, PhD thesis, University of Twente, Eqs. 3.49 and 3.50.
 
     Example:
-        >>> import balance
-        >>> balance.planar_balancing_body([0, 0], 1.0, [2.0, 0.0, 1.0], 1.0)
+        >>> from balance.instantaneous.body_family import planar_balancing_body
+        >>> planar_balancing_body([0, 0], 1.0, [2.0, 0.0, 1.0], 1.0)
         (array([1., 0.]), 1.0)
     """
     (x, y), (moment, px, py) = np.asarray(point, float), np.asarray(momentum, float)

@@ -39,9 +39,9 @@ def momentum_margins(g: ArrayLike, omega: ArrayLike, xi: ArrayLike) -> Array:
         J. J. de Jong, PhD thesis, University of Twente, Eqs. 3.9, 3.10, 3.29 to 3.31.
 
     Example:
-        >>> import balance
-        >>> balance.momentum_margins([3, 2, 1], [0, 0, 1], [0, 0, 2]).tolist()
-        [1.0, 0.0, 0.0, 1.0, 0.0]
+        >>> from balance.instantaneous.principal_moments import momentum_margins
+        >>> momentum_margins([3, 2, 1.5], [0, 0, 1], [0.6, 0, 2.2]).round(2).tolist()
+        [0.15, 0.17, 0.5, 1.5, 0.5]
     """
     moments, w, x = _sorted(g), *(np.asarray(v, dtype=np.float64) for v in (omega, xi))
     g1, g2, g3 = moments
@@ -74,8 +74,8 @@ def critical_moment(other: float, omega: ArrayLike, xi: ArrayLike) -> float:
         J. J. de Jong, PhD thesis, University of Twente, Eqs. 3.32 to 3.34 and 3.46.
 
     Example:
-        >>> import balance
-        >>> balance.critical_moment(3.0, [0, 0, 1], [1, 0, 2])
+        >>> from balance.instantaneous.principal_moments import critical_moment
+        >>> critical_moment(3.0, [0, 0, 1], [1, 0, 2])
         1.0
     """
     w, x = (np.asarray(v, dtype=np.float64) for v in (omega, xi))
@@ -108,10 +108,10 @@ def inertia_from_moments(g: ArrayLike, omega: ArrayLike, xi: ArrayLike) -> Array
         J. J. de Jong, PhD thesis, University of Twente, Eqs. 3.41 to 3.47.
 
     Example:
-        >>> import balance
-        >>> G = balance.inertia_from_moments([3, 2.5, 1], [0, 0, 1], [0.6, 0, 2])
-        >>> (G @ [0, 0, 1]).round(12).tolist()
-        [0.6, 0.0, 2.0]
+        >>> from balance.instantaneous.principal_moments import inertia_from_moments
+        >>> G = inertia_from_moments([3, 2, 1.5], [0, 0, 1], [0.6, 0, 2.2])
+        >>> ((G @ [0, 0, 1]).round(12) + 0.0).tolist()
+        [0.6, 0.0, 2.2]
     """
     moments, w, x = _sorted(g), *(np.asarray(v, dtype=np.float64) for v in (omega, xi))
     size = float(np.linalg.norm(w)) * moments[0]

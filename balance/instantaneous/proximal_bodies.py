@@ -85,8 +85,8 @@ def balance_pose(
     follow, see `BalancingFamily.body`. All other bodies stay as they are.
 
     Args:
-        linkage: an assembled linkage, or what `kinematics.load` accepts; ``at`` of that
-            function chooses the pose.
+        linkage: an assembled linkage, or what `kinematics.load` accepts; its argument ``at``
+            chooses the pose.
         masses: masses of bodies on input joints, kg, by name.
         z: inertial parameters of the bodies, by default those of the file; see
             `balance.verification.shaking_wrench.mass_parameters`.

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.instantaneous.null_space import Components
-from balance.instantaneous.workspace_map import momentum_map
 from balance.motion_tolerances import CONDITIONING_NOTICE
 from balance.reactionless_paths.found_paths import ReactionlessPaths
 from balance.reactionless_paths.path import ReactionlessPath, timed_path
+from balance.report.html.momentum_field import MomentumField, momentum_field
 from balance.report.html.plot_style import image, short, tidy
 from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.text.paths import path_rows, paths_facts
@@ -30,10 +29,9 @@ __all__ = ["paths_page", "paths_picture"]
 
 Array = NDArray[np.float64]
 
-# Frames of a run, most paths on a page, and lines of the field along each input.
+# Frames of a run, most paths on a page, and colours of paths.
 FRAMES = 61
 MAX_PATHS = 12
-FIELD = 21
 COLOURS = ("#1f5a94", "#c05a10", "#3d7a3d", "#7a3d7a", "#8a6d1a", "#1b1e22")
 
 
@@ -49,6 +47,7 @@ def paths_page(found: ReactionlessPaths) -> str:
     Raises:
         PackageError: Plotly is missing.
     """
+    field = momentum_field(found)
     head, *rows = path_rows(found)
     cells = [[escape(cell) for cell in row] for row in rows]
     return render_page(
@@ -56,29 +55,28 @@ def paths_page(found: ReactionlessPaths) -> str:
         title=found.linkage.name,
         summary="Paths along which this linkage leaves its base at rest.",
         report=found.to_dict(),
-        data={"run": _run_data(found)},
+        data={"run": _run_data(found, field)},
         scripts=("path_run",),
         facts=facts_list(paths_facts(found)),
-        caption=escape(_caption(found)),
+        caption=escape(_caption(found, field is not None)),
         paths=html_table([name.capitalize() for name in head], cells, [3, 4]),
     )
 
 
-def _caption(found: ReactionlessPaths) -> str:
+def _caption(found: ReactionlessPaths, shaded: bool) -> str:
     """Describe the figure of the run."""
     text = "Left: the linkage, seen along the last of its axes, and the way of its last joint. "
     if len(found.linkage.inputs) < 2:
         return text
-    field = "; light strokes are the directions with the least momentum" * _has_field(found)
-    return f"{text}Right: the paths in the plane of the first two inputs{field}."
+    field = (
+        "; strokes are the directions with the least momentum, and the shade is the smallest "
+        "singular value of the momentum matrix over the bodies' own momenta, of those that do "
+        "not vanish everywhere: the darker a pose, the quieter"
+    )
+    return f"{text}Right: the paths in the plane of the first two inputs{field * shaded}."
 
 
-def _has_field(found: ReactionlessPaths) -> bool:
-    """Whether directions fill the plane of the inputs: two of them, on a fixed base."""
-    return len(found.linkage.inputs) == 2 and found.demand.base is None
-
-
-def _run_data(found: ReactionlessPaths) -> dict[str, Any]:
+def _run_data(found: ReactionlessPaths, field: MomentumField | None) -> dict[str, Any]:
     """Compute all that the script draws."""
     linkage = found.linkage
     paths = [_path_data(linkage, k, path) for k, path in enumerate(found.paths[:MAX_PATHS], 1)]
@@ -91,7 +89,7 @@ def _run_data(found: ReactionlessPaths) -> dict[str, Any]:
         box = np.column_stack([low - margin, high + margin]).tolist()
     return {
         "paths": paths, "inputs": inputs[:2], "box": box, "axes": ["x (m)", "y (m)"],
-        "field": [short(x) for x in _field(found)],
+        "field": None if field is None else field.to_dict(),
     }  # fmt: skip
 
 
@@ -170,31 +168,6 @@ def _frames(linkage: Linkage, q: Array) -> list[list[list[list[float]]]]:
     return found
 
 
-def _field(found: ReactionlessPaths) -> tuple[Array, Array]:
-    """Compute strokes along the directions with the least momentum, apart by gaps."""
-    if not _has_field(found) or not found.paths:
-        return np.empty(0), np.empty(0)
-    u = np.concatenate([path.u for path in found.paths[:MAX_PATHS]])
-    low, high = u.min(axis=0), u.max(axis=0)
-    wide = max(float((high - low).max()), 1e-3)
-    middle = 0.5 * (low + high)
-    names = found.linkage.inputs
-    grid = {
-        name: middle[i] + np.linspace(-0.6, 0.6, FIELD) * wide for i, name in enumerate(names)
-    }
-    components: Components = found.demand.kept if found.demand.kept in (
-        "moment", "force") else "both"  # fmt: skip
-    try:
-        field = momentum_map(found.linkage, grid, components)
-    except PoseError:
-        return np.empty(0), np.empty(0)
-    at = np.stack(np.meshgrid(*grid.values(), indexing="ij"), axis=-1)
-    way = field.quietest / np.linalg.norm(field.quietest, axis=-1, keepdims=True)
-    half = 0.02 * wide * way
-    strokes = np.stack([at - half, at + half, np.full_like(at, np.nan)], axis=2).reshape(-1, 2)
-    return strokes[:, 0], strokes[:, 1]
-
-
 def paths_picture(found: ReactionlessPaths, kind: str = "png") -> bytes:
     """Draw the paths in the plane of the first two inputs, and the momentum along them.
 
@@ -215,7 +188,14 @@ def _draw(found: ReactionlessPaths, figure: Any) -> None:
     """Draw both panels on a Matplotlib figure."""
     plane, along = figure.subplots(1, 2)
     names = found.linkage.inputs
-    plane.plot(*_field(found), color="#9cc3e4", linewidth=0.7)
+    field = momentum_field(found)
+    if field is not None:
+        size = field.size.T
+        shade = plane.pcolormesh(field.first, field.second, size, cmap="Blues_r", vmin=0.0)
+        figure.colorbar(shade, ax=plane, label="smallest singular value over the own momenta")
+        plane.plot(*field.strokes.T, color="#5d6a76", linewidth=0.6)
+        plane.set_xlim(field.first[[0, -1]])
+        plane.set_ylim(field.second[[0, -1]])
     for k, path in enumerate(found.paths):
         colour = COLOURS[k % len(COLOURS)]
         second = path.u[:, 1] if len(names) > 1 else path.s

@@ -30,17 +30,27 @@ function drawLinkage(path, k) {
   }, still);
 }
 
+/** The shade of quiet poses, and strokes along their directions. */
+function background() {
+  const field = run.field;
+  if (!field) return [];
+  return [
+    {type: "heatmap", x: field.x, y: field.y, z: field.size, zmin: 0, hoverinfo: "skip",
+      colorscale: [[0, "#6fa3cf"], [1, "#ffffff"]], colorbar: {thickness: 10, len: 0.8}},
+    {type: "scatter", mode: "lines", x: field.strokes[0], y: field.strokes[1],
+      line: {color: "#5d6a76", width: 1}, hoverinfo: "skip", connectgaps: false},
+  ];
+}
+
 function drawPlane(path, k) {
   const lines = run.paths.map((other) => ({
     type: "scatter", mode: "lines", x: other.u[0], y: other.u[1], hoverinfo: "skip",
-    line: {color: other === path ? "#c05a10" : "#8a9097", width: other === path ? 3 : 1.5},
+    line: {color: other === path ? "#c05a10" : "#1b1e22", width: other === path ? 3 : 1.5},
   }));
-  const field = {type: "scatter", mode: "lines", x: run.field[0], y: run.field[1],
-    line: {color: "#9cc3e4", width: 1}, hoverinfo: "skip", connectgaps: false};
-  const here = {type: "scatter", mode: "markers", x: [path.u[0][k]], y: [path.u[1][k]],
-    marker: {color: "#1b1e22", size: 9}, hoverinfo: "skip"};
+  const here = path ? [{type: "scatter", mode: "markers", x: [path.u[0][k]], y: [path.u[1][k]],
+    marker: {color: "#1b1e22", size: 9}, hoverinfo: "skip"}] : [];
   const box = {zeroline: false, gridcolor: "#e6e9ec"};
-  Plotly.react("plane", [field, ...lines, here], {
+  Plotly.react("plane", [...background(), ...lines, ...here], {
     ...paper, margin: {l: 56, r: 8, t: 8, b: 40}, showlegend: false,
     xaxis: {...box, title: {text: run.inputs[0]}}, yaxis: {...box, title: {text: run.inputs[1]}},
   }, still);
@@ -88,4 +98,8 @@ if (run.paths.length) {
   show();
 } else {
   byId("controls").hidden = true;
+  byId("drawing").hidden = true;
+  byId("loads").hidden = true;
+  if (run.field) drawPlane(null, 0);
+  else byId("plane").hidden = true;
 }

@@ -286,10 +286,10 @@ class _Watch:
         """Name a pose beyond which the loops do not close, or branches of the linkage meet."""
         here = self.equations.at(q)
         try:
-            tangent = self.direction.tangent(here)
+            self.direction.tangent(here)
         except PoseError:
             return PathEvent("stop", s, "the direction without reaction turns away")
-        if 1.0 / float(np.linalg.norm(tangent)) > PATH_EDGE_RATE:
+        if float(np.linalg.norm(here.rates, 2)) > PATH_EDGE_RATE:
             return PathEvent("edge", s, "edge of the workspace: the loops close no further")
         return PathEvent("singular", s, "singular pose of the linkage")
 

@@ -66,14 +66,17 @@ def paths_page(found: ReactionlessPaths) -> str:
 def _caption(found: ReactionlessPaths, shaded: bool) -> str:
     """Describe the figure of the run."""
     text = "Left: the linkage, seen along the last of its axes, and the way of its last joint. "
+    text += "Right: the paths in the plane of the first two inputs"
     if len(found.linkage.inputs) < 2:
-        return text
+        text = text.partition(" Right:")[0]
+    if not found.paths:
+        text = "There is no path. The plane of the inputs around the pose" * shaded
     field = (
         "; strokes are the directions with the least momentum, and the shade is the smallest "
         "singular value of the momentum matrix over the bodies' own momenta, of those that do "
         "not vanish everywhere: the darker a pose, the quieter"
     )
-    return f"{text}Right: the paths in the plane of the first two inputs{field * shaded}."
+    return f"{text}{field * shaded}."
 
 
 def _run_data(found: ReactionlessPaths, field: MomentumField | None) -> dict[str, Any]:

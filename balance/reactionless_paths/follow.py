@@ -199,10 +199,21 @@ class _Walk:
         """Start the integrator at a pose."""
         from scipy.integrate import DOP853
 
+        error = max(PATH_STEP_ERROR, self._round_off(q))
         return DOP853(
-            self.direction, s, q, self.length, rtol=PATH_STEP_ERROR, atol=PATH_STEP_ERROR,
-            max_step=self.longest,
-        )  # fmt: skip
+            self.direction, s, q, self.length, rtol=error, atol=error, max_step=self.longest
+        )
+
+    def _round_off(self, q: Array) -> float:
+        """Estimate the round-off of the direction: that of A over its least size that counts.
+
+        A part of the direction with a smaller size moves the base no more than round-off.
+        """
+        here = self.equations.at(q)
+        sizes = np.linalg.svd(here.rows, compute_uv=False) / (here.scale or 1.0)
+        counted = self.equations.width - self.direction.dimension
+        kept = sizes[:counted][sizes[:counted] > MOMENTUM_NULL]
+        return float(np.finfo(np.float64).eps / kept.min()) if kept.size else 0.0
 
     def _keep(self, first: float, last: float, dense: Dense) -> bool:
         """Keep one step and its events; return whether the path ends in it."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from crossing_five_bar import crossing_five_bar, end_points
+from fuga import Masses, fuga
 
 import balance
 from balance.reactionless_paths.branches import leading_directions
@@ -22,10 +23,10 @@ CORRECTED, SYMMETRIC, PRINTED = (0.10274, 88.84), (0.10392, 90.0), (0.140, 90.0)
 BEYOND = -1e-3
 
 
-def deviations(found, robot):
+def deviations(found):
     """Of each path over ±100 mm: direction at the crossing, and deviation from straight."""
     for path in found.paths:
-        points = end_points(robot.linkage, path.q)
+        points = end_points(found.linkage, path.q)
         middle = int(np.argmin(np.abs(path.s)))
         tangent = points[middle + 1] - points[middle - 1]
         tangent /= np.linalg.norm(tangent)
@@ -49,8 +50,7 @@ def test_two_paths_cross(lower, angle, straight):
     (start,) = found.starts
     assert (found.dimension, start.kind, start.dimension) == (1, "crossing", 2)
     assert len(found.paths) == 2 and max(path.residual for path in found.paths) <= 1e-12
-    (one, first, _), (two, second, _) = deviations(found, robot)
-    print(lower, np.degrees(np.arccos(abs(one @ two))), first, second)
+    (one, first, _), (two, second, _) = deviations(found)
     assert np.degrees(np.arccos(abs(one @ two))) == pytest.approx(angle, abs=0.03)
     assert np.all(np.sort([first, second]) <= straight)
 
@@ -67,6 +67,38 @@ def test_the_closed_forms_of_the_table():
     for robot in (corrected, printed):
         M = balance.momentum_matrix(robot.linkage, [0.0, 0.0])
         assert np.abs(M).max() < 1e-15
+
+
+def bends(masses, start=(0.0, 0.0)):
+    """Of arms that are mirror images, moment alone: angle between the paths, and both bends."""
+    found = balance.find_paths(fuga(BEYOND, masses), [start], kept="moment", length=1.2)
+    assert found.dimension == 1 and found.starts[0].kind == "crossing"
+    (one, first, _), (two, second, _) = deviations(found)
+    return np.degrees(np.arccos(abs(one @ two))), np.sort([first, second])
+
+
+def test_arms_that_are_mirror_images_without_moment():
+    """69.0 mm at 150.0° and 1.461 g m²: the symmetry line, and a path straight to 0.2 mm."""
+    angle, bent = bends(Masses((0.10274, 88.84), (0.069, 150.0), 1.4615e-3))
+    assert angle == pytest.approx(90.0, abs=1e-6)
+    assert bent[0] < 1e-9 and 1e-4 < bent[1] < 2e-4
+
+
+@pytest.mark.parametrize(
+    ("upper", "aside", "bend"),
+    [((0.069, 150.0), 0.0481, 0.0126), ((0.0766, 142.1), 0.0691, 0.0202)],
+)
+def test_the_printed_lower_arms_bend_the_second_path(upper, aside, bend):
+    """140 mm at 90° with 1.46 g m²: no crossing where it should be, but 48 or 69 mm aside."""
+    linkage = fuga(BEYOND, Masses((0.140, 90.0), upper, 1.46e-3))
+    found = balance.find_paths(linkage, kept="moment", length=2.0)
+    assert len(found.paths) == 1 and found.starts[0].kind == "regular"
+    (meeting,) = found.meetings
+    angle, bent = bends(Masses((0.140, 90.0), upper, 1.46e-3), meeting.u)
+    assert angle == pytest.approx(90.0, abs=1e-6)
+    assert bent == pytest.approx([0.0, bend], abs=1e-4)
+    place = end_points(linkage, meeting.q[None])[0]
+    assert place == pytest.approx([BEYOND + aside, 0.0], abs=2e-4)
 
 
 def test_the_paths_do_not_shake_and_the_diagonal_does():

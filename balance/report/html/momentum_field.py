@@ -68,7 +68,8 @@ def momentum_field(found: ReactionlessPaths) -> MomentumField | None:
     linkage = found.linkage
     if len(linkage.inputs) != 2 or found.demand.base is not None or found.motion is not None:
         return None
-    grid = dict(zip(linkage.inputs, _axes(found), strict=True))
+    first, second = _axes(found)
+    grid = dict(zip(linkage.inputs, (first, second), strict=True))
     kept = found.demand.kept
     components: Components = kept if kept in ("moment", "force") else "both"
     try:
@@ -78,12 +79,12 @@ def momentum_field(found: ReactionlessPaths) -> MomentumField | None:
     counted = max(0, len(linkage.inputs) - 1 - found.dimension)
     size = field.singular_values[..., counted] / field.scale
     picked = (slice(None, None, APART),) * 2
-    at = np.stack(np.meshgrid(*grid.values(), indexing="ij"), axis=-1)[picked]
+    at = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)[picked]
     way = field.quietest[picked]
-    steps = np.array([values[1] - values[0] for values in grid.values()])
-    half = 0.4 * APART * steps.max() * way / np.linalg.norm(way, axis=-1, keepdims=True)
+    step = max(first[1] - first[0], second[1] - second[0])
+    half = 0.4 * APART * step * way / np.linalg.norm(way, axis=-1, keepdims=True)
     strokes = np.stack([at - half, at + half, np.full_like(at, np.nan)], axis=2)
-    return MomentumField(*grid.values(), size, strokes.reshape(-1, 2))
+    return MomentumField(first, second, size, strokes.reshape(-1, 2))
 
 
 def _axes(found: ReactionlessPaths) -> list[Array]:

@@ -17,6 +17,7 @@ from balance.verification.trajectory import Trajectory, drive
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import LinkageLike, as_linkage
 
 __all__ = ["ReactionlessPath", "path_table", "sample_path", "timed_path"]
 
@@ -169,14 +170,14 @@ def _timed_inputs(path: ReactionlessPath, duration: float) -> tuple[Array, Array
 
 
 def timed_path(
-    linkage: Linkage, path: ReactionlessPath, duration: float = DURATION
+    linkage: LinkageLike, path: ReactionlessPath, duration: float = DURATION
 ) -> Trajectory:
     """Compute a motion along a path that rests at both of its ends.
 
     ``s(τ) = (1 - cos π τ) / 2`` of the length, τ the share of the duration.
 
     Args:
-        linkage: the linkage.
+        linkage: the linkage, or what `kinematics.load` accepts.
         path: a path of it.
         duration: seconds.
 
@@ -186,7 +187,7 @@ def timed_path(
     Raises:
         PoseError: an end of the path is not reached along a straight line of the inputs.
     """
-    return drive(linkage, *_timed_inputs(path, duration))
+    return drive(as_linkage(linkage), *_timed_inputs(path, duration))
 
 
 def path_table(linkage: Linkage, path: ReactionlessPath, duration: float = DURATION) -> bytes:

@@ -1,7 +1,7 @@
 """Table 3.1: for each case, closed form = conditions of order 0 = momentum by differences.
 
-[J] J. J. de Jong, PhD thesis, University of Twente, chapter 3. One hundred random pairs of
-bodies for each of the nine cases, ten in one linkage; see `pairs`.
+[J] J. J. de Jong, PhD thesis, University of Twente, chapter 3. Thirty random pairs of
+bodies for each of the nine cases, a hundred with ``ALL_CASES=1``, ten in one linkage; see `pairs`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from covering import number_of_cases
 from laws import outside, relative
 from pairs import IMPOSSIBLE, PITCHES, POSSIBLE, linkage_of, momentum, pair
 
@@ -24,7 +25,7 @@ from balance import (
 )
 from kinematics.errors import UsageError
 
-LINKAGES, PAIRS = 10, 10
+LINKAGES, PAIRS = number_of_cases(3, 10), 10
 CASES = POSSIBLE + IMPOSSIBLE
 # Free parameters of the proximal body: inertia transfers of the thesis, table 5.1, parallel.
 FREE = {"zero": 5, "finite": 4, "infinite": 7}

@@ -1,7 +1,8 @@
 """Table 3.1: for each case, closed form = conditions of order 0 = momentum by differences.
 
 [J] J. J. de Jong, PhD thesis, University of Twente, chapter 3. Thirty random pairs of
-bodies for each of the nine cases, a hundred with ``ALL_CASES=1``, ten in one linkage; see `pairs`.
+bodies for each of the nine cases, a hundred with ``ALL_CASES=1``, ten in one linkage; see
+`pairs`.
 """
 
 from __future__ import annotations

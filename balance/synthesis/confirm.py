@@ -8,9 +8,9 @@ import numpy as np
 
 from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
+from balance.motion_tolerances import SYNTHESIS_MOMENTUM
 from balance.spaces.compute_space import design_space
 from balance.synthesis.constrained_motion import MotionTable
-from balance.tolerances import SYNTHESIS_MOMENTUM
 from balance.verification.result import Verification
 from balance.verification.to_pinocchio import verify
 from balance.verification.trajectory import Trajectory, drive

@@ -12,22 +12,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import SYNTHESIS_LINK_FLAT
 from balance.synthesis.balanced_pantograph import ELBOW, SHOULDER, BalancedPantograph
 from balance.synthesis.momentum_integral import link_reverses, link_turn, link_turn_rate
-from balance.tolerances import SYNTHESIS_LINK_FLAT
 
 __all__ = [
     "Defect", "MotionTable", "constrained_motion", "list_defects", "motion_csv",
-    "tabulated_motion",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
 
-# Samples of a motion, and numbers of samples of a table that are compared: more amplify
-# rounding in the second derivative of the spline through them, fewer its truncation.
-SAMPLES, COMPARED = 257, range(201, 561, 4)
-# Degree of the spline that ``balance verify --csv`` puts through a table.
-DEGREE = 5
+SAMPLES = 241
 
 
 class MotionTable(NamedTuple):
@@ -72,14 +67,13 @@ def constrained_motion(pantograph: BalancedPantograph, samples: int = SAMPLES) -
     ends = (min(deltas), max(deltas)) if forward else (max(deltas), min(deltas))
     time, span = np.linspace(0.0, 1.0, samples), ends[1] - ends[0]
     quarter = 0.5 * np.pi
-    # Rounded once: the derivatives of a spline amplify rounding.
-    exact = ends[0] + np.longdouble(span) * (1.0 - np.cos(quarter * time.astype(np.longdouble)))
+    opening = ends[0] + span * (1.0 - np.cos(quarter * time))
     inertias = pantograph.inertias
-    turns = link_turn(exact, inertias) - link_turn(np.longdouble(deltas[0]), inertias)
-    first, elbow = turns.astype(np.float64), (deltas[0] - exact).astype(np.float64)
+    first = link_turn(opening, inertias) - link_turn(deltas[0], inertias)
+    elbow = deltas[0] - opening
     rate = quarter * span * np.sin(quarter * time)
     acceleration = quarter**2 * span * np.cos(quarter * time)
-    slope, bend = link_turn_rate(exact.astype(np.float64), inertias)
+    slope, bend = link_turn_rate(opening, inertias)
     link, tool = pantograph.pose
     return MotionTable(
         time,
@@ -89,28 +83,16 @@ def constrained_motion(pantograph: BalancedPantograph, samples: int = SAMPLES) -
     )
 
 
-def tabulated_motion(pantograph: BalancedPantograph) -> MotionTable:
-    """Compute the motion of a pantograph with the number of samples that suits a table best.
-
-    It is the one for which the spline of degree five through the table has the smallest error
-    in the second derivative.
+def motion_csv(table: MotionTable) -> bytes:
+    """Write a motion as a table for ``balance verify --csv``, with its derivatives.
 
     Args:
-        pantograph: the pantograph.
+        table: the motion.
     """
-    from scipy.interpolate import make_interp_spline
-
-    def error(motion: MotionTable) -> float:
-        spline = make_interp_spline(motion.time, motion.u, k=DEGREE)
-        return float(np.abs(spline(motion.time, 2) - motion.udd).max())
-
-    return min((constrained_motion(pantograph, count) for count in COMPARED), key=error)
-
-
-def motion_csv(table: MotionTable) -> bytes:
-    """Write a motion as a table for ``balance verify --csv``."""
-    rows = np.column_stack([table.time, table.u]).tolist()
-    lines = [f"time,{SHOULDER},{ELBOW}", *(",".join(map(repr, row)) for row in rows)]
+    kinds = ("", "velocity ", "acceleration ")
+    names = [f"{kind}{joint}" for kind in kinds for joint in (SHOULDER, ELBOW)]
+    rows = np.column_stack([table.time, table.u, table.ud, table.udd]).tolist()
+    lines = [",".join(["time", *names]), *(",".join(map(repr, row)) for row in rows)]
     return ("\n".join(lines) + "\n").encode()
 
 

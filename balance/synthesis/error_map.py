@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.motion_tolerances import SYNTHESIS_ANGLE_MET
 from balance.synthesis.angle_error import (
     ChainAngles,
     angle_error,
@@ -18,7 +19,6 @@ from balance.synthesis.pantograph import PantographMasses
 from balance.synthesis.pivot_line import PivotLine
 from balance.synthesis.positions import Position
 from balance.synthesis.zero_contour import ZeroContour, refine_roots, zero_contour
-from balance.tolerances import SYNTHESIS_ANGLE_MET
 
 __all__ = ["AngleErrorMap", "angle_error_map", "offsets_without_error"]
 

@@ -27,10 +27,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.motion_tolerances import SYNTHESIS_SINGULAR
 from balance.synthesis.constrained_motion import Defect
 from balance.synthesis.positions import Displacement, Position, displacements, size_of
 from balance.synthesis.zero_contour import refine_roots
-from balance.tolerances import SYNTHESIS_SINGULAR
 from kinematics.errors import SynthesisError
 
 __all__ = ["FOUR_BARS", "FourBarDesign", "four_bars_through", "place_four_bar"]

@@ -35,11 +35,11 @@ def link_turn(opening: ArrayLike, inertias: ReducedInertias) -> Array:
     """Compute θ1(δ), radians, with θ1(0) = 0; see the head of this module.
 
     Args:
-        opening: δ, radians; any shape, also in extended precision.
+        opening: δ, radians; any shape.
         inertias: J1, J2 and C of that shape, or numbers.
     """
     J1, J2, C = inertias
-    d = np.asarray(opening)
+    d = np.asarray(opening, dtype=np.float64)
     S = J1 + J2
     turns = np.round(d / TURN)
     half = np.tan(0.5 * (d - TURN * turns))

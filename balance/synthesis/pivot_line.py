@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.motion_tolerances import SYNTHESIS_SINGULAR
 from balance.synthesis.positions import Displacement, Position, displacements, size_of
-from balance.tolerances import SYNTHESIS_SINGULAR
 from kinematics.errors import SynthesisError
 
 __all__ = ["PivotLine", "fixed_pivot_line", "moving_pivot_line"]

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from balance.tolerances import SYNTHESIS_SINGULAR
+from balance.motion_tolerances import SYNTHESIS_SINGULAR
 from kinematics.errors import SynthesisError, UsageError
 
 __all__ = ["Displacement", "Position", "check_positions", "displacements", "size_of"]

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.motion_tolerances import SYNTHESIS_SINGULAR
 from balance.synthesis.positions import (
     Displacement,
     Position,
@@ -30,7 +31,6 @@ from balance.synthesis.positions import (
     displacements,
     size_of,
 )
-from balance.tolerances import SYNTHESIS_SINGULAR
 from kinematics.errors import SynthesisError, UsageError
 
 __all__ = [

@@ -17,7 +17,6 @@ from balance.synthesis.confirm import confirm_along, confirm_relation
 from balance.synthesis.constrained_motion import (
     constrained_motion,
     list_defects,
-    tabulated_motion,
 )
 from balance.synthesis.construction import construct_chain
 from balance.synthesis.error_map import angle_error_map
@@ -241,7 +240,7 @@ def _choose(
 ) -> Synthesis:
     """Confirm the best designs: without defects, and with short first links."""
     ranked = sorted(designs, key=lambda one: (len(list_defects(one)), one.chain.length))
-    mechanisms = tuple(_pantograph(one, None, not k) for k, one in enumerate(ranked[:MOST]))
+    mechanisms = tuple(_pantograph(one, None) for one in ranked[:MOST])
     remarks = [words]
     if request.masses is None:
         remarks.append("masses in proportion to the positions: links of 1 kg, 1 kg at m6")
@@ -251,12 +250,10 @@ def _choose(
     )  # fmt: skip
 
 
-def _pantograph(
-    pantograph: BalancedPantograph, relation: str | None, best: bool = True
-) -> SynthesizedMechanism:
-    """Write and confirm a pantograph; the motion of the best one suits a table."""
+def _pantograph(pantograph: BalancedPantograph, relation: str | None) -> SynthesizedMechanism:
+    """Write and confirm a pantograph."""
     chain, urdf = pantograph.chain, pantograph_urdf(pantograph)
-    motion = (tabulated_motion if best and not relation else constrained_motion)(pantograph)
+    motion = constrained_motion(pantograph)
     if relation is None:
         confirmation = confirm_along(urdf, motion)
     else:

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.motion_tolerances import SYNTHESIS_ANGLE_MET
 from balance.synthesis.angle_error import angle_residual, chain_angles
 from balance.synthesis.pantograph import PantographMasses
 from balance.synthesis.positions import Displacement, Position, displacements, size_of
 from balance.synthesis.zero_contour import ZeroContour, zero_contour
-from balance.tolerances import SYNTHESIS_ANGLE_MET
 
 __all__ = ["CrossingMap", "circle_centres", "crossing_map", "default_window"]
 

@@ -42,7 +42,7 @@ def test_the_first_command_runs(capsys):
 def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     """All that are shown exist, and all that exist are described."""
     section = README.split("## On the command line")[1].split("##")[0]
-    verbs = ("report", "verify", "design", "remedies", "motion", "synthesize")
+    verbs = ("report", "verify", "design", "remedies", "motion", "paths", "synthesize")
     for verb in (*([verb] for verb in verbs), []):
         assert main([*verb, "--help"]) == 0
     known = set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))

@@ -28,7 +28,16 @@ from request_words import (
 )
 from sidecar_text import PAIR
 
-from balance.cli import design, models, motion, remedies, report, synthesize, verify
+from balance.cli import (
+    design,
+    models,
+    motion,
+    paths,
+    remedies,
+    report,
+    synthesize,
+    verify,
+)
 from balance.json_text import json_text, plain_data
 from kinematics import gallery
 
@@ -38,6 +47,7 @@ COMMANDS = {
     "verify": verify,
     "motion": motion,
     "remedies": remedies,
+    "paths": paths,
     "synthesize": synthesize,
     "models": models,
 }
@@ -79,6 +89,8 @@ def test_every_option(verb, name, tmp_path):
         words = [verb, *filter(None, [model]), name, *more, *["--json"] * (name != "--json")]
         if verb == "verify" and name not in ("--trajectories", "--speed"):
             words += ["--trajectories", "1"]
+        if verb == "paths" and name != "--length":
+            words += ["--length", "0.2"]
         if verb == "remedies" and name != "--only":
             words += ["--only", "own_masses"]
         done = asked(words)
@@ -99,6 +111,7 @@ def test_every_choice(choice):
         if verb == "synthesize":
             words = [verb, *POSITIONS, "--fixed", "0.2,-0.1", name, word, "--json"]
         words += ["--trajectories", "1"] * (verb == "verify")
+        words += ["--only", "own_masses"] * (verb == "remedies")
         check(words, asked(words))
 
 

@@ -46,7 +46,7 @@ class Defect(NamedTuple):
 
     Attributes:
         kind: ``"branch"``: the linkage passes a change point, where it may fold into another
-            branch; ``"circuit"``: positions lie on different circuits; ``"order"``: it passes
+            branch; ``"circuit"``: it must do so, as positions lie on both sides of one; ``"order"``: it passes
             them in another order; ``"reversal"``: the first link reverses on the way.
         words: where, in words.
     """
@@ -100,8 +100,7 @@ def list_defects(pantograph: BalancedPantograph) -> tuple[Defect, ...]:
     """List branch, order and reversal defects of the motion through all positions.
 
     The parallelogram is flat, and may fold into an antiparallelogram, where δ is a multiple of
-    π. Between two such values the assembly, the sign of sin δ, cannot change, so all positions
-    are on one circuit.
+    π. Between two such values the assembly, the sign of sin δ, cannot change.
 
     Args:
         pantograph: the pantograph.
@@ -113,6 +112,10 @@ def list_defects(pantograph: BalancedPantograph) -> tuple[Defect, ...]:
     if flat <= max(deltas) + SYNTHESIS_LINK_FLAT:
         at = math.degrees(flat - deltas[0])
         found.append(Defect("branch", f"the parallelogram is flat {at:+.1f}° of δ on"))
+        if len({math.sin(each) > 0.0 for each in deltas}) > 1:
+            found.append(
+                Defect("circuit", "the elbow is on the other side at another position")
+            )
     steps = np.diff(turns)
     if steps.size > 1 and not (np.all(steps > 0.0) or np.all(steps < 0.0)):
         found.append(Defect("order", "position 2 is not between positions 1 and 3"))

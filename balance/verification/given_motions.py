@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from os import PathLike
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.tolerances import RELATION_RESIDUAL
 from balance.verification.csv_motion import read_columns, refuse_row
+from balance.verification.input_paths import SplinePath
 from balance.verification.trajectory import Trajectory, drive, order_inputs
 from kinematics.errors import PoseError
 from kinematics.model.linkage import Linkage
@@ -78,8 +80,6 @@ def from_csv(
         FileError: the file is no such table, or nothing moves in it.
         PoseError: the loops cannot be closed along the motion.
     """
-    from scipy.interpolate import make_interp_spline
-
     table = read_columns(path, ["time", *linkage.inputs], FEWEST_ROWS)
     time, u = table[:, 0], table[:, 1:]
     if not np.all(np.diff(time) > 0.0):
@@ -90,8 +90,8 @@ def from_csv(
             1.0, np.abs(u).max()
         ):
             raise refuse_row(path, "", f"its rows are not on {', '.join(motion.relations)}")
-    spline = make_interp_spline(time, u, k=5)
-    trajectory = drive(linkage, time, u, spline(time, 1), spline(time, 2))
+    spline = SplinePath.through(time, u)
+    trajectory = drive(linkage, time, u, *spline.at(time)[1:])
     if trajectory.moves:
-        return trajectory
+        return replace(trajectory, path=spline)
     raise refuse_row(path, "", "nothing moves", "give inputs that change with time")

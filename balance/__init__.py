@@ -21,6 +21,12 @@ The space of balanced mass distributions:
 - ``Exact``: ranks by exact arithmetic
 - ``Proof``: lower bounds on rank and nullity that add up to the number of parameters
 
+Decoupling, inertia on a base that moves:
+
+- ``decoupling``: balanced distributions that keep the inertia on the base constant
+- ``locked_inertia``: inertia of the linkage on its base at a pose, joints locked
+- ``Decoupling``: the space of these distributions, and whether the masses of the file are in it
+
 Its meaning:
 
 - ``explain``: explain a space joint by joint, and what the loops add
@@ -105,6 +111,8 @@ if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
     from balance.certification.certify_space import certify
     from balance.certification.exact_ranks import exact_ranks
+    from balance.decoupled.decoupling import Decoupling, decoupling
+    from balance.decoupled.locked_inertia import locked_inertia
     from balance.designs.best_design import Design, design
     from balance.designs.certificate import CertificateCheck, check_certificate
     from balance.designs.design_check import DesignCheck, check_design
@@ -224,6 +232,7 @@ _HOMES = {
     "CertificateCheck": "designs.certificate",
     "CertifiedSpace": "certification.certified_space",
     "Counterweights": "added_masses.answer",
+    "Decoupling": "decoupled.decoupling",
     "Design": "designs.best_design",
     "DesignCheck": "designs.design_check",
     "DesignSpace": "spaces.design_space",
@@ -254,6 +263,7 @@ _HOMES = {
     "check_design": "designs.design_check",
     "compare_remedies": "remedies.compare",
     "counterweights": "added_masses.counterweights",
+    "decoupling": "decoupled.decoupling",
     "design": "designs.best_design",
     "design_space": "spaces.compute_space",
     "design_space_many": "search.many_geometries",
@@ -263,6 +273,7 @@ _HOMES = {
     "feasible": "designs.feasibility",
     "fewest_rotors": "remedies.counter_rotations.fewest_rotors",
     "load_space": "spaces.save",
+    "locked_inertia": "decoupled.locked_inertia",
     "mass_properties": "inertial_parameters.conversions",
     "meeting": "momentum.momentum_lines",
     "momentum_lines": "momentum.momentum_lines",

@@ -49,6 +49,13 @@ Masses that bodies can have:
 - ``Feasibility``: the verdict on a space
 - ``Region``: a convex region of a link frame in which matter may be added
 
+Masses of equal momentum:
+
+- ``pure_inertia``: move all point masses of a planar linkage, until it has inertias alone
+- ``buildable_masses``: masses that can be built, from chosen pure inertias
+- ``BuildableMasses``: these masses, or why there are none
+- ``PureInertia``: pure inertias, masses moved, relations of angular velocities
+
 Least shaking for a budget:
 
 - ``partial``: the matter within a budget that lets a linkage shake least along motions
@@ -117,6 +124,8 @@ if TYPE_CHECKING:
     from balance.designs.certificate import CertificateCheck, check_certificate
     from balance.designs.design_check import DesignCheck, check_design
     from balance.designs.feasibility import Feasibility, feasible
+    from balance.dynamic_equivalence.buildable_masses import BuildableMasses, buildable_masses
+    from balance.dynamic_equivalence.pure_inertia import PureInertia, pure_inertia
     from balance.exact.modular_ranks import Exact
     from balance.exact.proof import Proof
     from balance.inertial_parameters.body_inertia import BodyInertia
@@ -165,10 +174,12 @@ if TYPE_CHECKING:
 __all__ = [
     "AppliedRemedy",
     "BodyInertia",
+    "BuildableMasses",
     "Certainty",
     "CertificateCheck",
     "CertifiedSpace",
     "Counterweights",
+    "Decoupling",
     "Design",
     "DesignCheck",
     "DesignSpace",
@@ -185,6 +196,7 @@ __all__ = [
     "PartialBalance",
     "Primitive",
     "Proof",
+    "PureInertia",
     "Region",
     "RemedyComparison",
     "RotorSet",
@@ -193,12 +205,14 @@ __all__ = [
     "Trajectory",
     "Transfer",
     "Verification",
+    "buildable_masses",
     "certify",
     "check_certificate",
     "check_design",
     "common_normal",
     "compare_remedies",
     "counterweights",
+    "decoupling",
     "design",
     "design_space",
     "design_space_many",
@@ -208,6 +222,7 @@ __all__ = [
     "feasible",
     "fewest_rotors",
     "load_space",
+    "locked_inertia",
     "mass_properties",
     "meeting",
     "momentum_lines",
@@ -218,6 +233,7 @@ __all__ = [
     "pareto",
     "partial",
     "pseudo_inertia",
+    "pure_inertia",
     "save_space",
     "screw_figure",
     "shaking",
@@ -228,6 +244,7 @@ __all__ = [
 _HOMES = {
     "AppliedRemedy": "remedies.applied",
     "BodyInertia": "inertial_parameters.body_inertia",
+    "BuildableMasses": "dynamic_equivalence.buildable_masses",
     "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
     "CertifiedSpace": "certification.certified_space",
@@ -249,6 +266,7 @@ _HOMES = {
     "PartialBalance": "partial_balance.results",
     "Primitive": "inertial_parameters.multipole",
     "Proof": "exact.proof",
+    "PureInertia": "dynamic_equivalence.pure_inertia",
     "Region": "added_masses.regions",
     "RemedyComparison": "remedies.compare",
     "RotorSet": "remedies.counter_rotations.fewest_rotors",
@@ -257,6 +275,7 @@ _HOMES = {
     "Trajectory": "verification.trajectory",
     "Transfer": "transfers.by_joint",
     "Verification": "verification.result",
+    "buildable_masses": "dynamic_equivalence.buildable_masses",
     "certify": "certification.certify_space",
     "common_normal": "momentum.momentum_lines",
     "check_certificate": "designs.certificate",
@@ -284,6 +303,7 @@ _HOMES = {
     "pareto": "partial_balance.budgets",
     "partial": "partial_balance.budgets",
     "pseudo_inertia": "inertial_parameters.conversions",
+    "pure_inertia": "dynamic_equivalence.pure_inertia",
     "save_space": "spaces.save",
     "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",

@@ -10,7 +10,7 @@ dimension. (J. J. de Jong, PhD thesis, University of Twente, section 2.4.)
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,16 +19,15 @@ from numpy.typing import NDArray
 from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
 from balance.conditions.collect import conditions_by_order, relative_tolerance
-from balance.conditions.rank import Conditions, Decision
 from balance.decoupled.free_base import free_base_motion, with_free_base
-from balance.inertial_parameters.conversions import basis_from_chain, from_chain
+from balance.inertial_parameters.conversions import from_chain
 from balance.momentum.regressor import parameters_per_body
 from balance.spaces.compute_space import design_space
 from balance.spaces.design_space import DesignSpace, residual_of
 from balance.spaces.space_data import Order
+from balance.spaces.subspace import subspace
 from balance.tolerances import AS_GIVEN_RESIDUAL
 from kinematics.errors import UsageError
-from kinematics.model.arrays import freeze
 from kinematics.wording import repr_lines
 
 __all__ = ["Decoupling", "decoupling"]
@@ -150,20 +149,12 @@ class Decoupling:
 
         Its transfers are those of the linkage on the ground.
         """
-        space, chain = self.space, self.space.chain
-        G = from_chain(chain.frame, space.planar, False)
-        given = self.freed.basis[self._size :]
+        space, given = self.space, self.freed.basis[self._size :]
+        G, serial = from_chain(space.chain.frame, space.planar, False), self.serial_nullity
         blocks = given.reshape(-1, len(G), given.shape[1])
-        Q, _ = np.linalg.qr(np.linalg.solve(G, blocks).reshape(given.shape), mode="complete")
-        kept, serial = self.nullity, self.serial_nullity
-        conditions = Conditions.given(Q[:, :serial].T, relative_tolerance(chain))
-        decision = Decision(conditions.append(Q[:, kept:].T), freeze(Q[:, :kept]))
-        plain = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
-        return replace(
-            DesignSpace(**plain), orders=self.orders, poses=self.freed.poses,
-            settled=self.freed.settled, serial_nullity=serial, decision=decision,
-            basis=freeze(basis_from_chain(Q[:, :kept], chain.frame, space.planar, False)),
-        )  # fmt: skip
+        columns = np.linalg.solve(G, blocks).reshape(given.shape)
+        found = subspace(space, columns[:, :serial], columns[:, serial:], self.orders)
+        return replace(found, poses=self.freed.poses, settled=self.freed.settled)
 
     @property
     def _size(self) -> int:

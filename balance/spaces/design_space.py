@@ -256,6 +256,8 @@ class DesignSpace(SpaceData):
             "exact": None,
             "transfers": None,
             "freedoms": None,
+            "decoupled": None,
+            "pure_inertia": None,
             "margin": {
                 "kept": self.kept,
                 "dropped": self.dropped,

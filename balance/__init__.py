@@ -21,6 +21,12 @@ The space of balanced mass distributions:
 - ``Exact``: ranks by exact arithmetic
 - ``Proof``: lower bounds on rank and nullity that add up to the number of parameters
 
+Decoupling, inertia on a base that moves:
+
+- ``decoupling``: balanced distributions that keep the inertia on the base constant
+- ``locked_inertia``: inertia of the linkage on its base at a pose, joints locked
+- ``Decoupling``: the space of these distributions, and whether the masses of the file are in it
+
 Its meaning:
 
 - ``explain``: explain a space joint by joint, and what the loops add
@@ -42,6 +48,13 @@ Masses that bodies can have:
 - ``DesignCheck``: what the check of a design found
 - ``Feasibility``: the verdict on a space
 - ``Region``: a convex region of a link frame in which matter may be added
+
+Masses of equal momentum:
+
+- ``pure_inertia``: move all point masses of a planar linkage, until it has inertias alone
+- ``buildable_masses``: masses that can be built, from chosen pure inertias
+- ``BuildableMasses``: these masses, or why there are none
+- ``PureInertia``: pure inertias, masses moved, relations of angular velocities
 
 Least shaking for a budget:
 
@@ -105,10 +118,14 @@ if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
     from balance.certification.certify_space import certify
     from balance.certification.exact_ranks import exact_ranks
+    from balance.decoupled.decoupling import Decoupling, decoupling
+    from balance.decoupled.locked_inertia import locked_inertia
     from balance.designs.best_design import Design, design
     from balance.designs.certificate import CertificateCheck, check_certificate
     from balance.designs.design_check import DesignCheck, check_design
     from balance.designs.feasibility import Feasibility, feasible
+    from balance.dynamic_equivalence.buildable_masses import BuildableMasses, buildable_masses
+    from balance.dynamic_equivalence.pure_inertia import PureInertia, pure_inertia
     from balance.exact.modular_ranks import Exact
     from balance.exact.proof import Proof
     from balance.inertial_parameters.body_inertia import BodyInertia
@@ -157,10 +174,12 @@ if TYPE_CHECKING:
 __all__ = [
     "AppliedRemedy",
     "BodyInertia",
+    "BuildableMasses",
     "Certainty",
     "CertificateCheck",
     "CertifiedSpace",
     "Counterweights",
+    "Decoupling",
     "Design",
     "DesignCheck",
     "DesignSpace",
@@ -177,6 +196,7 @@ __all__ = [
     "PartialBalance",
     "Primitive",
     "Proof",
+    "PureInertia",
     "Region",
     "RemedyComparison",
     "RotorSet",
@@ -185,12 +205,14 @@ __all__ = [
     "Trajectory",
     "Transfer",
     "Verification",
+    "buildable_masses",
     "certify",
     "check_certificate",
     "check_design",
     "common_normal",
     "compare_remedies",
     "counterweights",
+    "decoupling",
     "design",
     "design_space",
     "design_space_many",
@@ -200,6 +222,7 @@ __all__ = [
     "feasible",
     "fewest_rotors",
     "load_space",
+    "locked_inertia",
     "mass_properties",
     "meeting",
     "momentum_lines",
@@ -210,6 +233,7 @@ __all__ = [
     "pareto",
     "partial",
     "pseudo_inertia",
+    "pure_inertia",
     "save_space",
     "screw_figure",
     "shaking",
@@ -220,10 +244,12 @@ __all__ = [
 _HOMES = {
     "AppliedRemedy": "remedies.applied",
     "BodyInertia": "inertial_parameters.body_inertia",
+    "BuildableMasses": "dynamic_equivalence.buildable_masses",
     "Certainty": "spaces.certainty",
     "CertificateCheck": "designs.certificate",
     "CertifiedSpace": "certification.certified_space",
     "Counterweights": "added_masses.answer",
+    "Decoupling": "decoupled.decoupling",
     "Design": "designs.best_design",
     "DesignCheck": "designs.design_check",
     "DesignSpace": "spaces.design_space",
@@ -240,6 +266,7 @@ _HOMES = {
     "PartialBalance": "partial_balance.results",
     "Primitive": "inertial_parameters.multipole",
     "Proof": "exact.proof",
+    "PureInertia": "dynamic_equivalence.pure_inertia",
     "Region": "added_masses.regions",
     "RemedyComparison": "remedies.compare",
     "RotorSet": "remedies.counter_rotations.fewest_rotors",
@@ -248,12 +275,14 @@ _HOMES = {
     "Trajectory": "verification.trajectory",
     "Transfer": "transfers.by_joint",
     "Verification": "verification.result",
+    "buildable_masses": "dynamic_equivalence.buildable_masses",
     "certify": "certification.certify_space",
     "common_normal": "momentum.momentum_lines",
     "check_certificate": "designs.certificate",
     "check_design": "designs.design_check",
     "compare_remedies": "remedies.compare",
     "counterweights": "added_masses.counterweights",
+    "decoupling": "decoupled.decoupling",
     "design": "designs.best_design",
     "design_space": "spaces.compute_space",
     "design_space_many": "search.many_geometries",
@@ -263,6 +292,7 @@ _HOMES = {
     "feasible": "designs.feasibility",
     "fewest_rotors": "remedies.counter_rotations.fewest_rotors",
     "load_space": "spaces.save",
+    "locked_inertia": "decoupled.locked_inertia",
     "mass_properties": "inertial_parameters.conversions",
     "meeting": "momentum.momentum_lines",
     "momentum_lines": "momentum.momentum_lines",
@@ -273,6 +303,7 @@ _HOMES = {
     "pareto": "partial_balance.budgets",
     "partial": "partial_balance.budgets",
     "pseudo_inertia": "inertial_parameters.conversions",
+    "pure_inertia": "dynamic_equivalence.pure_inertia",
     "save_space": "spaces.save",
     "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",

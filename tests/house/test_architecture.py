@@ -38,8 +38,9 @@ balance.conditions balance.transfers balance.exact
 balance.spaces
 balance.search balance.interpretation
 balance.certification
+balance.decoupled
 balance.designs balance.verification balance.taylor_poses
-balance.added_masses
+balance.added_masses balance.dynamic_equivalence
 balance.partial_balance
 balance.remedies
 balance.report

@@ -80,6 +80,12 @@ Shaking in motion:
 - ``Trajectory``: a motion sampled in time
 - ``Verification``: the verdict of ``verify`` and what it rests on
 
+On a base that floats, or stands on springs:
+
+- ``simulate_floating_base``: simulate the motion of the base that a linkage causes
+- ``FloatingBase``: a base with mass, inertia and springs
+- ``FloatingBaseMotion``: result of ``simulate_floating_base``
+
 Momentum as a function of the pose:
 
 - ``momentum_regressor``: regressor of the total momentum at a finite pose
@@ -128,6 +134,9 @@ if TYPE_CHECKING:
     from balance.dynamic_equivalence.pure_inertia import PureInertia, pure_inertia
     from balance.exact.modular_ranks import Exact
     from balance.exact.proof import Proof
+    from balance.floating_base.base import FloatingBase
+    from balance.floating_base.result import FloatingBaseMotion
+    from balance.floating_base.simulate import simulate_floating_base
     from balance.inertial_parameters.body_inertia import BodyInertia
     from balance.inertial_parameters.conversions import (
         mass_properties,
@@ -188,6 +197,8 @@ __all__ = [
     "Explanation",
     "Feasibility",
     "FewestRotors",
+    "FloatingBase",
+    "FloatingBaseMotion",
     "Freedom",
     "ManySpaces",
     "Meeting",
@@ -237,6 +248,7 @@ __all__ = [
     "save_space",
     "screw_figure",
     "shaking",
+    "simulate_floating_base",
     "verify",
     "violations",
 ]
@@ -258,6 +270,8 @@ _HOMES = {
     "Explanation": "interpretation.explain",
     "Feasibility": "designs.feasibility",
     "FewestRotors": "remedies.counter_rotations.fewest_rotors",
+    "FloatingBase": "floating_base.base",
+    "FloatingBaseMotion": "floating_base.result",
     "Freedom": "interpretation.freedoms",
     "ManySpaces": "search.many_geometries",
     "Meeting": "momentum.momentum_lines",
@@ -307,6 +321,7 @@ _HOMES = {
     "save_space": "spaces.save",
     "screw_figure": "momentum.momentum_figure",
     "shaking": "verification.shaking_wrench",
+    "simulate_floating_base": "floating_base.simulate",
     "verify": "verification.to_pinocchio",
     "violations": "inertial_parameters.conversions",
 }

@@ -80,9 +80,7 @@ def _advance(
     return float(solver.h_abs)
 
 
-def integrate_at(
-    equations: Equations, state: Array, tolerances: Array, times: Array
-) -> Array:
+def integrate_at(equations: Equations, state: Array, tolerances: Array, times: Array) -> Array:
     """Integrate smooth equations and return the states at given times (N, size).
 
     Args:

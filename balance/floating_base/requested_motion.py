@@ -1,4 +1,4 @@
-"""What moves a linkage on its base: prescribed inputs or torques, and velocities at the start."""
+"""Drives of a linkage on its base: prescribed inputs or torques, and starting velocities."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SHORTEST, LONGEST = 1e-9, 1e6
 
 
 def prescribed_drive(
-    linkage: Linkage, chain: Chain, along: Trajectory | None, motion: Motion, seed: int,
+    linkage: Linkage, chain: Chain, along: Trajectory | InputPath | None, motion: Motion, seed: int,
     duration: float | None,
 ) -> tuple[Drive, tuple[float, float]]:  # fmt: skip
     """Make the drive of inputs whose motion is prescribed, and its start and end.
@@ -52,28 +52,30 @@ def prescribed_drive(
         PoseError: there is no random motion.
     """
     units = chain.units[linkage.positions_of(linkage.inputs)]
-    start, path = 0.0, None
+    start = 0.0
     if along is None:
         (found,) = random_motions(linkage, 1, seed=seed, motion=motion)
         assert found.path is not None
-        path = RestToRest(found.path, found.duration)
+        path: InputPath = RestToRest(found.path, found.duration)
+    elif isinstance(along, Trajectory):
+        start = float(along.time[0])
+        path = along.path or SplinePath.through(along.time, along.u)
     else:
-        start, path = float(along.time[0]), along.path
-        if path is None:
-            path = SplinePath.through(along.time, along.u)
-    span = start, start + _duration(path, along, duration)
+        path = along
+    if isinstance(path, SplinePath):
+        start = path.corners[0]
+    span = start, start + _duration(path, duration)
     return Drive(np.eye(units.size), units, path, np.zeros(units.size)), span
 
 
-def _duration(path: InputPath, along: Trajectory | None, duration: float | None) -> float:
+def _duration(path: InputPath, duration: float | None) -> float:
     """Return the duration of a prescribed motion; see `prescribed_drive`."""
-    if along is None or not isinstance(path, SplinePath):
+    if not isinstance(path, SplinePath):
         return checked_duration(duration)
-    if duration is not None and duration > along.duration:
-        raise UsageError(
-            f"the motion takes {along.duration:.6g} s, not {duration:g} s: give no more"
-        )
-    return along.duration if duration is None else checked_duration(duration)
+    whole = path.corners[-1] - path.corners[0]
+    if duration is not None and duration > whole:
+        raise UsageError(f"the motion takes {whole:.6g} s, not {duration:g} s: give no more")
+    return whole if duration is None else checked_duration(duration)
 
 
 def checked_duration(duration: float | None) -> float:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from balance.floating_base.base import FloatingBase
 from balance.floating_base.samples import Samples
 from balance.floating_base.tolerances import BASE_DRIFT_RELATIVE
+from balance.verification.input_paths import InputPath
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.wording import count_noun, html_facts, repr_lines
 
@@ -40,6 +41,7 @@ class FloatingBaseMotion:
         torques: torques on free inputs by name, N m or N; None if the inputs are prescribed.
         initial: velocities at the start by name, rad/s and m/s.
         notices: notices of the linkage.
+        path: prescribed motion of the inputs; None if they are free.
     """
 
     linkage: Linkage
@@ -53,6 +55,7 @@ class FloatingBaseMotion:
     torques: Mapping[str, float] | None
     initial: Mapping[str, float]
     notices: tuple[Notice, ...]
+    path: InputPath | None
 
     def __repr__(self) -> str:
         """Four lines: duration, motion of the base, conserved quantities, verdict."""
@@ -160,7 +163,9 @@ class FloatingBaseMotion:
         if not self.samples.speed.any():
             found.append("no input moves")
         if self.base.turning_stiffness and not self.planar and self.rotation > HALF_TURN:
-            found.append("the base turns by more than half a turn, where its spring is undefined")
+            found.append(
+                "the base turns by more than half a turn, where its spring is undefined"
+            )
         if not self.agreed:
             found.append(
                 f"energy drifts by {self.energy_drift:.1e} and momentum by "
@@ -169,7 +174,7 @@ class FloatingBaseMotion:
         return tuple(found)
 
     def to_dict(self) -> dict[str, object]:
-        """Return plain data for JSON; see ``balance/schemas/verify.schema.json``."""
+        """Return plain data for JSON; see ``balance/schemas/floating_base.schema.json``."""
         of, base = self.samples, self.base
         return {
             "schema": FLOATING_BASE_SCHEMA,

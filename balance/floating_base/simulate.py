@@ -8,6 +8,8 @@ DOP853 (E. Hairer, S. Norsett, G. Wanner, Solving Ordinary Differential Equation
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,16 +33,16 @@ from balance.floating_base.tolerances import (
     FREQUENCY_ZERO,
     MASS_MATRIX_SINGULAR,
 )
-from balance.verification.input_paths import SteadyPath
+from balance.verification.input_paths import InputPath, RestToRest, SteadyPath
 from balance.verification.trajectory import Trajectory
 from kinematics.closure.joint_positions import input_chain
-from kinematics.errors import LinkageError, UsageError
+from kinematics.errors import LinkageError, PoseError, UsageError
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
 
-__all__ = ["simulate_floating_base"]
+__all__ = ["simulate_floating_base", "simulate_second"]
 
 Array = NDArray[np.float64]
 
@@ -50,7 +52,7 @@ SPEED_SAMPLES = 200
 
 def simulate_floating_base(
     linkage: LinkageLike, base: FloatingBase, z: ArrayLike | None = None, *,
-    along: Trajectory | None = None, torques: Mapping[str, float] | None = None,
+    along: Trajectory | InputPath | None = None, torques: Mapping[str, float] | None = None,
     initial: Mapping[str, float] | None = None,
     motion: Motion | str | Sequence[str] | None = None, duration: float | None = None,
     seed: int = 0, spatial: bool = False, tolerance: float = BASE_AT_REST_RELATIVE,
@@ -66,7 +68,8 @@ def simulate_floating_base(
         linkage: an assembled linkage, or an argument of `kinematics.load`.
         base: the base.
         z: inertial parameters as in `shaking`; those of the file by default.
-        along: prescribed motion of the inputs; by default the first random motion of `verify`,
+        along: prescribed motion of the inputs; a function of time from 0 on, or samples. By
+            default the first random motion of `verify`,
             from rest to rest in 2 s, again and again.
         torques: N m or N on inputs that are then free, by name; 0 for others.
         initial: velocities at the start by name: ``wx``, ``wy``, ``wz`` of the base, rad/s,
@@ -109,23 +112,46 @@ def simulate_floating_base(
         drive, span = prescribed_drive(linkage, chain, along, limits, seed, duration)
     else:
         drive = free_drive(linkage, chain, torques, limits)
-    equations = _equations(
-        linkage, chain, BaseInChain.of(base, chain, axes), drive, span[0], z
-    )
+    equations = _equations(linkage, chain, BaseInChain.of(base, chain, axes), drive, span[0], z)
     beta, rates = initial_rates(linkage, chain, equations.base, drive, initial or {})
     first = equations.start(beta, rates)
     limits_of_error = _tolerances(linkage, equations, span, first)
     times, states = integrate(equations, first, limits_of_error, span, progress)
     equations.follower.restart()
     samples = take_samples(equations, chain, times, states)
-    undisturbed = _hold_inputs(
-        linkage, chain, equations, beta, limits_of_error, times, z
-    )
+    undisturbed = _hold_inputs(linkage, chain, equations, beta, limits_of_error, times, z)
     return FloatingBaseMotion(
         linkage, base, chain.frame.length, tolerance, freeze(times), samples,
         freeze(undisturbed), _frequencies(equations, span[0], first),
         None if torques is None else {**torques}, {**(initial or {})}, linkage.notices,
+        drive.path,
     )  # fmt: skip
+
+
+def simulate_second(
+    first: FloatingBaseMotion, linkage: LinkageLike, **options: Any
+) -> FloatingBaseMotion:
+    """Simulate a second linkage on the base of a first one, with the same motion of its inputs.
+
+    It gets a random motion of its own if its inputs have other names, or if it cannot follow
+    the random motion of the first one.
+
+    Args:
+        first: the simulation of the first linkage.
+        linkage: the second linkage.
+        options: keyword arguments of `simulate_floating_base`.
+
+    Returns:
+        The simulation of the second linkage.
+    """
+    linkage, path = as_linkage(linkage), first.path
+    options |= {"duration": first.duration}
+    if path is not None and linkage.inputs == first.linkage.inputs:
+        if not isinstance(path, RestToRest):
+            return simulate_floating_base(linkage, first.base, along=path, **options)
+        with suppress(PoseError):
+            return simulate_floating_base(linkage, first.base, along=path, **options)
+    return simulate_floating_base(linkage, first.base, **options)
 
 
 def _equations(

@@ -40,7 +40,7 @@ balance.search balance.interpretation
 balance.certification
 balance.decoupled
 balance.designs balance.verification balance.taylor_poses
-balance.added_masses balance.dynamic_equivalence
+balance.added_masses balance.dynamic_equivalence balance.floating_base
 balance.partial_balance
 balance.remedies
 balance.report

@@ -1,8 +1,8 @@
 """Equations of motion of a linkage on a base that floats, for a solver of initial values.
 
 The state holds the pose of the base, the rates β of its freedoms, the coordinates y of the
-inputs and their rates (if they are free), the impulse of the springs and the work of the drives.
-Impulse and work are integrated beside the motion, for the check that
+inputs and their rates (if they are free), the impulse of the springs and the work of the
+drives. Impulse and work are integrated beside the motion, for the check that
 
     momentum - impulse        kinetic energy + energy in the springs - work
 

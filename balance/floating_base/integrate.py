@@ -16,7 +16,7 @@ __all__ = ["integrate", "integrate_at"]
 Array = NDArray[np.float64]
 
 # Fewest steps, for smooth pictures.
-FEWEST_STEPS = 200
+FEWEST_STEPS = 100
 # Most evaluations of the equations.
 MAX_EVALUATIONS = 400_000
 

@@ -34,8 +34,8 @@ SHORTEST, LONGEST = 1e-9, 1e6
 
 
 def prescribed_drive(
-    linkage: Linkage, chain: Chain, along: Trajectory | InputPath | None, motion: Motion, seed: int,
-    duration: float | None,
+    linkage: Linkage, chain: Chain, along: Trajectory | InputPath | None, motion: Motion,
+    seed: int, duration: float | None,
 ) -> tuple[Drive, tuple[float, float]]:  # fmt: skip
     """Make the drive of inputs whose motion is prescribed, and its start and end.
 

@@ -134,16 +134,16 @@ def cross(a: Array, b: Array) -> Array:
 
 def _bracket(a: Array, t: Array) -> Array:
     """Compute the Lie bracket ``ad(a) t`` of a twist (6,) with twists (bodies, 6)."""
-    omega, v = a[:3], a[3:]
-    moved = cross(v, t[:, :3]) + cross(omega, t[:, 3:])
-    return np.concatenate([cross(omega, t[:, :3]), moved], axis=1)
+    found = cross(a[:3], t.reshape(-1, 2, 3)).reshape(t.shape)
+    found[:, 3:] += cross(a[3:], t[:, :3])
+    return found
 
 
 def _turn(t: Array, h: Array) -> Array:
     """Compute ``-ad(t)ᵀ h``, the rate of momenta carried by twists (..., 6)."""
-    omega, v, p = t[..., :3], t[..., 3:], h[..., 3:]
-    moment = cross(omega, h[..., :3]) + cross(v, p)
-    return np.concatenate([moment, cross(omega, p)], axis=-1)
+    found = cross(t[..., None, :3], h.reshape(*h.shape[:-1], 2, 3)).reshape(h.shape)
+    found[..., :3] += cross(t[..., 3:], h[..., 3:])
+    return found
 
 
 def _apply(M: Array, t: Array) -> Array:

@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 # Fewest steps, for smooth pictures.
 FEWEST_STEPS = 100
 # Most evaluations of the equations.
-MAX_EVALUATIONS = 400_000
+MAX_EVALUATIONS = 200_000
+# Shortest step, as a part of the duration.
+SHORTEST_STEP = 1e-9
 
 
 def integrate(
@@ -46,7 +48,9 @@ def integrate(
     times, states, step = [start], [state], None
     for stop in stops:
         while times[-1] < stop:
-            step = _advance(equations, times, states, stop, tolerances, step, end - start)
+            # Numbers that overflow end the integration below.
+            with np.errstate(over="ignore", invalid="ignore"):
+                step = _advance(equations, times, states, stop, tolerances, step, end - start)
             if progress is not None:
                 progress(int(100.0 * (times[-1] - start) / (end - start)), 100)
     return np.array(times), np.array(states)
@@ -70,10 +74,12 @@ def _advance(
             solver.step()
         except PoseError as error:
             raise PoseError(f"{error} beyond {solver.t:.6g} s of the motion") from None
-        if solver.status == "failed" or equations.evaluations > MAX_EVALUATIONS:
+        short = solver.t < stop and not solver.step_size > SHORTEST_STEP * duration
+        if solver.status == "failed" or short or equations.evaluations > MAX_EVALUATIONS:
             raise PoseError(
-                f"the motion needs too many steps: after {equations.evaluations} evaluations "
-                f"it is at {solver.t:.6g} s; give a shorter duration or a softer spring"
+                f"the motion needs too many steps beyond {solver.t:.6g} s: it is near a "
+                "singular pose, or a spring is stiff; give a shorter duration, smaller "
+                "displacements or a softer spring"
             )
         times.append(float(solver.t))
         states.append(solver.y.copy())

@@ -119,10 +119,12 @@ def simulate_floating_base(
     times, states = integrate(equations, first, limits_of_error, span, progress)
     equations.follower.restart()
     samples = take_samples(equations, chain, times, states)
-    undisturbed = _hold_inputs(linkage, chain, equations, beta, limits_of_error, times, z)
+    held = samples.twist
+    if samples.speed.any():
+        held = _hold_inputs(linkage, chain, equations, beta, limits_of_error, times, z)
     return FloatingBaseMotion(
         linkage, base, chain.frame.length, tolerance, freeze(times), samples,
-        freeze(undisturbed), _frequencies(equations, span[0], first),
+        freeze(held), _frequencies(equations, span[0], first),
         None if torques is None else {**torques}, {**(initial or {})}, linkage.notices,
         drive.path,
     )  # fmt: skip

@@ -78,9 +78,9 @@ def buildable_masses(
 
     Example:
         >>> import balance
-        >>> space = balance.design_space("four_bar_kite.urdf")
-        >>> balance.buildable_masses(space, [1.0, 1.0, -1.0]).verdict
-        'feasible'
+        >>> space = balance.design_space("robot.urdf")
+        >>> balance.buildable_masses(space, {"crank": 0.0}).verdict
+        'infeasible'
     """
     g = _checked_inertias(space, inertias)
     _, conditions = inertia_conditions(space)

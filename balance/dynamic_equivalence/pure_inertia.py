@@ -149,8 +149,8 @@ def pure_inertia(space: DesignSpace) -> PureInertia:
     Example:
         >>> import balance
         >>> found = balance.pure_inertia(balance.design_space("robot.urdf"))
-        >>> found.complete, found.left[0].words
-        (False, 'crank: ...')
+        >>> found.complete, found.condition_words
+        (False, ('g(crank) = 0', 'g(coupler) = 0', 'g(rocker) = 0'))
     """
     relations, conditions = inertia_conditions(space)
     added, left = empty_bodies(space)

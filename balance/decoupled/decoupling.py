@@ -210,6 +210,8 @@ def decoupling(space: DesignSpace) -> Decoupling:
         raise UsageError("decoupling is about dynamic balance: leave out the force balance")
     linkage = with_free_base(space)
     motion = free_base_motion(space, linkage)
-    freed = design_space(linkage, motion, max_order=space.highest_order, spatial=not space.planar)
+    freed = design_space(
+        linkage, motion, max_order=space.highest_order, spatial=not space.planar
+    )
     certified = isinstance(space, CertifiedSpace)
     return Decoupling(space, certify(freed) if certified else freed)

@@ -148,9 +148,7 @@ def _in_metres(space: DesignSpace, point: Array) -> Array:
     return np.asarray(frame.length * point + (frame.R @ frame.origin)[:2])
 
 
-def _left_mass(
-    space: DesignSpace, T: Array, given: Array, after: Array, body: int
-) -> LeftMass:
+def _left_mass(space: DesignSpace, T: Array, given: Array, after: Array, body: int) -> LeftMass:
     """Describe the mass that stays on a body, and say why."""
     mass, length = float(after[body, 0]), space.chain.frame.length
     middle = (space.chain.frame.R @ space.chain.frame.origin)[:2]

@@ -194,7 +194,9 @@ def _reduced(rows: Array) -> Array:
         return freeze(rows)
     Q = np.linalg.qr(rows.T)[0].T
     A = np.array(echelon(Q.tolist(), _largest_left)[0])
-    return freeze([[round_to_fraction(x, FRACTION_ROUND_OFF) for x in row] for row in A.tolist()])
+    return freeze(
+        [[round_to_fraction(x, FRACTION_ROUND_OFF) for x in row] for row in A.tolist()]
+    )
 
 
 def _largest_left(

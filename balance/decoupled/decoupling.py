@@ -152,7 +152,7 @@ class Decoupling:
         space, given = self.space, self.freed.basis[self._size :]
         G, serial = from_chain(space.chain.frame, space.planar, False), self.serial_nullity
         blocks = given.reshape(-1, len(G), given.shape[1])
-        columns = np.linalg.solve(G, blocks).reshape(given.shape)
+        columns = np.asarray(np.linalg.solve(G, blocks), np.float64).reshape(given.shape)
         found = subspace(space, columns[:, :serial], columns[:, serial:], self.orders)
         return replace(found, poses=self.freed.poses, settled=self.freed.settled)
 

@@ -17,8 +17,8 @@ from balance.spaces.design_space import DesignSpace
 from balance.spaces.subspace import subspace
 from balance.tolerances import PURE_INERTIA_CONDITION
 from kinematics.errors import BodyError, UsageError
-from kinematics.model.arrays import freeze
 from kinematics.linalg.vectors import project_out
+from kinematics.model.arrays import freeze
 from kinematics.wording import repr_lines
 
 __all__ = ["BuildableMasses", "buildable_masses"]

@@ -1,6 +1,6 @@
-"""Decoupling by order agrees with the inertia on the base at finite poses, for the whole gallery.
+"""Decoupling by order agrees with the inertia on the base at finite poses of the gallery.
 
-The second route is that of `tests/independent/reference.py`: clouds of points that bodies carry.
+The second route is that of `tests/independent/reference.py`: clouds of points on bodies.
 """
 
 from dataclasses import replace

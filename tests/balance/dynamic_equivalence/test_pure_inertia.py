@@ -117,7 +117,7 @@ def random_linkage(rng):
 
 
 def random_linkages(count):
-    """So many linkages, with their joints and random numbers; those with rigid parts are left out."""
+    """So many linkages without rigid parts, with their joints and random numbers."""
     rng, found = np.random.default_rng(23), []
     while len(found) < count:
         try:

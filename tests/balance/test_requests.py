@@ -135,6 +135,9 @@ def from_linkages(linkage):
     q, one = [0.1], [1.0]
     screws = [[joint.screw for joint in kinematics.load("four_bar_general").joints]]
     return {
+        "compare_remedies": lambda: (
+            balance.compare_remedies(linkage, ["duplicates"]).results[0].added_mass
+        ),
         "design_space": lambda: design_space(linkage).basis,
         "design_space_many": lambda: balance.design_space_many(linkage, screws).rank,
         "exact_ranks": lambda: balance.exact_ranks(linkage).ranks,

@@ -84,6 +84,7 @@ def test_every_choice(choice):
     for model in MODELS[:2]:
         words = [verb, model, name, word, "--json"]
         words += ["--trajectories", "1"] * (verb == "verify")
+        words += ["--only", "own_masses"] * (verb == "remedies")
         check(words, asked(words))
 
 

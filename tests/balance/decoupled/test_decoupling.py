@@ -23,7 +23,14 @@ from reference import (
 from scipy.spatial.transform import Rotation
 
 import kinematics
-from balance import certify, decoupling, design_space, feasible, locked_inertia
+from balance import (
+    certify,
+    decoupling,
+    design_space,
+    feasible,
+    locked_inertia,
+    momentum_regressor,
+)
 from balance.decoupled.locked_inertia import locked_parameters
 from kinematics.errors import UsageError
 
@@ -169,3 +176,39 @@ def test_a_decoupled_design_keeps_the_inertia(tmp_path):
     assert np.abs(M[1] - M[0]).max() < 1e-12 * np.abs(M[0]).max()
     assert np.abs(M[2] - M[0]).max() < 1e-12 * np.abs(M[0]).max()
     assert decoupling(design_space(linkage)).exact
+
+
+# --- [J] section 2.4 -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["four_bar_kite", "four_bar_antiparallelogram"])
+def test_every_balanced_four_bar_of_two_kinds_is_decoupled(name):
+    """The space of decoupled distributions is that of balanced ones; so for the files."""
+    answer = found(BY_NAME[name])
+    assert (answer.nullity, answer.space.nullity) == (5, 5)
+    assert decoupling(design_space(f"{name}_balanced")).exact
+
+
+def test_the_slider_pantograph_is_balanced_and_not_decoupled():
+    answer = found(BY_NAME["slider_pantograph"])
+    assert answer.space.as_given.balanced
+    assert (answer.exact, answer.order) == (False, 0)
+    assert answer.words == "no: balanced, but the inertia on the base changes at order 1"
+
+
+def test_a_cycle_of_the_pantograph_turns_the_reaction_wheel():
+    """[J] Eq. 2.52: q from 2 m to 1 m, half a turn, and both back turn the wheel by 6π/5."""
+    linkage = kinematics.load("pantograph_reaction_wheel")
+    z = np.array([body.inertia for body in linkage.bodies])[:, [0, 1, 2, 6]].ravel()
+
+    def wheel_rate(q):
+        """Turns of the wheel for one of the turntable, without momentum."""
+        X = momentum_regressor(linkage, {"q": q - 2.0}) @ z
+        h = dict(zip(linkage.inputs, X, strict=True))
+        assert np.abs(h["q"]).max() < 1e-14 and np.abs(X[:, 1:]).max() < 1e-14
+        return -h["turn"][0] / h["wheel_axis"][0]
+
+    change = wheel_rate(1.0) * np.pi - wheel_rate(2.0) * np.pi
+    m, gc, q, dq, dq2 = 1.0, 5.0, 2.0, -1.0, np.pi
+    assert change == pytest.approx(-2 * m / gc * (2 * q + dq) * dq * dq2, abs=1e-13)
+    assert change == pytest.approx(1.2 * np.pi, abs=1e-13)

@@ -283,7 +283,11 @@ def test_the_relations_of_chapter_6_are_found():
     assert outside(found.conditions.T, EQUATION_6_14.T) < 1e-12
     printed = EQUATION_6_14[2] - np.eye(8)[5]
     assert outside(printed[:, None], found.conditions.T) > 0.1
-    assert "g(arm4) = g(arm3)" in found.condition_words
+    assert found.condition_words[1] == "g(arm3) = g(arm4)"
+    assert found.condition_words[2] == (
+        "g(arm2) + g(arm4) + g(platform) + g(bar6) + 0.5 g(bisector) = 0"
+    )
+    assert found.relation_words[-1] == "ω(bisector) = 0.5 ω(arm1) + 0.5 ω(arm2)"
     # The same in the parallel freedoms: every balanced distribution of inertias alone.
     alone = np.zeros((len(space.basis), len(found.relations)))
     alone[3::4] = found.relations.T

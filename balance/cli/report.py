@@ -134,9 +134,7 @@ def _describe(
     return report
 
 
-def _missing_certainty(
-    space: DesignSpace, arguments: argparse.Namespace
-) -> tuple[Notice, ...]:
+def _missing_certainty(space: DesignSpace, arguments: argparse.Namespace) -> tuple[Notice, ...]:
     """Return a notice if the answer is less certain than ``--require``."""
     from balance.spaces.certainty import LEVELS
     from kinematics.model.linkage import Notice

@@ -152,7 +152,7 @@ class Decoupling:
         space, given = self.space, self.freed.basis[self._size :]
         G, serial = from_chain(space.chain.frame, space.planar, False), self.serial_nullity
         blocks = given.reshape(-1, len(G), given.shape[1])
-        columns = np.linalg.solve(G, blocks).reshape(given.shape)
+        columns = np.asarray(np.linalg.solve(G, blocks), np.float64).reshape(given.shape)
         found = subspace(space, columns[:, :serial], columns[:, serial:], self.orders)
         return replace(found, poses=self.freed.poses, settled=self.freed.settled)
 
@@ -210,6 +210,8 @@ def decoupling(space: DesignSpace) -> Decoupling:
         raise UsageError("decoupling is about dynamic balance: leave out the force balance")
     linkage = with_free_base(space)
     motion = free_base_motion(space, linkage)
-    freed = design_space(linkage, motion, max_order=space.highest_order, spatial=not space.planar)
+    freed = design_space(
+        linkage, motion, max_order=space.highest_order, spatial=not space.planar
+    )
     certified = isinstance(space, CertifiedSpace)
     return Decoupling(space, certify(freed) if certified else freed)

@@ -131,7 +131,9 @@ def _displaced(linkage: Linkage, count: int) -> Array | None:
 def _tree_with(tree: Element, joints: Sequence[Joint]) -> Element:
     """Put the base joints under the root link of a tree of elements, at its frame."""
     carried = {
-        side.attributes["link"] for joint in tree.every("joint") for side in joint.every("child")
+        side.attributes["link"]
+        for joint in tree.every("joint")
+        for side in joint.every("child")
     }
     roots = [link.name for link in tree.every("link") if link.name not in carried]
     added = [make_elements.link(joint.name) for joint in joints]

@@ -1,1 +1,1 @@
-"""Mass distributions of equal momentum: pure inertias, and masses that can be built from them."""
+"""Masses of equal momentum: pure inertias, and what can be built from them."""

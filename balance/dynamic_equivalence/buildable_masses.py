@@ -17,8 +17,8 @@ from balance.spaces.design_space import DesignSpace
 from balance.spaces.subspace import subspace
 from balance.tolerances import PURE_INERTIA_CONDITION
 from kinematics.errors import BodyError, UsageError
-from kinematics.model.arrays import freeze
 from kinematics.linalg.vectors import project_out
+from kinematics.model.arrays import freeze
 from kinematics.wording import repr_lines
 
 __all__ = ["BuildableMasses", "buildable_masses"]
@@ -78,9 +78,9 @@ def buildable_masses(
 
     Example:
         >>> import balance
-        >>> space = balance.design_space("four_bar_kite.urdf")
-        >>> balance.buildable_masses(space, [1.0, 1.0, -1.0]).verdict
-        'feasible'
+        >>> space = balance.design_space("robot.urdf")
+        >>> balance.buildable_masses(space, {"crank": 0.0}).verdict
+        'infeasible'
     """
     g = _checked_inertias(space, inertias)
     _, conditions = inertia_conditions(space)

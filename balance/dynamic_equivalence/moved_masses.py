@@ -74,7 +74,7 @@ class LeftMass(NamedTuple):
 
 
 def given_in_plane(space: DesignSpace) -> Array:
-    """Return the parameters (bodies, 4) of the masses of the file, in the units of the chain."""
+    """Return the parameters (bodies, 4) of the masses of the file, in units of the chain."""
     given = np.array([body.inertia for body in space.linkage.bodies]).reshape(-1, 10)
     return to_chain(given, space.chain.frame, True, False)
 
@@ -95,11 +95,12 @@ def empty_bodies(space: DesignSpace) -> tuple[Array, list[LeftMass]]:
     """
     z, T = given_in_plane(space), _transfer_columns(space)
     size = float(np.abs(z[:, :3]).max(initial=0.0))
-    y, empty = np.zeros(T.shape[2]), list[int]()
+    y: Array = np.zeros(T.shape[2])
+    empty: list[int] = []
     for body in reversed(range(len(z))):
         wanted = [*empty, body]
         A, b = T[wanted, :3].reshape(3 * len(wanted), -1), -z[wanted, :3].ravel()
-        found = np.linalg.lstsq(A, b)[0]
+        found = np.asarray(np.linalg.lstsq(A, b)[0], np.float64)
         if np.abs(A @ found - b).max() <= MASS_LEFT_RELATIVE * size:
             y, empty = found, wanted
     added = T @ y
@@ -148,9 +149,7 @@ def _in_metres(space: DesignSpace, point: Array) -> Array:
     return np.asarray(frame.length * point + (frame.R @ frame.origin)[:2])
 
 
-def _left_mass(
-    space: DesignSpace, T: Array, given: Array, after: Array, body: int
-) -> LeftMass:
+def _left_mass(space: DesignSpace, T: Array, given: Array, after: Array, body: int) -> LeftMass:
     """Describe the mass that stays on a body, and say why."""
     mass, length = float(after[body, 0]), space.chain.frame.length
     middle = (space.chain.frame.R @ space.chain.frame.origin)[:2]

@@ -27,11 +27,11 @@ from balance.dynamic_equivalence.moved_masses import (
 )
 from balance.inertial_parameters.conversions import from_chain
 from balance.inertial_parameters.multipole import rod
+from balance.interpretation.freedoms import reduced_echelon
 from balance.interpretation.terms import round_to_fraction
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import FRACTION_ROUND_OFF, PURE_INERTIA_CONDITION
 from kinematics.errors import UsageError
-from kinematics.linalg.rational import echelon
 from kinematics.model.arrays import freeze
 from kinematics.wording import repr_lines
 
@@ -149,8 +149,8 @@ def pure_inertia(space: DesignSpace) -> PureInertia:
     Example:
         >>> import balance
         >>> found = balance.pure_inertia(balance.design_space("robot.urdf"))
-        >>> found.complete, found.left[0].words
-        (False, 'crank: ...')
+        >>> found.complete, found.condition_words
+        (False, ('g(crank) = 0', 'g(coupler) = 0', 'g(rocker) = 0'))
     """
     relations, conditions = inertia_conditions(space)
     added, left = empty_bodies(space)
@@ -172,7 +172,8 @@ def inertia_conditions(space: DesignSpace) -> tuple[Array, Array]:
         space: a design space of a planar linkage for dynamic balance.
 
     Returns:
-        Both in reduced row echelon form (count, bodies).
+        Both (count, bodies), conditions in reduced row echelon form, and relations in that of
+        the bodies in reverse order.
 
     Raises:
         UsageError: the space is another.
@@ -185,27 +186,18 @@ def inertia_conditions(space: DesignSpace) -> tuple[Array, Array]:
     found = Conditions.given(np.empty((0, rows.shape[1])), relative_tolerance(space.chain))
     found = found.append(rows)
     basis = found.decide().basis
-    return _reduced(basis.T), _reduced(found.rows)
+    # Relations give the later bodies in terms of the first ones, and are in that order.
+    return freeze(_reduced(basis.T[:, ::-1])[::-1, ::-1]), _reduced(found.rows)
 
 
 def _reduced(rows: Array) -> Array:
     """Compute the reduced row echelon form of independent rows; simple fractions are exact."""
     if not len(rows):
         return freeze(rows)
-    Q = np.linalg.qr(rows.T)[0].T
-    A = np.array(echelon(Q.tolist(), _largest_left)[0])
-    return freeze([[round_to_fraction(x, FRACTION_ROUND_OFF) for x in row] for row in A.tolist()])
-
-
-def _largest_left(
-    left: Sequence[Sequence[float]], pivots: Sequence[int]
-) -> tuple[int, int] | None:
-    """Find the largest entry of the rows that are left, as the next pivot."""
-    A = np.abs(np.array(left))
-    if not A.size:
-        return None
-    row, column = np.unravel_index(int(np.argmax(A)), A.shape)
-    return int(row), int(column)
+    A = reduced_echelon(np.linalg.qr(rows.T)[0].T)
+    return freeze(
+        [[round_to_fraction(x, FRACTION_ROUND_OFF) for x in row] for row in A.tolist()]
+    )
 
 
 def _equations(rows: Array, words: Sequence[str]) -> list[dict[str, object]]:

@@ -41,7 +41,9 @@ def subspace(
     across = spanned.decide().basis.T
     conditions = Conditions.given(serial.T, tolerance).append(across)
     decision = conditions.decide()
-    basis = basis_from_chain(decision.basis, chain.frame, space.planar, space.balance == "force")
+    basis = basis_from_chain(
+        decision.basis, chain.frame, space.planar, space.balance == "force"
+    )
     plain = {item.name: getattr(space, item.name) for item in fields(DesignSpace)}
     return replace(
         DesignSpace(**plain), orders=orders or space.orders, basis=freeze(basis),

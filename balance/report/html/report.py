@@ -137,8 +137,7 @@ def _inertia_section(report: Report) -> str:
         "<section>\n<h2>Pure inertias</h2>\n"
         '<p class="note">Point masses moved across revolute joints until the bodies have '
         "moments of inertia alone. Every momentum is then a couple, g ω, without a line: choose "
-        "the pure inertias under Lines of momentum.</p>\n"
-        + "\n".join(tables) + "\n</section>"
+        f"the pure inertias under Lines of momentum.</p>\n{''.join(tables)}\n</section>"
     )
 
 

@@ -11,16 +11,36 @@ from balance.floating_base.equations import Equations
 from balance.floating_base.tolerances import BASE_STEP_RELATIVE
 from kinematics.errors import PoseError
 
-__all__ = ["integrate", "integrate_at"]
+__all__ = ["check_frequencies", "integrate", "integrate_at"]
 
 Array = NDArray[np.float64]
 
 # Fewest steps, for smooth pictures.
 FEWEST_STEPS = 100
 # Most evaluations of the equations.
-MAX_EVALUATIONS = 200_000
+MAX_EVALUATIONS = 300_000
+# The least that one vibration takes.
+EVALUATIONS_PER_VIBRATION = 150.0
 # Shortest step, as a part of the duration.
 SHORTEST_STEP = 1e-9
+
+
+def check_frequencies(frequencies: tuple[float, ...], duration: float) -> None:
+    """Refuse vibrations that would take too many steps.
+
+    Args:
+        frequencies: natural frequencies of the base, hertz.
+        duration: seconds.
+
+    Raises:
+        PoseError: there are too many vibrations.
+    """
+    count = duration * max(frequencies, default=0.0)
+    if not count * EVALUATIONS_PER_VIBRATION < MAX_EVALUATIONS:
+        raise PoseError(
+            f"the base vibrates {count:.0f} times on its springs in {duration:g} s: give a "
+            "shorter duration, a heavier base or softer springs"
+        )
 
 
 def integrate(

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.floating_base.base import BaseInChain, FloatingBase
 from balance.floating_base.dynamics import CarriedBodies
 from balance.floating_base.equations import Drive, Equations
-from balance.floating_base.integrate import integrate, integrate_at
+from balance.floating_base.integrate import check_frequencies, integrate, integrate_at
 from balance.floating_base.pose_follower import PoseFollower
 from balance.floating_base.requested_motion import (
     checked_duration,
@@ -115,6 +115,8 @@ def simulate_floating_base(
     equations = _equations(linkage, chain, BaseInChain.of(base, chain, axes), drive, span[0], z)
     beta, rates = initial_rates(linkage, chain, equations.base, drive, initial or {})
     first = equations.start(beta, rates)
+    frequencies = _frequencies(equations, span[0], first)
+    check_frequencies(frequencies, span[1] - span[0])
     limits_of_error = _tolerances(linkage, equations, span, first)
     times, states = integrate(equations, first, limits_of_error, span, progress)
     equations.follower.restart()
@@ -124,7 +126,7 @@ def simulate_floating_base(
         held = _hold_inputs(linkage, chain, equations, beta, limits_of_error, times, z)
     return FloatingBaseMotion(
         linkage, base, chain.frame.length, tolerance, freeze(times), samples,
-        freeze(held), _frequencies(equations, span[0], first),
+        freeze(held), frequencies,
         None if torques is None else {**torques}, {**(initial or {})}, linkage.notices,
         drive.path,
     )  # fmt: skip

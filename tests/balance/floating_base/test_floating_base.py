@@ -13,7 +13,7 @@ from covering import ALL_CASES
 import kinematics
 from balance import FloatingBase, parameters, simulate_floating_base
 from balance.verification.given_motions import rest_to_rest
-from balance.verification.input_paths import SteadyPath
+from balance.verification.input_paths import SinePath, SteadyPath
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import LinkageError, MotionError, PoseError, UsageError
 
@@ -80,6 +80,21 @@ def test_pantograph_on_a_spring():
     times = crossings(found.time, of.rotation[:, 2], of.turning[:, 2])
     assert (times.size - 1) / np.ptp(times) == pytest.approx(formula, rel=1e-4)
     assert of.rotation[:, 2].max() == pytest.approx(1.0 / np.sqrt(1e4 / 9.0), rel=1e-2)
+
+
+def test_the_pantograph_drives_the_vibration_of_its_base():
+    """[J] Fig. 2.9, third case: 0.3 m at twice the natural frequency, inwards first."""
+    frequency = np.sqrt(1e4 / 9.0) / (2.0 * np.pi)
+    peaks = []
+    for phase in (np.pi, 0.0):
+        drive = SinePath(np.array([[0.3]]), np.array([[phase]]), 0.5 / frequency, np.eye(1))
+        found = simulate_floating_base(
+            PANTOGRAPH, SPRING, along=drive, initial={"wz": 1.0}, duration=0.8
+        )
+        turned, late = np.abs(found.samples.rotation[:, 2]), found.time > 0.6
+        peaks.append(turned[late].max() * np.sqrt(1e4 / 9.0))
+        assert found.agreed and not found.undisturbed
+    assert 5.0 < peaks[0] < 7.0 and peaks[1] < 0.5
 
 
 def test_frequencies_of_an_unbalanced_linkage():
@@ -156,12 +171,8 @@ def test_a_base_on_a_spring_swings_as_a_pendulum_of_mass():
 
 def test_drift_is_noticed(monkeypatch):
     """A wrong force in the equations breaks the balance of energy."""
-    monkeypatch.setattr(
-        "balance.floating_base.dynamics._turn", lambda t, h: np.zeros(h.shape)
-    )
-    found = simulate_floating_base(
-        "four_bar_general", BASE, initial={"wz": 3.0}, duration=0.5
-    )
+    monkeypatch.setattr("balance.floating_base.dynamics._turn", lambda t, h: np.zeros(h.shape))
+    found = simulate_floating_base("four_bar_general", BASE, initial={"wz": 3.0}, duration=0.5)
     assert not found.agreed and found.verdict == "no verdict"
     assert found.to_dict()["undisturbed"] is None and "no verdict" in found.remarks[-1]
 
@@ -179,7 +190,8 @@ def test_drift_is_noticed(monkeypatch):
     (PoseError, "joint x is not an input", {"torques": {"x": 1.0}}),
     (PoseError, "joint x is not an input", {"initial": {"x": 1.0}}),
     (PoseError, "cannot be closed|singular pose", {"along": SteadyPath(np.zeros(1), np.full(1, 9.0))}),
-    (PoseError, "too many steps", {"base": FloatingBase(1.0, 1.0, stiffness=1e15)}),
+    (PoseError, "vibrates 3408", {"base": FloatingBase(1.0, 1.0, stiffness=1e15)}),
+    (PoseError, "too many steps", {"base": FloatingBase(1.0, 1.0, stiffness=200.0)}),
     (MotionError, "inputs", {"motion": "x=0"}),
 ])  # fmt: skip
 def test_bad_requests_are_refused(error, match, options, monkeypatch):

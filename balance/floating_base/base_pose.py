@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.floating_base.base import BaseInChain
-from balance.floating_base.dynamics import cross
+from balance.floating_base.dynamics import cross_products
 
 __all__ = ["Placement", "pose_rate", "pose_size", "place_base", "start_pose"]
 
@@ -37,7 +37,7 @@ class Placement(NamedTuple):
     def wrench_to_inertial(self, wrench: Array) -> Array:
         """Convert ``[moment; force]`` (6,) of the base to inertial axes and origin."""
         force = self.R @ wrench[3:]
-        return np.concatenate([self.R @ wrench[:3] + cross(self.p, force), force])
+        return np.concatenate([self.R @ wrench[:3] + cross_products(self.p, force), force])
 
     def moved(self, point: Array) -> Array:
         """Compute the displacement (3,) of a point of the base, inertial axes."""
@@ -49,7 +49,7 @@ class Placement(NamedTuple):
             return np.zeros(6)
         force = -base.stiffness * self.R.T @ self.moved(base.com)
         # The rotation vector has the same components in both axes.
-        moment = cross(base.com, force) - base.turning_stiffness * self.rotation
+        moment = cross_products(base.com, force) - base.turning_stiffness * self.rotation
         return np.concatenate([moment, force])
 
     def spring_energy(self, base: BaseInChain) -> float:
@@ -118,5 +118,5 @@ def pose_rate(base: BaseInChain, x: Array, R: Array, beta: Array) -> Array:
     if base.planar:
         return np.concatenate([beta[:1], moved @ base.freedoms[3:, 1:]])
     a, v, omega = x[0], x[1:4], b[:3]
-    turned = 0.5 * (a * omega + cross(v, omega))
+    turned = 0.5 * (a * omega + cross_products(v, omega))
     return np.concatenate([[-0.5 * (v @ omega)], turned, moved])

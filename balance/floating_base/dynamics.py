@@ -29,7 +29,7 @@ from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.inertia import displace_parameters
 
-__all__ = ["CarriedBodies", "MovingBodies", "cross"]
+__all__ = ["CarriedBodies", "MovingBodies", "cross_products"]
 
 Array = NDArray[np.float64]
 
@@ -80,7 +80,12 @@ class MovingBodies(NamedTuple):
         return _apply(self.M, self.V + b)
 
     def kinetic_energy(self, base: BaseInChain, b: Array) -> float:
-        """Compute the kinetic energy of bodies and base, if the base has the twist b."""
+        """Compute the kinetic energy of bodies and base.
+
+        Args:
+            base: the base.
+            b: its twist (6,).
+        """
         bodies = np.einsum("bi,bi->", self.V + b, self.momenta(b))
         return 0.5 * float(bodies + b @ base.M @ b)
 
@@ -127,22 +132,27 @@ class CarriedBodies:
         return MovingBodies(M, T, V[0], V[1])
 
 
-def cross(a: Array, b: Array) -> Array:
-    """Compute cross products of vectors (..., 3), in a fraction of the time of NumPy."""
+def cross_products(a: Array, b: Array) -> Array:
+    """Compute cross products, in a fraction of the time of NumPy.
+
+    Args:
+        a: vectors (..., 3).
+        b: vectors (..., 3).
+    """
     return a[..., NEXT] * b[..., LAST] - a[..., LAST] * b[..., NEXT]
 
 
 def _bracket(a: Array, t: Array) -> Array:
     """Compute the Lie bracket ``ad(a) t`` of a twist (6,) with twists (bodies, 6)."""
-    found = cross(a[:3], t.reshape(-1, 2, 3)).reshape(t.shape)
-    found[:, 3:] += cross(a[3:], t[:, :3])
+    found = cross_products(a[:3], t.reshape(-1, 2, 3)).reshape(t.shape)
+    found[:, 3:] += cross_products(a[3:], t[:, :3])
     return found
 
 
 def _turn(t: Array, h: Array) -> Array:
     """Compute ``-ad(t)ᵀ h``, the rate of momenta carried by twists (..., 6)."""
-    found = cross(t[..., None, :3], h.reshape(*h.shape[:-1], 2, 3)).reshape(h.shape)
-    found[..., :3] += cross(t[..., 3:], h[..., 3:])
+    found = cross_products(t[..., None, :3], h.reshape(*h.shape[:-1], 2, 3)).reshape(h.shape)
+    found[..., :3] += cross_products(t[..., 3:], h[..., 3:])
     return found
 
 

@@ -1,4 +1,4 @@
-"""Equations of motion of a linkage on a base that floats, for a solver of initial values.
+"""BaseEquations of motion of a linkage on a base that floats, for a solver of initial values.
 
 The state holds the pose of the base, the rates β of its freedoms, the coordinates y of the
 inputs and their rates (if they are free), the impulse of the springs and the work of the
@@ -30,7 +30,7 @@ from balance.floating_base.dynamics import CarriedBodies, MovingBodies
 from balance.floating_base.pose_follower import PoseFollower
 from balance.verification.input_paths import InputPath
 
-__all__ = ["BaseState", "Drive", "Equations"]
+__all__ = ["BaseState", "Drive", "BaseEquations"]
 
 Array = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ class BaseState(NamedTuple):
     work: float
 
 
-class Equations:
+class BaseEquations:
     """The equations of motion as a function of time and state."""
 
     def __init__(

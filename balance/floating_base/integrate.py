@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.floating_base.equations import Equations
+from balance.floating_base.equations import BaseEquations
 from balance.floating_base.tolerances import BASE_STEP_RELATIVE
 from kinematics.errors import PoseError
 
-__all__ = ["check_frequencies", "integrate", "integrate_at"]
+__all__ = ["check_frequencies", "integrate_steps", "integrate_at"]
 
 Array = NDArray[np.float64]
 
@@ -43,8 +43,8 @@ def check_frequencies(frequencies: tuple[float, ...], duration: float) -> None:
         )
 
 
-def integrate(
-    equations: Equations, state: Array, tolerances: Array, span: tuple[float, float],
+def integrate_steps(
+    equations: BaseEquations, state: Array, tolerances: Array, span: tuple[float, float],
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Integrate the equations by DOP853, from one corner of the path to the next.
@@ -77,7 +77,7 @@ def integrate(
 
 
 def _advance(
-    equations: Equations, times: list[float], states: list[Array], stop: float,
+    equations: BaseEquations, times: list[float], states: list[Array], stop: float,
     tolerances: Array, step: float | None, duration: float,
 ) -> float:  # fmt: skip
     """Integrate up to a stop, append all steps, and return the length of the next one."""
@@ -106,7 +106,9 @@ def _advance(
     return float(solver.h_abs)
 
 
-def integrate_at(equations: Equations, state: Array, tolerances: Array, times: Array) -> Array:
+def integrate_at(
+    equations: BaseEquations, state: Array, tolerances: Array, times: Array
+) -> Array:
     """Integrate smooth equations and return the states at given times (N, size).
 
     Args:

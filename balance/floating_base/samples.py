@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.floating_base.dynamics import cross
-from balance.floating_base.equations import BaseState, Equations
+from balance.floating_base.dynamics import cross_products
+from balance.floating_base.equations import BaseEquations, BaseState
 from kinematics.model.arrays import Chain, freeze
 
 __all__ = ["Samples", "take_samples"]
@@ -54,7 +54,9 @@ class Samples(NamedTuple):
     twist: Array
 
 
-def take_samples(equations: Equations, chain: Chain, times: Array, states: Array) -> Samples:
+def take_samples(
+    equations: BaseEquations, chain: Chain, times: Array, states: Array
+) -> Samples:
     """Compute the samples at states.
 
     Args:
@@ -74,7 +76,7 @@ def take_samples(equations: Equations, chain: Chain, times: Array, states: Array
     return Samples(*(freeze(column) for column in found))
 
 
-def _sample(equations: Equations, chain: Chain, now: BaseState) -> Iterator[object]:
+def _sample(equations: BaseEquations, chain: Chain, now: BaseState) -> Iterator[object]:
     """Yield the entries of `Samples` at one time."""
     base, L, units = equations.base, chain.frame.length, equations.drive.units
     R, b = now.placement.R, now.b
@@ -86,7 +88,7 @@ def _sample(equations: Equations, chain: Chain, now: BaseState) -> Iterator[obje
     yield now.placement.rotation
     yield L * now.placement.moved(base.com)
     yield R @ b[:3]
-    yield L * (R @ (b[3:] + cross(b[:3], base.com)))
+    yield L * (R @ (b[3:] + cross_products(b[:3], base.com)))
     yield L**2 * now.bodies.kinetic_energy(base, b)
     yield L**2 * now.placement.spring_energy(base)
     yield L**2 * now.work

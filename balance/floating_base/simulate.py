@@ -2,7 +2,7 @@
 
 Unknowns are the motion of the base and, if they are driven by torques, of the inputs: poses of
 the linkage follow from its inputs by Newton's method, so that loops cannot drift. The solver is
-DOP853 (E. Hairer, S. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993).
+DOP853 (E. Hairer, S. Norsett, G. Wanner, Solving Ordinary Differential BaseEquations I, 1993).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.floating_base.base import BaseInChain, FloatingBase
 from balance.floating_base.dynamics import CarriedBodies
-from balance.floating_base.equations import Drive, Equations
-from balance.floating_base.integrate import check_frequencies, integrate, integrate_at
+from balance.floating_base.equations import BaseEquations, Drive
+from balance.floating_base.integrate import check_frequencies, integrate_at, integrate_steps
 from balance.floating_base.pose_follower import PoseFollower
 from balance.floating_base.requested_motion import (
     checked_duration,
@@ -118,7 +118,7 @@ def simulate_floating_base(
     frequencies = _frequencies(equations, span[0], first)
     check_frequencies(frequencies, span[1] - span[0])
     limits_of_error = _tolerances(linkage, equations, span, first)
-    times, states = integrate(equations, first, limits_of_error, span, progress)
+    times, states = integrate_steps(equations, first, limits_of_error, span, progress)
     equations.follower.restart()
     samples = take_samples(equations, chain, times, states)
     held = samples.twist
@@ -161,7 +161,7 @@ def simulate_second(
 def _equations(
     linkage: Linkage, chain: Chain, base: BaseInChain, drive: Drive,
     time: float, z: ArrayLike | None,
-) -> Equations:  # fmt: skip
+) -> BaseEquations:  # fmt: skip
     """Make the equations of motion, with the linkage at its pose at the start.
 
     Raises:
@@ -176,11 +176,11 @@ def _equations(
     start = np.zeros(drive.units.size)
     if drive.path is not None:
         start = drive.prescribed(time)[0]
-    return Equations(base, bodies, PoseFollower(linkage, chain, start), drive)
+    return BaseEquations(base, bodies, PoseFollower(linkage, chain, start), drive)
 
 
 def _tolerances(
-    linkage: Linkage, equations: Equations, span: tuple[float, float], first: Array
+    linkage: Linkage, equations: BaseEquations, span: tuple[float, float], first: Array
 ) -> Array:
     """Compute the absolute tolerances of the state from the speeds to be expected.
 
@@ -218,7 +218,7 @@ def _is_regular(M: Array) -> bool:
 
 
 def _hold_inputs(
-    linkage: Linkage, chain: Chain, moving: Equations, beta: Array, tolerances: Array,
+    linkage: Linkage, chain: Chain, moving: BaseEquations, beta: Array, tolerances: Array,
     times: Array, z: ArrayLike | None,
 ) -> Array:  # fmt: skip
     """Compute the twist of the base (N, 6), if all inputs stay where they are at the start.
@@ -244,7 +244,7 @@ def _hold_inputs(
     return held.rates_of_base(states) @ held.base.freedoms.T
 
 
-def _frequencies(equations: Equations, time: float, first: Array) -> tuple[float, ...]:
+def _frequencies(equations: BaseEquations, time: float, first: Array) -> tuple[float, ...]:
     """Compute the natural frequencies of the base on its springs, hertz, inputs held.
 
     ``det(K - ω² M_t) = 0`` at the pose at the start, in the freedoms of the base.

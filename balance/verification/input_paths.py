@@ -114,7 +114,12 @@ class SplinePath:
 
     @classmethod
     def through(cls, time: Array, u: Array) -> SplinePath:
-        """Make the spline through samples u (N, inputs) at times (N,)."""
+        """Make the spline through samples.
+
+        Args:
+            time: times (N,), seconds.
+            u: displacements of the inputs there (N, inputs), SI units.
+        """
         from scipy.interpolate import make_interp_spline
 
         return cls(make_interp_spline(time, u, k=5), tuple(time.tolist()))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.floating_base.equations import BaseEquations
-from balance.floating_base.tolerances import BASE_STEP_RELATIVE
+from balance.motion_tolerances import BASE_STEP_RELATIVE
 from kinematics.errors import PoseError
 
 __all__ = ["check_frequencies", "integrate_steps", "integrate_at"]

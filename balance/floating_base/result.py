@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from balance.floating_base.base import FloatingBase
 from balance.floating_base.samples import Samples
-from balance.floating_base.tolerances import BASE_DRIFT_RELATIVE
+from balance.motion_tolerances import BASE_DRIFT_RELATIVE
 from balance.verification.input_paths import InputPath
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.wording import count_noun, html_facts, repr_lines

@@ -27,7 +27,7 @@ from balance.floating_base.requested_motion import (
 )
 from balance.floating_base.result import FloatingBaseMotion
 from balance.floating_base.samples import take_samples
-from balance.floating_base.tolerances import (
+from balance.motion_tolerances import (
     BASE_AT_REST_RELATIVE,
     BASE_STEP_RELATIVE,
     FREQUENCY_ZERO,

@@ -31,7 +31,8 @@ kinematics.assembly
 kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 
-balance.tolerances balance.options balance.atomic_files balance.json_text
+balance.tolerances balance.motion_tolerances balance.home_modules
+balance.options balance.atomic_files balance.json_text
 balance.inertial_parameters
 balance.momentum
 balance.conditions balance.transfers balance.exact
@@ -41,7 +42,9 @@ balance.certification
 balance.decoupled
 balance.designs balance.verification balance.taylor_poses
 balance.added_masses balance.dynamic_equivalence balance.floating_base
+balance.instantaneous
 balance.partial_balance
+balance.reactionless_paths
 balance.remedies
 balance.report
 balance.report.text

@@ -141,6 +141,7 @@ def from_linkages(linkage):
         "design_space": lambda: design_space(linkage).basis,
         "design_space_many": lambda: balance.design_space_many(linkage, screws).rank,
         "exact_ranks": lambda: balance.exact_ranks(linkage).ranks,
+        "locked_inertia": lambda: balance.locked_inertia(linkage, q),
         "momentum_lines": lambda: balance.momentum_lines(linkage, q)[0][1].point,
         "momentum_regressor": lambda: balance.momentum_regressor(linkage, q),
         "momentum_taylor": lambda: balance.momentum_taylor(linkage, 2).coefficients,

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.certification.certify_space import certify
+from balance.motion_tolerances import SHAKING_RELATIVE
 from balance.remedies.applied import AppliedRemedy, with_cost
 from balance.remedies.least_matter import least_matter
 from balance.remedies.request import RemedyRequest, freedoms_of, input_inertia
 from balance.remedies.variant import Variant
 from balance.spaces.compute_space import design_space
-from balance.tolerances import SHAKING_RELATIVE
 from balance.verification.to_pinocchio import verify
 from kinematics.errors import LinkageError
 from kinematics.model_gallery import load

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.certification.certify_space import certify
+from balance.motion_tolerances import SHAKING_RELATIVE
 from balance.remedies.applied import AppliedRemedy, RemedyVerdict, with_cost
 from balance.remedies.least_matter import least_matter
 from balance.remedies.momentum_along import Momentum, momentum_along
@@ -18,7 +19,6 @@ from balance.remedies.request import RemedyRequest, input_inertia
 from balance.remedies.variant import append_elements, free_name, names_taken
 from balance.remedies.wheels.varying_ratio import integrate
 from balance.spaces.compute_space import design_space
-from balance.tolerances import SHAKING_RELATIVE
 from balance.verification.to_pinocchio import verify
 from balance.verification.trajectory import Trajectory, drive
 from kinematics.model.linkage import Linkage

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from balance.floating_base.base import BaseInChain
 from balance.floating_base.equations import Drive
-from balance.tolerances import RELATION_RESIDUAL
+from balance.motion_tolerances import RELATION_RESIDUAL
 from balance.verification.input_paths import InputPath, RestToRest, SplinePath
 from balance.verification.trajectory import Trajectory, order_inputs, random_motions
 from kinematics.errors import PoseError, UsageError

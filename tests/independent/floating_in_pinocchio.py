@@ -140,8 +140,10 @@ class FloatingModel:
         moved = Rotation.from_quat(w).apply(v[:3])
         return np.concatenate([moved, 0.5 * spin, v[6:], a])
 
-    def run(self, times: np.ndarray, q: np.ndarray, qd: np.ndarray, twist: np.ndarray,
-            path: Any, torques: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    def run(
+        self, times: np.ndarray, q: np.ndarray, qd: np.ndarray, twist: np.ndarray, path: Any,
+        torques: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
         """Rotations (N, 3, 3) and displacements (N, 3) of the base, and joints (N, n).
 
         ``twist``: angular velocity and velocity of the centre of mass at the start.

@@ -136,8 +136,8 @@ def _inertia_section(report: Report) -> str:
     return (
         "<section>\n<h2>Pure inertias</h2>\n"
         '<p class="note">Point masses moved across revolute joints until the bodies have '
-        "moments of inertia alone. Every momentum is then a couple, g ω, without a line: choose "
-        f"the pure inertias under Lines of momentum.</p>\n{''.join(tables)}\n</section>"
+        "moments of inertia alone. Every momentum is then a couple, g ω, without a line: "
+        f"choose the pure inertias under Lines of momentum.</p>\n{''.join(tables)}\n</section>"
     )
 
 

@@ -37,7 +37,7 @@ LIMIT = 1e-8
 
 
 def start_of(linkage, found):
-    """Positions and rates of all joints at the start, by the momentum machinery's kinematics."""
+    """Positions and rates of all joints at the start, by the closure of the loops."""
     chain = input_chain(linkage)
     q = joint_positions(linkage, found.samples.u[0])
     series = expand_at(chain, forward_kinematics(chain, q / chain.units))

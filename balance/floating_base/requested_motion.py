@@ -171,5 +171,5 @@ def _base_rates(chain: Chain, base: BaseInChain, initial: Mapping[str, float]) -
             f"{vector_text(base.freedoms[:3, 0])}: give no other velocity, or a spatial base"
         )
     # From the velocity of the centre of mass to that at the origin.
-    b[3:] -= np.cross_products(b[:3], base.com)
+    b[3:] -= np.cross(b[:3], base.com)
     return np.asarray(base.freedoms.T @ b)

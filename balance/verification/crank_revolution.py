@@ -107,7 +107,7 @@ def revolve_crank(
 
 def _revolution(linkage: Linkage, speed: float, rates: Array, phase: float) -> Trajectory:
     """Compute one revolution from a crank angle of ``phase`` steps on."""
-    time: Array = (np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed))
+    time = np.asarray((np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed)), float)
     path = SteadyPath(np.zeros(rates.size), speed * rates)
     return replace(drive(linkage, time, *path.at(time)), path=path)
 

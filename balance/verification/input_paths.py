@@ -38,12 +38,16 @@ class SinePath:
         phase: phases φ (harmonics, inputs).
         period: seconds.
         basis: takes the sums to the inputs (mobility, inputs).
+        scale: factor of each sum (inputs,), or of all.
+        amplitude: factor of all sums.
     """
 
     size: Array
     phase: Array
     period: float
     basis: Array
+    scale: Array | float = 1.0
+    amplitude: float = 1.0
 
     @property
     def corners(self) -> tuple[float, ...]:
@@ -53,11 +57,13 @@ class SinePath:
     def at(self, time: Array) -> tuple[Array, Array, Array]:
         """Compute displacements, velocities and accelerations; see `InputPath`."""
         omega = 2.0 * np.pi * np.arange(1, len(self.size) + 1)[:, None] / self.period
-        angle = time[:, None, None] * omega + self.phase
+        angle = omega * time[:, None, None] + self.phase
         wave = np.sin(angle)
-        path = (self.size * (wave - np.sin(self.phase))).sum(axis=1)
-        speed = (self.size * omega * np.cos(angle)).sum(axis=1)
-        change = -(self.size * omega**2 * wave).sum(axis=1)
+        size = self.size
+        path = np.einsum("kw,tkw->tw", size, wave - np.sin(self.phase))
+        speed = np.einsum("kw,tkw->tw", size * omega, np.cos(angle))
+        change = -np.einsum("kw,tkw->tw", size * omega**2, wave)
+        path, speed, change = (self.amplitude * (self.scale * x) for x in (path, speed, change))
         return path @ self.basis.T, speed @ self.basis.T, change @ self.basis.T
 
 
@@ -74,7 +80,7 @@ def random_sines(rng: np.random.Generator, time: Array, width: int) -> SinePath:
     phase = rng.uniform(-0.8, 0.8, (HARMONICS, width))
     path = SinePath(size, phase, float(time[-1] - time[0]), np.eye(width))
     scale = 1.0 / np.abs(path.at(time)[0]).max(axis=0, initial=0.0)
-    return SinePath(size * scale, phase, path.period, path.basis)
+    return SinePath(size, phase, path.period, path.basis, scale)
 
 
 @dataclass(frozen=True, eq=False)

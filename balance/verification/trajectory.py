@@ -179,7 +179,7 @@ def random_motions(
         sines = random_sines(np.random.default_rng([seed, number]), time, basis.shape[1])
         amplitude = min(FIRST_AMPLITUDE, amplitude / AMPLITUDE_FACTOR)
         while True:
-            path = replace(sines, basis=amplitude * basis)
+            path = replace(sines, basis=basis, amplitude=amplitude)
             found = _track(linkage, chain, (time, *path.at(time)), fastest, least)
             if isinstance(found, Trajectory) and _returns(found, chain):
                 yield replace(found, path=path)

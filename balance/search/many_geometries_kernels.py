@@ -21,6 +21,7 @@ from balance.tolerances import (
     SWEEP_CLOSURE_RESIDUAL,
     SWEEP_PIVOT_CLEAR,
     SWEEP_REGULAR,
+    SWEEP_SLOWEST,
 )
 from balance.transfers.compute_transfers import search_transfers, search_workspace
 from kinematics.compiled.jit import kernel
@@ -157,7 +158,7 @@ def _sweep_kernel(dim):
                     count, stage = 2 * count, 0
             # Written so that a NaN leaves the geometry unsettled.
             if count > rays.shape[0] or not (
-                settled and mismatch <= SWEEP_CLOSURE_RESIDUAL and slowest >= SWEEP_REGULAR
+                settled and mismatch <= SWEEP_CLOSURE_RESIDUAL and slowest >= SWEEP_SLOWEST
             ):
                 continue
             R = out[:rank]

@@ -31,8 +31,8 @@ __all__ = [
     "SINGULAR_VALUE_ROUND_OFF", "SOLUTIONS_EQUAL", "SOLUTION_OUTSIDE", "SOLVER_INFEASIBILITY",
     "SOLVER_RESIDUAL", "SOLVER_RESIDUAL_FAST", "SPACES_EQUAL_SINE", "SQUARE_ROUND_OFF",
     "STATIONARY_INSIDE", "SWEEP_CLOSURE_RESIDUAL", "SWEEP_PIVOT_CLEAR", "SWEEP_REGULAR",
-    "TERMS_RANK", "TERM_ABSENT", "TETRAHEDRON_FLAT", "TRANSFER_DIRECTION_EQUAL",
-    "TRANSFER_ENTRY_ROUND_OFF", "UNIT_ROWS_DEPENDENT",
+    "SWEEP_SLOWEST", "TERMS_RANK", "TERM_ABSENT", "TETRAHEDRON_FLAT",
+    "TRANSFER_DIRECTION_EQUAL", "TRANSFER_ENTRY_ROUND_OFF", "UNIT_ROWS_DEPENDENT",
 ]  # fmt: skip
 
 # --- inertial_parameters
@@ -104,9 +104,12 @@ JOINTS_COINCIDE = 1e-9
 # Mismatch of the loops in the frame of a geometry: those that stay closed up to this are those
 # of a linkage that moves.
 SWEEP_CLOSURE_RESIDUAL = 1e-11
-# Pivots of the loop matrix, and rates of joints, over the largest: below this a geometry is
-# passed to `design_space`.
+# Pivots of the loop matrix over the largest: below this a geometry is passed to
+# `design_space`, which leaves singular poses.
 SWEEP_REGULAR = 1e-2
+# Rates of joints over the fastest: below this a joint may be idle, and a geometry is passed to
+# `design_space`.
+SWEEP_SLOWEST = 1e-5
 # Smallest pivot of the conditions over the largest: below this a geometry is passed to
 # `design_space`.
 SWEEP_PIVOT_CLEAR = 1e-6

@@ -47,8 +47,8 @@ class Defect(NamedTuple):
     Attributes:
         kind: ``"branch"``: the linkage passes a change point, where it may fold into another
             branch; ``"circuit"``: it must do so, as positions lie on both sides of one;
-            ``"order"``: it passes them in another order; ``"reversal"``: the first link reverses
-            on the way.
+            ``"order"``: it passes them in another order; ``"reversal"``: the first link
+            reverses on the way.
         words: where, in words.
     """
 

@@ -198,8 +198,10 @@ def request(seed: int, folder: Path) -> list[str]:
     """The words of one request; everything follows from the seed."""
     rng = random.Random(seed)
     verb = rng.choice(("report", "report", "verify", "design", "design", "design", "motion",
-                       "motion", "remedies", "paths", "synthesize",
+                       "motion", "remedies", "paths",
                        *["models"] * (rng.random() < 0.1)))  # fmt: skip
+    # Chosen by the seed, so that the other requests stay as they were.
+    verb = "synthesize" if seed % 13 == 5 else verb
     parser, words = parsers()[verb], [verb]
     if verb not in WITHOUT_MODEL:
         words.append(_model(rng, folder))

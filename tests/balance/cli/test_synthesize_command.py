@@ -82,7 +82,7 @@ def test_random_nonlinear_syntheses_through_the_commands(capsys, tmp_path):
 
 @pytest.mark.parametrize(("words", "case", "kinds"), [
     ("--fixed=0.2,-0.1", "linear", {"pantograph"}),
-    ("--nonlinear --fixed=0.2,-0.1", "nonlinear", {"pantograph"}),
+    ("--nonlinear --moving=0.4,0.4", "nonlinear", {"pantograph"}),
     ("--kind four-bar --moving=0.2,-0.1", "four-bar", {"kite", "antiparallelogram"}),
 ])  # fmt: skip
 def test_kinds_pages_and_pictures(words, case, kinds, capsys, tmp_path):
@@ -126,9 +126,7 @@ def test_a_synthesis_without_a_design_says_so(capsys, tmp_path):
     assert "no such mechanism" in found["words"] and not out.exists()
     # A chain whose parallelogram must fold: named, not hidden.
     code, found = run(capsys, "--positions", "0,0,0; 0.2,0.1,120", "--fixed=0.3,0.3")
-    assert code == 1 and [one["kind"] for one in found["mechanisms"][0]["defects"]] == [
-        "branch"
-    ]
+    assert code == 1 and found["mechanisms"][0]["defects"][0]["kind"] == "branch"
     assert "flat" in found["words"]
 
 

@@ -194,29 +194,31 @@ def _crank_angles(
     kind: str, ratio: float, steps: tuple[Displacement, ...]
 ) -> Iterator[tuple[float, ...]]:
     """Yield the angles of the crank at all positions, for first angles of a grid."""
+    firsts = np.arange(0, len(ANGLES), STRIDE)
     for angles in (ANGLES, -ANGLES):
-        own = _coupler_angles(kind, ratio, angles)
-        for first in range(0, len(angles), STRIDE):
-            others = [_angles_after(kind, ratio, angles, own, first, s.turn) for s in steps]
-            for rest in product(*others):
-                yield float(angles[first]), *rest
+        others = [_angles_after(kind, ratio, angles, firsts, step.turn) for step in steps]
+        for first, *rests in zip(angles[firsts].tolist(), *others, strict=True):
+            for rest in product(*rests):
+                yield first, *rest
 
 
 def _angles_after(
-    kind: str, ratio: float, angles: Array, own: Array, first: int, turn: float
-) -> list[float]:
-    """Find the angles of the crank at which the coupler has turned by so much."""
-    left = own - own[first] - math.remainder(turn, 2.0 * math.pi)
-    (at,) = np.nonzero(left[:-1] * left[1:] < 0.0)
-    A, B = place_four_bar(kind, ratio, angles[first])
-    goal = (B - A) * cmath.exp(1j * turn)
+    kind: str, ratio: float, angles: Array, firsts: NDArray[np.int64], turn: float
+) -> list[list[float]]:
+    """Find the angles of the crank after a turn of the coupler, for each first angle."""
+    own = _coupler_angles(kind, ratio, angles)
+    left = own - own[firsts, None] - math.remainder(turn, 2.0 * math.pi)
+    row, at = np.nonzero(left[:, :-1] * left[:, 1:] < 0.0)
+    A, B = place_four_bar(kind, ratio, angles[firsts])
+    goal = ((B - A) * cmath.exp(1j * turn))[row]
     step = angles[1] - angles[0]
 
     def miss(part: Array) -> Array:
         A, B = place_four_bar(kind, ratio, angles[at] + part * step)
         return np.asarray(np.angle((B - A) / goal))
 
-    return [float(x) for x in angles[at] + refine_roots(miss, len(at)) * step]
+    roots = angles[at] + refine_roots(miss, len(at)) * step
+    return [roots[row == k].tolist() for k in range(len(firsts))]
 
 
 def _fit(

@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.errors import SynthesisError, UsageError
+from kinematics.wording import repr_lines
 
 __all__ = [
     "PantographMasses", "ReducedInertias", "decouple", "default_masses", "match_ratio",
@@ -77,6 +78,15 @@ class PantographMasses:
     s5: float | None
     inertia_1: float
     inertia_2: float
+
+    def __repr__(self) -> str:
+        """Two lines: the mass of all, and the lengths."""
+        mass = self.m1 + self.m2 + self.m3 + self.m4 + self.m5 + self.m6
+        return repr_lines(
+            f"PantographMasses: {mass:.4g} kg",
+            f"l2 {self.l2:.4g} m, l3 {self.l3:.4g} m, inertias of links {self.inertia_1:.4g} "
+            f"and {self.inertia_2:.4g} kg m²",
+        )
 
     def check(self) -> None:
         """Check the numbers.

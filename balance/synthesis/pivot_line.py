@@ -57,7 +57,7 @@ class PivotLine(NamedTuple):
             raise SynthesisError(
                 "the chord of the pivot is horizontal: all points of its bisector have the "
                 f"same x = {self.middle.real:g}",
-                "give a range of distances from the chord instead of x",
+                "leave out the range of x: distances from the chord are searched then",
             )
         return (np.asarray(x, dtype=np.float64) - self.middle.real) / self.direction.real
 

@@ -68,7 +68,7 @@ class PureInertia:
     def __repr__(self) -> str:
         """Up to six lines: the inertias, what stays, the relations and the conditions."""
         return repr_lines(
-            f"PureInertia of {self.space.linkage.name}", self.words,
+            f"PureInertia of {self.space.linkage.name}", *filter(None, [self.words]),
             *(item.words for item in self.left), *self.relation_words, *self.condition_words,
         )  # fmt: skip
 

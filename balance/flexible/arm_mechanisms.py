@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from balance.flexible.beam_part import Marker, MovingPart, RigidPart
 from balance.flexible.build_beam import BeamModel, BeamOptions, model_beam
 from balance.flexible.drives import Profile
-from balance.flexible.mechanism import Drive, MechanismJoint, On, PlanarMechanism
+from balance.flexible.mechanism import PlanarMechanism
+from balance.flexible.mechanism_types import Drive, MechanismJoint, On
 from balance.flexible.similarity import Arm
 from balance.flexible.supported_modes import Clamp, EndBody, Support
 from kinematics.errors import LinkageError

@@ -3,9 +3,9 @@
 A part has the coordinates x, y, θ of its frame in the plane, and elastic coordinates q. A point
 of a beam at s lies, in the frame of the part, at
 
-    l = [ s + A(s) q - ½ qᵀ H(s) q,  N(s) q ],     H(s) = ∫ N'ᵀ N' ds from the origin of the frame
+    l = [s + A(s) q - ½ qᵀ H(s) q,  N(s) q],    H(s) = ∫ N'ᵀ N' ds from the origin of the frame
 
-so that a bent beam keeps its length to second order. All inertia forces follow from the points
+so that a bent beam keeps its length to second order. Inertia forces follow from the points
 of a Gauss quadrature by Lagrange's equations with this kinematics; centrifugal stiffening and
 the stiffness due to axial forces need no further terms.
 """

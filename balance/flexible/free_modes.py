@@ -145,8 +145,5 @@ def _mode_zeros(number: int, wave: float) -> tuple[float, ...]:
     def shape(xi: float) -> float:
         return float(mode_shape(number, np.asarray(xi), wave))
 
-    inner = [
-        float(brentq(shape, a, b, xtol=1e-16, rtol=1e-15))
-        for a, b in pairwise(edges)
-    ]
+    inner = [float(brentq(shape, a, b, xtol=1e-16, rtol=1e-15)) for a, b in pairwise(edges)]
     return (*inner,) if number % 2 else (0.0, *inner)

@@ -13,7 +13,8 @@ from balance.flexible.beam_part import Marker, MovingPart, RigidPart, combine_ma
 from balance.flexible.build_beam import BeamModel, BeamOptions, model_beam
 from balance.flexible.drives import Profile
 from balance.flexible.flex_links import FlexLink
-from balance.flexible.mechanism import Drive, MechanismJoint, On, PlanarMechanism, Relation
+from balance.flexible.mechanism import PlanarMechanism
+from balance.flexible.mechanism_types import Drive, MechanismJoint, On, Relation
 from balance.flexible.support_points import support_points
 from balance.flexible.supported_modes import Clamp, EndBody, Support
 from kinematics.errors import BodyError, LinkageError
@@ -182,7 +183,9 @@ class _Builder:
         for name, (profile, moment) in self.drives.items():
             if index.get(name) not in place:
                 known = ", ".join(self.linkage.joints[j].name for j in self.moving)
-                raise LinkageError(f"'{name}' is not a joint that moves; the joints are {known}")
+                raise LinkageError(
+                    f"'{name}' is not a joint that moves; the joints are {known}"
+                )
             found.append(Drive(place[index[name]], profile, moment))
         held = [name for name in self.linkage.inputs if name not in self.drives]
         if any(one.moment for one in found) or len(found) >= self.linkage.mobility:
@@ -280,9 +283,7 @@ class _Builder:
         return On(self.part_of[group], self.ends[group, j])
 
 
-def _hinges(
-    flex: FlexLink, span: float
-) -> tuple[list[list[float]], list[list[float]], float]:
+def _hinges(flex: FlexLink, span: float) -> tuple[list[list[float]], list[list[float]], float]:
     """Place the points that carry a beam: positions and weights for each joint, and length."""
     if flex.supports:
         best = support_points(flex.supports)

@@ -1,6 +1,6 @@
 """A flexible part given by its shape integrals, as other programs and test sets give it.
 
-With shapes φ_i (displacement [u_i, v_i] at x along the undeformed axis) and the density of mass,
+With shapes φ_i, displacements [u_i, v_i] at x along the undeformed axis,
 
     M_ij = ∫ φ_i·φ_j dm,    B_ij = ∫ (u_i v_j - v_i u_j) dm,    c1_i = ∫ u_i dm,
     c2_i = ∫ v_i dm,        c12_i = ∫ x u_i dm,                c21_i = ∫ x v_i dm

@@ -175,7 +175,11 @@ def _choose_method(mechanism: PlanarMechanism, p: Array, duration: float) -> str
 
 
 def _integrate(
-    run: _Run, name: str, y: Array, times: Array, rtol: float,
+    run: _Run,
+    name: str,
+    y: Array,
+    times: Array,
+    rtol: float,
     progress: Callable[[int, int], None] | None,
 ) -> tuple[Array, int]:
     """Integrate from time to time; correct the constraints after steps that left them.
@@ -188,7 +192,7 @@ def _integrate(
     mechanism, n = run.mechanism, (len(y) - 1) // 2
     states, steps, k = np.empty((len(times), len(y))), 0, 1
     states[0] = y
-    scale = rtol * _absolute_scale(mechanism, times[-1])
+    scale = rtol * _absolute_scale(mechanism, y[:n], times[-1])
     options = {"rtol": rtol, "atol": scale}
     if name == "Radau":
         solver = Radau(run.slope, 0.0, y, times[-1], jac=run.jacobian, **options)
@@ -227,10 +231,15 @@ def _project(run: _Run, solver: object, n: int) -> None:
         solver.f = run.slope(t, solver.y)  # type: ignore[attr-defined]
 
 
-def _absolute_scale(mechanism: PlanarMechanism, duration: float) -> Array:
-    """Sizes below which coordinates and rates need no relative accuracy; shape (2n + 1,)."""
+def _absolute_scale(mechanism: PlanarMechanism, p: Array, duration: float) -> Array:
+    """Sizes below which coordinates and rates need no relative accuracy; shape (2n + 1,).
+
+    Rates are as large as coordinates times the frequency at which these vibrate.
+    """
     scale = np.full(len(mechanism.start), 1e-2)
-    for part, at in zip(mechanism.parts, mechanism.slices, strict=True):
+    for at in mechanism.slices:
         scale[at.start : at.start + 2] = 1e-2 * mechanism.size
         scale[at.start + 3 : at.stop] = 1e-3 * mechanism.size
-    return np.concatenate([scale, scale, [1e-3]])
+    elastic, _ = _elastic_accelerations(mechanism, 0.0, p, np.zeros(len(p)))
+    pace = np.maximum(np.sqrt(np.abs(np.diag(elastic))), 1.0 / duration)
+    return np.concatenate([scale, pace * scale, [1e-3]])

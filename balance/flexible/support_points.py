@@ -1,7 +1,7 @@
 """Points and weights on which a free beam shakes its mount in no low mode.
 
-A beam is carried at points ξ_i, and the weighted sum Σ W_i v(ξ_i) of its deflections is what the
-mount follows. It equals the mean deflection in a mode ψ if Σ W_i ψ(ξ_i) = 0, because free modes
+A beam is carried at points ξ_i, and the mount follows the weighted sum Σ W_i v(ξ_i) of its
+deflections. It equals the mean deflection in a mode ψ if Σ W_i ψ(ξ_i) = 0, because free modes
 have no mean. Weights add up to 1; points and weights are symmetric, so that antisymmetric modes
 need no condition. With n points, the first n - 1 symmetric modes can be met: a Gauss quadrature
 for the functions 1, ψ1, ψ3, …

@@ -11,7 +11,8 @@ SHARE = 0.1  # distance of the balance masses from the pivots, over the lengths 
 def four_bar_text(mass, beside=(1.5, -0.5)):
     """The four-bar of Meijaard and van der Wijk 2022, Sec. 5, without dimensions, as URDF.
 
-    Crank from (0, 0) to (0, 0.5), coupler to (1, 0.5), rocker on to the pivot ``beside``.
+    Crank from (0, 0) to (0, 0.5), coupler to (1, 0.5), rocker on to the pivot ``beside``. The
+    coupler has the mass 1 per length, so that ``mass`` is its length too.
     """
     pivot, a2 = np.array(beside), np.array([1.0, 0.5])
     crank, rocker = np.array([0.0, 0.5]), a2 - pivot
@@ -34,7 +35,7 @@ def four_bar_text(mass, beside=(1.5, -0.5)):
     return "\n".join([
         '<robot name="four_bar_with_wheels"><link name="base"/>',
         link("crank", 5 * mass, [float(x) for x in -SHARE * crank], 1e-9),
-        link("coupler", mass, [0.5, 0.0], mass / 12.0),
+        link("coupler", mass, [0.5, 0.0], mass**3 / 12.0),
         link("rocker", 5 * mass, [float(x) for x in -SHARE * rocker], 1e-9),
         link("wheel1", 1e-9, [0.0, 0.0], 0.1375 * mass),
         link("wheel3", 1e-9, [0.0, 0.0], 0.6875 * mass),
@@ -52,6 +53,7 @@ def four_bar_text(mass, beside=(1.5, -0.5)):
 
 def steel_arms(classical):
     """The arms of Sec. 2.4: f = 1/2, steel, discs at the tips."""
+
     def arm(length, thickness, width, mass, radius, hub):
         beam = rectangular_beam(
             length, thickness, width, 2e11, 8000.0, 0.29, 0.84, classical=classical

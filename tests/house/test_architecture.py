@@ -32,6 +32,7 @@ kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 
 balance.tolerances balance.options balance.atomic_files balance.json_text
+balance.flexible
 balance.inertial_parameters
 balance.momentum
 balance.conditions balance.transfers balance.exact

@@ -147,7 +147,8 @@ class _Builder:
                 self._add_beam(group, bending[group], touching[group])
             else:
                 points = [self._plane(self.linkage.joints[j].point) for j in touching[group]]
-                outlines[len(self.parts)] = self._add_rigid(group, inertia[group], points)
+                k = len(self.parts)
+                outlines[k] = self._add_rigid(group, inertia[group], points)
         return self._finish(outlines)
 
     def _finish(self, outlines: Mapping[int, tuple[Marker, ...]]) -> FlexibleLinkage:

@@ -205,13 +205,13 @@ def _integrate(
             dense = solver.dense_output()
             while k < len(times) and times[k] <= solver.t:
                 states[k] = dense(times[k]) if times[k] < solver.t else solver.y
-                states[k, :-1] = np.concatenate(
-                    mechanism.assemble(times[k], states[k, :n], states[k, n:-1])
-                )
+                states[k] = _correct(mechanism, times[k], states[k])
                 k += 1
             if progress is not None:
                 progress(k, len(times))
-        _project(run, solver, n)
+        corrected = _correct(mechanism, solver.t, solver.y)
+        if corrected is not solver.y:
+            solver.y, solver.f = corrected, run.slope(solver.t, corrected)
     if solver.status != "finished":
         raise LinkageError(
             f"the integration stops at {solver.t:g} s: the mechanism reaches a singular pose, "
@@ -220,15 +220,13 @@ def _integrate(
     return states, steps
 
 
-def _project(run: _Run, solver: object, n: int) -> None:
-    """Move the state of an integrator onto the constraints if it has left them."""
-    t, y = solver.t, solver.y  # type: ignore[attr-defined]
-    found = run.mechanism.constraints(t, y[:n], y[n:-1])
-    worst = np.abs(found.g).max(initial=0.0)
-    if worst > DRIFT * run.mechanism.size:
-        p, v = run.mechanism.assemble(t, y[:n], y[n:-1])
-        solver.y = np.concatenate([p, v, y[-1:]])  # type: ignore[attr-defined]
-        solver.f = run.slope(t, solver.y)  # type: ignore[attr-defined]
+def _correct(mechanism: PlanarMechanism, t: float, y: Array) -> Array:
+    """Move a state [p, v, work] onto the constraints if it has left them."""
+    n = (len(y) - 1) // 2
+    g = mechanism.constraints(t, y[:n], y[n:-1]).g
+    if np.abs(g).max(initial=0.0) <= DRIFT * mechanism.size:
+        return y
+    return np.concatenate([*mechanism.assemble(t, y[:n], y[n:-1]), y[-1:]])
 
 
 def _absolute_scale(mechanism: PlanarMechanism, p: Array, duration: float) -> Array:

@@ -46,7 +46,7 @@ def peaks(folder, case, geometric=True):
     """Peak force, peak moment about the centre of mass, and drift, over 10 units of time."""
     options = BeamOptions(elements=12, modes=CASES[case][2], geometric=geometric)
     found = flexible(folder, case, options=options)
-    motion = simulate(found.mechanism, 10.0, 1501, rtol=1e-6)
+    motion = simulate(found.mechanism, 10.0, 801, rtol=1e-6)
     moment = np.abs(moment_about(motion, found.centre)).max()
     return motion.peak_force, moment, motion.energy_drift
 
@@ -61,12 +61,12 @@ def folder(tmp_path_factory):
     [("ends", 0.17045), ("nodes", 0.04412), ("gyration", 0.0), ("four points", 0.13631)],
 )
 def test_the_rigid_four_bar(case, moment, tmp_path):
-    """m2 (L²/12 - 1/4) θ̈2 with the coupler's angle θ2, and no force: [M] Sec. 5.
+    """-m2 (L²/12 - 1/4) θ̈2 with the coupler's angle θ2, and no force: [M] Sec. 5.
 
     The open assembly: crank (0, 0) to (0, ½), coupler to (1, ½), rocker to (3/2, -½).
     """
     found = flexible(tmp_path, case, bending=0.0)
-    motion = simulate(found.mechanism, 10.0, 4001, rtol=1e-9)
+    motion = simulate(found.mechanism, 10.0, 1001, rtol=1e-8)
     about = moment_about(motion, found.centre)
     assert motion.peak_force < 1e-8
     length = CASES[case][0]
@@ -74,8 +74,8 @@ def test_the_rigid_four_bar(case, moment, tmp_path):
     angle = motion.positions[:, found.mechanism.slices[k]][:, 2]
     step = motion.times[1]
     bend = np.diff(angle, 2) / step**2
-    law = length * (length**2 / 12.0 - 0.25) * bend
-    assert about[1:-1] == pytest.approx(law, abs=2e-5)
+    law = -length * (length**2 / 12.0 - 0.25) * bend
+    assert about[1:-1] == pytest.approx(law, abs=5e-5)
     assert np.abs(about).max() == pytest.approx(moment, rel=1e-4, abs=1e-8)
 
 
@@ -103,7 +103,7 @@ def test_rigid_links_shake_as_verify_says(tmp_path):
     found = flexible_linkage(
         linkage, [link], {"u1": (drive, False)}, BeamOptions(elements=4, modes=1)
     )
-    motion = simulate(found.mechanism, 0.4, 9, rtol=1e-7, method="Radau")
+    motion = simulate(found.mechanism, 0.4, 9, rtol=1e-9, method="DOP853")
     for k in range(1, 9, 2):
         shaking = rigid_shaking(linkage, drive, motion.times[k])
         assert np.abs(motion.force[k] - shaking[:2]).max() < 1e-4 * np.abs(shaking).max()

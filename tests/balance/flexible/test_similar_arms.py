@@ -30,7 +30,7 @@ FEW = BeamOptions(elements=5, modes=2, axial_modes=0)
 
 def run(arms, duration=1.0, rtol=1e-6, drive=None, options=FEW):
     mechanism = arm_mechanism(arms, drive or spin_up(10.0, 0.2), options)
-    return simulate(mechanism, duration, int(1000 * duration) + 1, rtol=rtol)
+    return simulate(mechanism, duration, int(400 * duration) + 1, rtol=rtol)
 
 
 def test_the_rotating_arm_and_its_counter_arm():
@@ -71,7 +71,7 @@ def test_the_steel_arms():
     assert 100.0 * (second / first - 1.0) == pytest.approx(0.0019, abs=5e-5)
     wrong = {one.name for one in shear.conditions if not one.holds}
     assert wrong == {"8", "18", "shear", "rotary inertia"}
-    pair, alone = run(full, 1.0), run(full[:1], 0.4)
+    pair, alone = run(full, 1.0, 1e-8), run(full[:1], 0.4)
     assert pair.peak_force == pytest.approx(0.032e-3, rel=0.03)
     assert alone.peak_force == pytest.approx(0.152, rel=0.01)
 
@@ -158,9 +158,9 @@ def test_slow_arms_against_collocation_of_the_beam_equation():
 def translator(count, moments, duration):
     arms, blocks = steel_arms(False), (Block(0.0216, 0.12, 0.02), Block(0.0432, 0.12, 0.01))
     mechanism = translator_mechanism(
-        arms[:count], blocks[:count], 0.1, moments, BeamOptions(4, 3, 1), (0.001, 5e-8)
+        arms[:count], blocks[:count], 0.1, moments, BeamOptions(3, 2, 1), (0.001, 5e-8)
     )
-    found = simulate(mechanism, duration, 201, rtol=1e-5, method="Radau")
+    found = simulate(mechanism, duration, 101, rtol=1e-7, method="Radau")
     y = found.positions[:, mechanism.slices[2]][:, 1]
     return found.peak_force, y.min(), y.max()
 

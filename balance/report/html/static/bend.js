@@ -5,6 +5,7 @@
   const time = byId("bend-time"), scale = byId("bend-scale"), words = byId("bend-words");
   const dark = "#1b1e22", blue = "#0a5ea8", grey = "#9aa3ab";
   time.max = frames.times.length - 1;
+  time.value = Math.round(0.6 * time.max);
 
   const all = [...frames.grounds, ...frames.links.flat(2), ...frames.straight.flat(2)];
   const low = [0, 1].map((i) => Math.min(...all.map((p) => p[i])));

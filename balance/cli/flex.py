@@ -153,7 +153,11 @@ def _add_similar(kinds: Verbs) -> None:
         "--scale", type=positive_number, metavar="F", help="length over that of the arm"
     )
     other.add_argument(
-        "--against", type=arm_of, metavar="length:…,EI:…", help="a counter-arm to compare"
+        "--against",
+        dest="other_arm",
+        type=arm_of,
+        metavar="length:…,EI:…",
+        help="a counter-arm to compare",
     )
     parser.add_argument(
         "--spin", type=spin_numbers, metavar="SPEED,RISE[,DURATION]",
@@ -172,7 +176,7 @@ def _similar(arguments: argparse.Namespace) -> Outcome:
     if arguments.plot and arguments.spin is None:
         arguments.refuse("--plot shows the simulation: add --spin")
     first = arguments.arm
-    second = arguments.against or similar_arm(first, arguments.scale)
+    second = arguments.other_arm or similar_arm(first, arguments.scale)
     found, motion = compare_arms(first, second), None
     if arguments.spin is not None:
         motion = _spin(arguments, first, second)

@@ -74,7 +74,9 @@ def combine_markers(markers: Sequence[Marker], weights: Sequence[float]) -> Mark
 class MovingPart(Protocol):
     """What a mechanism needs of a part."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """Name of the part, for tables."""
 
     @property
     def size(self) -> int:

@@ -116,7 +116,7 @@ def motion_data(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, o
 def beam_deflection(motion: FlexibleMotion, linkage: FlexibleLinkage, name: str) -> Array:
     """Compute the largest deflection of a beam at each instant (t,), in metres."""
     model = linkage.beams[name]
-    k = next(k for k, part in enumerate(motion.mechanism.parts) if part is model.part)
+    k = [part.name for part in motion.mechanism.parts].index(name)
     q = motion.positions[:, motion.mechanism.slices[k]][:, 3:]
     across = np.array([one.across for one in model.part.outline])
     return np.asarray(np.abs(q @ across.T).max(axis=1))

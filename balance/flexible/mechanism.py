@@ -145,7 +145,7 @@ class PlanarMechanism:
                 moment, row = drive.profile(t)[0], found.positions[drive.joint].row
                 right[:n] += moment * row
                 power += moment * float(row @ v)
-        solution = np.linalg.solve(_bordered(mass, found.rows), right)
+        solution = np.asarray(np.linalg.solve(_bordered(mass, found.rows), right), np.float64)
         power += float(solution[n:] @ found.rates)
         return Dynamics(solution[:n], solution[n:], power, mass, bias)
 

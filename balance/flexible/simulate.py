@@ -162,7 +162,7 @@ def _elastic_accelerations(
     full[:n, :n], full[:n, n:], full[n:, :n] = mass, rows.T, rows
     right = np.zeros((n + m, 2 * n))
     right[:n, :n], right[:n, n:] = stiffness, damping
-    found = np.linalg.solve(full, right)[:n]
+    found = np.asarray(np.linalg.solve(full, right)[:n], np.float64)
     return found[:, :n], found[:, n:]
 
 

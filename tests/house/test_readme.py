@@ -42,7 +42,7 @@ def test_the_first_command_runs(capsys):
 def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     """All that are shown exist, and all that exist are described."""
     section = README.split("## On the command line")[1].split("##")[0]
-        flex = (["flex", kind] for kind in ("modes", "supports", "similar", "simulate"))
+    flex = (["flex", kind] for kind in ("modes", "supports", "similar", "simulate"))
     for verb in (
         ["report"], ["verify"], ["design"], ["remedies"], *flex, ["motion"], []
     ):  # fmt: skip

@@ -73,6 +73,29 @@ Momentum as a function of the pose:
 - ``momentum_taylor``: the regressor as a polynomial about the reference pose
 - ``MomentumTaylor``: that polynomial
 
+Balance in one pose:
+
+- ``balance_pose``: bodies on input joints solved so that a linkage is balanced in a pose
+- ``balancing_family``: all bodies that have a given momentum for a given twist
+- ``BalancingFamily``: result of ``balancing_family``
+- ``PoseBalance``: result of ``balance_pose``
+
+Velocities without reaction:
+
+- ``momentum_matrix``: total momentum per unit rate of each input, for given masses
+- ``momentum_map``: the momentum matrix over a grid of poses
+- ``reaction_null_space``: input rates that leave the base at rest in a pose
+- ``MomentumMap``: result of ``momentum_map``
+- ``ReactionNullSpace``: result of ``reaction_null_space``
+
+Paths without reaction:
+
+- ``find_paths``: integrate such velocities into paths, and find where several of them meet
+- ``ReactionlessPaths``: result of ``find_paths``
+- ``ReactionlessPath``: one path, and the momentum along it
+- ``timed_path``: a motion along a path, from rest to rest
+- ``Base``: a base that floats, with a mass of its own
+
 Momentum as lines:
 
 - ``momentum_wrenches``: momentum of each body for unit rates of the coordinates
@@ -96,6 +119,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from balance.home_modules import HOME_MODULES
 from kinematics.compiled.background import register_warm_up
 
 if TYPE_CHECKING:
@@ -119,6 +143,11 @@ if TYPE_CHECKING:
         violations,
     )
     from balance.inertial_parameters.multipole import Primitive
+    from balance.instantaneous.body_family import BalancingFamily, balancing_family
+    from balance.instantaneous.momentum_of_masses import momentum_matrix
+    from balance.instantaneous.null_space import ReactionNullSpace, reaction_null_space
+    from balance.instantaneous.proximal_bodies import PoseBalance, balance_pose
+    from balance.instantaneous.workspace_map import MomentumMap, momentum_map
     from balance.interpretation.explain import Explanation, explain
     from balance.interpretation.freedoms import Freedom
     from balance.momentum.momentum_figure import screw_figure
@@ -135,6 +164,10 @@ if TYPE_CHECKING:
     from balance.partial_balance.budgets import pareto, partial
     from balance.partial_balance.elastic_frame import ElasticFrame
     from balance.partial_balance.results import ParetoFront, PartialBalance
+    from balance.reactionless_paths.demand import Base
+    from balance.reactionless_paths.found_paths import ReactionlessPaths
+    from balance.reactionless_paths.path import ReactionlessPath, timed_path
+    from balance.reactionless_paths.path_search import find_paths
     from balance.remedies.applied import AppliedRemedy
     from balance.remedies.compare import RemedyComparison, compare_remedies
     from balance.remedies.counter_rotations.fewest_rotors import (
@@ -156,6 +189,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AppliedRemedy",
+    "BalancingFamily",
+    "Base",
     "BodyInertia",
     "Certainty",
     "CertificateCheck",
@@ -172,11 +207,16 @@ __all__ = [
     "Freedom",
     "ManySpaces",
     "Meeting",
+    "MomentumMap",
     "MomentumTaylor",
     "ParetoFront",
     "PartialBalance",
+    "PoseBalance",
     "Primitive",
     "Proof",
+    "ReactionNullSpace",
+    "ReactionlessPath",
+    "ReactionlessPaths",
     "Region",
     "RemedyComparison",
     "RotorSet",
@@ -185,6 +225,8 @@ __all__ = [
     "Trajectory",
     "Transfer",
     "Verification",
+    "balance_pose",
+    "balancing_family",
     "certify",
     "check_certificate",
     "check_design",
@@ -199,10 +241,13 @@ __all__ = [
     "explain",
     "feasible",
     "fewest_rotors",
+    "find_paths",
     "load_space",
     "mass_properties",
     "meeting",
     "momentum_lines",
+    "momentum_map",
+    "momentum_matrix",
     "momentum_regressor",
     "momentum_taylor",
     "momentum_wrenches",
@@ -210,75 +255,14 @@ __all__ = [
     "pareto",
     "partial",
     "pseudo_inertia",
+    "reaction_null_space",
     "save_space",
     "screw_figure",
     "shaking",
+    "timed_path",
     "verify",
     "violations",
 ]
-
-_HOMES = {
-    "AppliedRemedy": "remedies.applied",
-    "BodyInertia": "inertial_parameters.body_inertia",
-    "Certainty": "spaces.certainty",
-    "CertificateCheck": "designs.certificate",
-    "CertifiedSpace": "certification.certified_space",
-    "Counterweights": "added_masses.answer",
-    "Design": "designs.best_design",
-    "DesignCheck": "designs.design_check",
-    "DesignSpace": "spaces.design_space",
-    "ElasticFrame": "partial_balance.elastic_frame",
-    "Exact": "exact.modular_ranks",
-    "Explanation": "interpretation.explain",
-    "Feasibility": "designs.feasibility",
-    "FewestRotors": "remedies.counter_rotations.fewest_rotors",
-    "Freedom": "interpretation.freedoms",
-    "ManySpaces": "search.many_geometries",
-    "Meeting": "momentum.momentum_lines",
-    "MomentumTaylor": "momentum.momentum_taylor_series",
-    "ParetoFront": "partial_balance.results",
-    "PartialBalance": "partial_balance.results",
-    "Primitive": "inertial_parameters.multipole",
-    "Proof": "exact.proof",
-    "Region": "added_masses.regions",
-    "RemedyComparison": "remedies.compare",
-    "RotorSet": "remedies.counter_rotations.fewest_rotors",
-    "ScrewLine": "momentum.momentum_lines",
-    "SpaceRecord": "spaces.save",
-    "Trajectory": "verification.trajectory",
-    "Transfer": "transfers.by_joint",
-    "Verification": "verification.result",
-    "certify": "certification.certify_space",
-    "common_normal": "momentum.momentum_lines",
-    "check_certificate": "designs.certificate",
-    "check_design": "designs.design_check",
-    "compare_remedies": "remedies.compare",
-    "counterweights": "added_masses.counterweights",
-    "design": "designs.best_design",
-    "design_space": "spaces.compute_space",
-    "design_space_many": "search.many_geometries",
-    "distance_to_rank_drop": "spaces.distance_to_rank_drop",
-    "exact_ranks": "certification.exact_ranks",
-    "explain": "interpretation.explain",
-    "feasible": "designs.feasibility",
-    "fewest_rotors": "remedies.counter_rotations.fewest_rotors",
-    "load_space": "spaces.save",
-    "mass_properties": "inertial_parameters.conversions",
-    "meeting": "momentum.momentum_lines",
-    "momentum_lines": "momentum.momentum_lines",
-    "momentum_regressor": "momentum.regressor",
-    "momentum_taylor": "momentum.momentum_taylor_series",
-    "momentum_wrenches": "momentum.momentum_lines",
-    "parameters": "inertial_parameters.conversions",
-    "pareto": "partial_balance.budgets",
-    "partial": "partial_balance.budgets",
-    "pseudo_inertia": "inertial_parameters.conversions",
-    "save_space": "spaces.save",
-    "screw_figure": "momentum.momentum_figure",
-    "shaking": "verification.shaking_wrench",
-    "verify": "verification.to_pinocchio",
-    "violations": "inertial_parameters.conversions",
-}
 
 
 def __getattr__(name: str) -> object:
@@ -289,8 +273,8 @@ def __getattr__(name: str) -> object:
         from kinematics.version import __version__
 
         return __version__
-    if name in _HOMES:
-        value = getattr(import_module(f"balance.{_HOMES[name]}"), name)
+    if name in HOME_MODULES:
+        value = getattr(import_module(f"balance.{HOME_MODULES[name]}"), name)
         globals()[name] = value
         return value
     raise AttributeError(f"module 'balance' has no attribute '{name}'")

@@ -9,34 +9,30 @@ tolerances, such as numbers of steps or sizes of batches, stand where they are u
 from __future__ import annotations
 
 __all__ = [
-    "AGREEMENT_RELATIVE", "AS_GIVEN_RESIDUAL", "AXIS_OFFSET_CLEAR", "BALL_DISTANCE_EQUAL",
-    "BODY_AT_REST", "BOUND_RELATIVE", "CAP_EXCEEDED", "CERTIFICATE_ENTRY_RELATIVE",
-    "CERTIFICATE_MARGIN", "CERTIFICATE_ORTHOGONAL", "CERTIFICATE_RANK_RELATIVE",
-    "CERTIFICATE_RESIDUAL", "CERTIFICATE_RIDGE_RELATIVE", "CHANGE_OPENS_LOOPS",
-    "COMPONENT_ZERO_RELATIVE", "CONDITIONING_LEAST", "CONDITIONING_NOTICE",
-    "CONDITIONING_SINGULAR", "CONDITION_LEFT", "CONDITION_WITHOUT_MATTER",
-    "COORDINATE_ROUND_OFF", "COUNTERWEIGHT_RESIDUAL", "CRANK_ADVANCE", "CURVATURE_ZERO",
-    "DESIGN_RESIDUAL", "DROPPED_CLEARLY", "ECHELON_PIVOT", "FAR_ORIGIN_ROUND_OFF",
-    "FIRST_ORDER_CHANGE", "FIXED_RANK_RELATIVE", "FORCE_EQUAL_RELATIVE", "FRACTION_IN_TEXT",
-    "FRACTION_ROUND_OFF", "GEOMETRY_EQUAL", "GROWTH_RELATIVE", "HULL_FLAT",
-    "INPUT_RANGE_RELATIVE", "INSIDE_REGION", "JOINTS_COINCIDE", "JOINT_RATE_RATIO",
-    "KEPT_BODY_RESIDUAL", "KEPT_CLEARLY", "KNOWN_RANK_RELATIVE", "LEAST_SHAKING_GAP",
-    "LENGTH_ROUND_OFF", "LENGTH_SHORT", "LINES_MEET", "LINES_PARALLEL_SINE",
-    "LINE_END_RELATIVE", "LINK_LENGTH_ZERO", "LUMP_FIT", "LUMP_MASS_ZERO", "LUMP_ON_SURFACE",
-    "LUMP_RESIDUAL", "LUMP_SHARE_LEAST", "LUMP_SPREAD", "MASS_EXCLUDED",
-    "MASS_MULTIPLIER_RELATIVE", "MASS_ROUND_OFF", "MOMENTUM_RESIDUAL",
+    "AS_GIVEN_RESIDUAL", "AXIS_OFFSET_CLEAR", "BALL_DISTANCE_EQUAL", "BODY_AT_REST",
+    "BOUND_RELATIVE", "CAP_EXCEEDED", "CERTIFICATE_ENTRY_RELATIVE", "CERTIFICATE_MARGIN",
+    "CERTIFICATE_ORTHOGONAL", "CERTIFICATE_RANK_RELATIVE", "CERTIFICATE_RESIDUAL",
+    "CERTIFICATE_RIDGE_RELATIVE", "CHANGE_OPENS_LOOPS", "COMPONENT_ZERO_RELATIVE",
+    "CONDITION_LEFT", "CONDITION_WITHOUT_MATTER", "COORDINATE_ROUND_OFF",
+    "COUNTERWEIGHT_RESIDUAL", "CURVATURE_ZERO", "DESIGN_RESIDUAL", "DROPPED_CLEARLY",
+    "ECHELON_PIVOT", "FAR_ORIGIN_ROUND_OFF", "FIRST_ORDER_CHANGE", "FIXED_RANK_RELATIVE",
+    "FORCE_EQUAL_RELATIVE", "FRACTION_IN_TEXT", "FRACTION_ROUND_OFF", "GEOMETRY_EQUAL",
+    "GROWTH_RELATIVE", "HULL_FLAT", "INSIDE_REGION", "JOINTS_COINCIDE", "KEPT_BODY_RESIDUAL",
+    "KEPT_CLEARLY", "KNOWN_RANK_RELATIVE", "LEAST_SHAKING_GAP", "LENGTH_ROUND_OFF",
+    "LENGTH_SHORT", "LINES_MEET", "LINES_PARALLEL_SINE", "LINK_LENGTH_ZERO", "LUMP_FIT",
+    "LUMP_MASS_ZERO", "LUMP_ON_SURFACE", "LUMP_RESIDUAL", "LUMP_SHARE_LEAST", "LUMP_SPREAD",
+    "MASS_EXCLUDED", "MASS_MULTIPLIER_RELATIVE", "MASS_ROUND_OFF", "MOMENTUM_RESIDUAL",
     "MOMENTUM_RESIDUAL_CLEAR", "MOMENTUM_RESIDUAL_ILL_CONDITIONED", "MOMENT_ROUND_OFF",
-    "MOTION_JOINS", "MOTION_RETURN", "NEWTON_DECREMENT_LEAST", "NEWTON_DECREMENT_STALLED",
+    "MOTION_JOINS", "NEWTON_DECREMENT_LEAST", "NEWTON_DECREMENT_STALLED",
     "PARALLEL_AXES_ROUNDED", "PHYSICAL_INEQUALITY", "POINT_EQUAL_RELATIVE", "PRICE_NEGATIVE",
-    "PRICE_ZERO", "PSEUDO_INERTIA_SINGULAR", "RATE_RESIDUAL_RELATIVE", "REACTIONLESS_RELATIVE",
-    "RELATION_RESIDUAL", "REVOLUTION_RETURN", "ROD_DYADS_SINGULAR",
+    "PRICE_ZERO", "PSEUDO_INERTIA_SINGULAR", "ROD_DYADS_SINGULAR",
     "ROTOR_WEIGHT_ZERO", "ROTOR_WITHOUT_MOMENTUM", "SCREW_ROUNDED",
-    "SECOND_MOMENT_NEGATIVE_RELATIVE", "SHAKING_GAP_PROVED", "SHAKING_RELATIVE",
-    "SHORT_CONVERGENCE_RADIUS", "SINGULAR_VALUE_ROUND_OFF", "SOLUTIONS_EQUAL",
-    "SOLUTION_OUTSIDE", "SOLVER_INFEASIBILITY", "SOLVER_RESIDUAL", "SOLVER_RESIDUAL_FAST",
-    "SPACES_EQUAL_SINE", "SQUARE_ROUND_OFF", "STATIONARY_INSIDE", "SWEEP_CLOSURE_RESIDUAL",
-    "SWEEP_PIVOT_CLEAR", "SWEEP_REGULAR", "TERMS_RANK", "TERM_ABSENT", "TETRAHEDRON_FLAT",
-    "TRANSFER_DIRECTION_EQUAL", "TRANSFER_ENTRY_ROUND_OFF", "UNIT_ROWS_DEPENDENT",
+    "SECOND_MOMENT_NEGATIVE_RELATIVE", "SHAKING_GAP_PROVED", "SHORT_CONVERGENCE_RADIUS",
+    "SINGULAR_VALUE_ROUND_OFF", "SOLUTIONS_EQUAL", "SOLUTION_OUTSIDE", "SOLVER_INFEASIBILITY",
+    "SOLVER_RESIDUAL", "SOLVER_RESIDUAL_FAST", "SPACES_EQUAL_SINE", "SQUARE_ROUND_OFF",
+    "STATIONARY_INSIDE", "SWEEP_CLOSURE_RESIDUAL", "SWEEP_PIVOT_CLEAR", "SWEEP_REGULAR",
+    "TERMS_RANK", "TERM_ABSENT", "TETRAHEDRON_FLAT", "TRANSFER_DIRECTION_EQUAL",
+    "TRANSFER_ENTRY_ROUND_OFF", "UNIT_ROWS_DEPENDENT",
 ]  # fmt: skip
 
 # --- inertial_parameters
@@ -288,47 +284,9 @@ GROWTH_RELATIVE = 1e-3
 
 # Size of the conditions on a rotor of unit inertia: up to this its momentum is round-off.
 ROTOR_WITHOUT_MOMENTUM = 1e-9
-# Momentum of a direction over the momenta of all bodies: up to this it is reactionless.
-REACTIONLESS_RELATIVE = 1e-9
 # Weight of a rotor in a certificate, over the size of its matrices: above minus this it counts
 # as not negative, and the check of the certificate bears the difference.
 ROTOR_WEIGHT_ZERO = 1e-14
-
-# --- verification
-
-# Peak shaking force and moment of a balanced linkage, relative to the peak inertia forces:
-# round-off along a motion, and masses rounded to nine digits.
-SHAKING_RELATIVE = 1e-9
-# Difference between Pinocchio and the momentum series, relative to the peak inertia forces.
-AGREEMENT_RELATIVE = 1e-9
-# Conditioning of the loops relative to the reference pose below which a notice says that
-# round-off is amplified.
-CONDITIONING_NOTICE = 0.02
-# The same below which the joint rates of a crank are not determined: branches meet there.
-CONDITIONING_SINGULAR = 1e-6
-# The same below which a random motion counts as near-singular, and the joint rates, over those
-# at the reference pose, above which it does.
-CONDITIONING_LEAST = 0.25
-JOINT_RATE_RATIO = 4.0
-# Displacement of the joints at the end of a random motion from the start, radians and
-# characteristic lengths: above Newton's residual, far below the distance of two branches.
-MOTION_RETURN = 1e-9
-# The same after one revolution of a crank, up to full turns.
-REVOLUTION_RETURN = 1e-8
-# Advance of a crank per continuation step at which it has reached its limit, radians.
-CRANK_ADVANCE = 1e-7
-# Range of the inputs of a motion that counts as rest, relative to their size.
-INPUT_RANGE_RELATIVE = 1e-12
-# Residual of the relations of a motion, relative to displacements above 1 rad or 1 m: decimals
-# of a table.
-RELATION_RESIDUAL = 1e-9
-# Loop residual of given joint rates, relative to their size: decimals of a table.
-RATE_RESIDUAL_RELATIVE = 1e-6
-
-# --- taylor_poses
-
-# Part of a line by which a pose may miss or pass its end.
-LINE_END_RELATIVE = 1e-9
 
 # --- report
 

@@ -9,6 +9,7 @@ import numpy as np
 
 import kinematics.warmup
 from balance.certification.certify_space import certify
+from balance.instantaneous.workspace_map import momentum_map
 from balance.interpretation.explain import explain
 from balance.momentum.momentum_taylor_series import momentum_taylor
 from balance.momentum.regressor import momentum_regressor
@@ -58,6 +59,7 @@ def _predict(linkage: Linkage) -> None:
     inputs = np.full(linkage.mobility, SMALL_STEP)
     predict(taylor_motion(linkage, 2), inputs)
     momentum_regressor(linkage, inputs)
+    momentum_map(linkage, {linkage.inputs[0]: [0.0, SMALL_STEP]})
     momentum_taylor(linkage, 2)
 
 

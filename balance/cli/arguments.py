@@ -18,7 +18,7 @@ __all__ = [
 # Options of all commands that name output files.
 OUTPUTS = {
     "out": "--out", "html": "--html", "plot": "--plot", "write_closed": "--write-closed",
-    "table": "--table",
+    "table": "--table", "motion_table": "--csv",
 }  # fmt: skip
 # Options that name models.
 MODELS = ("model", "against")

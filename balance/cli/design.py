@@ -91,8 +91,13 @@ def _run(arguments: argparse.Namespace) -> Outcome:
     from balance.report.text.design import design_text
 
     code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
+    # For one pose, the conditions there are all there are.
+    notices = tuple(
+        notice for notice in space.warnings
+        if arguments.max_order != 0 or notice.code != "not_settled"
+    )  # fmt: skip
     return Outcome(
-        code, found.to_dict, lambda: design_text(found), notices=space.warnings, remark=remark
+        code, found.to_dict, lambda: design_text(found), notices=notices, remark=remark
     )
 
 
@@ -141,17 +146,30 @@ def _write_files(arguments: argparse.Namespace, found: Design) -> str:
         contents.append(design_page(found).encode())
     write_all_atomic(zip(paths, contents, strict=True))
     return (
-        f"to verify what was written: {_verify_command(arguments, found)}"
+        f"to {_checked_claim(arguments)}: {_verify_command(arguments, found)}"
         if arguments.out
         else ""
     )
 
 
+def _checked_claim(arguments: argparse.Namespace) -> str:
+    """Say what the command that follows shows: in one pose alone, ``as given`` is balanced."""
+    if arguments.max_order == 0:
+        return "see 'as given balanced' for what was written"
+    return "verify what was written"
+
+
 def _verify_command(arguments: argparse.Namespace, found: Design) -> str:
-    """Build the command that verifies the file of a design, with the same options."""
+    """Build the command that verifies the file of a design, with the same options.
+
+    `balance verify` moves the linkage, and so finds that it is balanced in one pose alone:
+    there, the residual of `balance report` at order 0 is the check.
+    """
     import shlex
 
-    words = ["balance", "verify", arguments.out]
+    one_pose = arguments.max_order == 0
+    words = ["balance", "report" if one_pose else "verify", arguments.out]
+    words += ["--max-order", "0"] * one_pose
     loops = arguments.loops or _loop_file(found, arguments.out)
     lists = (("--inputs", arguments.inputs), ("--massless", arguments.massless))
     pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]

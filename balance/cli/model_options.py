@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
     from kinematics.model.linkage import Linkage
 
-__all__ = ["add_model_options", "certified_space", "load_model"]
+__all__ = ["add_model_options", "certified_space", "load_model", "parse_coordinates"]
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:
@@ -53,7 +53,7 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         help="joints to use as independent coordinates",
     )  # fmt: skip
     parser.add_argument(
-        "--at", type=_coordinates, metavar="J1=VALUE,…",
+        "--at", type=parse_coordinates, metavar="J1=VALUE,…",
         help="another reference pose than that of the file: positions of joints counted from "
         "the pose of the file, in radians and metres (u1=0.3,u2=-0.1); the others follow, and "
         "displacements count from there. Positions of joints that are no inputs are starting "
@@ -134,8 +134,12 @@ def _names(text: str) -> list[str]:
     return names
 
 
-def _coordinates(text: str) -> dict[str, float]:
-    """Parse values by name of ``u1=0.3,u2=-0.1``."""
+def parse_coordinates(text: str) -> dict[str, float]:
+    """Parse values by name of ``u1=0.3,u2=-0.1``.
+
+    Raises:
+        ArgumentTypeError: the text is nothing like it, or names one twice.
+    """
     words = [word.rpartition("=") for word in text.split(",")]
     names = [name.strip() for name, *_ in words]
     try:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import SHAKING_RELATIVE
 from balance.partial_balance.motion_loads import AddedParameters
-from balance.tolerances import SHAKING_RELATIVE
 
 __all__ = ["Cap", "ShakingProgram"]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -12,7 +12,7 @@ from balance.remedies.catalogue import CATALOGUE
 from balance.remedies.request import RemedyRequest
 from kinematics.wording import repr_lines
 
-__all__ = ["AppliedRemedy", "RemedyVerdict", "inertia_ratio", "refused"]
+__all__ = ["AppliedRemedy", "RemedyVerdict", "inertia_ratio", "refused", "with_cost"]
 
 RemedyVerdict = Literal["feasible", "partial", "infeasible", "undecided", "refused"]
 
@@ -142,3 +142,22 @@ def inertia_ratio(request: RemedyRequest, now: Mapping[str, float]) -> float | N
 
     before = total(request.input_inertia)
     return total(now) / before if before > 0.0 else None
+
+
+def with_cost(
+    request: RemedyRequest, done: AppliedRemedy, added: float, felt: Mapping[str, float]
+) -> AppliedRemedy:
+    """Add the cost to a result that balances the linkage.
+
+    Args:
+        request: the request.
+        done: the result.
+        added: mass that it adds, kg.
+        felt: inertia that each input of the linkage feels with it.
+    """
+    given = request.given_mass
+    return replace(
+        done, added_mass=added, mass_ratio=added / given, input_inertia=felt,
+        inertia_ratio=inertia_ratio(request, felt),
+        reason=done.reason or f"balanced: {added:.4g} kg added to {given:.4g} kg",
+    )  # fmt: skip

@@ -5,18 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from balance.added_masses.answer import Counterweights
-from balance.added_masses.counterweights import counterweights
-from balance.added_masses.link_regions import wide_region
 from balance.added_masses.write_counterweights import with_counterweights
-from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
-from balance.designs.feasibility import Feasibility, feasible
-from balance.remedies.applied import AppliedRemedy, inertia_ratio
+from balance.motion_tolerances import SHAKING_RELATIVE
+from balance.remedies.applied import AppliedRemedy, with_cost
+from balance.remedies.least_matter import least_matter
 from balance.remedies.request import RemedyRequest, freedoms_of, input_inertia
 from balance.remedies.variant import Variant
 from balance.spaces.compute_space import design_space
-from balance.tolerances import SHAKING_RELATIVE
 from balance.verification.to_pinocchio import verify
 from kinematics.errors import LinkageError
 from kinematics.model_gallery import load
@@ -52,11 +48,11 @@ def judge(request: RemedyRequest, variant: Variant) -> AppliedRemedy:
     except LinkageError as error:
         return replace(blank, verdict="refused", reason=str(error))
     space = certify(design_space(linkage, motion or None, request.balance))
-    found, anywhere = _least_matter(request, variant, space)
-    if found.verdict != "feasible":
-        reason, proof = _why(found, anywhere), _proof(found, anywhere)
-        return replace(blank, verdict=found.verdict, reason=reason, proof=proof)
-    urdf = with_counterweights(found, merge=frozenset(variant.new_links))
+    least = least_matter(space, variant.free, {**request.regions, **variant.regions})
+    verdict = least.found.verdict
+    if verdict != "feasible":
+        return replace(blank, verdict=verdict, reason=least.reason, proof=least.proof)
+    urdf = with_counterweights(least.found, merge=frozenset(variant.new_links))
     return verify_file(request, blank, urdf, motion, inputs)
 
 
@@ -88,47 +84,8 @@ def verify_file(
         reason = f"its file shakes by {residual:.1e} of the bodies' own inertia"
         return replace(blank, reason=reason, residual=residual)
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
-    felt = input_inertia(linkage)
-    return replace(
-        blank, verdict="feasible", residual=residual, urdf=urdf, added_mass=added,
-        mass_ratio=added / request.given_mass, input_inertia=felt,
-        inertia_ratio=inertia_ratio(request, felt),
+    done = replace(
+        blank, verdict="feasible", residual=residual, urdf=urdf,
         lost_freedoms=request.freedoms - freedoms_of(linkage, motion),
-        reason=f"balanced: {added:.4g} kg added to {request.given_mass:.4g} kg",
     )  # fmt: skip
-
-
-def _least_matter(
-    request: RemedyRequest, variant: Variant, space: CertifiedSpace
-) -> tuple[Counterweights, Feasibility | None]:
-    """Find the least matter in the default regions, or in wider ones if these are too small.
-
-    Returns:
-        The matter, and whether any masses balance, if that was asked.
-    """
-    regions = {**request.regions, **variant.regions}
-    found = counterweights(space, variant.free, regions, relax=False)
-    if found.verdict != "infeasible":
-        return found, None
-    anywhere = feasible(space)
-    if anywhere.verdict == "infeasible" or not found.chosen:
-        return found, anywhere
-    wide = {name: wide_region(space, space.bodies.index(name)) for name in found.chosen}
-    return counterweights(space, variant.free, regions | wide, relax=False), anywhere
-
-
-def _why(found: Counterweights, anywhere: Feasibility | None) -> str:
-    """Say why matter in the regions does not balance a variant."""
-    if anywhere is not None and anywhere.verdict == "infeasible":
-        return f"no masses whatever: {anywhere.words.removeprefix('infeasible: ')}"
-    return found.words
-
-
-def _proof(found: Counterweights, anywhere: Feasibility | None) -> dict[str, object] | None:
-    """Return the certificate against a variant and its check, as plain data."""
-    if anywhere is not None and anywhere.certificate and anywhere.residuals:
-        matrices = [matrix.tolist() for matrix in anywhere.certificate]
-        return {"matrices": matrices, "check": anywhere.residuals._asdict()}
-    if found.certificate is None or found.check is None:
-        return None
-    return {"functional": found.certificate.tolist(), "check": found.check._asdict()}
+    return with_cost(request, done, added, input_inertia(linkage))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.partial_balance.budgets import partial
-from balance.remedies.applied import AppliedRemedy, inertia_ratio
+from balance.remedies.applied import AppliedRemedy, with_cost
 from balance.remedies.request import RemedyRequest, input_inertia
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
@@ -39,8 +39,5 @@ def apply_partial(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         load(Document(request.base.name, urdf), None, request.linkage.inputs,
              angles=request.angles)
     )  # fmt: skip
-    yield replace(
-        blank, verdict="partial", added_mass=found.mass, residual=left, urdf=urdf,
-        mass_ratio=found.mass / request.given_mass, input_inertia=felt,
-        inertia_ratio=inertia_ratio(request, felt), reason=found.words,
-    )  # fmt: skip
+    done = replace(blank, verdict="partial", residual=left, urdf=urdf)
+    yield with_cost(request, done, found.mass, felt)

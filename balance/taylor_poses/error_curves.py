@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import LINE_END_RELATIVE
 from balance.taylor_poses.prediction import Predictions, offset_of
-from balance.tolerances import LINE_END_RELATIVE
 from kinematics.closure.continuation import continue_along
 from kinematics.taylor.monomials import monomial_powers
 from kinematics.taylor.taylor_motion import TaylorMotion

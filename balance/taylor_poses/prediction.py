@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.tolerances import RELATION_RESIDUAL
+from balance.motion_tolerances import RELATION_RESIDUAL
 from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import IntArray, freeze
 from kinematics.model.full_turns import unit_of_joint, wrap_turns

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.tolerances import (
+from balance.motion_tolerances import (
     CONDITIONING_SINGULAR,
     CRANK_ADVANCE,
     RELATION_RESIDUAL,

@@ -44,6 +44,7 @@ def read_columns(
     wanted: Sequence[str],
     fewest: int = 1,
     short: Mapping[str, str] | None = None,
+    further: Sequence[str] = (),
 ) -> Array:
     """Read named columns from a file of comma-separated values.
 
@@ -52,6 +53,7 @@ def read_columns(
         wanted: the names.
         fewest: least number of rows.
         short: other names that the file may use, and the wanted names for them.
+        further: names of columns that the file may have too, all of them or none.
 
     Returns:
         The columns in the order of the names (rows, columns).
@@ -69,6 +71,8 @@ def read_columns(
     names = [name.strip() for name in lines[0]] if lines else []
     other = short or {}
     names = [name if name in wanted else other.get(name, name) for name in names]
+    if further and set(further) <= set(names):
+        wanted = [*wanted, *further]
     if sorted(names) != sorted(wanted):
         raise refuse_row(path, "line 1", f"the columns must be {', '.join(wanted)}")
     if not fewest < len(lines) <= MAX_ROWS + 1:

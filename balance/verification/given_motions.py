@@ -7,19 +7,20 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.tolerances import RELATION_RESIDUAL
+from balance.motion_tolerances import RATE_RESIDUAL_RELATIVE, RELATION_RESIDUAL
 from balance.verification.csv_motion import read_columns, refuse_row
 from balance.verification.trajectory import Trajectory, drive, order_inputs
 from kinematics.errors import PoseError
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 
-__all__ = ["from_csv", "rest_to_rest"]
+__all__ = ["from_csv", "rate_columns", "rates_off", "rest_to_rest"]
 
 Array = NDArray[np.float64]
 
 # Fewest rows of a table: a spline of degree five needs six.
 FEWEST_ROWS = 6
+DEGREE = 5
 
 
 def rest_to_rest(
@@ -64,7 +65,9 @@ def from_csv(
 ) -> Trajectory:
     """Read a motion from a table with a column ``time`` and one for each input by its name.
 
-    The spline of degree five through the rows gives velocities and accelerations.
+    The spline of degree five through the rows gives velocities and accelerations, unless the
+    table has them in columns named as by `rate_columns`. Differences of displacements with 16
+    digits are right to about 1e-9 only; columns are, if those agree with them.
 
     Args:
         linkage: an assembled linkage.
@@ -80,8 +83,10 @@ def from_csv(
     """
     from scipy.interpolate import make_interp_spline
 
-    table = read_columns(path, ["time", *linkage.inputs], FEWEST_ROWS)
-    time, u = table[:, 0], table[:, 1:]
+    further = rate_columns(linkage)
+    table = read_columns(path, ["time", *linkage.inputs], FEWEST_ROWS, further=further)
+    time, groups = table[:, 0], (table.shape[1] - 1) // linkage.mobility
+    u, *rates = np.split(table[:, 1:], groups, axis=1)
     if not np.all(np.diff(time) > 0.0):
         raise refuse_row(path, "", "its times do not increase")
     if motion is not None:
@@ -90,8 +95,48 @@ def from_csv(
             1.0, np.abs(u).max()
         ):
             raise refuse_row(path, "", f"its rows are not on {', '.join(motion.relations)}")
-    spline = make_interp_spline(time, u, k=5)
-    trajectory = drive(linkage, time, u, spline(time, 1), spline(time, 2))
+    if rates and rates_off(time, u, *rates) > RATE_RESIDUAL_RELATIVE:
+        problem = "its velocities or accelerations are not those of its displacements"
+        raise refuse_row(path, "", problem, "write closer samples, or displacements only")
+    if not rates:
+        spline = make_interp_spline(time, u, k=DEGREE)
+        rates = [spline(time, order) for order in (1, 2)]
+    trajectory = drive(linkage, time, u, *rates)
     if trajectory.moves:
         return trajectory
     raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
+
+
+def rate_columns(linkage: Linkage) -> list[str]:
+    """Name the columns of velocities and accelerations that a table of a motion may have.
+
+    Args:
+        linkage: an assembled linkage.
+
+    Returns:
+        ``velocity u1`` for each input u1, then ``acceleration u1`` for each.
+    """
+    return [
+        f"{rate} {name}" for rate in ("velocity", "acceleration") for name in linkage.inputs
+    ]
+
+
+def rates_off(time: Array, u: Array, ud: Array, udd: Array) -> float:
+    """Compare velocities and accelerations with those of the spline through displacements.
+
+    Args:
+        time: seconds (N,), rising.
+        u: displacements (N, mobility).
+        ud: velocities.
+        udd: accelerations.
+
+    Returns:
+        The largest difference, over the largest velocity, and over the largest acceleration.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(time, u, k=DEGREE)
+    return max(
+        float(np.abs(spline(time, order) - given).max() / (np.abs(given).max() or 1.0))
+        for order, given in ((1, ud), (2, udd))
+    )

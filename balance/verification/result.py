@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import AGREEMENT_RELATIVE, CONDITIONING_NOTICE
 from balance.options import Balance
-from balance.tolerances import AGREEMENT_RELATIVE, CONDITIONING_NOTICE
 from balance.verification.crank_revolution import Crank
 from balance.verification.trajectory import Trajectory
 from kinematics.model.linkage import Linkage, Notice

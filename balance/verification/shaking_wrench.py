@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.conversions import to_chain
 from balance.momentum.regressor import RegressorSeries
-from balance.tolerances import RATE_RESIDUAL_RELATIVE
+from balance.motion_tolerances import RATE_RESIDUAL_RELATIVE
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand_from

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from balance.inertial_parameters.conversions import mass_properties
+from balance.motion_tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
 from balance.options import Balance
-from balance.tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
 from balance.verification.crank_revolution import Crank, revolve_crank
 from balance.verification.joint_reactions import joint_reactions
 from balance.verification.result import Run, Verification

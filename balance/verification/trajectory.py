@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.tolerances import (
+from balance.motion_tolerances import (
     CONDITIONING_LEAST,
     INPUT_RANGE_RELATIVE,
     JOINT_RATE_RATIO,
@@ -30,7 +30,7 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 
-__all__ = ["Trajectory", "drive", "order_inputs", "random_motions"]
+__all__ = ["Trajectory", "drive", "order_inputs", "random_motions", "loop_pivot"]
 
 Array = NDArray[np.float64]
 
@@ -197,8 +197,13 @@ def _largest_rate(chain: Chain) -> float:
     return max(1.0, float(np.abs(series.C).max(initial=0.0)))
 
 
-def _smallest_pivot(chain: Chain, screws: Array) -> float:
-    """Compute the smallest pivot of the loop matrix; 0 at a singularity."""
+def loop_pivot(chain: Chain, screws: Array) -> float:
+    """Compute the smallest pivot of the loop matrix; 0 at a singularity.
+
+    Args:
+        chain: the linkage as arrays.
+        screws: joint screws at the pose (n, 6 or 3).
+    """
     found = pivots(screws, chain.mimics, chain.envelope, chain.dependent.size)
     return float(np.abs(found).min()) if found.size else 1.0
 
@@ -265,7 +270,7 @@ def _track(
     pose = forward_kinematics(chain, start)
     q, qd, qdd = (np.zeros((time.size, chain.parent.size)) for _ in range(3))
     closure, conditioning = 0.0, 1.0
-    reference_pivot = _smallest_pivot(chain, chain.screws)
+    reference_pivot = loop_pivot(chain, chain.screws)
     # Predict along one direction only: the expansion has far fewer numbers.
     narrow = replace(chain, moves=freeze(chain.moves.any(axis=1, keepdims=True), np.bool_))
     steps = zip(u / scale, ud / scale, udd / scale, strict=True)
@@ -274,7 +279,7 @@ def _track(
         length = float(np.sqrt(advance @ advance))
         direction = advance / length if length > 0.0 else advance
         C = expand_from(chain, pose.screws, speed[None], 1).C[0]
-        pivot = _smallest_pivot(chain, pose.screws)
+        pivot = loop_pivot(chain, pose.screws)
         conditioning = min(conditioning, pivot / reference_pivot)
         if not (np.abs(C[0]).max(initial=0.0) <= fastest and conditioning >= least):
             return float(time[k])

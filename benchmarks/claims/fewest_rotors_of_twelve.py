@@ -14,7 +14,7 @@ from balance import design_space
 from balance.remedies.counter_rotations.counter_rotors import RotorConditions, rotor_conditions
 from balance.remedies.counter_rotations.fewest_rotors import search_sets
 from balance.remedies.counter_rotations.rotor_sets import decide_rotors
-from kinematics import ScrewJoint, from_screws
+from benchmarks.inputs.geometry import two_loops
 
 # Programs that the search must undercut, an eighth of all sets.
 PROGRAMS = 512
@@ -24,16 +24,7 @@ GEOMETRIES = 3
 
 def _conditions(seed: int) -> RotorConditions:
     """Compute the conditions of two loops of seven links on one base."""
-    rng = np.random.default_rng(seed)
-    joints, loops = [], []
-    for side, x in (("a", 0.0), ("b", 4.0)):
-        names = ["base", *(f"{side}{k}" for k in range(1, 7))]
-        points = np.round(rng.uniform(-1, 1, (7, 2)), 2) + (x, 0)
-        for k in range(6):
-            point = (*points[k], 0.0)
-            joints.append(ScrewJoint(f"{side}j{k}", names[k], names[k + 1], point=point))
-        loops.append(ScrewJoint(f"{side}end", names[6], "base", point=(*points[6], 0.0)))
-    return rotor_conditions(design_space(from_screws(joints, loops)))
+    return rotor_conditions(design_space(two_loops(7, seed)))
 
 
 class FewestRotorsOfTwelve:

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from kinematics import ScrewJoint, from_screws
 from kinematics.assembly.assemble import assemble
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
 
-__all__ = ["four_bar_chain", "placed", "resized", "variants"]
+__all__ = ["four_bar_chain", "placed", "resized", "two_loops", "variants"]
 
 
 def variants(model: str, count: int, seed: int = 0, size: float = 0.02) -> list[Linkage]:
@@ -80,6 +81,25 @@ def placed(linkage: Linkage, size: float, shift: np.ndarray) -> Linkage:
         point = freeze(size * joint.point + shift)
         joints.append(replace(joint, screw=freeze(screw), point=point))
     return assemble(replace(linkage, joints=tuple(joints)), linkage.inputs)
+
+
+def two_loops(links: int, seed: int) -> Linkage:
+    """Make two loops on one base, with hinges at random decimals.
+
+    Args:
+        links: links of each loop, the base among them.
+        seed: seed of the random numbers.
+    """
+    rng = np.random.default_rng(seed)
+    joints, loops = [], []
+    for side, x in (("a", 0.0), ("b", 4.0)):
+        names = ["base", *(f"{side}{k}" for k in range(1, links))]
+        points = np.round(rng.uniform(-1, 1, (links, 2)), 2) + (x, 0)
+        for k, (x1, y1) in enumerate(points[:-1]):
+            joint = ScrewJoint(f"{side}j{k}", names[k], names[k + 1], point=(x1, y1, 0.0))
+            joints.append(joint)
+        loops.append(ScrewJoint(f"{side}end", names[-1], "base", point=(*points[-1], 0.0)))
+    return from_screws(joints, loops)
 
 
 def four_bar_chain(count: int, seed: int = 0) -> str:

@@ -134,16 +134,29 @@ def from_linkages(linkage):
     """Every public function of balance on a linkage, called with what stands for one."""
     q, one = [0.1], [1.0]
     screws = [[joint.screw for joint in kinematics.load("four_bar_general").joints]]
+    s, still = np.linspace(0.0, 0.1, 9), np.zeros((9, 3))
+    path = balance.ReactionlessPath(
+        0, np.ones(1), s, still, s[:, None], np.ones((9, 1)), 0.0 * s, 0.0, ()
+    )
     return {
+        "balance_pose": lambda: balance.balance_pose(linkage, {"crank": 1.0}).z,
+        "compare_remedies": lambda: (
+            balance.compare_remedies(linkage, ["duplicates"]).results[0].added_mass
+        ),
         "design_space": lambda: design_space(linkage).basis,
         "design_space_many": lambda: balance.design_space_many(linkage, screws).rank,
         "exact_ranks": lambda: balance.exact_ranks(linkage).ranks,
+        "find_paths": lambda: balance.find_paths(linkage, length=0.1).starts[0].values,
         "momentum_lines": lambda: balance.momentum_lines(linkage, q)[0][1].point,
+        "momentum_map": lambda: balance.momentum_map(linkage, {"u1": [0.0, 0.1]}).matrix,
+        "momentum_matrix": lambda: balance.momentum_matrix(linkage, q),
         "momentum_regressor": lambda: balance.momentum_regressor(linkage, q),
         "momentum_taylor": lambda: balance.momentum_taylor(linkage, 2).coefficients,
         "momentum_wrenches": lambda: balance.momentum_wrenches(linkage, q),
+        "reaction_null_space": lambda: balance.reaction_null_space(linkage, q).singular_values,
         "screw_figure": lambda: len(balance.screw_figure(linkage, q).axes),
         "shaking": lambda: balance.shaking(linkage, q, one, one),
+        "timed_path": lambda: balance.timed_path(linkage, path).q,
         "verify": lambda: balance.verify(linkage, trajectories=1, samples=8).force,
     }
 

@@ -106,6 +106,8 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         return {True: 0, False: 1, None: 4}[found["balanced"]]
     if verb == "motion":
         return 0 if all(pose["corrected"] is not None for pose in found["poses"]) else 1
+    if verb == "paths":
+        return 0 if found["paths"] else 1
     if verb == "models":
         return 0
     options = parsers()[verb].parse_args(words[1:])
@@ -182,7 +184,8 @@ def request(seed: int, folder: Path) -> list[str]:
     """The words of one request; everything follows from the seed."""
     rng = random.Random(seed)
     verb = rng.choice(("report", "report", "verify", "design", "design", "design", "motion",
-                       "motion", "remedies", *["models"] * (rng.random() < 0.1)))  # fmt: skip
+                       "motion", "remedies", "paths",
+                       *["models"] * (rng.random() < 0.1)))  # fmt: skip
     parser, words = parsers()[verb], [verb]
     if verb != "models":
         words.append(_model(rng, folder))
@@ -195,6 +198,8 @@ def request(seed: int, folder: Path) -> list[str]:
     if verb == "remedies" and "--only" not in picked:
         # All of them together take long.
         words += ["--only", rng.choice(("own_masses", "partial"))]
+    if verb == "paths" and "--length" not in picked:
+        words += ["--length", "0.2"]
     for name in picked:
         # Pages and pictures take long.
         if name in ("--html", "--plot") and rng.random() < 0.6:

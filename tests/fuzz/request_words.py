@@ -210,6 +210,14 @@ WORDS: dict[str, Maker] = {
     "--point": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "--order": _of("1", "2", "3", "5", "0", "99"),
     "--to": lambda rng, place: [_target(rng, place)],
+    "--from": lambda rng, place: [_pose(rng, place)],
+    "--line": _of("1", "2", "0", "x"),
+    "--length": _of("0.1", "0.3", "0", "-1", "nan"),
+    "--step": _of("0.01", "0.05", "0", "1e-9"),
+    "--base": _of("fixed", "free", "loose"),
+    "--base-mass": lambda rng, place: [_number(rng)],
+    "--base-com": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
+    "--which": _of("1", "2", "0", "99"),
 }
 # What the options of partial balance need. A short motion is quicker than the random ones,
 # which ``--partial`` itself has.
@@ -241,4 +249,10 @@ GOOD: dict[str, list[str]] = {
     "--along": ["x", "--tool", "{tool}"],
     "--point": ["0.1,0,-0.05", "--tool", "{tool}", "--along", "x"],
     "--order": ["2"], "--to": ["{first}=0.05"],
+    "--from": ["{first}=0.05"], "--line": ["1", "--from", "{first}=0", "--from",
+    "{first}=0.05"], "--length": ["0.2"], "--step": ["0.05"], "--base": ["free"],
+    "--base-mass": ["2", "--base", "free"], "--which": ["1"],
+    "--base-com": ["0.1,0,0", "--base", "free", "--base-mass", "2"],
+    "--attitude": ["--base", "free", "--base-mass", "2"],
+    "paths --csv": ["{folder}/path.csv"],
 }  # fmt: skip

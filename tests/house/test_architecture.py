@@ -31,7 +31,8 @@ kinematics.assembly
 kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 
-balance.tolerances balance.options balance.atomic_files balance.json_text
+balance.tolerances balance.motion_tolerances balance.home_modules
+balance.options balance.atomic_files balance.json_text
 balance.flexible
 balance.inertial_parameters
 balance.momentum
@@ -40,8 +41,9 @@ balance.spaces
 balance.search balance.interpretation
 balance.certification
 balance.designs balance.verification balance.taylor_poses
-balance.added_masses
+balance.added_masses balance.instantaneous
 balance.partial_balance
+balance.reactionless_paths
 balance.remedies
 balance.report
 balance.report.text

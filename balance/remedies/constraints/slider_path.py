@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
+from balance.motion_tolerances import SHAKING_RELATIVE
+from balance.reactionless_paths.demand import Kept
+from balance.reactionless_paths.found_paths import ReactionlessPaths
+from balance.reactionless_paths.path import path_table, timed_path
+from balance.reactionless_paths.path_search import find_paths
 from balance.remedies.applied import AppliedRemedy, inertia_ratio, refused
-from balance.remedies.constraints.reactionless_path import ReactionlessPath, reactionless_path
 from balance.remedies.judge import judge
 from balance.remedies.request import RemedyRequest, input_inertia
 from balance.remedies.variant import Variant
-from balance.tolerances import SHAKING_RELATIVE
 from balance.verification.to_pinocchio import verify
-from balance.verification.trajectory import drive
 from kinematics.model.linkage import Linkage
-from kinematics.model.motion import Motion
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
 
 __all__ = ["apply_slider_path"]
 
 KEY = "slider_path"
+# Arc length of the path to either side of the reference pose, in all joints.
+LENGTH = 0.5
 
 
 def apply_slider_path(request: RemedyRequest) -> Iterator[AppliedRemedy]:
@@ -65,26 +68,28 @@ def apply_slider_path(request: RemedyRequest) -> Iterator[AppliedRemedy]:
     yield _verified(request, linkage, balanced.urdf, found, words)
 
 
-def _path(request: RemedyRequest, linkage: Linkage) -> ReactionlessPath | None:
-    """Integrate the path of a linkage under the relations of a request."""
-    motion = Motion.parse(request.motion, linkage.inputs)
-    return reactionless_path(linkage, motion, request.balance == "force")
+def _path(request: RemedyRequest, linkage: Linkage) -> ReactionlessPaths | None:
+    """Find the paths of a linkage under the relations of a request; None if there is none."""
+    kept: Kept = "force" if request.balance == "force" else "all"
+    found = find_paths(linkage, kept=kept, motion=request.motion, length=LENGTH)
+    return found if found.found else None
 
 
 def _verified(
-    request: RemedyRequest, linkage: Linkage, urdf: bytes, path: ReactionlessPath, words: str
+    request: RemedyRequest, linkage: Linkage, urdf: bytes, found: ReactionlessPaths, words: str
 ) -> AppliedRemedy:
-    """Verify a linkage along its path, at a speed of 1 rad/s, and add up its cost."""
-    along = drive(linkage, path.length, path.u, path.rates, path.bends)
-    checked = verify(linkage, balance=request.balance, along=[along])
+    """Verify a linkage along the first of its paths, in 1 s, and add up its cost."""
+    path = found.paths[0]
+    checked = verify(linkage, balance=request.balance, along=[timed_path(linkage, path)])
+    length = float(np.linalg.norm(np.diff(path.u, axis=0), axis=1).sum())
     residual = checked.force_residual
     if request.balance == "dynamic":
         residual = max(residual, checked.moment_residual)
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     felt = input_inertia(linkage)
     reason = (
-        f"balanced along a path of {path.length[-1]:.3g} rad of the inputs, one of "
-        f"{path.choices} reactionless directions; a slider or cam must hold it"
+        f"balanced along a path of {length:.3g} rad of the inputs, one of "
+        f"{found.dimension} reactionless directions; a slider or cam must hold it"
     )
     good = residual <= SHAKING_RELATIVE
     return AppliedRemedy(
@@ -93,13 +98,6 @@ def _verified(
         added_mass=added, mass_ratio=added / request.given_mass, input_inertia=felt,
         inertia_ratio=inertia_ratio(request, felt), lost_freedoms=request.freedoms - 1,
         residual=residual, urdf=urdf,
-        files={"path.csv": _table(linkage.inputs, path)},
-        details={"length": float(path.length[-1]), "choices": path.choices},
+        files={"path.csv": path_table(linkage, path)},
+        details={"length": length, "choices": found.dimension},
     )  # fmt: skip
-
-
-def _table(inputs: Sequence[str], path: ReactionlessPath) -> bytes:
-    """Write a path as a table for ``balance verify --csv``; length stands for time."""
-    rows = np.column_stack([path.length, path.u]).tolist()
-    lines = [",".join(["time", *inputs]), *(",".join(map(repr, row)) for row in rows)]
-    return ("\n".join(lines) + "\n").encode()

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import CONDITIONING_NOTICE, RELATION_RESIDUAL
 from balance.remedies.applied import AppliedRemedy, inertia_ratio
 from balance.remedies.judge import MOTIONS
 from balance.remedies.momentum_along import momentum_along
@@ -26,7 +27,6 @@ from balance.remedies.wheels.wheels_on_base import (
     make_wheel,
     verify_with_wheels,
 )
-from balance.tolerances import CONDITIONING_NOTICE, RELATION_RESIDUAL
 from balance.verification.crank_revolution import crank_limits, revolve_crank
 from balance.verification.trajectory import Trajectory, drive, order_inputs, random_motions
 from kinematics.errors import LinkageError, PoseError

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.tolerances import RELATION_RESIDUAL
+from balance.motion_tolerances import RELATION_RESIDUAL
 
 __all__ = ["PitchCurves", "VaryingRatio", "integrate", "table_bytes"]
 

@@ -9,19 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.added_masses.answer import Counterweights
-from balance.added_masses.counterweights import counterweights
-from balance.added_masses.link_regions import wide_region
 from balance.added_masses.write_counterweights import with_counterweights
-from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
-from balance.remedies.applied import AppliedRemedy, RemedyVerdict, inertia_ratio
+from balance.motion_tolerances import SHAKING_RELATIVE
+from balance.remedies.applied import AppliedRemedy, RemedyVerdict, with_cost
+from balance.remedies.least_matter import least_matter
 from balance.remedies.momentum_along import Momentum, momentum_along
 from balance.remedies.request import RemedyRequest, input_inertia
 from balance.remedies.variant import append_elements, free_name, names_taken
 from balance.remedies.wheels.varying_ratio import integrate
 from balance.spaces.compute_space import design_space
-from balance.tolerances import SHAKING_RELATIVE
 from balance.verification.to_pinocchio import verify
 from balance.verification.trajectory import Trajectory, drive
 from kinematics.model.linkage import Linkage
@@ -156,7 +153,7 @@ def has_momentum(linkage: Linkage, momenta: Sequence[Momentum], axes: Array) -> 
 def balance_force(request: RemedyRequest) -> ForceBalanced:
     """Balance the force of a linkage by the least counterweights.
 
-    Default regions that are too small are widened, as in `balance.remedies.judge.judge`.
+    Default regions that are too small are widened; see `balance.remedies.least_matter`.
 
     Args:
         request: the request; its balance does not count.
@@ -172,31 +169,15 @@ def balance_force(request: RemedyRequest) -> ForceBalanced:
     space = design_space(linkage, request.motion or None, "force")
     data = request.base.data
     if not space.as_given.balanced:
-        data = with_counterweights(_least_counterweights(request, certify(space)))
+        least = least_matter(certify(space), request.links, request.regions)
+        verdict = least.found.verdict
+        if verdict != "feasible":
+            raise NoWheel(verdict, f"a wheel takes no force, and {least.reason}", least.proof)
+        data = with_counterweights(least.found)
     document = Document(request.base.name, data)
     made = load(document, None, inputs, angles=angles)
     mass = sum(float(body.inertia[0]) for body in made.bodies)
     return ForceBalanced(document, made, mass - request.given_mass)
-
-
-def _least_counterweights(request: RemedyRequest, space: CertifiedSpace) -> Counterweights:
-    """Find the least counterweights, in wider regions where the default ones are too small.
-
-    Raises:
-        NoWheel: there are none.
-    """
-    regions = dict(request.regions)
-    found = counterweights(space, request.links, regions, relax=False)
-    if found.verdict == "infeasible" and found.chosen:
-        for name in found.chosen:
-            regions[name] = wide_region(space, space.bodies.index(name))
-        found = counterweights(space, request.links, regions, relax=False)
-    if found.verdict == "feasible":
-        return found
-    proof = None
-    if found.certificate is not None and found.check is not None:
-        proof = {"functional": found.certificate.tolist(), "check": found.check._asdict()}
-    raise NoWheel(found.verdict, f"a wheel takes no force, and {found.words}", proof)
 
 
 def _drive_wheels(
@@ -266,9 +247,5 @@ def verify_with_wheels(
         if name in found.linkage.inputs
     }  # fmt: skip
     added = found.added + sum(wheel.mass for wheel in wheels)
-    return replace(
-        blank, verdict="feasible", urdf=document.data, added_mass=added,
-        mass_ratio=added / request.given_mass, input_inertia=felt,
-        inertia_ratio=inertia_ratio(request, felt),
-        reason=f"balanced: {added:.4g} kg added to {request.given_mass:.4g} kg",
-    ), moved  # fmt: skip
+    done = replace(blank, verdict="feasible", urdf=document.data)
+    return with_cost(request, done, added, felt), moved

@@ -18,7 +18,7 @@ from random_requests import asked, check, meant, run, strict, validator
 from request_words import GOOD, WORDS, names_of, options, parsers
 from sidecar_text import PAIR
 
-from balance.cli import design, models, motion, remedies, report, verify
+from balance.cli import design, models, motion, paths, remedies, report, verify
 from balance.json_text import json_text, plain_data
 from kinematics import gallery
 
@@ -28,6 +28,7 @@ COMMANDS = {
     "verify": verify,
     "motion": motion,
     "remedies": remedies,
+    "paths": paths,
     "models": models,
 }
 MODELS = ("five_bar", "four_bar_kite_balanced", "hprs", "bennett")
@@ -66,6 +67,8 @@ def test_every_option(verb, name, tmp_path):
         words = [verb, *filter(None, [model]), name, *more, *["--json"] * (name != "--json")]
         if verb == "verify" and name not in ("--trajectories", "--speed"):
             words += ["--trajectories", "1"]
+        if verb == "paths" and name != "--length":
+            words += ["--length", "0.2"]
         if verb == "remedies" and name != "--only":
             words += ["--only", "own_masses"]
         done = asked(words)
@@ -84,6 +87,7 @@ def test_every_choice(choice):
     for model in MODELS[:2]:
         words = [verb, model, name, word, "--json"]
         words += ["--trajectories", "1"] * (verb == "verify")
+        words += ["--only", "own_masses"] * (verb == "remedies")
         check(words, asked(words))
 
 

@@ -20,6 +20,8 @@ from kinematics.urdf_elements.element import Document
 
 # Hinges on the crank, the rocker and the ground, in metres; that at the origin is the first.
 GAINS = 0.1 + 0.43j, -0.5 + 0.75j, 1.0 + 0.0j
+# Far from a dead centre, where series of the angles converge slowly.
+WELL_PLACED = 0.2 + 0.5j, 0.8 + 0.9j, 1.0 + 0.0j
 NO_GAIN = 0.1 + 0.35j, 1.5 + 1.9j, 1.0 + 0.0j
 
 
@@ -118,7 +120,7 @@ def test_a_four_bar_without_a_balanced_loop_gains_by_a_dyad():
 
 def test_a_walk_returns_to_related_angles():
     """From 0.01 of the size beside a repeated loop, walks end on geometries of lower rank."""
-    linkage = four_bar(*GAINS)
+    linkage = four_bar(*WELL_PLACED)
     seed = next(iter(dyad_seeds(linkage)))
     rng = np.random.default_rng(1)
     ended = []
@@ -127,7 +129,7 @@ def test_a_walk_returns_to_related_angles():
         relations, numbers = relations_of(linkage, seed.dyad, moved)
         ended.append((walk(relations, numbers), relations))
     related = [(one, relations) for one, relations in ended if one.related]
-    assert related
+    assert len(related) >= 3
     for one, relations in related:
         assert relations.smallest(one.numbers)[0] < 1e-10
         back = convert_numbers(

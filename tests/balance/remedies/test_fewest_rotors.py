@@ -25,6 +25,7 @@ from balance.remedies.counter_rotations.rotor_sets import (
     check_rotor_design,
     decide_rotors,
 )
+from benchmarks.inputs.geometry import two_loops
 from kinematics import ScrewJoint, from_screws
 from kinematics.spatial.inertia import parameters
 from kinematics.urdf_elements.element import Document
@@ -222,25 +223,12 @@ def test_changed_proofs_are_rejected():
     assert not check_rotor_design(conditions, RotorDesign(-design.z, -design.J))
 
 
-def two_loops(rng):
-    """Two loops of seven links on one base, with hinges at random decimals."""
-    joints, loops = [], []
-    for side, x in (("a", 0.0), ("b", 4.0)):
-        names = ["base", *(f"{side}{k}" for k in range(1, 7))]
-        points = np.round(rng.uniform(-1, 1, (7, 2)), 2) + (x, 0)
-        for k in range(6):
-            point = (*points[k], 0.0)
-            joints.append(ScrewJoint(f"{side}j{k}", names[k], names[k + 1], point=point))
-        loops.append(ScrewJoint(f"{side}end", names[6], "base", point=(*points[6], 0.0)))
-    return from_screws(joints, loops)
-
-
 def test_all_sets_of_twelve_candidates_are_decided():
     """Two loops of seven links: 4096 sets, progress up to the last, a program for few of them.
 
     The benchmark ``fewest_rotors_of_twelve`` measures the time.
     """
-    conditions = rotor_conditions(balance.design_space(two_loops(np.random.default_rng(5))))
+    conditions = rotor_conditions(balance.design_space(two_loops(7, seed=5)))
     seen = []
     found = search_sets(conditions, lambda done, total: seen.append((done, total)))
     assert len(conditions.joints) == 12 and seen[-1] == (4096, 4096)

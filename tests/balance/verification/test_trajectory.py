@@ -11,7 +11,12 @@ from motions import around, slope
 from scipy.linalg import expm
 
 import kinematics
-from balance.verification.given_motions import from_csv, rest_to_rest
+from balance.verification.given_motions import (
+    from_csv,
+    rate_columns,
+    rates_off,
+    rest_to_rest,
+)
 from balance.verification.trajectory import drive, random_motions
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import FileError, MotionError, PoseError
@@ -206,3 +211,31 @@ def test_bad_tables_are_refused(text, problem, tmp_path):
         from_csv(linkage, path)
     with pytest.raises(FileError, match="No such file"):
         from_csv(linkage, tmp_path / "missing.csv")
+
+
+def test_a_table_may_have_velocities_and_accelerations(tmp_path):
+    """They are taken as they are; those that a spline does not confirm are refused."""
+    linkage = kinematics.load("five_bar")
+    time = np.linspace(0.0, 1.0, 401)
+    size = np.array([0.3, -0.2])
+    u, ud, udd = (
+        np.multiply.outer(wave, size * 3.0**k)
+        for k, wave in enumerate((np.sin(3.0 * time), np.cos(3.0 * time), -np.sin(3.0 * time)))
+    )
+    columns = ["time", *linkage.inputs, *rate_columns(linkage)]
+    rows = np.column_stack([time, u, ud, udd])
+
+    def written(rows):
+        path = tmp_path / "motion.csv"
+        lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows.tolist())]
+        path.write_text("\n".join(lines), encoding="utf-8")
+        return path
+
+    way = from_csv(linkage, written(rows))
+    assert np.array_equal(way.ud, ud) and np.array_equal(way.udd, udd)
+    assert 1e-14 < rates_off(time, u, ud, udd) < 1e-7
+    for column in (3, 6):
+        wrong = rows.copy()
+        wrong[:, column] *= 1.0 + 1e-5
+        with pytest.raises(FileError, match="not those of its displacements"):
+            from_csv(linkage, written(wrong))

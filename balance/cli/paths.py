@@ -1,0 +1,218 @@
+"""The command ``balance paths``: its options, its answer, and the files that it writes."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from balance.cli.arguments import Verbs, page_path, picture_path, whole_number
+from balance.cli.exit_codes import DONE, NEGATIVE
+from balance.cli.model_options import add_model_options, load_model, parse_coordinates
+from balance.cli.outcome import Outcome
+from balance.cli.progress_bar import progress_bar
+
+if TYPE_CHECKING:
+    from balance.reactionless_paths.demand import Base, Kept
+    from balance.reactionless_paths.found_paths import ReactionlessPaths
+
+__all__ = ["add_paths"]
+
+# Largest coordinate of the centre of mass of a base, metres.
+MAX_POINT = 1e6
+# Most starts on a line between two poses.
+MAX_LINE = 10_000
+
+
+def add_paths(verbs: Verbs) -> None:
+    """Add the command ``paths`` to the parser."""
+    parser = verbs.add_parser(
+        "paths",
+        help="paths along which a linkage leaves its base at rest",
+        description="Integrates the input rates without momentum into paths, and finds poses "
+        "in which several paths meet. Exits with 0 if there is a path, 1 if there is none. All "
+        "six components of the momentum count: --spatial changes nothing here.",
+    )
+    add_model_options(parser)
+    parser.set_defaults(run=_run)
+    _add_path_options(parser)
+    _add_base_options(parser)
+    parser.add_argument(
+        "--which", type=whole_number(1, MAX_LINE, "the number of a path"), default=1,
+        metavar="K", help="number of the path that --csv writes (default 1)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--csv", dest="motion_table", metavar="FILE",
+        help="write a motion along the path in 1 s, ever faster: time and the inputs, as "
+        "'balance verify --csv' reads it",
+    )  # fmt: skip
+    parser.add_argument(
+        "--plot", type=picture_path, metavar="FILE.png|.svg",
+        help="write a picture of the paths and of the momentum along them",
+    )  # fmt: skip
+    parser.add_argument(
+        "--html", type=page_path, metavar="FILE.html",
+        help="write a page on which the linkage runs along the paths; it needs no network",
+    )  # fmt: skip
+
+
+def _add_path_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of starts and lengths."""
+    parser.add_argument(
+        "--from", dest="starts", action="append", type=parse_coordinates, metavar="U1=VALUE,…",
+        help="pose from which to start: displacements of inputs from the reference pose, "
+        "radians and metres; repeatable (default: the reference pose)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--line", type=whole_number(1, MAX_LINE), default=0, metavar="N",
+        help="start also from N poses on the straight line between each two of --from",
+    )  # fmt: skip
+    parser.add_argument(
+        "--length", type=_positive, default=1.0, metavar="L",
+        help="arc length of a path to either side of its start, in all joints, radians and "
+        "characteristic lengths (default 1)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--step", type=_positive, metavar="S",
+        help="arc length between samples (default 0.005)",
+    )  # fmt: skip
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument(
+        "--moment-only", dest="kept", action="store_const", const="moment",
+        help="paths without shaking moment about the inertial origin, whatever the force",
+    )  # fmt: skip
+    part.add_argument(
+        "--force-only", dest="kept", action="store_const", const="force",
+        help="paths without shaking force, whatever the moment (as --balance force)",
+    )  # fmt: skip
+
+
+def _add_base_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a base that floats."""
+    parser.add_argument(
+        "--base", choices=("fixed", "free"), default="fixed",
+        help="free: the base floats and has a mass of its own",
+    )  # fmt: skip
+    parser.add_argument(
+        "--base-mass", type=_positive, metavar="KG", help="mass of a base that floats"
+    )
+    parser.add_argument(
+        "--base-com", type=_point, metavar="X,Y,Z",
+        help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--attitude", action="store_true",
+        help="a base that floats may move, but not turn",
+    )  # fmt: skip
+
+
+def _run(arguments: argparse.Namespace) -> Outcome:
+    """Find the paths of the options and write their files.
+
+    Raises:
+        LinkageError: the file, the linkage, a pose or a relation cannot be used.
+        SystemExit: options exclude each other.
+    """
+    _refuse_exclusive_options(arguments)
+    with progress_bar("starts") as advance:
+        found = _find(arguments, advance)
+        if found.paths and arguments.which > len(found.paths):
+            arguments.refuse(f"--which: there are {len(found.paths)} paths")
+        _write_files(arguments, found)
+    from balance.report.text.paths import paths_text
+
+    code = DONE if found.found else NEGATIVE
+    return Outcome(code, found.to_dict, lambda: paths_text(found), notices=found.notices)
+
+
+def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
+    """End the command if its options exclude each other."""
+    free = arguments.base == "free"
+    for name in ("base_mass", "base_com", "attitude"):
+        if getattr(arguments, name) and not free:
+            arguments.refuse(f"--{name.replace('_', '-')}: only with --base free")
+    if free and arguments.base_mass is None and arguments.attitude:
+        arguments.refuse("--attitude: give the mass of the base by --base-mass")
+    if arguments.kept == "moment" and arguments.balance == "force":
+        arguments.refuse("--moment-only: not with --balance force")
+    if free and (arguments.kept or arguments.balance == "force"):
+        arguments.refuse(
+            "--base free: keeps all of the base at rest, or with --attitude its orientation: "
+            "not with --moment-only, --force-only or --balance force"
+        )
+    if arguments.line and len(arguments.starts or ()) < 2:
+        arguments.refuse("--line: give two poses or more by --from")
+
+
+def _find(
+    arguments: argparse.Namespace, advance: Callable[[int, int], None]
+) -> ReactionlessPaths:
+    """Find the paths of the options."""
+    linkage = load_model(arguments, arguments.angles)
+    # Load the kernels only after the file is accepted.
+    from balance.reactionless_paths.path_search import find_paths
+
+    kept: Kept = "attitude" if arguments.attitude else arguments.kept or "all"
+    if arguments.balance == "force":
+        kept = "force"
+    return find_paths(
+        linkage, arguments.starts or (),
+        kept=kept, base=_base(arguments), motion=arguments.motion, length=arguments.length,
+        step=arguments.step, line=arguments.line, progress=advance,
+    )  # fmt: skip
+
+
+def _base(arguments: argparse.Namespace) -> Base | None:
+    """Make the base that floats."""
+    from balance.reactionless_paths.demand import Base
+
+    if arguments.base == "fixed":
+        return None
+    return Base(arguments.base_mass or 0.0, arguments.base_com or (0.0, 0.0, 0.0))
+
+
+def _write_files(arguments: argparse.Namespace, found: ReactionlessPaths) -> None:
+    """Write the files of the options, all of them or none; a table needs a path.
+
+    Raises:
+        LinkageError: a file cannot be written, or a library is missing.
+    """
+    from balance.atomic_files import write_all_atomic
+    from balance.reactionless_paths.path import path_table
+
+    contents = []
+    if arguments.motion_table is not None and found.paths:
+        path = found.paths[arguments.which - 1]
+        contents.append((arguments.motion_table, path_table(found.linkage, path)))
+    if arguments.plot is not None:
+        from balance.report.html.paths import paths_picture
+
+        contents.append((arguments.plot, paths_picture(found, arguments.plot[-3:].lower())))
+    if arguments.html is not None:
+        from balance.report.html.paths import paths_page
+
+        contents.append((arguments.html, paths_page(found).encode()))
+    write_all_atomic(contents)
+
+
+def _positive(text: str) -> float:
+    """Parse a positive number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 1e-9 <= value <= 1e9:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 1e-9 to 1e9")
+    return value
+
+
+def _point(text: str) -> tuple[float, ...]:
+    """Parse a point of ``0.1,0,-0.05``."""
+    try:
+        values = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != 3 or not all(abs(value) <= MAX_POINT for value in values):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a point such as 0.1,0,-0.05, metres")
+    return values

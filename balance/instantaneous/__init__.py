@@ -1,0 +1,1 @@
+"""Balance in one pose: momentum matrix, velocities without reaction, bodies that balance."""

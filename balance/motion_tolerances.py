@@ -1,0 +1,86 @@
+"""Numeric tolerances of motions, poses and paths, each named for what it bounds.
+
+Those of mass distributions are in `balance.tolerances`. Where no unit is given, a tolerance is
+relative to the size that its comment names.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "AGREEMENT_RELATIVE", "CONDITIONING_LEAST", "CONDITIONING_NOTICE", "CONDITIONING_SINGULAR",
+    "CONE_DOUBLE_ROOT", "CONE_RESIDUAL", "CRANK_ADVANCE", "INPUT_RANGE_RELATIVE",
+    "JOINT_RATE_RATIO", "LINE_END_RELATIVE", "LOCAL_CURVE_RESIDUAL", "LOCAL_CURVE_STEP",
+    "MOMENTS_EQUAL", "MOMENTUM_NULL", "MOTION_RETURN", "ON_LOCAL_CURVE", "PATH_CONDITIONING",
+    "PATH_EDGE_RATE", "PATH_MOMENTUM", "PATH_STEP_ERROR", "RATE_RESIDUAL_RELATIVE",
+    "RELATION_RESIDUAL", "REVOLUTION_RETURN", "SHAKING_RELATIVE",
+]  # fmt: skip
+
+# --- verification
+
+# Peak shaking force and moment of a balanced linkage, relative to the peak inertia forces:
+# round-off along a motion, and masses rounded to nine digits.
+SHAKING_RELATIVE = 1e-9
+# Difference between Pinocchio and the momentum series, relative to the peak inertia forces.
+AGREEMENT_RELATIVE = 1e-9
+# Conditioning of the loops relative to the reference pose below which a notice says that
+# round-off is amplified.
+CONDITIONING_NOTICE = 0.02
+# The same below which the joint rates of a crank are not determined: branches meet there.
+CONDITIONING_SINGULAR = 1e-6
+# The same below which a random motion counts as near-singular, and the joint rates, over those
+# at the reference pose, above which it does.
+CONDITIONING_LEAST = 0.25
+JOINT_RATE_RATIO = 4.0
+# Displacement of the joints at the end of a random motion from the start, radians and
+# characteristic lengths: above Newton's residual, far below the distance of two branches.
+MOTION_RETURN = 1e-9
+# The same after one revolution of a crank, up to full turns.
+REVOLUTION_RETURN = 1e-8
+# Advance of a crank per continuation step at which it has reached its limit, radians.
+CRANK_ADVANCE = 1e-7
+# Range of the inputs of a motion that counts as rest, relative to their size.
+INPUT_RANGE_RELATIVE = 1e-12
+# Residual of the relations of a motion, relative to displacements above 1 rad or 1 m: decimals
+# of a table.
+RELATION_RESIDUAL = 1e-9
+# Loop residual of given joint rates, relative to their size: decimals of a table.
+RATE_RESIDUAL_RELATIVE = 1e-6
+
+# --- instantaneous
+
+# Singular value of the momentum matrix over the momenta of the bodies: up to this the rates
+# leave the base at rest. The same for parts of a momentum that must vanish.
+MOMENTUM_NULL = 1e-9
+# Difference of principal moments, or sine of an angle between momentum and angular velocity:
+# below this they are equal, or parallel.
+MOMENTS_EQUAL = 1e-9
+
+# --- reactionless_paths
+
+# Quadratic form of a tangent cone over the bodies' own momenta: up to this it vanishes.
+CONE_RESIDUAL = 1e-7
+# Discriminant of a form of size 1 up to which two lines of a cone are one, and sine of the
+# angle up to which they are.
+CONE_DOUBLE_ROOT = 1e-6
+# Momentum over the bodies' own, divided by the advance, that a branch near a meeting of paths
+# may leave; and the change of its coefficients at which it is found.
+LOCAL_CURVE_RESIDUAL = 1e-11
+LOCAL_CURVE_STEP = 1e-9
+# Distance from a branch through a meeting up to which a path is on it, radians and
+# characteristic lengths.
+ON_LOCAL_CURVE = 1e-8
+# Relative and absolute error of one step of the integration, radians and characteristic
+# lengths.
+PATH_STEP_ERROR = 1e-13
+# Momentum along a path over the bodies' own: above this it is none.
+PATH_MOMENTUM = 1e-8
+# Conditioning of the loops relative to the reference pose at which a path ends as singular.
+PATH_CONDITIONING = 2e-3
+# Joint rate over that of the inputs, radians and characteristic lengths, above which the loops
+# cannot be closed beyond a singular pose: it is the edge of the workspace.
+PATH_EDGE_RATE = 50.0
+
+# --- taylor_poses
+
+# Part of a line by which a pose may miss or pass its end.
+LINE_END_RELATIVE = 1e-9

@@ -1,0 +1,1 @@
+"""Paths along which a linkage leaves its base at rest."""

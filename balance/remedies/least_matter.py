@@ -1,0 +1,65 @@
+"""The least matter that balances a linkage with a remedy, in regions that are wide enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from balance.added_masses.answer import Counterweights
+from balance.added_masses.counterweights import counterweights
+from balance.added_masses.link_regions import wide_region
+from balance.added_masses.regions import Region
+from balance.certification.certified_space import CertifiedSpace
+from balance.designs.feasibility import Feasibility, feasible
+
+__all__ = ["LeastMatter", "least_matter"]
+
+
+class LeastMatter(NamedTuple):
+    """The least matter, or why there is none.
+
+    Attributes:
+        found: the matter in the regions.
+        anywhere: whether any masses whatever balance, if that was asked.
+    """
+
+    found: Counterweights
+    anywhere: Feasibility | None
+
+    @property
+    def reason(self) -> str:
+        """Why matter in the regions does not balance, in one line."""
+        if self.anywhere is not None and self.anywhere.verdict == "infeasible":
+            return f"no masses whatever: {self.anywhere.words.removeprefix('infeasible: ')}"
+        return self.found.words
+
+    @property
+    def proof(self) -> dict[str, object] | None:
+        """The certificate against it and its check, as plain data; None without one."""
+        found, anywhere = self.found, self.anywhere
+        if anywhere is not None and anywhere.certificate and anywhere.residuals:
+            matrices = [matrix.tolist() for matrix in anywhere.certificate]
+            return {"matrices": matrices, "check": anywhere.residuals._asdict()}
+        if found.certificate is None or found.check is None:
+            return None
+        return {"functional": found.certificate.tolist(), "check": found.check._asdict()}
+
+
+def least_matter(
+    space: CertifiedSpace, links: Sequence[str], regions: Mapping[str, Region | str]
+) -> LeastMatter:
+    """Find the least matter in some regions, or in wider ones if these are too small.
+
+    Args:
+        space: the conditions.
+        links: links that may get matter.
+        regions: where, by name of the link; see `balance.counterweights`.
+    """
+    found = counterweights(space, links, regions, relax=False)
+    if found.verdict != "infeasible":
+        return LeastMatter(found, None)
+    anywhere = feasible(space)
+    if anywhere.verdict == "infeasible" or not found.chosen:
+        return LeastMatter(found, anywhere)
+    wide = {name: wide_region(space, space.bodies.index(name)) for name in found.chosen}
+    return LeastMatter(counterweights(space, links, {**regions, **wide}, relax=False), anywhere)

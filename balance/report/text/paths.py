@@ -1,0 +1,118 @@
+"""Text of reactionless paths for ``balance paths``.
+
+`ReactionlessPaths.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.reactionless_paths.found_paths import ReactionlessPaths, StartPose
+from balance.reactionless_paths.path import ReactionlessPath
+
+__all__ = ["path_rows", "paths_facts", "paths_text"]
+
+Array = NDArray[np.float64]
+
+# Most inputs in a line, and most lines of a table.
+MAX_INPUTS = 6
+MAX_ROWS = 30
+KINDS = {
+    "none": "no rates without reaction",
+    "regular": "regular",
+    "crossing": "several paths meet",
+    "fold": "two paths touch, or one folds",
+    "isolated": "rates without reaction, but no path",
+}
+HEAD = ("path", "through", "direction", "length", "momentum", "ends")
+
+
+def paths_facts(found: ReactionlessPaths) -> list[tuple[str, str]]:
+    """List the facts on paths as pairs of label and value.
+
+    Args:
+        found: the paths.
+    """
+    linkage = found.linkage
+    unit = linkage.spatial_chain.frame.length
+    pairs = [("linkage", f"{linkage.name}, inputs {', '.join(linkage.inputs)}")]
+    if linkage.at:
+        pairs.append(("pose", linkage.pose))
+    pairs.append(("at rest", found.demand.words))
+    if found.motion is not None:
+        pairs.append(("motion", ", ".join(found.motion.relations)))
+    width = len(found.starts[0].values)
+    pairs += [
+        ("null space", f"{found.dimension} of {width} rates in general, by "
+                       f"{found.poses} poses"),
+        ("lengths", f"radians and lengths of {unit:.3g} m, in all joints"),
+    ]  # fmt: skip
+    for number, start in enumerate(found.starts[:MAX_ROWS], 1):
+        pairs.append((f"pose {number}", _start_words(found, start)))
+    for start in found.meetings:
+        if not any(np.abs(start.q - own.q).max() < 1e-6 for own in found.starts):
+            pairs.append(("meeting", _meeting_words(found, start)))
+    if not found.paths:
+        pairs.append(("no path", found.reason))
+    return pairs
+
+
+def _named(found: ReactionlessPaths, values: Array, digits: int = 4) -> str:
+    """Format values of the inputs: ``u1=0.3, u2=-0.1``."""
+    pairs = zip(found.linkage.inputs, values + 0.0, strict=True)
+    texts = [f"{name}={value:.{digits}g}" for name, value in pairs]
+    return ", ".join([*texts[:MAX_INPUTS], *["…"] * (len(texts) > MAX_INPUTS)])
+
+
+def _start_words(found: ReactionlessPaths, start: StartPose) -> str:
+    """Describe a start: where it is, and what kind of pose."""
+    words = f"{_named(found, start.u)}: {KINDS[start.kind]}, null space {start.dimension}"
+    if start.distance > 0.0:
+        words += f" ({start.distance:.2g} from the pose asked for)"
+    return words
+
+
+def _meeting_words(found: ReactionlessPaths, start: StartPose) -> str:
+    """Describe a meeting of paths: where it is, and the directions."""
+    ways = " | ".join(_named(found, way, 3) for way in start.directions)
+    where = f"{_named(found, start.u)}: {KINDS[start.kind]}"
+    return f"{where} along {ways}" if ways else where
+
+
+def path_rows(found: ReactionlessPaths) -> list[tuple[str, ...]]:
+    """Build the table of paths, its head first.
+
+    Args:
+        found: the paths.
+    """
+    return [HEAD, *(_row(found, k, path) for k, path in enumerate(found.paths, 1))]
+
+
+def _row(found: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple[str, ...]:
+    """Build the row of one path."""
+    ends = " | ".join(f"{event.text} at {event.s:.4g}" for event in path.events)
+    direction = path.direction / (np.linalg.norm(path.direction) or 1.0)
+    return (
+        str(number), f"pose {path.start + 1}", _named(found, direction, 3),
+        f"{path.length:.4g}", f"{path.residual:.1e}", ends,
+    )  # fmt: skip
+
+
+def paths_text(found: ReactionlessPaths) -> str:
+    """Write paths as plain text.
+
+    Args:
+        found: the paths.
+    """
+    facts = paths_facts(found)
+    width = max(len(label) for label, _ in facts)
+    lines = [f"{label:<{width}}  {value}" for label, value in facts]
+    table = path_rows(found)[: MAX_ROWS + 1]
+    if len(table) > 1:
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        lines.append("")
+        for row in table:
+            cells = "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
+            lines.append(cells.rstrip())
+    return "\n".join(lines)

@@ -1,0 +1,78 @@
+"""The page of reactionless paths: what it holds, and that it is drawn without a network."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import balance
+from balance.report.html.momentum_field import momentum_field
+from balance.report.html.paths import paths_page
+
+
+def run_of(text):
+    """The data of the script of a page."""
+    return json.loads(re.findall(r'id="run">(.*?)</script>', text, re.DOTALL)[0])
+
+
+def test_the_field_is_the_momentum_matrix_of_each_pose():
+    """Shade and strokes by `reaction_null_space` at single poses, whatever has no path too."""
+    for name, kept in (("five_bar", "all"), ("five_bar", "moment")):
+        found = balance.find_paths(name, kept=kept, length=0.2)
+        field = momentum_field(found)
+        for i, j in ((30, 30), (12, 36), (45, 9)):
+            u = [field.first[i], field.second[j]]
+            M = balance.momentum_matrix(found.linkage, u)[0 if kept == "all" else slice(0, 3)]
+            single = balance.reaction_null_space(
+                found.linkage, u, "both" if kept == "all" else "moment"
+            )
+            counted = 1 if kept == "all" else 0
+            expected = single.singular_values[counted] / single.scale
+            assert field.size[i, j] == pytest.approx(expected, rel=1e-6)
+            if kept == "moment":
+                k = 3 * (i // 3 * len(field.first[::3]) + j // 3)
+                way = field.strokes[k + 1] - field.strokes[k]
+                assert np.abs(M @ way).max() < 1e-9 * np.abs(M).max()
+
+
+def test_a_page_without_paths_shows_where_the_linkage_is_quiet():
+    found = balance.find_paths("five_bar")
+    data = run_of(paths_page(found))
+    assert data["paths"] == [] and len(data["field"]["size"]) == 61
+    spatial = balance.find_paths("three_rrr", kept="force", length=0.1)
+    assert run_of(paths_page(spatial))["field"] is None
+
+
+def test_the_page_runs_offline(tmp_path):
+    """The slider moves the linkage, another path is chosen; no wider than the screen."""
+    browser = pytest.importorskip("browser")
+    if not (browser.BROWSER and browser.DRIVER):
+        pytest.skip("no chromium with its chromedriver on the PATH")
+    page = tmp_path / "page.html"
+    page.write_text(paths_page(balance.find_paths("fuga_i", length=0.3)), encoding="utf-8")
+    drawn = "return document.querySelectorAll('#plane .heatmaplayer image').length"
+    dot = (
+        "return [...document.querySelectorAll('#plane .points path')].pop()"
+        ".getAttribute('transform')"
+    )
+    choose = "byId(arguments[0]).value = arguments[1];"
+    choose += "byId(arguments[0]).dispatchEvent(new Event('input'))"
+    with browser.started(tmp_path / "profile") as driver:
+        for width in (1280, 390):
+            screen = {"width": width, "height": 800, "deviceScaleFactor": 1}
+            narrow = {"mobile": width < 500}
+            driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen | narrow)
+            driver.get(page.as_uri())
+            browser.wait_until(driver, lambda view: view.execute_script(drawn) == 1)
+            start = driver.execute_script(dot)
+            driver.execute_script(choose, "time", "30")
+            browser.wait_until(driver, lambda view, at=start: view.execute_script(dot) != at)
+            middle = driver.execute_script(dot)
+            driver.execute_script(choose, "time", "45")
+            driver.execute_script(choose, "chosen", "1")
+            browser.wait_until(driver, lambda view, at=middle: view.execute_script(dot) != at)
+            assert driver.get_log("browser") == []
+            assert driver.execute_script("return document.documentElement.scrollWidth") <= width

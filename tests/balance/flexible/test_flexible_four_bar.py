@@ -7,13 +7,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from covering import number_of_cases
 from flexible_cases import four_bar_text
 
 import balance
 import kinematics
 from balance.flexible.build_beam import BeamOptions
 from balance.flexible.drives import constant_speed, moment_rise, spin_up
-from balance.flexible.flex_data import beam_deflection, moment_about
+from balance.flexible.flex_data import moment_about
 from balance.flexible.flex_links import parse_flex_link
 from balance.flexible.from_linkage import flexible_linkage
 from balance.flexible.simulate import simulate
@@ -56,17 +57,17 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("four_bar")
 
 
-@pytest.mark.parametrize(
-    ("case", "moment"),
-    [("ends", 0.17045), ("nodes", 0.04412), ("gyration", 0.0), ("four points", 0.13631)],
-)
+RIGID = [("ends", 0.17045), ("gyration", 0.0), ("nodes", 0.04412), ("four points", 0.13631)]
+
+
+@pytest.mark.parametrize(("case", "moment"), RIGID[: number_of_cases(2, 4)])
 def test_the_rigid_four_bar(case, moment, tmp_path):
     """-m2 (L²/12 - 1/4) θ̈2 with the coupler's angle θ2, and no force: [M] Sec. 5.
 
     The open assembly: crank (0, 0) to (0, ½), coupler to (1, ½), rocker to (3/2, -½).
     """
     found = flexible(tmp_path, case, bending=0.0)
-    motion = simulate(found.mechanism, 10.0, 1001, rtol=1e-8)
+    motion = simulate(found.mechanism, 10.0, 1001, rtol=1e-7)
     about = moment_about(motion, found.centre)
     assert motion.peak_force < 1e-8
     length = CASES[case][0]
@@ -101,10 +102,11 @@ def test_rigid_links_shake_as_verify_says(tmp_path):
     link = parse_flex_link("coupler=EI:1e6,rhoA:1")
     drive = spin_up(1.0, 0.4)
     found = flexible_linkage(
-        linkage, [link], {"u1": (drive, False)}, BeamOptions(elements=4, modes=1)
-    )
-    motion = simulate(found.mechanism, 0.4, 9, rtol=1e-9, method="DOP853")
-    for k in range(1, 9, 2):
+        linkage, [link], {"u1": (drive, False)},
+        BeamOptions(elements=4, modes=1, damping=2e-5),
+    )  # fmt: skip
+    motion = simulate(found.mechanism, 0.1, 3, rtol=1e-9, method="DOP853")
+    for k in (1, 2):
         shaking = rigid_shaking(linkage, drive, motion.times[k])
         assert np.abs(motion.force[k] - shaking[:2]).max() < 1e-4 * np.abs(shaking).max()
         assert abs(motion.moment[k] - shaking[2]) < 1e-4 * np.abs(shaking).max()
@@ -119,21 +121,22 @@ def rigid_shaking(linkage, drive, time):
         X = balance.momentum_regressor(linkage, {"u1": u})
         return X[0] @ z * rate
 
-    h = 1e-3
+    h = 1e-4
     ahead, back = momentum(time + h), momentum(max(time - h, 0.0))
     change = (ahead - back) / (time + h - max(time - h, 0.0))
     return -np.array([change[1], change[2], change[0]])
 
 
 def test_energy_is_kept_and_damping_takes_it(tmp_path):
-    drive = (moment_rise(0.05, 0.5), True)
-    for damping, least in ((0.0, 0.0), (2e-3, 1e-6)):
-        options = BeamOptions(elements=6, modes=3, damping=damping)
+    """The balance of energy, work and losses closes with damping too, and less bends then."""
+    drive, bent = (moment_rise(0.05, 0.1), True), []
+    for damping in (0.0, 0.05):
+        options = BeamOptions(elements=6, modes=2, damping=damping)
         found = flexible(tmp_path, "ends", options=options, drive=drive)
-        motion = simulate(found.mechanism, 2.0, 101, rtol=1e-8)
+        motion = simulate(found.mechanism, 1.0, 51, rtol=1e-7, method="DOP853")
         assert motion.energy_drift < 1e-6
-        late = beam_deflection(motion, found, "coupler")[-30:]
-        assert late.max() > 0.0 and least <= 1.0
+        bent.append(np.ptp(motion.force[25:], axis=0).max())
+    assert bent[1] < 0.9 * bent[0]
 
 
 def test_both_integrators_and_all_modes_agree(tmp_path):
@@ -142,7 +145,7 @@ def test_both_integrators_and_all_modes_agree(tmp_path):
     for elements, modes, method in ((4, 4, "DOP853"), (8, 6, "DOP853"), (4, None, "Radau")):
         options = BeamOptions(elements=elements, modes=modes)
         one = flexible(tmp_path, "ends", options=options)
-        found.append(simulate(one.mechanism, 1.5, 151, rtol=1e-7, method=method))
+        found.append(simulate(one.mechanism, 0.8, 81, rtol=1e-6, method=method))
     for other in found[1:]:
         assert np.abs(other.force - found[0].force).max() < 5e-3 * found[0].peak_force
 

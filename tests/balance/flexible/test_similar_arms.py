@@ -71,7 +71,7 @@ def test_the_steel_arms():
     assert 100.0 * (second / first - 1.0) == pytest.approx(0.0019, abs=5e-5)
     wrong = {one.name for one in shear.conditions if not one.holds}
     assert wrong == {"8", "18", "shear", "rotary inertia"}
-    pair, alone = run(full, 1.0, 1e-8), run(full[:1], 0.4)
+    pair, alone = run(full, 1.0, 1e-7), run(full[:1], 0.4)
     assert pair.peak_force == pytest.approx(0.032e-3, rel=0.03)
     assert alone.peak_force == pytest.approx(0.152, rel=0.01)
 
@@ -155,28 +155,27 @@ def test_slow_arms_against_collocation_of_the_beam_equation():
     assert np.abs(found.force[:, 1] + exact).max() < 2e-3 * np.abs(exact).max()
 
 
-def translator(count, moments, duration):
+def translator(count, moments, duration, rtol=1e-5):
     arms, blocks = steel_arms(False), (Block(0.0216, 0.12, 0.02), Block(0.0432, 0.12, 0.01))
     mechanism = translator_mechanism(
         arms[:count], blocks[:count], 0.1, moments, BeamOptions(3, 2, 1), (0.001, 5e-8)
     )
-    found = simulate(mechanism, duration, 101, rtol=1e-7, method="Radau")
+    found = simulate(mechanism, duration, 101, rtol=rtol, method="Radau")
     y = found.positions[:, mechanism.slices[2]][:, 1]
     return found.peak_force, y.min(), y.max()
 
 
-@pytest.mark.parametrize(
-    ("hubs", "moment", "reduction"), [(1, 0.05, 100.0), (2, 0.025, 1500.0)]
-)
-def test_the_translator(hubs, moment, reduction):
-    """[M] Sec. 3, Figs. 6 and 7: 0 to 6 mm; forces reduced by about 100, and by 1500.
+def test_the_translator():
+    """[M] Sec. 3, Figs. 6 and 7: 0 to 6 mm; forces reduced by about 100 with the moment on one
+    hub, by 1500 with half of it on both.
 
     Against the translator alone at the same amplitude, to which its force is scaled.
     """
-    pair, low, high = translator(2, [moment_rise(moment, 0.02)] * hubs, 0.07)
-    alone, _, own = translator(1, [moment_rise(0.5 * moment, 0.02)] * hubs, 0.07)
-    assert high == pytest.approx(5.9e-3, abs=0.2e-3) and low > -1e-5
-    assert reduction / 2.0 < alone * high / own / pair < 2.0 * reduction
+    alone, _, own = translator(1, [moment_rise(0.0125, 0.02)] * 2, 0.07)
+    for hubs, moment, reduction, rtol in ((1, 0.05, 100.0, 1e-5), (2, 0.025, 1500.0, 1e-7)):
+        pair, low, high = translator(2, [moment_rise(moment, 0.02)] * hubs, 0.07, rtol)
+        assert high == pytest.approx(5.9e-3, abs=0.2e-3) and low > -1e-5
+        assert reduction / 2.0 < alone * high / own / pair < 2.0 * reduction
 
 
 @pytest.mark.parametrize(

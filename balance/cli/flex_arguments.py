@@ -116,7 +116,15 @@ def drive_of(text: str) -> tuple[str, tuple[Profile, bool]]:
 
 
 def drive_profile(kind: str, numbers: tuple[float, ...]) -> tuple[Profile, bool]:
-    """Build the profile of an input, and whether it is a moment."""
+    """Build the profile of an input.
+
+    Args:
+        kind: ``"spin"``, ``"speed"`` or ``"moment"``.
+        numbers: speed or moment, and rise time, in SI units.
+
+    Returns:
+        The profile, and whether it is a moment.
+    """
     from balance.flexible.drives import constant_speed, moment_rise, spin_up
 
     if kind == "speed":

@@ -91,7 +91,12 @@ class MovingPart(Protocol):
         """Damping matrix of the elastic coordinates (n, n)."""
 
     def inertia(self, position: Array, velocity: Array) -> PartInertia:
-        """Compute mass matrix and bias for coordinates (3 + n,) and their rates."""
+        """Compute mass matrix and bias.
+
+        Args:
+            position: coordinates (3 + n,).
+            velocity: their rates (3 + n,).
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +129,12 @@ class RigidPart:
         return np.zeros((0, 0))
 
     def inertia(self, position: Array, velocity: Array) -> PartInertia:
-        """Compute mass matrix (3, 3) and bias (3,), which is zero."""
+        """Compute mass matrix (3, 3) and bias (3,), which is zero.
+
+        Args:
+            position: coordinates (3,).
+            velocity: their rates (3,).
+        """
         mass = np.zeros((3, 3))
         mass[0, 0] = mass[1, 1] = self.mass
         mass[2, 2] = self.moment
@@ -179,7 +189,12 @@ class BeamPart:
         return len(self.stiffness)
 
     def inertia(self, position: Array, velocity: Array) -> PartInertia:
-        """Compute mass matrix and bias for coordinates (3 + n,) and their rates."""
+        """Compute mass matrix and bias.
+
+        Args:
+            position: coordinates (3 + n,).
+            velocity: their rates (3 + n,).
+        """
         q, rate, spin = position[3:], velocity[3:], velocity[2]
         m, n = self.masses, self.size
         along, x, squared = self._deform(q, rate)

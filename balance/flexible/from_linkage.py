@@ -14,7 +14,7 @@ from balance.flexible.build_beam import BeamModel, BeamOptions, model_beam
 from balance.flexible.drives import Profile
 from balance.flexible.flex_links import FlexLink
 from balance.flexible.mechanism import PlanarMechanism
-from balance.flexible.mechanism_types import Drive, MechanismJoint, On, Relation
+from balance.flexible.mechanism_types import Drive, GearRelation, MechanismJoint, On
 from balance.flexible.support_points import support_points
 from balance.flexible.supported_modes import Clamp, EndBody, Support
 from kinematics.errors import BodyError, LinkageError
@@ -156,7 +156,7 @@ class _Builder:
         place = {j: k for k, j in enumerate(self.moving)}
         joints = tuple(self._joint(j) for j in self.moving)
         relations = tuple(
-            Relation(place[one.joint], place[one.source], one.ratio)
+            GearRelation(place[one.joint], place[one.source], one.ratio)
             for one in self.linkage.mimics if one.joint in place and one.source in place
         )  # fmt: skip
         points = np.array([self._plane(one.point) for one in self.linkage.joints])

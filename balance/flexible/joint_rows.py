@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.flexible.mechanism_types import Constraints, MechanismJoint, On, Row
+from balance.flexible.mechanism_types import ConstraintRows, MechanismJoint, On, Row
 
 __all__ = ["PointState", "add_joint", "evaluate_point", "position_row"]
 
@@ -87,7 +87,7 @@ def evaluate_point(on: On, slices: Sequence[slice], p: Array, v: Array) -> Point
 
 
 def add_joint(
-    found: Constraints, k: int, joint: MechanismJoint, a: PointState, b: PointState, v: Array
+    found: ConstraintRows, k: int, joint: MechanismJoint, a: PointState, b: PointState, v: Array
 ) -> int:
     """Write the constraints of a joint.
 

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from balance.flexible.beam_part import MovingPart
 from balance.flexible.joint_rows import add_joint, evaluate_point, position_row
 from balance.flexible.mechanism_types import (
-    Constraints,
+    ConstraintRows,
     Drive,
     Dynamics,
+    GearRelation,
     MechanismJoint,
     On,
-    Relation,
     Shaking,
 )
 from kinematics.errors import LinkageError
@@ -57,7 +57,7 @@ class PlanarMechanism:
     parts: tuple[MovingPart, ...]
     joints: tuple[MechanismJoint, ...]
     start: Array
-    relations: tuple[Relation, ...] = ()
+    relations: tuple[GearRelation, ...] = ()
     drives: tuple[Drive, ...] = ()
     size: float = 1.0
     slices: tuple[slice, ...] = field(init=False)
@@ -97,7 +97,7 @@ class PlanarMechanism:
             mass[at, at], bias[at] = part.inertia(p[at], v[at])
         return mass, bias
 
-    def constraints(self, t: float, p: Array, v: Array) -> Constraints:
+    def constraints(self, t: float, p: Array, v: Array) -> ConstraintRows:
         """Evaluate the constraints, and the positions of driven and geared joints.
 
         Args:
@@ -107,7 +107,7 @@ class PlanarMechanism:
         """
         fixed = sum(3 if one.kind == "fixed" else 2 for one in self.joints)
         m = fixed + len(self.relations) + len(self._moved)
-        found = Constraints(np.zeros(m), np.zeros((m, len(p))), np.zeros(m), np.zeros(m), {})
+        found = ConstraintRows(np.zeros(m), np.zeros((m, len(p))), np.zeros(m), np.zeros(m), {})
         k, at = 0, self.slices
         for j, joint in enumerate(self.joints):
             a, b = evaluate_point(joint.first, at, p, v), evaluate_point(joint.second, at, p, v)

@@ -11,7 +11,7 @@ from balance.flexible.beam_part import Marker
 from balance.flexible.drives import Profile
 
 __all__ = [
-    "Constraints", "Drive", "Dynamics", "MechanismJoint", "On", "Relation", "Row", "Shaking",
+    "ConstraintRows", "Drive", "Dynamics", "MechanismJoint", "On", "GearRelation", "Row", "Shaking",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ class MechanismJoint(NamedTuple):
     angle: float = 0.0
 
 
-class Relation(NamedTuple):
+class GearRelation(NamedTuple):
     """A gear: the position of one joint is ``ratio`` times that of another.
 
     Attributes:
@@ -91,8 +91,8 @@ class Row(NamedTuple):
     bias: float
 
 
-class Constraints(NamedTuple):
-    """Constraints at a state.
+class ConstraintRows(NamedTuple):
+    """ConstraintRows at a state.
 
     Attributes:
         g: residuals; shape (m,).

@@ -57,7 +57,12 @@ class ShapeIntegralPart:
         return len(self.stiffness)
 
     def inertia(self, position: Array, velocity: Array) -> PartInertia:
-        """Compute mass matrix and bias for coordinates (3 + n,) and their rates."""
+        """Compute mass matrix and bias.
+
+        Args:
+            position: coordinates (3 + n,).
+            velocity: their rates (3 + n,).
+        """
         q, rate, spin = position[3:], velocity[3:], velocity[2]
         c, s = np.cos(position[2]), np.sin(position[2])
         turn = np.array([[c, -s], [s, c]])

@@ -90,6 +90,7 @@ def parse_flex_link(text: str) -> FlexLink:
         UsageError: it has another form, or a number is out of range.
 
     Example:
+        >>> from balance.flexible.flex_links import parse_flex_link
         >>> parse_flex_link("coupler=EI:4.5e-3,rhoA:0.024").bending
         0.0045
     """

@@ -59,8 +59,9 @@ def free_modes(count: int) -> tuple[FreeMode, ...]:
         UsageError: the count is out of range.
 
     Example:
-        >>> free_modes(1)[0].zeros
-        (0.27584247729764...,)
+        >>> from balance.flexible.free_modes import free_modes
+        >>> round(free_modes(1)[0].zeros[0], 12)
+        0.275842477298
     """
     if not 1 <= count <= MOST_MODES:
         raise UsageError(f"{count} modes: give a number from 1 to {MOST_MODES}")

@@ -11,7 +11,8 @@ from balance.flexible.beam_part import Marker
 from balance.flexible.drives import Profile
 
 __all__ = [
-    "ConstraintRows", "Drive", "Dynamics", "MechanismJoint", "On", "GearRelation", "Row", "Shaking",
+    "ConstraintRows", "Drive", "Dynamics", "GearRelation", "MechanismJoint", "On", "Row",
+    "Shaking",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -92,7 +93,7 @@ class Row(NamedTuple):
 
 
 class ConstraintRows(NamedTuple):
-    """ConstraintRows at a state.
+    """Constraints at a state.
 
     Attributes:
         g: residuals; shape (m,).

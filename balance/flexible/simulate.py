@@ -76,7 +76,7 @@ def simulate(
 ) -> FlexibleMotion:
     """Simulate a mechanism from its start.
 
-    ConstraintRows hold by projection onto them after steps. Explicit Runge-Kutta (DOP853) serves
+    Constraints hold by projection onto them after steps. Explicit Runge-Kutta (DOP853) serves
     unless the fastest mode takes too many steps; then an implicit method (Radau) does.
 
     Args:

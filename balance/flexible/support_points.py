@@ -86,6 +86,7 @@ def support_points(count: int) -> SupportPoints:
         LinkageError: the continuation does not converge.
 
     Example:
+        >>> from balance.flexible.support_points import support_points
         >>> [round(float(xi), 6) for xi in support_points(2).points]
         [-0.275842, 0.275842]
     """

@@ -90,6 +90,8 @@ def supported_modes(
         LinkageError: a support is not on the beam, supports are dependent, or nothing has mass.
 
     Example:
+        >>> from balance.flexible.beam import Beam
+        >>> from balance.flexible.supported_modes import Support, supported_modes
         >>> pinned = supported_modes(Beam(1, 1, 1), [Support((0.0,)), Support((1.0,))], 1)
         >>> round(float(pinned.frequencies[0]), 4)
         9.8696

@@ -21,6 +21,12 @@ The space of balanced mass distributions:
 - ``Exact``: ranks by exact arithmetic
 - ``Proof``: lower bounds on rank and nullity that add up to the number of parameters
 
+Decoupling, inertia on a base that moves:
+
+- ``decoupling``: balanced distributions that keep the inertia on the base constant
+- ``locked_inertia``: inertia of the linkage on its base at a pose, joints locked
+- ``Decoupling``: the space of these distributions, and whether the masses of the file are in it
+
 Its meaning:
 
 - ``explain``: explain a space joint by joint, and what the loops add
@@ -42,6 +48,13 @@ Masses that bodies can have:
 - ``DesignCheck``: what the check of a design found
 - ``Feasibility``: the verdict on a space
 - ``Region``: a convex region of a link frame in which matter may be added
+
+Masses of equal momentum:
+
+- ``pure_inertia``: move all point masses of a planar linkage, until it has inertias alone
+- ``buildable_masses``: masses that can be built, from chosen pure inertias
+- ``BuildableMasses``: these masses, or why there are none
+- ``PureInertia``: pure inertias, masses moved, relations of angular velocities
 
 Least shaking for a budget:
 
@@ -66,6 +79,12 @@ Shaking in motion:
 - ``verify``: whether a linkage shakes its base, by Pinocchio and by our own series
 - ``Trajectory``: a motion sampled in time
 - ``Verification``: the verdict of ``verify`` and what it rests on
+
+On a base that floats, or stands on springs:
+
+- ``simulate_floating_base``: simulate the motion of the base that a linkage causes
+- ``FloatingBase``: a base with mass, inertia and springs
+- ``FloatingBaseMotion``: result of ``simulate_floating_base``
 
 Momentum as a function of the pose:
 
@@ -129,12 +148,19 @@ if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
     from balance.certification.certify_space import certify
     from balance.certification.exact_ranks import exact_ranks
+    from balance.decoupled.decoupling import Decoupling, decoupling
+    from balance.decoupled.locked_inertia import locked_inertia
     from balance.designs.best_design import Design, design
     from balance.designs.certificate import CertificateCheck, check_certificate
     from balance.designs.design_check import DesignCheck, check_design
     from balance.designs.feasibility import Feasibility, feasible
+    from balance.dynamic_equivalence.buildable_masses import BuildableMasses, buildable_masses
+    from balance.dynamic_equivalence.pure_inertia import PureInertia, pure_inertia
     from balance.exact.modular_ranks import Exact
     from balance.exact.proof import Proof
+    from balance.floating_base.base import FloatingBase
+    from balance.floating_base.result import FloatingBaseMotion
+    from balance.floating_base.simulate import simulate_floating_base
     from balance.inertial_parameters.body_inertia import BodyInertia
     from balance.inertial_parameters.conversions import (
         mass_properties,
@@ -192,10 +218,12 @@ __all__ = [
     "BalancingFamily",
     "Base",
     "BodyInertia",
+    "BuildableMasses",
     "Certainty",
     "CertificateCheck",
     "CertifiedSpace",
     "Counterweights",
+    "Decoupling",
     "Design",
     "DesignCheck",
     "DesignSpace",
@@ -204,6 +232,8 @@ __all__ = [
     "Explanation",
     "Feasibility",
     "FewestRotors",
+    "FloatingBase",
+    "FloatingBaseMotion",
     "Freedom",
     "ManySpaces",
     "Meeting",
@@ -214,6 +244,7 @@ __all__ = [
     "PoseBalance",
     "Primitive",
     "Proof",
+    "PureInertia",
     "ReactionNullSpace",
     "ReactionlessPath",
     "ReactionlessPaths",
@@ -227,12 +258,14 @@ __all__ = [
     "Verification",
     "balance_pose",
     "balancing_family",
+    "buildable_masses",
     "certify",
     "check_certificate",
     "check_design",
     "common_normal",
     "compare_remedies",
     "counterweights",
+    "decoupling",
     "design",
     "design_space",
     "design_space_many",
@@ -243,6 +276,7 @@ __all__ = [
     "fewest_rotors",
     "find_paths",
     "load_space",
+    "locked_inertia",
     "mass_properties",
     "meeting",
     "momentum_lines",
@@ -255,10 +289,12 @@ __all__ = [
     "pareto",
     "partial",
     "pseudo_inertia",
+    "pure_inertia",
     "reaction_null_space",
     "save_space",
     "screw_figure",
     "shaking",
+    "simulate_floating_base",
     "timed_path",
     "verify",
     "violations",

@@ -7,12 +7,13 @@ relative to the size that its comment names.
 from __future__ import annotations
 
 __all__ = [
-    "AGREEMENT_RELATIVE", "CONDITIONING_LEAST", "CONDITIONING_NOTICE", "CONDITIONING_SINGULAR",
-    "CONE_DOUBLE_ROOT", "CONE_RESIDUAL", "CRANK_ADVANCE", "INPUT_RANGE_RELATIVE",
+    "AGREEMENT_RELATIVE", "BASE_AT_REST_RELATIVE", "BASE_DRIFT_RELATIVE", "BASE_STEP_RELATIVE",
+    "CONDITIONING_LEAST", "CONDITIONING_NOTICE", "CONDITIONING_SINGULAR", "CONE_DOUBLE_ROOT",
+    "CONE_RESIDUAL", "CRANK_ADVANCE", "FREQUENCY_ZERO", "INPUT_RANGE_RELATIVE",
     "JOINT_RATE_RATIO", "LINE_END_RELATIVE", "LOCAL_CURVE_RESIDUAL", "LOCAL_CURVE_STEP",
-    "MOMENTS_EQUAL", "MOMENTUM_NULL", "MOTION_RETURN", "ON_LOCAL_CURVE", "PATH_CONDITIONING",
-    "PATH_EDGE_RATE", "PATH_MOMENTUM", "PATH_STEP_ERROR", "RATE_RESIDUAL_RELATIVE",
-    "RELATION_RESIDUAL", "REVOLUTION_RETURN", "SHAKING_RELATIVE",
+    "MASS_MATRIX_SINGULAR", "MOMENTS_EQUAL", "MOMENTUM_NULL", "MOTION_RETURN", "ON_LOCAL_CURVE",
+    "PATH_CONDITIONING", "PATH_EDGE_RATE", "PATH_MOMENTUM", "PATH_STEP_ERROR",
+    "RATE_RESIDUAL_RELATIVE", "RELATION_RESIDUAL", "REVOLUTION_RETURN", "SHAKING_RELATIVE",
 ]  # fmt: skip
 
 # --- verification
@@ -84,3 +85,17 @@ PATH_EDGE_RATE = 50.0
 
 # Part of a line by which a pose may miss or pass its end.
 LINE_END_RELATIVE = 1e-9
+
+# --- floating_base
+
+# Relative tolerance of the steps of an integration; the least that DOP853 takes is 2.2e-14.
+BASE_STEP_RELATIVE = 2e-12
+# Speed of a base that counts as at rest, relative to the speed of the bodies on it: masses in
+# files are rounded to nine digits.
+BASE_AT_REST_RELATIVE = 1e-9
+# Drift of energy or momentum, relative to their peaks, up to which a simulation is trusted.
+BASE_DRIFT_RELATIVE = 1e-9
+# Smallest eigenvalue of a mass matrix with unit diagonal that counts as zero.
+MASS_MATRIX_SINGULAR = 1e-12
+# Square of a natural frequency that counts as zero, relative to the largest one.
+FREQUENCY_ZERO = 1e-12

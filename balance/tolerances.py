@@ -21,18 +21,18 @@ __all__ = [
     "KEPT_CLEARLY", "KNOWN_RANK_RELATIVE", "LEAST_SHAKING_GAP", "LENGTH_ROUND_OFF",
     "LENGTH_SHORT", "LINES_MEET", "LINES_PARALLEL_SINE", "LINK_LENGTH_ZERO", "LUMP_FIT",
     "LUMP_MASS_ZERO", "LUMP_ON_SURFACE", "LUMP_RESIDUAL", "LUMP_SHARE_LEAST", "LUMP_SPREAD",
-    "MASS_EXCLUDED", "MASS_MULTIPLIER_RELATIVE", "MASS_ROUND_OFF", "MOMENTUM_RESIDUAL",
-    "MOMENTUM_RESIDUAL_CLEAR", "MOMENTUM_RESIDUAL_ILL_CONDITIONED", "MOMENT_ROUND_OFF",
-    "MOTION_JOINS", "NEWTON_DECREMENT_LEAST", "NEWTON_DECREMENT_STALLED",
+    "MASS_EXCLUDED", "MASS_LEFT_RELATIVE", "MASS_MULTIPLIER_RELATIVE", "MASS_ROUND_OFF",
+    "MOMENTUM_RESIDUAL", "MOMENTUM_RESIDUAL_CLEAR", "MOMENTUM_RESIDUAL_ILL_CONDITIONED",
+    "MOMENT_ROUND_OFF", "MOTION_JOINS", "NEWTON_DECREMENT_LEAST", "NEWTON_DECREMENT_STALLED",
     "PARALLEL_AXES_ROUNDED", "PHYSICAL_INEQUALITY", "POINT_EQUAL_RELATIVE", "PRICE_NEGATIVE",
-    "PRICE_ZERO", "PSEUDO_INERTIA_SINGULAR", "ROD_DYADS_SINGULAR",
+    "PRICE_ZERO", "PSEUDO_INERTIA_SINGULAR", "PURE_INERTIA_CONDITION", "ROD_DYADS_SINGULAR",
     "ROTOR_WEIGHT_ZERO", "ROTOR_WITHOUT_MOMENTUM", "SCREW_ROUNDED",
     "SECOND_MOMENT_NEGATIVE_RELATIVE", "SHAKING_GAP_PROVED", "SHORT_CONVERGENCE_RADIUS",
     "SINGULAR_VALUE_ROUND_OFF", "SOLUTIONS_EQUAL", "SOLUTION_OUTSIDE", "SOLVER_INFEASIBILITY",
     "SOLVER_RESIDUAL", "SOLVER_RESIDUAL_FAST", "SPACES_EQUAL_SINE", "SQUARE_ROUND_OFF",
     "STATIONARY_INSIDE", "SWEEP_CLOSURE_RESIDUAL", "SWEEP_PIVOT_CLEAR", "SWEEP_REGULAR",
-    "TERMS_RANK", "TERM_ABSENT", "TETRAHEDRON_FLAT", "TRANSFER_DIRECTION_EQUAL",
-    "TRANSFER_ENTRY_ROUND_OFF", "UNIT_ROWS_DEPENDENT",
+    "SWEEP_SLOWEST", "TERMS_RANK", "TERM_ABSENT", "TETRAHEDRON_FLAT",
+    "TRANSFER_DIRECTION_EQUAL", "TRANSFER_ENTRY_ROUND_OFF", "UNIT_ROWS_DEPENDENT",
 ]  # fmt: skip
 
 # --- inertial_parameters
@@ -104,9 +104,12 @@ JOINTS_COINCIDE = 1e-9
 # Mismatch of the loops in the frame of a geometry: those that stay closed up to this are those
 # of a linkage that moves.
 SWEEP_CLOSURE_RESIDUAL = 1e-11
-# Pivots of the loop matrix, and rates of joints, over the largest: below this a geometry is
-# passed to `design_space`.
+# Pivots of the loop matrix over the largest: below this a geometry is passed to
+# `design_space`, which leaves singular poses.
 SWEEP_REGULAR = 1e-2
+# Rates of joints over the fastest: below this a joint may be idle, and a geometry is passed to
+# `design_space`.
+SWEEP_SLOWEST = 1e-5
 # Smallest pivot of the conditions over the largest: below this a geometry is passed to
 # `design_space`.
 SWEEP_PIVOT_CLEAR = 1e-6
@@ -298,3 +301,10 @@ FORCE_EQUAL_RELATIVE = 1e-6
 COMPONENT_ZERO_RELATIVE = 1e-9
 # Negative second moment about the centre of mass that counts as zero, relative to the largest.
 SECOND_MOMENT_NEGATIVE_RELATIVE = 1e-9
+
+# --- dynamic_equivalence
+
+# Mass, or first moment in characteristic lengths, over the largest: up to this it is moved.
+MASS_LEFT_RELATIVE = 1e-9
+# Residual of a condition on pure inertias over the largest of them: up to this it holds.
+PURE_INERTIA_CONDITION = 1e-9

@@ -9,12 +9,15 @@ from kinematics.errors import LinkageError
 
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
+    from balance.floating_base.result import FloatingBaseMotion
     from balance.taylor_poses.prediction import Predictions
     from balance.verification.result import Verification
 
 __all__ = ["solve_both_readings"]
 
-Answer = TypeVar("Answer", "CertifiedSpace", "Predictions", "Verification")
+Answer = TypeVar(
+    "Answer", "CertifiedSpace", "FloatingBaseMotion", "Predictions", "Verification"
+)
 
 # Most joints for which the other reading is computed: finding that larger loops do not close
 # may take minutes.

@@ -16,7 +16,7 @@ from kinematics.errors import ExactError
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
     from balance.exact.modular_ranks import Exact
-    from balance.interpretation.explain import Explanation
+    from balance.report.data import Report
     from balance.spaces.design_space import DesignSpace
     from kinematics.model.linkage import Linkage, Notice
 
@@ -45,6 +45,15 @@ def add_report(verbs: Verbs) -> None:
         help="say what may be moved across each joint, and what the loops add",
     )  # fmt: skip
     parser.add_argument(
+        "--decoupled", action="store_true",
+        help="say whether the inertia on the base is constant too, and which masses keep it so",
+    )  # fmt: skip
+    parser.add_argument(
+        "--pure-inertia", action="store_true",
+        help="move point masses across the joints of a planar linkage until it has moments of "
+        "inertia alone, and list the relations of angular velocities",
+    )  # fmt: skip
+    parser.add_argument(
         "--html", type=page_path, metavar="FILE.html",
         help="write a page with the moving linkage and all of this; it needs no network",
     )  # fmt: skip
@@ -69,17 +78,20 @@ def _run(arguments: argparse.Namespace) -> Outcome:
         exact = None
         if arguments.exact:
             space, exact = _add_exact_ranks(space)
-        explanation, change = _describe(space, arguments)
-        file_notices = _write_files(arguments, space, explanation, change)
-    from balance.report.data import Report, report_data
+        report = _describe(space, exact, arguments)
+        file_notices = _write_files(arguments, report)
+    from balance.report.data import report_data
     from balance.report.text.report import report_for_terminal, report_text
 
-    missing = _missing_certainty(space, arguments)
+    answers = [space, *([report.decoupling.freed] if report.decoupling else [])]
+    missing = [notice for answer in answers for notice in _missing_certainty(answer, arguments)]
     notices = (*space.warnings, *(exact.notices if exact else ()), *file_notices, *missing)
-    complete = space.settled or arguments.max_order is not None
+    complete = arguments.max_order is not None or all(answer.settled for answer in answers)
     answered = exact is not None or not arguments.exact
-    sure = complete and answered and not space.doubts and not missing
-    report = Report(space, explanation if arguments.explain else None, exact, change)
+    doubtful = any(answer.doubts for answer in answers)
+    sure = complete and answered and not doubtful and not missing
+    if not arguments.explain:
+        report = report._replace(explanation=None)
     return Outcome(
         DONE if sure else UNDECIDED, lambda: report_data(report), lambda: report_text(report),
         lambda: report_for_terminal(report), notices,
@@ -101,43 +113,45 @@ def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | Non
 
 
 def _describe(
-    space: DesignSpace, arguments: argparse.Namespace
-) -> tuple[Explanation | None, float]:
-    """Compute the explanation, if it is needed, and the distance to a rank drop."""
+    space: CertifiedSpace, exact: Exact | None, arguments: argparse.Namespace
+) -> Report:
+    """Compute what the options ask for beside the space, and the distance to a rank drop."""
     from balance.interpretation.explain import explain
+    from balance.report.data import Report
     from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 
     wanted = arguments.explain or arguments.html is not None
-    return explain(space) if wanted else None, distance_to_rank_drop(space)
+    explanation = explain(space) if wanted else None
+    report = Report(space, explanation, exact, distance_to_rank_drop(space))
+    if arguments.decoupled:
+        from balance.decoupled.decoupling import decoupling
+
+        report = report._replace(decoupling=decoupling(space))
+    if arguments.pure_inertia:
+        from balance.dynamic_equivalence.pure_inertia import pure_inertia
+
+        report = report._replace(pure_inertia=pure_inertia(space))
+    return report
 
 
-def _missing_certainty(
-    space: CertifiedSpace, arguments: argparse.Namespace
-) -> tuple[Notice, ...]:
+def _missing_certainty(space: DesignSpace, arguments: argparse.Namespace) -> tuple[Notice, ...]:
     """Return a notice if the answer is less certain than ``--require``."""
     from balance.spaces.certainty import LEVELS
     from kinematics.model.linkage import Notice
 
-    certainty = space.certainty
-    if LEVELS.index(certainty.level) >= LEVELS.index(arguments.require or LEVELS[0]):
+    if LEVELS.index(space.level) >= LEVELS.index(arguments.require or LEVELS[0]):
         return ()
-    text = f"the answer is {certainty.level}, not {arguments.require}: {certainty.reason}"
+    reason = space.assurance.removeprefix(f"{space.level}: ")
+    text = f"the answer is {space.level}, not {arguments.require}: {reason}"
     return (Notice("required", text),)
 
 
-def _write_files(
-    arguments: argparse.Namespace,
-    space: DesignSpace,
-    explanation: Explanation | None,
-    change: float,
-) -> tuple[Notice, ...]:
+def _write_files(arguments: argparse.Namespace, report: Report) -> tuple[Notice, ...]:
     """Write the files that ``--html`` and ``--write-closed`` name: all of them, or none.
 
     Args:
         arguments: the options of the command.
-        space: the design space.
-        explanation: result of `balance.explain`; None without ``--explain`` and ``--html``.
-        change: result of `balance.distance_to_rank_drop`.
+        report: the design space, and what was computed about it.
 
     Returns:
         Notices about the files for the user.
@@ -152,16 +166,17 @@ def _write_files(
     if closed is not None:
         from kinematics.urdf.write_closed_pose import write_at_reference_pose
 
-        posed = write_at_reference_pose(space.linkage)
+        linkage = report.space.linkage
+        posed = write_at_reference_pose(linkage)
         contents.append((closed, posed.data))
-        text = _describe_pose(space.linkage, dict(posed.moved))
+        text = _describe_pose(linkage, dict(posed.moved))
         if posed.beside:
             text += "; its loops are in another file: give that with --loops"
         notices.append(Notice("closed_pose", f"{closed}: written {text}"))
-    if page is not None and explanation is not None:
+    if page is not None:
         from balance.report.html.report import report_page
 
-        contents.append((page, report_page(space, explanation, change).encode()))
+        contents.append((page, report_page(report).encode()))
     write_all_atomic(contents)
     return tuple(notices)
 

@@ -12,6 +12,11 @@ from balance.atomic_files import write_all_atomic
 from balance.cli.arguments import Verbs, page_path, picture_path, whole_number
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.floating_base import (
+    add_base_options,
+    check_base_options,
+    run_floating_base,
+)
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
@@ -77,6 +82,7 @@ def add_verify(verbs: Verbs) -> None:
         help=f"number of random motions (default {TRAJECTORIES})",
     )  # fmt: skip
     parser.add_argument("--seed", type=_seed, help="seed of the random motions (default 0)")
+    add_base_options(parser)
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--csv", metavar="FILE",
@@ -111,6 +117,9 @@ def add_verify(verbs: Verbs) -> None:
 
 def _run(arguments: argparse.Namespace) -> Outcome:
     """Run the verification and write the files of the options."""
+    _refuse_exclusive_options(arguments)
+    if arguments.base != "fixed":
+        return run_floating_base(arguments)
     with progress_bar("motions") as advance:
         found = _verify(arguments, advance)
     code = DONE if found.first.balanced else NEGATIVE
@@ -128,9 +137,7 @@ def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) 
 
     Raises:
         LinkageError: a linkage, a motion, a file or a library cannot be used.
-        SystemExit: options exclude each other.
     """
-    _refuse_exclusive_options(arguments)
     options = _options(arguments) | {"progress": advance}
 
     def verify_first(angles: str) -> Verification:
@@ -161,6 +168,7 @@ def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) 
 
 def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     """End the command if its options exclude each other."""
+    check_base_options(arguments)
     for name in ("trajectories", "seed"):
         if arguments.speed is not None and getattr(arguments, name) is not None:
             arguments.refuse(f"--{name}: not with --speed, whose one motion is not random")

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.conditions.order_kernels import (
-    FIRST_EXPANSION_ORDER,
+    EXPANSION_ORDERS,
     FRESH_POSE_STEPS,
     conditions_up_to_order,
     generic_directions,
@@ -39,8 +39,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Highest orders of the expansions of the motion, tried one after the other.
-EXPANSION_ORDERS = (FIRST_EXPANSION_ORDER, 8, 20)
 # Most poses in one batch.
 MAX_POSES_PER_BATCH = 256
 

@@ -33,6 +33,7 @@ from kinematics.spatial.displacements import place_links
 
 __all__ = [
     "FRESH_POSE_STEPS",
+    "EXPANSION_ORDERS",
     "FIRST_EXPANSION_ORDER",
     "OrderResult",
     "conditions_up_to_order",
@@ -45,8 +46,9 @@ __all__ = [
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# Highest order of the first expansion of the motion.
-FIRST_EXPANSION_ORDER = 3
+# Highest orders of the expansions of the motion, tried one after the other.
+EXPANSION_ORDERS = (3, 8, 20)
+FIRST_EXPANSION_ORDER = EXPANSION_ORDERS[0]
 # Number of steps to the pose that decides whether high orders are complete.
 FRESH_POSE_STEPS = 4
 

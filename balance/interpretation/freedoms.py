@@ -31,7 +31,9 @@ from kinematics.linalg.rational import echelon
 from kinematics.model.arrays import freeze
 from kinematics.wording import repr_lines
 
-__all__ = ["Freedom", "parallel_freedoms", "summarise", "transfer_freedoms"]
+__all__ = [
+    "Freedom", "parallel_freedoms", "reduced_echelon", "summarise", "transfer_freedoms",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -109,10 +111,10 @@ def _basis_in_terms(
     scale = np.linalg.norm(D, axis=0)
     columns = transfer.scaled
     coordinates = np.linalg.lstsq(D / scale, columns / np.linalg.norm(columns, axis=0))[0]
-    return [_with_values(terms, _normalise(x / scale)) for x in _echelon(coordinates.T)]
+    return [_with_values(terms, _normalise(x / scale)) for x in reduced_echelon(coordinates.T)]
 
 
-def _echelon(rows: Array) -> Array:
+def reduced_echelon(rows: Array) -> Array:
     """Compute the reduced row echelon form of independent rows; round-off becomes zero."""
     A = np.array(echelon(rows.tolist(), _largest_in_column)[0])
     A[np.abs(A) <= ECHELON_PIVOT * np.abs(A).max(axis=1, keepdims=True)] = 0.0

@@ -8,6 +8,8 @@ from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from balance.decoupled.decoupling import Decoupling
+    from balance.dynamic_equivalence.pure_inertia import PureInertia
     from balance.exact.modular_ranks import Exact
     from balance.interpretation.explain import Explanation
     from balance.spaces.design_space import DesignSpace
@@ -29,25 +31,34 @@ class Report(NamedTuple):
         explanation: result of `balance.explain`; None without it.
         exact: result of `balance.exact_ranks`; None without it.
         change: result of `balance.distance_to_rank_drop`; infinite without it.
+        decoupling: result of `balance.decoupling`; None without it.
+        pure_inertia: result of `balance.pure_inertia`; None without it.
     """
 
     space: DesignSpace
     explanation: Explanation | None = None
     exact: Exact | None = None
     change: float = inf
+    decoupling: Decoupling | None = None
+    pure_inertia: PureInertia | None = None
 
 
 def report_data(report: Report) -> dict[str, object]:
     """Collect a report as plain data for JSON.
 
-    The keys ``transfers``, ``freedoms``, ``exact`` and ``margin.change`` are ``None`` without
-    their results; so is ``margin.change`` where the distance is infinite.
+    The keys ``transfers``, ``freedoms``, ``exact``, ``decoupled``, ``pure_inertia`` and
+    ``margin.change`` are ``None`` without their results; so is ``margin.change`` where the
+    distance is infinite.
     """
     data = report.space.to_dict()
     if report.explanation is not None:
         data |= report.explanation.to_dict()
     if report.exact is not None:
         data["exact"] = report.exact.to_dict()
+    if report.decoupling is not None:
+        data["decoupled"] = report.decoupling.to_dict()
+    if report.pure_inertia is not None:
+        data["pure_inertia"] = report.pure_inertia.to_dict()
     if report.change < inf:
         margin = data["margin"]
         assert isinstance(margin, dict)

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from balance.conditions.order_kernels import (
-    FIRST_EXPANSION_ORDER,
+    EXPANSION_ORDERS,
+    FRESH_POSE_STEPS,
     orders_workspace,
     planar_conditions_up_to_order,
     spatial_conditions_up_to_order,
@@ -20,6 +21,7 @@ from balance.tolerances import (
     SWEEP_CLOSURE_RESIDUAL,
     SWEEP_PIVOT_CLEAR,
     SWEEP_REGULAR,
+    SWEEP_SLOWEST,
 )
 from balance.transfers.compute_transfers import search_transfers, search_workspace
 from kinematics.compiled.jit import kernel
@@ -101,7 +103,7 @@ def _sweep_kernel(dim):
         unknowns, found, nd = links.size * size, for_search[0], diagonal.size
         all_columns, order, left = numbers[0], numbers[1], numbers[2]
         ranks, permutations = numbers[3], numbers[4]
-        F = for_orders[1][0]
+        F = for_orders[0][1][0]
         for g in range(screws.shape[0]):
             answers[g, 0] = -1
             s, m, tolerance = screws[g], mimics[g], tolerances[g]
@@ -124,30 +126,39 @@ def _sweep_kernel(dim):
             _sort_remaining(order[:unknowns], height, ranks, left)
             p = unknowns - height
             here = (parent, s, ends, m, columns, moves, envelope)
-            known = out[:0], all_columns[:p], left[:p], 0.0, 0.0, tolerance, 0
-            # The conditions, along twice as many rays each time until they are enough.
-            count = fewest
+            # The conditions, up to higher orders each time until they are settled, along twice
+            # as many rays each time until they are enough.
+            count, stage = fewest, 0
             rank, scale, dropped, done, settled = 0, 0.0, 0.0, 0, False
             radius = mismatch = slowest = 1.0
             permutation = permutations[:p]
-            result, orders = (ranks, permutation, out), (FIRST_EXPANSION_ORDER, True, 1)
-            while count <= rays.shape[0]:
+            result = ranks, permutation, out
+            while count <= rays.shape[0] and stage < len(EXPANSION_ORDERS):
+                if stage == 0:
+                    rank, scale, dropped, done = 0, 0.0, 0.0, 0
+                    for k in range(p):
+                        permutation[k] = k
+                orders = EXPANSION_ORDERS[stage], True, 1 if stage == 0 else FRESH_POSE_STEPS
+                known = out[:rank], permutation, left[:p], scale, dropped, tolerance, done
                 if dim == 3:
                     answer = planar_conditions_up_to_order(
-                        here, links, rays[:count], orders, known, result, for_orders
+                        here, links, rays[:count], orders, known, result, for_orders[stage]
                     )
                 else:
                     answer = spatial_conditions_up_to_order(
-                        here, links, rays[:count], orders, known, result, for_orders
+                        here, links, rays[:count], orders, known, result, for_orders[stage]
                     )
                 rank, scale, dropped, done, settled, radius = answer[:6]
-                mismatch, slowest, enough, _ = answer[6:]
-                if enough:
+                mismatch, slowest, enough, pose_found = answer[6:]
+                if settled or not pose_found:
                     break
-                count *= 2
+                if enough:
+                    stage += 1
+                else:
+                    count, stage = 2 * count, 0
             # Written so that a NaN leaves the geometry unsettled.
             if count > rays.shape[0] or not (
-                settled and mismatch <= SWEEP_CLOSURE_RESIDUAL and slowest >= SWEEP_REGULAR
+                settled and mismatch <= SWEEP_CLOSURE_RESIDUAL and slowest >= SWEEP_SLOWEST
             ):
                 continue
             R = out[:rank]
@@ -189,9 +200,12 @@ def sweep_workspace(
     n, dim = chain.screws.shape
     unknowns, transfers = chain.links.size * size, 4 * (2 * n + size)
     return (
-        orders_workspace(chain, rays, FIRST_EXPANSION_ORDER, per, size, unknowns),
+        tuple(
+            orders_workspace(chain, rays, goal, per, size, unknowns)
+            for goal in EXPANSION_ORDERS
+        ),
         search_workspace(n, dim, unknowns, size, per, transfers),
-        np.empty((5, max(unknowns, FIRST_EXPANSION_ORDER + 1)), np.int64),
+        np.empty((5, max(unknowns, EXPANSION_ORDERS[-1] + 1)), np.int64),
         factor_workspace(unknowns, rigid + 2 * transfers), np.empty(chain.dependent.size),
         np.empty((unknowns, unknowns)), np.empty((unknowns, unknowns)),
     )  # fmt: skip

@@ -30,7 +30,7 @@ from kinematics.model.linkage import Linkage, Notice
 from kinematics.urdf.validate_inertias import UNPHYSICAL
 from kinematics.wording import first_names, html_facts, repr_lines
 
-__all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace"]
+__all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace", "residual_of"]
 
 Array = NDArray[np.float64]
 
@@ -194,17 +194,9 @@ class DesignSpace(SpaceData):
     @cached_property
     def as_given(self) -> AsGiven:
         """Whether the masses in the file are balanced."""
-        rows = self.decision.conditions.rows
-        given = np.array([body.inertia for body in self.linkage.bodies])
-        if not given.any():
+        residual = residual_of(self, self.decision.conditions.rows)
+        if residual is None:
             return AsGiven(None, None)
-        z = to_chain(given, self.chain.frame, self.planar, self.balance == "force")
-        by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
-        total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
-        left = by_body.sum(axis=1)
-        residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
-        if not np.isfinite(residual):  # lengths that no double precision can square
-            residual = 1.0
         return AsGiven(residual <= AS_GIVEN_RESIDUAL, residual)
 
     @property
@@ -264,6 +256,8 @@ class DesignSpace(SpaceData):
             "exact": None,
             "transfers": None,
             "freedoms": None,
+            "decoupled": None,
+            "pure_inertia": None,
             "margin": {
                 "kept": self.kept,
                 "dropped": self.dropped,
@@ -274,3 +268,25 @@ class DesignSpace(SpaceData):
             "as_given": self.as_given._asdict(),
             "warnings": [notice._asdict() for notice in self.warnings],
         }
+
+
+def residual_of(space: DesignSpace, rows: Array) -> float | None:
+    """Compute the residual of conditions for the masses of the file.
+
+    Args:
+        space: the space, for its linkage and units.
+        rows: conditions (count, parameters) in the units of the chain.
+
+    Returns:
+        Size of what is left over the sum of the bodies' parts in it; None without masses.
+    """
+    given = np.array([body.inertia for body in space.linkage.bodies])
+    if not given.any():
+        return None
+    z = to_chain(given, space.chain.frame, space.planar, space.balance == "force")
+    by_body = np.einsum("rbp,bp->rb", rows.reshape(-1, *z.shape), z)
+    total = float(np.sqrt(np.einsum("rb,rb->b", by_body, by_body)).sum())
+    left = by_body.sum(axis=1)
+    residual = float(np.sqrt(left @ left)) / total if total > 0.0 else 0.0
+    # Lengths that no double precision can square.
+    return residual if np.isfinite(residual) else 1.0

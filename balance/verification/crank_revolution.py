@@ -24,6 +24,7 @@ from balance.motion_tolerances import (
     RELATION_RESIDUAL,
     REVOLUTION_RETURN,
 )
+from balance.verification.input_paths import SteadyPath
 from balance.verification.trajectory import Trajectory, drive, order_inputs
 from kinematics.closure.continuation import continue_along
 from kinematics.closure.joint_positions import input_chain
@@ -106,9 +107,9 @@ def revolve_crank(
 
 def _revolution(linkage: Linkage, speed: float, rates: Array, phase: float) -> Trajectory:
     """Compute one revolution from a crank angle of ``phase`` steps on."""
-    time = (np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed))
-    u, ud = (np.outer(x, rates) for x in (speed * time, np.full(time.size, speed)))
-    return drive(linkage, time, u, ud, np.zeros_like(u))
+    time = np.asarray((np.arange(STEPS + 1) + phase) * (TURN / STEPS / abs(speed)), float)
+    path = SteadyPath(np.zeros(rates.size), speed * rates)
+    return replace(drive(linkage, time, *path.at(time)), path=path)
 
 
 def _crank_name(linkage: Linkage, joint: str | None) -> str:

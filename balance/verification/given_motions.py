@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from os import PathLike
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.motion_tolerances import RATE_RESIDUAL_RELATIVE, RELATION_RESIDUAL
 from balance.verification.csv_motion import read_columns, refuse_row
+from balance.verification.input_paths import SplinePath
 from balance.verification.trajectory import Trajectory, drive, order_inputs
 from kinematics.errors import PoseError
 from kinematics.model.linkage import Linkage
@@ -81,8 +83,6 @@ def from_csv(
         FileError: the file is no such table, or nothing moves in it.
         PoseError: the loops cannot be closed along the motion.
     """
-    from scipy.interpolate import make_interp_spline
-
     further = rate_columns(linkage)
     table = read_columns(path, ["time", *linkage.inputs], FEWEST_ROWS, further=further)
     time, groups = table[:, 0], (table.shape[1] - 1) // linkage.mobility
@@ -98,12 +98,10 @@ def from_csv(
     if rates and rates_off(time, u, *rates) > RATE_RESIDUAL_RELATIVE:
         problem = "its velocities or accelerations are not those of its displacements"
         raise refuse_row(path, "", problem, "write closer samples, or displacements only")
-    if not rates:
-        spline = make_interp_spline(time, u, k=DEGREE)
-        rates = [spline(time, order) for order in (1, 2)]
-    trajectory = drive(linkage, time, u, *rates)
+    spline = SplinePath.through(time, u)
+    trajectory = drive(linkage, time, u, *(rates or spline.at(time)[1:]))
     if trajectory.moves:
-        return trajectory
+        return replace(trajectory, path=spline)
     raise refuse_row(path, "", "nothing moves", "give inputs that change with time")
 
 

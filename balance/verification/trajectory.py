@@ -21,6 +21,7 @@ from balance.motion_tolerances import (
     JOINT_RATE_RATIO,
     MOTION_RETURN,
 )
+from balance.verification.input_paths import InputPath, random_sines
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.closure.newton import follow_ray, forward_kinematics
 from kinematics.closure.series import expand_from
@@ -38,9 +39,7 @@ Array = NDArray[np.float64]
 PREDICTION_ORDER = 3
 # Most steps between two samples; the first sample may be far from the reference pose.
 MAX_STEPS = 200
-# Random motions: number of harmonics of the period.
-HARMONICS = 3
-# Their first amplitude, radians and characteristic lengths.
+# Random motions: their first amplitude, radians and characteristic lengths.
 FIRST_AMPLITUDE = 0.8
 # Factor by which the amplitude shrinks after a motion that cannot be followed.
 AMPLITUDE_FACTOR = 0.7
@@ -66,6 +65,7 @@ class Trajectory:
         closure: largest mismatch of the loops, in radians and characteristic lengths.
         conditioning: smallest pivot of the loop matrix along the motion over the one at the
             reference pose; 0 at a singularity, near which round-off is amplified.
+        path: the inputs as functions of time, if they are known between the samples.
     """
 
     time: Array
@@ -77,6 +77,7 @@ class Trajectory:
     qdd: Array
     closure: float
     conditioning: float
+    path: InputPath | None = None
 
     def __repr__(self) -> str:
         """One line: number of samples and joints, and the duration."""
@@ -175,13 +176,13 @@ def random_motions(
     fastest, least = JOINT_RATE_RATIO * rate, CONDITIONING_LEAST
     amplitude = FIRST_AMPLITUDE
     for number in range(count):
-        path = _sines(np.random.default_rng([seed, number]), time, basis.shape[1])
+        sines = random_sines(np.random.default_rng([seed, number]), time, basis.shape[1])
         amplitude = min(FIRST_AMPLITUDE, amplitude / AMPLITUDE_FACTOR)
         while True:
-            inputs = [amplitude * x @ basis.T for x in path]
-            found = _track(linkage, chain, (time, *inputs), fastest, least)
+            path = replace(sines, basis=basis, amplitude=amplitude)
+            found = _track(linkage, chain, (time, *path.at(time)), fastest, least)
             if isinstance(found, Trajectory) and _returns(found, chain):
-                yield found
+                yield replace(found, path=path)
                 break
             amplitude *= AMPLITUDE_FACTOR
             if amplitude * rate < LEAST_AMPLITUDE:
@@ -226,20 +227,6 @@ def order_inputs(motion: Motion, linkage: Linkage) -> Array:
         text = ", ".join(motion.relations)
         raise MotionError(text, problem, linkage.inputs, linkage.source)
     return motion.basis[[motion.inputs.index(name) for name in linkage.inputs]]
-
-
-def _sines(rng: np.random.Generator, time: Array, width: int) -> list[Array]:
-    """Compute random sums of sines from 0, at most 1, and two derivatives (N, width)."""
-    k = np.arange(1, HARMONICS + 1)[:, None]
-    size = rng.uniform(0.3, 1.0, (HARMONICS, width)) * rng.choice([-1.0, 1.0], width) / k
-    phase = rng.uniform(-0.8, 0.8, (HARMONICS, width))
-    omega = 2.0 * np.pi * k / (time[-1] - time[0])
-    angle = omega * time[:, None, None] + phase
-    path = np.einsum("kw,tkw->tw", size, np.sin(angle) - np.sin(phase))
-    scale = 1.0 / np.abs(path).max(axis=0, initial=0.0)
-    speed = np.einsum("kw,tkw->tw", size * omega, np.cos(angle))
-    change = -np.einsum("kw,tkw->tw", size * omega**2, np.sin(angle))
-    return [scale * path, scale * speed, scale * change]
 
 
 def _returns(found: Trajectory, chain: Chain) -> bool:

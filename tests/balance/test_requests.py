@@ -146,6 +146,7 @@ def from_linkages(linkage):
         "design_space": lambda: design_space(linkage).basis,
         "design_space_many": lambda: balance.design_space_many(linkage, screws).rank,
         "exact_ranks": lambda: balance.exact_ranks(linkage).ranks,
+        "locked_inertia": lambda: balance.locked_inertia(linkage, q),
         "find_paths": lambda: balance.find_paths(linkage, length=0.1).starts[0].values,
         "momentum_lines": lambda: balance.momentum_lines(linkage, q)[0][1].point,
         "momentum_map": lambda: balance.momentum_map(linkage, {"u1": [0.0, 0.1]}).matrix,

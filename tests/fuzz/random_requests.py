@@ -103,7 +103,8 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb in ("design", "remedies"):
         return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
     if verb == "verify":
-        return {True: 0, False: 1, None: 4}[found["balanced"]]
+        verdict = "undisturbed" if "undisturbed" in found else "balanced"
+        return {True: 0, False: 1, None: 4}[found[verdict]]
     if verb == "motion":
         return 0 if all(pose["corrected"] is not None for pose in found["poses"]) else 1
     if verb == "paths":
@@ -139,6 +140,8 @@ def consistent(words: list[str], found: dict[str, Any]) -> None:
         assert found["residuals"] is None or found["residuals"]["accepted"] is True
         assert all(body["mass"] > 0.0 for body in found["bodies"] if
                    body["name"] not in found["keep"])  # fmt: skip
+    elif words[0] == "verify" and "undisturbed" in found:
+        assert found["undisturbed"] in (None, found["residual"] <= found["tolerance"])
     elif words[0] == "verify" and found["balanced"] is not None:
         parts = ("force",) if found["balance"] == "force" else ("force", "moment")
         largest = max(found["residual"][part] for part in parts)
@@ -171,8 +174,10 @@ def check(words: list[str], done: Outcome) -> str:
         return f"{words[0]}: {code}"
     if "--json" in words:
         found = strict(out)
-        # ``design --add`` prints counterweights, or partial balance.
-        kind = found["schema"].split(".")[1].split("/")[0] if words[0] == "design" else words[0]
+        # ``design --add`` prints counterweights, or partial balance; ``verify --base`` the
+        # motion of a base.
+        several = words[0] in ("design", "verify")
+        kind = found["schema"].split(".")[1].split("/")[0] if several else words[0]
         validator(kind).validate(found)
         assert meant(words, found) == code, f"exit {code}, but {out[:300]}"
         consistent(words, found)

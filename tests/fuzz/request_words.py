@@ -159,6 +159,12 @@ def _model(rng: random.Random, place: Place) -> str:
     return place.model if rng.random() < 0.5 else _one(rng, others)
 
 
+def _values(rng: random.Random, names: tuple[str, ...]) -> str:
+    """Values of some of these names."""
+    some = rng.sample(names, min(len(names), rng.choice((1, 1, 2)))) or ["u"]
+    return ",".join(f"{name}={_number(rng, 0.05)}" for name in some)
+
+
 def _directions(rng: random.Random, place: Place) -> str:
     return _list(rng, ("x", "y", "z", "rx", "ry", "rz"))
 
@@ -214,14 +220,21 @@ WORDS: dict[str, Maker] = {
     "--line": _of("1", "2", "0", "x"),
     "--length": _of("0.1", "0.3", "0", "-1", "nan"),
     "--step": _of("0.01", "0.05", "0", "1e-9"),
-    "--base": _of("fixed", "free", "loose"),
+    "--base": _of("fixed", "free", "spring", "loose"),
     "--base-mass": lambda rng, place: [_number(rng)],
     "--base-com": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "--which": _of("1", "2", "0", "99"),
+    "--base-inertia": _of("1", "0.5", "1,1,1", "1,1,3", "1,2", "-1", "x"),
+    "--stiffness": _of("1e3", "1e3Nm/rad", "50N/m", "5N/mm", "1e40"),
+    "--initial": lambda rng, place: [_values(rng, ("wx", "wz", "vy", *place.names.inputs))],
+    "--torque": lambda rng, place: [_values(rng, place.names.inputs)],
+    "--duration": _of("0.1", "0.02", "0", "nan", "1e9"),
 }
 # What the options of partial balance need. A short motion is quicker than the random ones,
 # which ``--partial`` itself has.
 PARTIAL = ("--add", "{link}", "--partial", "--trajectory", "{table}")
+# A base that floats, for a short time.
+BASE = ("--base", "free", "--base-mass", "3", "--base-inertia", "1", "--duration", "0.05")
 # Words that the five-bar linkage with masses takes, and what else its option needs.
 GOOD: dict[str, list[str]] = {
     "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
@@ -255,4 +268,8 @@ GOOD: dict[str, list[str]] = {
     "--base-com": ["0.1,0,0", "--base", "free", "--base-mass", "2"],
     "--attitude": ["--base", "free", "--base-mass", "2"],
     "paths --csv": ["{folder}/path.csv"],
+    "verify --base": ["free", *BASE[2:]], "verify --base-mass": ["2", *BASE],
+    "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
+    "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
+    "--initial": ["vx=0.1", *BASE], "--torque": ["{first}=0.01", *BASE],
 }  # fmt: skip

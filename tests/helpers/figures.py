@@ -123,6 +123,10 @@ FIGURES = (
     Figure("three_four_bars_platform", (9, 18, 21), 12, 3, 36),
     Figure("zero_reaction_arm", (9, 12, 15), 12, 9, 36),
     Figure("zero_reaction_arm", (6, 11, 14), 12, 10, 36, motion=("u3=-12*u1-4*u2",)),
+    Figure("two_rrr_bisector", (6, 15, 16), 10, 6, 32, reach=0.2),
+    Figure("slider_pantograph", (3, 5), 2, 1, 8),
+    Figure("pantograph_reaction_wheel", (9, 11), 1, 0, 12),
+    Figure("pantograph_reaction_wheel", (6, 7), 1, 1, 9, balance="force"),
 )  # fmt: skip
 
 # Balanced masses for the geometry of another model, whose figures are theirs as well.
@@ -136,5 +140,6 @@ BALANCED = {
     "double_pendulum_counter_rotary", "double_pendulum_duplicates",
     "four_bar_added_antiparallelogram", "four_bar_added_slider_crank",
     "principal_vector_linkage-u1=-u3-u2=-u3", "principal_vector_linkage_slider",
-    "three_four_bars_platform", "three_rsr-spatial-u2=u3", "zero_reaction_arm-u3=-12*u1-4*u2",
+    "slider_pantograph", "three_four_bars_platform", "three_rsr-spatial-u2=u3",
+    "two_rrr_bisector", "zero_reaction_arm-u3=-12*u1-4*u2",
 }  # fmt: skip

@@ -40,8 +40,10 @@ balance.conditions balance.transfers balance.exact
 balance.spaces
 balance.search balance.interpretation
 balance.certification
+balance.decoupled
 balance.designs balance.verification balance.taylor_poses
-balance.added_masses balance.instantaneous
+balance.added_masses balance.dynamic_equivalence balance.floating_base
+balance.instantaneous
 balance.partial_balance
 balance.reactionless_paths
 balance.remedies

@@ -13,7 +13,7 @@ Conventions: a twist is a 4 × 4 matrix ``[[ω^, v], [0, 0]]`` in the inertial f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,7 @@ __all__ = [
     "Decision",
     "Mechanism",
     "closure",
+    "decoupling_rows",
     "displacements",
     "follow",
     "hat",
@@ -37,6 +38,10 @@ __all__ = [
 ]
 
 RELATIVE_TOLERANCE = 1e-11
+
+
+# A function of mechanism, positions, rates, balance and spatial.
+Rows = Callable[..., Array]
 
 
 class Decision(NamedTuple):
@@ -196,6 +201,28 @@ def regressor(
     return full.reshape(rates.shape[1] * len(rows), len(links) * len(columns))
 
 
+def decoupling_rows(
+    mechanism: Mechanism, q: Array, rates: Array, balance: str = "dynamic", spatial: bool = True
+) -> Array:
+    """The regressor, and below it the change of the inertia on the base since the pose 0.
+
+    That of a body is linear in its parameters, those of a cloud of points that it carries.
+    """
+    _, columns = selection(balance, spatial)
+    change = carried_parameters(mechanism, q) - carried_parameters(mechanism, 0 * q)
+    change = change[:, columns][..., columns].swapaxes(0, 1).reshape(len(columns), -1)
+    return np.vstack([regressor(mechanism, q, rates, balance, spatial), change])
+
+
+def carried_parameters(mechanism: Mechanism, q: Array) -> Array:
+    """Parameters that each body has where it is carried, by parameter; shape (nb, 10, 10)."""
+    placed = displacements(mechanism, q)[0][list(mechanism.links)]
+    cloud = np.column_stack([CLOUD, np.ones(10)]) @ placed.swapaxes(1, 2)
+    x, y, z = np.moveaxis(cloud[..., :3], 2, 0)
+    moments = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
+    return np.stack([np.ones_like(x), x, y, z, *moments], axis=1) @ FROM_CLOUD
+
+
 def selection(balance: str, spatial: bool) -> tuple[list[int], list[int]]:
     """Rows of the momentum and columns of the parameters that a question keeps."""
     rows = [0, 1, 2, 3, 4, 5] if spatial else [2, 3, 4]
@@ -233,6 +260,7 @@ def rank_over_poses(
     poses: int = 16,
     reach: float = 0.3,
     seed: int = 1,
+    rows: Rows = regressor,
 ) -> Decision:
     """Rank of the momentum regressors of random poses, stacked.
 
@@ -244,6 +272,7 @@ def rank_over_poses(
         poses: how many poses to draw.
         reach: largest input, in radians, or in lengths of the scaled mechanism.
         seed: of the random poses.
+        rows: what is stacked: `regressor`, or `decoupling_rows`.
     """
     mechanism = mechanism.scaled()
     basis = motion_basis(mechanism, motion)
@@ -253,7 +282,7 @@ def rank_over_poses(
     for _ in range(poses):
         q = follow(mechanism, start, basis @ rng.uniform(-reach, reach, basis.shape[1]))
         rates = velocities(mechanism, q, basis)
-        stack.append(regressor(mechanism, q, rates, balance, spatial))
+        stack.append(rows(mechanism, q, rates, balance, spatial))
     return decide(np.vstack(stack))
 
 
@@ -267,6 +296,7 @@ def ranks_by_order(
     radius: float = 0.08,
     samples: int = 32,
     seed: int = 2,
+    rows: Rows = regressor,
 ) -> list[Decision]:
     """Rank of the derivatives of the momentum regressor up to each order.
 
@@ -284,6 +314,7 @@ def ranks_by_order(
         radius: of the circle, in radians, or in lengths of the scaled mechanism.
         samples: points on the circle.
         seed: of the directions.
+        rows: whose series it is: `regressor`, or `decoupling_rows`.
 
     Raises:
         ValueError: the series does not converge on the circle.
@@ -302,7 +333,7 @@ def ranks_by_order(
         for turn in turns:
             q = follow(mechanism, q, radius * turn * direction)
             rates = velocities(mechanism, q, basis)
-            circle.append(regressor(mechanism, q, rates, balance, spatial))
+            circle.append(rows(mechanism, q, rates, balance, spatial))
         series = np.fft.hfft(circle, samples, axis=0) / samples
         if np.abs(series[samples // 2 :]).max() > 1e-9 * np.abs(series).max():
             raise ValueError(f"{mechanism.name}: a circle of radius {radius} is too large")

@@ -30,6 +30,8 @@ from reference import (
 
 GALLERY = sorted(Path(__file__).resolve().parents[2].glob("urdf_models/*.urdf"))
 MODELS = [path.stem for path in GALLERY]
+# Models with bodies that are point masses.
+POINT_MASSES = {"slider_pantograph", "pantograph_reaction_wheel"}
 
 
 def check(decision: Decision, rank: int) -> None:
@@ -149,12 +151,13 @@ def test_the_three_rsr_of_the_thesis_is_balanced_on_its_planes(motion: tuple[str
 
 @pytest.mark.parametrize("model", MODELS)
 def test_bodies_are_physical(model: str):
-    """The pseudo-inertia of every body is positive definite."""
+    """The pseudo-inertia of every body is positive definite; of point masses semidefinite."""
     for z in load(model).inertias:
         tensor = z[[4, 7, 8, 7, 5, 9, 8, 9, 6]].reshape(3, 3)
         second = np.trace(tensor) / 2 * np.eye(3) - tensor
         pseudo = np.block([[second, z[1:4, None]], [z[None, 1:4], z[0]]])
-        assert np.linalg.eigvalsh(pseudo)[0] > 0
+        least = np.linalg.eigvalsh(pseudo)[0]
+        assert least > 0 or (model in POINT_MASSES and least > -1e-15)
 
 
 def test_the_gallery_is_described():

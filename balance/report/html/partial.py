@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from balance.partial_balance.results import ParetoFront, PartialBalance
 from balance.report.html.plot_style import image, tidy
-from balance.report.html.verification import COLOURS
+from balance.report.html.time_panels import COLOURS
 
 __all__ = ["front_picture"]
 

@@ -8,7 +8,7 @@ from typing import Any
 from balance.remedies.compare import RemedyComparison
 from balance.report.html.plot_style import LAYOUT
 from balance.report.html.render import facts_list, html_table, render_page
-from balance.report.html.verification import COLOURS
+from balance.report.html.time_panels import COLOURS
 from balance.report.text.remedies import remedies_facts, remedy_rows
 
 __all__ = ["remedies_page"]

@@ -7,22 +7,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from balance.conditions.collect import conditions_by_order, relative_tolerance
 from balance.inertial_parameters.multipole import NOUNS, UNITS, Primitive
-from balance.interpretation.explain import ExplainedTransfer, Explanation
+from balance.interpretation.explain import ExplainedTransfer, explain
 from balance.interpretation.freedoms import Freedom
 from balance.report.data import Report, report_data
 from balance.report.html.render import bullets, facts_list, html_table, render_page
 from balance.report.html.scene import scene
-from balance.report.text.report import report_facts, report_table
+from balance.report.text.report import (
+    decoupling_facts,
+    inertia_sections,
+    report_facts,
+    report_table,
+)
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import COMPONENT_ZERO_RELATIVE
 from kinematics.model.linkage import Notice
+from kinematics.spatial.inertia import pseudo_inertia
 
 __all__ = ["report_page"]
 
@@ -31,7 +36,7 @@ SCRIPTS = ("shapes", "linkage", "freedoms", "figure", "controls", "choice", "mom
            "spectrum", "start")  # fmt: skip
 
 
-def report_page(space: DesignSpace, explanation: Explanation, change: float = inf) -> str:
+def report_page(report: Report) -> str:
     """Render a design space as one HTML file.
 
     The page shows the linkage in 3D, with a slider for each degree of freedom of the motion;
@@ -39,9 +44,7 @@ def report_page(space: DesignSpace, explanation: Explanation, change: float = in
     element ``report`` contains `report_data` as JSON.
 
     Args:
-        space: the design space.
-        explanation: result of `balance.explain`.
-        change: result of `balance.distance_to_rank_drop`.
+        report: the space and what was computed about it; `balance.explain` is, if it was not.
 
     Returns:
         The text of the file.
@@ -49,22 +52,29 @@ def report_page(space: DesignSpace, explanation: Explanation, change: float = in
     Raises:
         PackageError: Plotly is missing.
     """
+    space = report.space
+    explanation = report.explanation or explain(space)
+    report = report._replace(explanation=explanation, exact=None)
     drawing = scene(space) | {
         "titles": [transfer.title for transfer in explanation.transfers],
         "spectra": _spectra(space),
     }
+    if report.pure_inertia is not None:
+        drawing["pure"] = pseudo_inertia(report.pure_inertia.spatial_parameters).tolist()
     return render_page(
         "page.html",
         title=space.linkage.name,
         summary=_summary(space),
-        report=report_data(Report(space, explanation, change=change)),
+        report=report_data(report),
         data={"scene": drawing},
         scripts=SCRIPTS,
         warnings=_warning_section(space.warnings),
-        facts=facts_list(report_facts(space, change)),
+        facts=facts_list(report_facts(space, report.change)),
         orders=_order_table(space),
         transfers=_transfer_table(explanation.transfers),
         freedoms=_freedom_table(explanation.freedoms),
+        decoupled=_decoupling_section(report),
+        inertias=_inertia_section(report),
     )
 
 
@@ -101,6 +111,34 @@ def _order_table(space: DesignSpace) -> str:
     """Render the table of rank and nullity by order."""
     head, *rows = report_table(space)
     return html_table([name.capitalize() for name in head], rows, range(len(head)))
+
+
+def _decoupling_section(report: Report) -> str:
+    """Render the facts on decoupling; empty without them."""
+    if report.decoupling is None:
+        return ""
+    return (
+        "<section>\n<h2>Decoupled from a moving base</h2>\n"
+        '<p class="note">Whether the masses are balanced and the inertia of the linkage on its '
+        "base is constant, so that a base that moves feels a rigid body.</p>\n"
+        f"{facts_list(decoupling_facts(report.decoupling))}\n</section>"
+    )
+
+
+def _inertia_section(report: Report) -> str:
+    """Render pure inertias and their conditions; empty without them."""
+    if report.pure_inertia is None:
+        return ""
+    tables = (
+        f"<h3>{escape(title[0].upper() + title[1:])}</h3>\n{facts_list(pairs)}"
+        for title, pairs in inertia_sections(report.pure_inertia)
+    )
+    return (
+        "<section>\n<h2>Pure inertias</h2>\n"
+        '<p class="note">Point masses moved across revolute joints until the bodies have '
+        "moments of inertia alone. Every momentum is then a couple, g ω, without a line: "
+        f"choose the pure inertias under Lines of momentum.</p>\n{''.join(tables)}\n</section>"
+    )
 
 
 def _warning_section(notices: Sequence[Notice]) -> str:

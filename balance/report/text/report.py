@@ -9,14 +9,18 @@ from math import inf
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from balance.decoupled.decoupling import Decoupling
+    from balance.dynamic_equivalence.pure_inertia import PureInertia
     from balance.exact.modular_ranks import Exact
     from balance.interpretation.explain import Explanation
     from balance.report.data import Report
     from balance.spaces.design_space import DesignSpace
 
 __all__ = [
-    "report_facts",
+    "decoupling_facts",
     "explanation_sections",
+    "inertia_sections",
+    "report_facts",
     "report_for_terminal",
     "report_table",
     "report_text",
@@ -100,11 +104,11 @@ def report_table(space: DesignSpace, exact: Exact | None = None) -> list[tuple[s
 
 def report_text(report: Report) -> str:
     """Write the report on a design space as plain text."""
-    space, explanation, exact, change = report
-    lines = [f"{label:<13} {value}" for label, value in report_facts(space, change)]
-    rows = ["".join(f"{cell:>8}" for cell in row) for row in report_table(space, exact)]
+    space = report.space
+    lines = [f"{label:<13} {value}" for label, value in report_facts(space, report.change)]
+    rows = ["".join(f"{cell:>8}" for cell in row) for row in report_table(space, report.exact)]
     found = ["\n".join([*lines, "", *rows])]
-    for title, pairs in explanation_sections(explanation) if explanation else []:
+    for title, pairs in _sections(report):
         width = max(len(label) for label, _ in pairs)
         found.append("\n".join([f"{title}:", *(f"  {a:<{width}}  {b}" for a, b in pairs)]))
     return "\n\n".join(found)
@@ -121,17 +125,67 @@ def explanation_sections(explanation: Explanation) -> list[tuple[str, list[tuple
     return [(title, pairs) for title, pairs in sections if pairs]
 
 
+def decoupling_facts(found: Decoupling) -> list[tuple[str, str]]:
+    """List the facts on decoupling, as pairs of label and value.
+
+    Args:
+        found: result of `balance.decoupling`.
+    """
+    residual = "" if found.residual is None else f" (residual {found.residual:.1e})"
+    ranks = " ".join(str(order.rank) for order in found.orders)
+    return [
+        ("as given", f"{found.words}{residual}"),
+        ("design space", found.parts),
+        ("rank by order", ranks),
+        ("certainty", found.freed.assurance),
+        *(("in doubt", doubt) for doubt in found.freed.doubts),
+    ]
+
+
+def inertia_sections(found: PureInertia) -> list[tuple[str, list[tuple[str, str]]]]:
+    """List the sections on pure inertias: a title, and pairs of label and text.
+
+    Args:
+        found: result of `balance.pure_inertia`.
+    """
+    stay = {item.body for item in found.left}
+    inertias = [
+        (name, "mass stays" if name in stay else f"{value:.6g} kg m²")
+        for name, value in zip(found.space.bodies, found.inertias.tolist(), strict=True)
+    ]
+    moved = [(", ".join(item.joints), item.gains_text) for item in found.moved]
+    left = [(item.body, f"{item.mass:.6g} kg: {item.reason}") for item in found.left]
+    related = [(str(k), text) for k, text in enumerate(found.relation_words, 1)]
+    asked = [(str(k), text) for k, text in enumerate(found.condition_words, 1)]
+    sections = [
+        ("pure inertias, of equal momentum", inertias),
+        ("point masses that bodies gain on the way there, by joint", moved),
+        ("masses that cannot be moved", left),
+        ("relations of angular velocities", related),
+        ("conditions on pure inertias", asked),
+    ]
+    return [(title, pairs) for title, pairs in sections if pairs]
+
+
+def _sections(report: Report) -> list[tuple[str, list[tuple[str, str]]]]:
+    """List the sections of a report after its table."""
+    found = explanation_sections(report.explanation) if report.explanation else []
+    if report.decoupling:
+        found.append(("decoupled from a moving base", decoupling_facts(report.decoupling)))
+    return found + (inertia_sections(report.pure_inertia) if report.pure_inertia else [])
+
+
 def report_for_terminal(report: Report) -> str:
     """Write the report on a design space with the styles of a terminal."""
-    space, explanation, exact, change = report
+    space = report.space
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
     summary = Table.grid(padding=(0, 2))
-    for label, value in report_facts(space, change):
+    for label, value in report_facts(space, report.change):
         summary.add_row(f"[bold]{label}", escape(value))
-    head, *rows = report_table(space, exact)
+    head, *rows = report_table(space, report.exact)
     orders = Table(*head)
     for row in rows:
         orders.add_row(*row)
@@ -139,7 +193,7 @@ def report_for_terminal(report: Report) -> str:
     with console.capture() as capture:
         console.print(summary)
         console.print(orders)
-        for title, pairs in explanation_sections(explanation) if explanation else []:
+        for title, pairs in _sections(report):
             section = Table("", "", title=title, title_justify="left", show_header=False)
             for left, right in pairs:
                 section.add_row(escape(left), escape(right))

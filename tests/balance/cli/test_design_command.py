@@ -37,7 +37,8 @@ FEASIBLE = {
     "two_rrr-force", "double_pendulum_counter_rotary", "double_pendulum_duplicates",
     "four_bar_added_antiparallelogram", "four_bar_added_slider_crank",
     "principal_vector_linkage-u1=-u3-u2=-u3", "principal_vector_linkage_slider",
-    "three_four_bars_platform", "zero_reaction_arm-u3=-12*u1-4*u2",
+    "three_four_bars_platform", "zero_reaction_arm-u3=-12*u1-4*u2", "two_rrr_bisector",
+    "pantograph_reaction_wheel-force",
 }  # fmt: skip
 
 

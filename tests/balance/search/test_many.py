@@ -11,7 +11,9 @@ from laws import outside
 
 import balance
 from balance.inertial_parameters.body_inertia import in_link_frames
+from balance.search import many_geometries
 from balance.search.many_geometries import CHUNK_SIZE
+from benchmarks.inputs.geometry import variants
 from kinematics import load
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
@@ -113,6 +115,24 @@ def test_other_topologies_in_other_places(name, options):
         screws.append(moved)
     found = balance.design_space_many(linkage, np.array(screws), bases=True, **options)
     agree(found, one_by_one(linkage, screws, **options), linkage.frames)
+
+
+@pytest.mark.parametrize(
+    ("name", "kmax"), [("six_bar_stephenson", 6), ("eight_bar", 9), ("three_rsr", 1)]
+)
+def test_high_orders_and_slow_joints_stay_in_the_loop(name, kmax, monkeypatch):
+    """Orders beyond the first expansion are settled there, as `design_space` settles them."""
+    linkage, copies = load(name), variants(name, 6, seed=93)
+    screws = np.array([[joint.screw for joint in copy.joints] for copy in copies])
+    expected = list(one_by_one(linkage, screws))
+    assert {space.kmax for space in expected} == {kmax}
+    alone = []
+    monkeypatch.setattr(
+        many_geometries._Sweep, "solve_alone", lambda sweep, number: alone.append(number)
+    )
+    found = balance.design_space_many(linkage, screws, bases=True)
+    assert not alone
+    agree(found, expected, linkage.frames)
 
 
 def test_a_basis_is_that_of_the_pose_given():

@@ -20,7 +20,10 @@ from balance.report.data import schema
 from kinematics.model.plane import plane_axes
 
 SPATIAL = [figure for figure in FIGURES if figure.spatial]
-FLAT = [figure for figure in FIGURES if not figure.spatial]
+# Linkages of which a single link has mass in balanced distributions.
+ONE_MASS = {"pantograph_reaction_wheel"}
+FLAT = [f for f in FIGURES if not f.spatial and str(f) not in ONE_MASS]
+DYNAMIC = [f for f in FIGURES if f.balance == "dynamic" and str(f) not in ONE_MASS]
 VALIDATOR = Draft202012Validator(schema())
 
 
@@ -89,7 +92,7 @@ def test_planar_bodies_have_the_parameters_they_came_from(figure, tmp_path):
             assert relative(again, own) < 1e-11
 
 
-@pytest.mark.parametrize("figure", [f for f in FIGURES if f.balance == "dynamic"], ids=str)
+@pytest.mark.parametrize("figure", DYNAMIC, ids=str)
 def test_a_file_with_the_new_inertials_is_balanced(figure, tmp_path):
     """Through the reader: the values are those of the element, in the frame of its link."""
     turned = placed(displacement(np.random.default_rng(6)))

@@ -23,6 +23,7 @@ MOBILITY |= dict.fromkeys(
 )
 MOBILITY |= {"hprs": 6, "pantograph": 2, "stewart_6ups": 6}
 MOBILITY |= dict.fromkeys([name for name in MODELS if "_rrr" in name], 3)
+MOBILITY |= {"two_rrr_bisector": 2, "pantograph_reaction_wheel": 3}
 Z = [0.0, 0.0, 1.0]
 MASS = dict(mass=1.0, inertia=0.1 * np.eye(3))
 

@@ -22,7 +22,8 @@ MODELS = kinematics.gallery()
 # MJCF has no screw joint, and the writer of these tests no relations of joints and no massless
 # links that carry several others.
 BRANCHES = {
-    "principal_vector_linkage", "principal_vector_linkage_slider", "three_four_bars_platform"
+    "principal_vector_linkage", "principal_vector_linkage_slider", "three_four_bars_platform",
+    "two_rrr_bisector", "slider_pantograph", "pantograph_reaction_wheel",
 }  # fmt: skip
 WRITTEN = sorted(
     name for name, path in MODELS.items()

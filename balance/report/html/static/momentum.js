@@ -76,7 +76,10 @@ function perpendicular(one, other) {
 function meant(lines, couples, balanced) {
   const count = lines.length;
   if (!balanced) return {words: "These masses are not balanced: the momenta do not cancel."};
-  if (count === 0) return {words: "No body has a linear momentum here: there are no lines."};
+  if (count === 0) {
+    const which = couples ? "All momenta are couples, and add up to zero" : "No body has a linear momentum here";
+    return {words: `${which}: there are no lines.`};
+  }
   if (couples) return {words: "The momenta add up to zero. One of them at least is a couple, which has no line, so the lines of the others need not meet."};
   if (count === 2) return {words: "Two momenta, equal and opposite, on one line."};
   if (count > 3) {
@@ -110,7 +113,15 @@ const MASSES = {
     label: "of all freedoms together",
     of: () => gathered(groups.flatMap((group) => group.freedoms.flatMap((f) => f.primitives))),
   },
+  pure: {label: "of the pure inertias", of: () => scene.pure},
 };
+
+/** Whether masses are there to choose. */
+const offered = (name) => name === "pure" ? scene.pure : groups.length || !["chosen", "all"].includes(name);
+
+/** Whether the masses of a name are balanced. */
+const cancels = (name) => name === "pure" ? report.pure_inertia.balanced
+  : name !== "given" || report.as_given.balanced;
 
 /** Traces of the lines at a pose; updates the text beside the figure. */
 function momentumLines(H) {
@@ -119,7 +130,7 @@ function momentumLines(H) {
   const lines_ = found.filter((line) => line.kind === "line");
   const couples = found.some((line) => line.kind === "couple");
   const told = name === "none" ? {words: ""}
-    : meant(lines_, couples, name !== "given" || report.as_given.balanced);
+    : meant(lines_, couples, cancels(name));
   const far = lines_.some(({d, point}) => norm(cross(d, add(point, centre, -1))) > size);
   byId("meeting").textContent = told.words + (far ? " Not all lines are near enough to be in the drawing." : "");
   showMomenta(found, column);
@@ -172,7 +183,7 @@ function buildMomenta() {
   field.hidden = report.balance !== "dynamic" || !scene.columns.length;
   if (field.hidden) return;
   for (const [name, {label}] of Object.entries(MASSES)) {
-    if (groups.length || !["chosen", "all"].includes(name)) choice.append(element("option", {value: name}, label));
+    if (offered(name)) choice.append(element("option", {value: name}, label));
   }
   choice.value = report.as_given.balanced ? "given" : "none";
   choice.addEventListener("change", draw);

@@ -72,7 +72,9 @@ class Elements(HTMLParser):
 def case(model, motion=None):
     """Design space of a model of the gallery, and the elements of its page."""
     space = design_space(kinematics.load(model), motion)
-    return space, Elements(report_page(space, explain(space), distance_to_rank_drop(space)))
+    return space, Elements(
+        report_page(Report(space, explain(space), change=distance_to_rank_drop(space)))
+    )
 
 
 @cache
@@ -241,7 +243,10 @@ def test_names_of_files_are_text(tmp_path):
     space = hostile(tmp_path)
     assert "coupler" + HOSTILE in space.bodies
     change = distance_to_rank_drop(space)
-    found, usual = Elements(report_page(space, explain(space), change)), case(*CASES[0])[1]
+    found, usual = (
+        Elements(report_page(Report(space, explain(space), change=change))),
+        case(*CASES[0])[1],
+    )
     assert all(found.tags[tag] == usual.tags[tag] for tag in ("script", "b", "img"))
     assert "four_bar" + HOSTILE in found.text and "coupler" + HOSTILE in found.text
     assert found.data("report") == plain(space)

@@ -30,7 +30,7 @@ READ = "return document.getElementById('plot').data.find((t) => t.name === argum
 def written(folder, space):
     """The address of the page of a design space."""
     path = folder / "page.html"
-    path.write_text(report_page(space, explain(space)), encoding="utf-8")
+    path.write_text(report_page(Report(space, explain(space))), encoding="utf-8")
     return path.as_uri()
 
 

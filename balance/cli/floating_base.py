@@ -1,0 +1,260 @@
+"""Options of ``balance verify`` for a base that floats or stands on springs, and the answer."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from balance.cli.both_readings import solve_both_readings
+from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.model_options import load_model, parse_coordinates
+from balance.cli.outcome import Outcome
+from balance.cli.progress_bar import progress_bar
+
+if TYPE_CHECKING:
+    from balance.floating_base.base import FloatingBase
+    from balance.floating_base.result import FloatingBaseMotion
+    from kinematics.model.linkage import Notice
+
+__all__ = ["add_base_options", "check_base_options", "run_floating_base"]
+
+NUMBER = r"[+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+# Largest numbers that describe a base, and their inverses: squares do not overflow.
+MAX_NUMBER = 1e12
+# Largest coordinate of the centre of mass of a base, metres.
+MAX_POINT = 1e6
+# Options that need a base.
+OWN = (
+    "base_mass", "base_inertia", "base_com", "stiffness", "initial", "torque", "duration",
+)  # fmt: skip
+
+
+class Simulated(NamedTuple):
+    """Result of the command with a base.
+
+    Attributes:
+        first: the motion of the base of the linkage.
+        second: that of a second linkage; None without one.
+    """
+
+    first: FloatingBaseMotion
+    second: FloatingBaseMotion | None
+
+    @property
+    def notices(self) -> tuple[Notice, ...]:
+        """Notices of both linkages."""
+        return (*self.first.notices, *(self.second.notices if self.second else ()))
+
+    def to_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        against = self.second.to_dict() if self.second else None
+        return self.first.to_dict() | {"against": against}
+
+    def text(self) -> str:
+        """Write plain text."""
+        from balance.report.text.floating_base import floating_base_text
+
+        return floating_base_text(self.first, self.second)
+
+
+def add_base_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a base to the command ``verify``."""
+    parser.add_argument(
+        "--base", choices=("fixed", "free", "spring"), default="fixed",
+        help="free: the base floats; spring: it stands on springs. Its motion is simulated; "
+        "the exit code is 0 if it stays at rest, 1 if it moves",
+    )  # fmt: skip
+    parser.add_argument("--base-mass", type=_positive, metavar="KG", help="mass of that base")
+    parser.add_argument(
+        "--base-inertia", type=_inertia, metavar="I|IX,IY,IZ",
+        help="moment of inertia of that base about its centre of mass, kg m²; or three, about "
+        "the axes parallel to the inertial ones",
+    )  # fmt: skip
+    parser.add_argument(
+        "--base-com", type=_point, metavar="X,Y,Z",
+        help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--stiffness", type=_stiffness, action="append", metavar="K[Nm/rad|N/m]",
+        help="with --base spring: stiffness of a rotational spring (1e4 or 1e4Nm/rad), or of a "
+        "translational one at the centre of mass of the base (2e5N/m); repeatable",
+    )  # fmt: skip
+    parser.add_argument(
+        "--initial", type=parse_coordinates, metavar="NAME=VALUE,…",
+        help="velocities at the start: wx, wy, wz (rad/s), vx, vy, vz (m/s) of the base, and "
+        "of inputs that --torque frees",
+    )  # fmt: skip
+    parser.add_argument(
+        "--torque", type=parse_coordinates, metavar="J1=VALUE,…",
+        help="with --base: the inputs move freely, under these constant torques and forces "
+        "(others 0)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--duration", type=_positive, metavar="S",
+        help="with --base: duration, seconds (default: that of the table of --csv, or 10)",
+    )  # fmt: skip
+
+
+def check_base_options(arguments: argparse.Namespace) -> None:
+    """End the command with code 2 if options of a base contradict others."""
+    if arguments.base == "fixed":
+        for name in OWN:
+            if getattr(arguments, name) is not None:
+                flag = name.replace("_", "-")
+                arguments.refuse(f"--{flag}: only with --base free or --base spring")
+        return
+    for name in ("base_mass", "base_inertia"):
+        if getattr(arguments, name) is None:
+            arguments.refuse(f"--base {arguments.base}: give --base-mass and --base-inertia")
+    if (arguments.base == "spring") != bool(arguments.stiffness):
+        arguments.refuse("--stiffness belongs to --base spring: give both or neither")
+    kinds = [kind for kind, _ in arguments.stiffness or ()]
+    if len(set(kinds)) < len(kinds):
+        arguments.refuse("--stiffness: give one rotational and one translational at most")
+    if arguments.balance == "force":
+        arguments.refuse("--base: not with --balance force, for a base turns too")
+    if (arguments.trajectories or 1) > 1:
+        arguments.refuse("--trajectories: there is one motion with --base")
+    if arguments.torque is not None:
+        for name in ("csv", "speed", "seed"):
+            if getattr(arguments, name) is not None:
+                arguments.refuse(f"--torque: frees the inputs that --{name} moves")
+
+
+def run_floating_base(arguments: argparse.Namespace) -> Outcome:
+    """Simulate one or two linkages on a base and write the files of the options.
+
+    Raises:
+        LinkageError: a linkage, a motion, the base, a file or a library cannot be used.
+    """
+    with progress_bar("hundredths") as advance:
+        found = _simulate(arguments, advance)
+    _write_files(found, arguments)
+    code = DONE if found.first.undisturbed else NEGATIVE
+    if not found.first.agreed:
+        code = UNDECIDED
+    return Outcome(code, found.to_dict, found.text, notices=found.notices)
+
+
+def _simulate(arguments: argparse.Namespace, advance: Callable[[int, int], None]) -> Simulated:
+    """Simulate the linkages of the options."""
+    base = _base(arguments)
+    base.check()
+
+    def simulate_first(angles: str) -> FloatingBaseMotion:
+        linkage = load_model(arguments, angles)
+        # Load the kernels only after the file is accepted.
+        from balance.floating_base.simulate import simulate_floating_base
+        from balance.verification.crank_revolution import revolve_crank
+        from balance.verification.given_motions import from_csv
+        from kinematics.model.motion import motion_of
+
+        motion, along = motion_of(linkage, arguments.motion), None
+        if arguments.csv:
+            along = from_csv(linkage, arguments.csv, motion)
+        if arguments.speed is not None:
+            crank, speed = arguments.speed
+            along, _ = revolve_crank(linkage, speed, crank, motion)
+        return simulate_floating_base(
+            linkage, base, along=along, **_options(arguments), progress=advance
+        )
+
+    def simulate_second(angles: str) -> FloatingBaseMotion:
+        from balance.floating_base.simulate import simulate_second
+
+        other = load_model(arguments, angles, arguments.against)
+        return simulate_second(first, other, **_options(arguments), progress=advance)
+
+    first = solve_both_readings(simulate_first, arguments.angles)
+    if not arguments.against:
+        return Simulated(first, None)
+    return Simulated(first, solve_both_readings(simulate_second, arguments.angles))
+
+
+def _base(arguments: argparse.Namespace) -> FloatingBase:
+    """Make the base of the options."""
+    from balance.floating_base.base import FloatingBase
+
+    return FloatingBase(
+        arguments.base_mass, arguments.base_inertia, arguments.base_com or (0.0, 0.0, 0.0),
+        **dict(arguments.stiffness or ()),
+    )  # fmt: skip
+
+
+def _options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the keyword arguments of `simulate_floating_base` from the options."""
+    options = {
+        "torques": arguments.torque, "initial": arguments.initial, "motion": arguments.motion,
+        "duration": arguments.duration, "seed": arguments.seed or 0,
+        "spatial": arguments.spatial,
+    }  # fmt: skip
+    if arguments.tolerance is not None:
+        options["tolerance"] = arguments.tolerance
+    return options
+
+
+def _write_files(found: Simulated, arguments: argparse.Namespace) -> None:
+    """Write the files of the options."""
+    from balance.atomic_files import write_all_atomic
+    from balance.report.html.floating_base import (
+        floating_base_page,
+        floating_base_picture,
+        floating_base_table,
+    )
+
+    both = [found.first, *([found.second] if found.second else [])]
+    contents = []
+    if arguments.plot:
+        picture = floating_base_picture(both, arguments.plot[-3:].lower())
+        contents.append((arguments.plot, picture))
+    if arguments.html:
+        contents.append((arguments.html, floating_base_page(both).encode()))
+    if arguments.table:
+        contents.append((arguments.table, floating_base_table(found.first).encode()))
+    write_all_atomic(contents)
+
+
+def _positive(text: str) -> float:
+    """Parse a positive number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 1.0 / MAX_NUMBER <= value <= MAX_NUMBER:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a number from {1.0 / MAX_NUMBER:g} to {MAX_NUMBER:g}"
+        )
+    return value
+
+
+def _inertia(text: str) -> float | tuple[float, ...]:
+    """Parse a moment of inertia, or three."""
+    values = tuple(_positive(word) for word in text.split(","))
+    if len(values) not in (1, 3):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a moment of inertia, nor three")
+    return values if len(values) == 3 else values[0]
+
+
+def _point(text: str) -> tuple[float, ...]:
+    """Parse a point of ``0.1,0,-0.05``."""
+    try:
+        values = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != 3 or not all(abs(value) <= MAX_POINT for value in values):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a point such as 0.1,0,-0.05, metres")
+    return values
+
+
+def _stiffness(text: str) -> tuple[str, float]:
+    """Parse ``1e4Nm/rad`` or ``2e5N/m``: name of the spring, and its stiffness."""
+    found = re.fullmatch(rf"\s*({NUMBER})\s*(N\s?m/rad|N/m)?\s*", text)
+    if found is None:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a stiffness: write 1e4Nm/rad or 2e5N/m"
+        )
+    name = "stiffness" if found[2] == "N/m" else "turning_stiffness"
+    return name, _positive(found[1])

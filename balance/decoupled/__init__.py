@@ -1,0 +1,1 @@
+"""Decoupling: whether the inertia of a linkage on its base is constant in every motion."""

@@ -1,0 +1,1 @@
+"""A linkage on a base that floats, or stands on springs."""

@@ -17,7 +17,7 @@ from balance.flexible.beam_part import Marker, MovingPart, RigidPart
 from balance.flexible.build_beam import BeamModel, BeamOptions, model_beam
 from balance.flexible.drives import Profile
 from balance.flexible.mechanism import PlanarMechanism
-from balance.flexible.mechanism_types import Drive, MechanismJoint, On
+from balance.flexible.mechanism_types import JointDrive, MechanismJoint, On
 from balance.flexible.similarity import Arm
 from balance.flexible.supported_modes import Clamp, EndBody, Support
 from kinematics.errors import LinkageError
@@ -73,7 +73,7 @@ def arm_mechanism(
         start.append(_start(model, arm, 0.0, k * np.pi))
     size = max(arm.beam.length for arm in arms)
     return PlanarMechanism(
-        tuple(parts), tuple(joints), np.concatenate(start), (), (Drive(0, drive),), size
+        tuple(parts), tuple(joints), np.concatenate(start), (), (JointDrive(0, drive),), size
     )
 
 
@@ -121,7 +121,7 @@ def translator_mechanism(
             )  # fmt: skip
             parts.append(model.part)
             start.append(_start(model, arm, y, angle))
-    drives = tuple(Drive(h, moment, moment=True) for h, moment in enumerate(moments))
+    drives = tuple(JointDrive(h, moment, moment=True) for h, moment in enumerate(moments))
     return PlanarMechanism(
         tuple(parts), tuple(joints), np.concatenate(start), (), drives, pitch
     )

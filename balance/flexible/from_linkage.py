@@ -14,7 +14,7 @@ from balance.flexible.build_beam import BeamModel, BeamOptions, model_beam
 from balance.flexible.drives import Profile
 from balance.flexible.flex_links import FlexLink
 from balance.flexible.mechanism import PlanarMechanism
-from balance.flexible.mechanism_types import Drive, GearRelation, MechanismJoint, On
+from balance.flexible.mechanism_types import GearRelation, JointDrive, MechanismJoint, On
 from balance.flexible.support_points import support_points
 from balance.flexible.supported_modes import Clamp, EndBody, Support
 from kinematics.errors import BodyError, LinkageError
@@ -177,7 +177,7 @@ class _Builder:
             outlines,
         )  # fmt: skip
 
-    def _drives(self, place: Mapping[int, int]) -> tuple[Drive, ...]:
+    def _drives(self, place: Mapping[int, int]) -> tuple[JointDrive, ...]:
         """Compose the inputs: those of the caller, and inputs of the linkage at rest."""
         index = {joint.name: j for j, joint in enumerate(self.linkage.joints)}
         found = []
@@ -187,12 +187,12 @@ class _Builder:
                 raise LinkageError(
                     f"'{name}' is not a joint that moves; the joints are {known}"
                 )
-            found.append(Drive(place[index[name]], profile, moment))
+            found.append(JointDrive(place[index[name]], profile, moment))
         held = [name for name in self.linkage.inputs if name not in self.drives]
         if any(one.moment for one in found) or len(found) >= self.linkage.mobility:
             held = held if len(found) < self.linkage.mobility else []
         for name in held[: self.linkage.mobility - len(found)]:
-            found.append(Drive(place[index[name]], lambda t: (0.0, 0.0, 0.0)))
+            found.append(JointDrive(place[index[name]], lambda t: (0.0, 0.0, 0.0)))
         return tuple(found)
 
     def _check_alone(self, name: str, link: int, group: int) -> None:

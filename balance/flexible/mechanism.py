@@ -20,9 +20,9 @@ from balance.flexible.beam_part import MovingPart
 from balance.flexible.joint_rows import add_joint, evaluate_point, position_row
 from balance.flexible.mechanism_types import (
     ConstraintRows,
-    Drive,
     Dynamics,
     GearRelation,
+    JointDrive,
     MechanismJoint,
     On,
     Shaking,
@@ -58,13 +58,13 @@ class PlanarMechanism:
     joints: tuple[MechanismJoint, ...]
     start: Array
     relations: tuple[GearRelation, ...] = ()
-    drives: tuple[Drive, ...] = ()
+    drives: tuple[JointDrive, ...] = ()
     size: float = 1.0
     slices: tuple[slice, ...] = field(init=False)
     _rigid: Array = field(init=False, repr=False)
     _elastic: tuple[tuple[MovingPart, slice], ...] = field(init=False, repr=False)
     _needed: frozenset[int] = field(init=False, repr=False)
-    _moved: tuple[Drive, ...] = field(init=False, repr=False)
+    _moved: tuple[JointDrive, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Place the coordinates of the parts."""

@@ -11,7 +11,7 @@ from balance.flexible.beam_part import Marker
 from balance.flexible.drives import Profile
 
 __all__ = [
-    "ConstraintRows", "Drive", "Dynamics", "GearRelation", "MechanismJoint", "On", "Row",
+    "ConstraintRows", "JointDrive", "Dynamics", "GearRelation", "MechanismJoint", "On", "Row",
     "Shaking",
 ]  # fmt: skip
 
@@ -64,7 +64,7 @@ class GearRelation(NamedTuple):
     ratio: float
 
 
-class Drive(NamedTuple):
+class JointDrive(NamedTuple):
     """An input.
 
     Attributes:

@@ -16,7 +16,7 @@ from balance.flexible.support_points import SupportPoints
 from balance.flexible.supported_modes import SupportedModes
 from balance.report.html.plot_style import LAYOUT, image, short, tidy
 from balance.report.html.render import facts_list, render_page
-from balance.report.html.verification import COLOURS, STYLES
+from balance.report.html.time_panels import COLOURS, STYLES
 from balance.report.text.flexible import flexible_motion_facts
 
 __all__ = [

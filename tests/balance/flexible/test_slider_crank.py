@@ -12,7 +12,7 @@ import pytest
 from balance.flexible.beam_part import Marker, RigidPart
 from balance.flexible.drives import constant_speed
 from balance.flexible.mechanism import PlanarMechanism
-from balance.flexible.mechanism_types import Drive, MechanismJoint, On
+from balance.flexible.mechanism_types import JointDrive, MechanismJoint, On
 from balance.flexible.shape_integrals import ShapeIntegralPart
 from balance.flexible.simulate import simulate
 
@@ -69,7 +69,7 @@ def slider_crank():
                       *START["q_rate"], START["x3_rate"], 0, 0])  # fmt: skip
     mechanism = PlanarMechanism(
         (crank, rod(), RigidPart("slider", SLIDER_MASS, 1.0)), joints, start, (),
-        (Drive(0, constant_speed(SPEED)),), CRANK,
+        (JointDrive(0, constant_speed(SPEED)),), CRANK,
     )  # fmt: skip
     return mechanism, rates
 

@@ -73,6 +73,13 @@ What to build in where no masses balance:
 - ``RemedyComparison``: result of ``compare_remedies``
 - ``RotorSet``: one of the smallest sets
 
+Mechanisms that are balanced by design:
+
+- ``synthesize``: balanced mechanisms whose tool passes through two or three positions
+- ``PantographMasses``: lengths and masses of a pantograph
+- ``Synthesis``: result of ``synthesize``
+- ``SynthesizedMechanism``: one mechanism, its file and what confirms it
+
 Shaking in motion:
 
 - ``shaking``: shaking force and moment along a motion
@@ -207,6 +214,9 @@ if TYPE_CHECKING:
     from balance.spaces.design_space import DesignSpace
     from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
     from balance.spaces.save import SpaceRecord, load_space, save_space
+    from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
+    from balance.synthesis.pantograph import PantographMasses
+    from balance.synthesis.synthesize import synthesize
     from balance.transfers.by_joint import Transfer
     from balance.verification.result import Verification
     from balance.verification.shaking_wrench import shaking
@@ -239,6 +249,7 @@ __all__ = [
     "Meeting",
     "MomentumMap",
     "MomentumTaylor",
+    "PantographMasses",
     "ParetoFront",
     "PartialBalance",
     "PoseBalance",
@@ -253,6 +264,8 @@ __all__ = [
     "RotorSet",
     "ScrewLine",
     "SpaceRecord",
+    "Synthesis",
+    "SynthesizedMechanism",
     "Trajectory",
     "Transfer",
     "Verification",
@@ -295,6 +308,7 @@ __all__ = [
     "screw_figure",
     "shaking",
     "simulate_floating_base",
+    "synthesize",
     "timed_path",
     "verify",
     "violations",

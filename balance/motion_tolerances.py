@@ -14,6 +14,7 @@ __all__ = [
     "MASS_MATRIX_SINGULAR", "MOMENTS_EQUAL", "MOMENTUM_NULL", "MOTION_RETURN", "ON_LOCAL_CURVE",
     "PATH_CONDITIONING", "PATH_EDGE_RATE", "PATH_MOMENTUM", "PATH_STEP_ERROR",
     "RATE_RESIDUAL_RELATIVE", "RELATION_RESIDUAL", "REVOLUTION_RETURN", "SHAKING_RELATIVE",
+    "SYNTHESIS_ANGLE_MET", "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM", "SYNTHESIS_SINGULAR",
 ]  # fmt: skip
 
 # --- verification
@@ -99,3 +100,14 @@ BASE_DRIFT_RELATIVE = 1e-9
 MASS_MATRIX_SINGULAR = 1e-12
 # Square of a natural frequency that counts as zero, relative to the largest one.
 FREQUENCY_ZERO = 1e-12
+
+# --- synthesis
+
+# Lengths relative to the size of the positions, and 1 - e^(iφ) or a sine, that count as zero.
+SYNTHESIS_SINGULAR = 1e-9
+# Angle between the links, radians, at which a parallelogram counts as flat: three degrees.
+SYNTHESIS_LINK_FLAT = 0.05
+# Angle error of a design on a zero contour, radians.
+SYNTHESIS_ANGLE_MET = 1e-10
+# Momentum of a synthesised mechanism, relative to the sum of that of its bodies.
+SYNTHESIS_MOMENTUM = 1e-10

@@ -21,6 +21,7 @@ __all__ = [
     "OpenLoopError",
     "PackageError",
     "PoseError",
+    "SynthesisError",
     "UnreachedError",
     "UsageError",
 ]
@@ -209,6 +210,20 @@ class MotionError(LinkageError):
 
 class PoseError(LinkageError):
     """A pose that the linkage cannot take."""
+
+
+class SynthesisError(LinkageError):
+    """Positions, pivots or masses from which no mechanism can be synthesised.
+
+    Attributes:
+        problem: the fault.
+        remedy: how to correct it.
+    """
+
+    def __init__(self, problem: str, remedy: str) -> None:
+        """Compose ``problem; remedy``."""
+        self.problem, self.remedy = problem, remedy
+        super().__init__(f"{problem}; {remedy}")
 
 
 class UnreachedError(PoseError):

@@ -23,7 +23,7 @@ OUTPUTS = {
 # Options that name models.
 MODELS = ("model", "against")
 # Options that name other input files.
-INPUTS = ("loops", "csv", "path")
+INPUTS = ("loops", "csv", "path", "masses")
 
 # The commands of a parser, as `argparse` types them.
 Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"

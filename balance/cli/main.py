@@ -37,6 +37,7 @@ from balance.cli.outcome import Outcome
 from balance.cli.paths import add_paths
 from balance.cli.remedies import add_remedies
 from balance.cli.report import add_report
+from balance.cli.synthesize import add_synthesize
 from balance.cli.verify import add_verify
 from kinematics.compiled.background import compile_mode
 from kinematics.errors import LinkageError, UsageError
@@ -128,8 +129,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     verbs = parser.add_subparsers(metavar="command", required=True)
     for add_command in (
-        add_report, add_verify, add_design, add_remedies, add_flex, add_motion, add_paths,
-        add_models,
+        add_report, add_verify, add_design, add_remedies, add_flex, add_motion,
+        add_paths, add_synthesize, add_models,
     ):  # fmt: skip
         add_command(verbs)
     return parser

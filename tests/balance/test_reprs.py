@@ -34,7 +34,11 @@ def results():
     front = balance.pareto("four_bar_general", ["crank"], 2, 1.0)
     remedies = balance.compare_remedies("four_bar_general", ["own_masses", "partial"])
     rotors = balance.fewest_rotors(none)
+    places = [(0.3, 0.1, 0.2), (0.1, 0.4, -0.7)]
+    synthesis = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
     return [
+        (synthesis, "feasible: 1 mechanism"), (synthesis.mechanisms[0], "confirmed"),
+        (balance.PantographMasses(*[0.5] * 13), "3 kg"),
         (rotors, "2"), (rotors.sets[0], "u1"),
         (added, "kg added to 2 kg balance it"), (added.weights[0].region, "ball"),
         (remedies, "infeasible: own_masses"), (remedies.results[1], "kg added, input inertia"),

@@ -32,7 +32,16 @@ sys.path[:0] = [path for path in _PATHS if path not in sys.path]
 from fuzz import written  # noqa: E402
 from jsonschema import Draft202012Validator  # noqa: E402
 from mutants import mutant  # noqa: E402
-from request_words import ODD, WORDS, Place, names_of, options, parsers  # noqa: E402
+from request_words import (  # noqa: E402
+    ODD,
+    POSITIONS,
+    WITHOUT_MODEL,
+    WORDS,
+    Place,
+    names_of,
+    options,
+    parsers,
+)
 from small_linkages import small_linkage  # noqa: E402
 from time_limit import time_limit  # noqa: E402
 
@@ -100,7 +109,7 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb == "design" and "designs" in found:
         last = found["designs"][-1]["verdict"]
         return {"optimal": 0, "infeasible": 1, "undecided": 4}[last]
-    if verb in ("design", "remedies"):
+    if verb in ("design", "remedies", "synthesize"):
         return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
     if verb == "verify":
         verdict = "undisturbed" if "undisturbed" in found else "balanced"
@@ -191,10 +200,14 @@ def request(seed: int, folder: Path) -> list[str]:
     verb = rng.choice(("report", "report", "verify", "design", "design", "design", "motion",
                        "motion", "remedies", "paths",
                        *["models"] * (rng.random() < 0.1)))  # fmt: skip
+    # Chosen by the seed, so that the other requests stay as they were.
+    verb = "synthesize" if seed % 13 == 5 else verb
     parser, words = parsers()[verb], [verb]
-    if verb != "models":
+    if verb not in WITHOUT_MODEL:
         words.append(_model(rng, folder))
     place = Place(names_of(words[-1]), folder, words[-1])
+    if verb == "synthesize":
+        words += [*POSITIONS, "--fixed", "0.2,-0.1"]
     known = options(parser)
     picked = rng.sample(sorted(known), min(len(known), rng.choice((0, 1, 1, 2, 2, 3, 4))))
     given = {"--trajectories", "--speed"} & set(picked)

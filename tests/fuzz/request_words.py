@@ -6,6 +6,7 @@ The options come from the parsers themselves, so that a new one without words is
 from __future__ import annotations
 
 import argparse
+import json
 import random
 from collections.abc import Callable
 from functools import cache
@@ -16,7 +17,18 @@ import kinematics
 from balance.cli.main import _parser
 from kinematics.errors import LinkageError
 
-__all__ = ["GOOD", "WORDS", "Names", "Place", "names_of", "options", "parsers"]
+__all__ = [
+    "GOOD",
+    "MASSES",
+    "POSITIONS",
+    "WITHOUT_MODEL",
+    "WORDS",
+    "Names",
+    "Place",
+    "names_of",
+    "options",
+    "parsers",
+]
 
 NUMBERS = (
     "0 1 -1 2 3 0.5 1e-3 -0.0 1e308 1e-308 1e400 -1e300 1e-13 nan inf -inf 0x10 1_0 ٣ ½ 7e7 "
@@ -43,6 +55,12 @@ class Place(NamedTuple):
     folder: Path
     model: str
 
+
+# Lengths and masses of a pantograph.
+MASSES = {
+    "l2": 0.1, "l3": 0.1, "m1": 1, "m2": 1, "m3": 1, "m4": 1, "m5": 0.1, "m6": 0.5, "s3": 0.05,
+    "s4": 0, "inertia_1": 0.1, "inertia_2": 0.1,
+}  # fmt: skip
 
 Maker = Callable[[random.Random, Place], list[str]]
 
@@ -169,6 +187,27 @@ def _directions(rng: random.Random, place: Place) -> str:
     return _list(rng, ("x", "y", "z", "rx", "ry", "rz"))
 
 
+def _positions(rng: random.Random, place: Place) -> str:
+    """Positions of a tool, mostly two."""
+    rows = [",".join([_number(rng, 0.02), _number(rng, 0.02), f"{rng.uniform(-90, 90):.4g}"])
+            for _ in range(rng.choice((1, 2, 2, 2, 2, 3)))]  # fmt: skip
+    return "; ".join(rows) if rng.random() < 0.95 else rng.choice(ODD)
+
+
+def _masses(rng: random.Random, place: Place) -> str:
+    """The path of a file of masses, good or bad."""
+    path = place.folder / "masses.json"
+    if rng.random() < 0.1:
+        return str(place.folder / "none.json")
+    found = dict(MASSES)
+    if rng.random() < 0.3:
+        found[rng.choice((*MASSES, "s1", "ghost"))] = rng.choice(
+            (-1, 0, 1e300, "x", None, True)
+        )
+    path.write_text(json.dumps(found) if rng.random() < 0.95 else "{", encoding="utf-8")
+    return str(path)
+
+
 def _of(*known: str) -> Maker:
     return lambda rng, place: [_one(rng, known, 0.05)]
 
@@ -215,6 +254,13 @@ WORDS: dict[str, Maker] = {
     "--along": lambda rng, place: [_directions(rng, place)],
     "--point": lambda rng, place: [",".join(_number(rng, 0.05) for _ in range(3))],
     "--order": _of("1", "2", "3", "5", "0", "99"),
+    "--positions": lambda rng, place: [_positions(rng, place)],
+    "--kind": _of("pantograph", "four-bar"),
+    "--ratio": lambda rng, place: [f"-{_number(rng)}"],
+    "--fixed": lambda rng, place: [f"{_number(rng)},{_number(rng)}"],
+    "--moving": lambda rng, place: [f"{_number(rng)},{_number(rng)}"],
+    "--masses": lambda rng, place: [_masses(rng, place)],
+    "--window": _of("-1,1", "-1,1,-1,1", "1,0", "x"),
     "--to": lambda rng, place: [_target(rng, place)],
     "--from": lambda rng, place: [_pose(rng, place)],
     "--line": _of("1", "2", "0", "x"),
@@ -235,6 +281,10 @@ WORDS: dict[str, Maker] = {
 PARTIAL = ("--add", "{link}", "--partial", "--trajectory", "{table}")
 # A base that floats, for a short time.
 BASE = ("--base", "free", "--base-mass", "3", "--base-inertia", "1", "--duration", "0.05")
+# Commands that take no model.
+WITHOUT_MODEL = ("models", "synthesize")
+# What every synthesis needs.
+POSITIONS = ("--positions", "0.3,0.1,11; 0.1,0.4,-40")
 # Words that the five-bar linkage with masses takes, and what else its option needs.
 GOOD: dict[str, list[str]] = {
     "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
@@ -272,4 +322,17 @@ GOOD: dict[str, list[str]] = {
     "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
     "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
     "--initial": ["vx=0.1", *BASE], "--torque": ["{first}=0.01", *BASE],
+    "--positions": ["0.3,0.1,11; 0.1,0.4,-40", "--moving", "0.2,-0.1"],
+    "--kind": ["four-bar", *POSITIONS, "--fixed", "0.2,-0.1"],
+    "--ratio": ["-0.5", *POSITIONS, "--moving", "0.2,-0.1"],
+    "--nonlinear": [*POSITIONS, "--fixed", "0.2,-0.1"],
+    "--fixed": ["0.2,-0.1", *POSITIONS], "--moving": ["0.2,-0.1", *POSITIONS],
+    "--masses": ["{masses}", *POSITIONS, "--moving", "0.2,-0.1"],
+    "--window": ["0.1,2", *POSITIONS, "--nonlinear", "--fixed", "0.2,-0.1"],
+    "synthesize --table": ["{folder}/table.csv", *POSITIONS, "--nonlinear", "--fixed",
+                           "0.2,-0.1"],
+    **{f"synthesize {name}": [*word, *POSITIONS, "--moving", "0.2,-0.1"] for name, word in {
+        "--out": ["{folder}/out.urdf"], "--plot": ["{folder}/plot.svg"],
+        "--html": ["{folder}/page.html"], "--json": [], "--force": [],
+    }.items()},
 }  # fmt: skip

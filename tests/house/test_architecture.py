@@ -46,7 +46,7 @@ balance.added_masses balance.dynamic_equivalence balance.floating_base
 balance.instantaneous
 balance.partial_balance
 balance.reactionless_paths
-balance.remedies
+balance.remedies balance.synthesis
 balance.report
 balance.report.text
 balance.report.html

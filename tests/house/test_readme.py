@@ -44,7 +44,8 @@ def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     section = README.split("## On the command line")[1].split("##")[0]
     flex = (["flex", kind] for kind in ("modes", "supports", "similar", "simulate"))
     for verb in (
-        ["report"], ["verify"], ["design"], ["remedies"], *flex, ["motion"], ["paths"], []
+        ["report"], ["verify"], ["design"], ["remedies"], *flex, ["motion"], ["paths"],
+        ["synthesize"], [],
     ):  # fmt: skip
         assert main([*verb, "--help"]) == 0
     known = set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))

@@ -6,6 +6,7 @@ The options come from the parsers, so that a new one is tried as soon as it is t
 from __future__ import annotations
 
 import json
+import shlex
 import subprocess
 import sys
 from fractions import Fraction
@@ -15,10 +16,28 @@ import numpy as np
 import pytest
 from covering import number_of_cases
 from random_requests import asked, check, meant, run, strict, validator
-from request_words import GOOD, WORDS, names_of, options, parsers
+from request_words import (
+    GOOD,
+    MASSES,
+    POSITIONS,
+    WITHOUT_MODEL,
+    WORDS,
+    names_of,
+    options,
+    parsers,
+)
 from sidecar_text import PAIR
 
-from balance.cli import design, models, motion, paths, remedies, report, verify
+from balance.cli import (
+    design,
+    models,
+    motion,
+    paths,
+    remedies,
+    report,
+    synthesize,
+    verify,
+)
 from balance.json_text import json_text, plain_data
 from kinematics import gallery
 
@@ -29,6 +48,7 @@ COMMANDS = {
     "motion": motion,
     "remedies": remedies,
     "paths": paths,
+    "synthesize": synthesize,
     "models": models,
 }
 MODELS = ("five_bar", "four_bar_kite_balanced", "hprs", "bennett")
@@ -44,11 +64,13 @@ def filled(words, model, folder):
     table, poses, loops = (folder / name for name in ("motion.csv", "poses.csv", "loops.yaml"))
     table.write_text("\n".join(rows), encoding="utf-8")
     poses.write_text("\n".join(row.partition(",")[2] for row in rows), encoding="utf-8")
+    masses = folder / "masses.json"
+    masses.write_text(json.dumps(MASSES), encoding="utf-8")
     loops.write_text(PAIR + "type: ['3d']\n", encoding="utf-8")
     return [
         word.format(link=names.links[0], tool=names.links[-1], first=names.inputs[0],
                     inputs=",".join(names.inputs), folder=folder, table=table, poses=poses,
-                    loops=loops)
+                    loops=loops, masses=masses)
         for word in words
     ]  # fmt: skip
 
@@ -59,11 +81,11 @@ def test_every_option(verb, name, tmp_path):
     flag = options(parsers()[verb])[name].nargs == 0
     assert flag or (name in GOOD and name in WORDS), f"{name} has no words to be tried with"
     turn = CASES.index((verb, name)) % len(MODELS[1:])
-    models = ("",) if verb == "models" else (MODELS[0], MODELS[1:][turn])
+    models = ("",) if verb in WITHOUT_MODEL else (MODELS[0], MODELS[1:][turn])
     ends = set()
     for model in models:
         own = GOOD.get(f"{verb} {name}", GOOD.get(name, []))
-        more = filled(own, model, tmp_path)
+        more = filled(own, model or MODELS[0], tmp_path)
         words = [verb, *filter(None, [model]), name, *more, *["--json"] * (name != "--json")]
         if verb == "verify" and name not in ("--trajectories", "--speed"):
             words += ["--trajectories", "1"]
@@ -84,8 +106,10 @@ def test_every_option(verb, name, tmp_path):
 ], ids="-".join)  # fmt: skip
 def test_every_choice(choice):
     verb, name, word = choice
-    for model in MODELS[:2]:
+    for model in MODELS[: 1 if verb in WITHOUT_MODEL else 2]:
         words = [verb, model, name, word, "--json"]
+        if verb == "synthesize":
+            words = [verb, *POSITIONS, "--fixed", "0.2,-0.1", name, word, "--json"]
         words += ["--trajectories", "1"] * (verb == "verify")
         words += ["--only", "own_masses"] * (verb == "remedies")
         check(words, asked(words))
@@ -151,11 +175,12 @@ def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
         raise error
 
     monkeypatch.setattr(COMMANDS[verb], "_run", broken)
-    words = [verb, *["five_bar"] * (verb != "models"), "--json"]
+    words = [verb, *["five_bar"] * (verb not in WITHOUT_MODEL), "--json"]
+    words += POSITIONS * (verb == "synthesize")
     code, out, err = asked(words)
     assert (code, out) == (70, "")
     (line,) = err.splitlines()
-    assert type(error).__name__ in line and f"balance {' '.join(words)}" in line
+    assert type(error).__name__ in line and f"balance {shlex.join(words)}" in line
     assert "please report it with the file" in line
     monkeypatch.setenv("BALANCE_DEBUG", "1")
     code, out, err = asked(words)

@@ -1,0 +1,202 @@
+"""The command ``balance synthesize``: its options, its answer, and the files that it writes."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from balance.cli.arguments import Verbs, page_path, picture_path
+from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.outcome import Outcome
+from balance.cli.progress_bar import progress_bar
+
+if TYPE_CHECKING:
+    from balance.synthesis.mechanism import Synthesis
+
+__all__ = ["add_synthesize"]
+
+Positions = list[tuple[float, float, float]]
+
+
+def add_synthesize(verbs: Verbs) -> None:
+    """Add the command ``synthesize`` to the parser."""
+    parser = verbs.add_parser(
+        "synthesize",
+        help="a balanced mechanism whose tool passes through positions",
+        description="Finds mechanisms that are balanced by design and whose tool passes "
+        "through two or three positions in the plane, and confirms each as 'balance report' "
+        "and 'balance verify' do. Exits with 0 if one is confirmed and has no defects, 1 if "
+        "there is none, 4 if none could be confirmed.",
+    )
+    parser.set_defaults(run=_run, refuse=parser.error)
+    parser.add_argument(
+        "--positions", type=_positions, required=True, metavar='"x,y,deg; …"',
+        help="two or three positions of the tool: metres, and degrees from the x-axis; it "
+        "turns by the difference of the angles as they are written",
+    )  # fmt: skip
+    _add_method_options(parser)
+    parser.add_argument(
+        "--out", metavar="FILE.urdf", help="write the best mechanism as a URDF file"
+    )
+    parser.add_argument(
+        "--table", metavar="FILE.csv",
+        help="write its motion in the nonlinear case, for 'balance verify --csv'",
+    )  # fmt: skip
+    parser.add_argument(
+        "--plot", type=picture_path, metavar="FILE.png|.svg", help="write a picture"
+    )
+    parser.add_argument(
+        "--html", type=page_path, metavar="FILE.html",
+        help="write a page with the mechanism and the map; it needs no network",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="let a file that is written replace one that is read",
+    )
+
+
+def _add_method_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that choose the kind of mechanism and its pivots."""
+    parser.add_argument(
+        "--kind", choices=("pantograph", "four-bar"), default="pantograph",
+        help="pantograph (default), or a kite or antiparallelogram whose coupler is the tool",
+    )  # fmt: skip
+    case = parser.add_mutually_exclusive_group()
+    case.add_argument(
+        "--ratio", type=_number, metavar="K",
+        help="turn of the first link over that of the tool, constant and negative (default -1)",
+    )  # fmt: skip
+    case.add_argument(
+        "--nonlinear", action="store_true",
+        help="let the ratio vary: the masses are kept, and pivots are searched that fit them",
+    )  # fmt: skip
+    pivot = parser.add_mutually_exclusive_group()
+    pivot.add_argument(
+        "--fixed", type=_point, metavar="X,Y",
+        help="pivot on the base, for two positions (--fixed=-0.1,0.2 with a minus)",
+    )  # fmt: skip
+    pivot.add_argument(
+        "--moving", type=_point, metavar="X,Y",
+        help="pivot on the tool at the first position, for two positions",
+    )  # fmt: skip
+    parser.add_argument(
+        "--masses", metavar="FILE.json",
+        help="lengths and masses of the pantograph (default: in proportion to it)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--window", type=_numbers, metavar="X0,X1[,Y0,Y1]",
+        help="where pivots are searched in the nonlinear case: x of the free pivot from and to "
+        "for two positions, x and y of the moving pivot for three",
+    )  # fmt: skip
+
+
+def _run(arguments: argparse.Namespace) -> Outcome:
+    """Synthesise the mechanisms of the options and write their files.
+
+    Raises:
+        LinkageError: nothing can be synthesised, or a file cannot be read or written.
+    """
+    with progress_bar("steps of the search") as advance:
+        found = _synthesize(arguments, advance)
+    _write_files(arguments, found)
+    from balance.report.text.synthesis import synthesis_text
+
+    code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
+    return Outcome(code, found.to_dict, lambda: synthesis_text(found))
+
+
+def _synthesize(
+    arguments: argparse.Namespace, advance: Callable[[int, int], None]
+) -> Synthesis:
+    """Call `synthesize` with the options."""
+    from balance.synthesis.mass_file import read_masses
+    from balance.synthesis.synthesize import synthesize
+
+    masses = None if arguments.masses is None else read_masses(arguments.masses)
+    return synthesize(
+        arguments.positions, arguments.ratio, nonlinear=arguments.nonlinear,
+        kind=arguments.kind, fixed=arguments.fixed, moving=arguments.moving, masses=masses,
+        window=arguments.window, progress=advance,
+    )  # fmt: skip
+
+
+def _write_files(arguments: argparse.Namespace, found: Synthesis) -> None:
+    """Write the files of the options, all or none; no mechanism, no file of it.
+
+    Raises:
+        LinkageError: a file cannot be written, or a library is missing.
+        UsageError: the motion is asked for, and it is a relation.
+    """
+    from balance.atomic_files import write_all_atomic
+
+    contents = []
+    best = found.mechanisms[0] if found.mechanisms else None
+    if arguments.out is not None and best is not None:
+        contents.append((arguments.out, best.urdf))
+    if arguments.table is not None:
+        if not arguments.nonlinear:
+            arguments.refuse("--table: only with --nonlinear: other motions are relations")
+        if best is not None and best.table is not None:
+            from balance.synthesis.constrained_motion import motion_csv
+
+            contents.append((arguments.table, motion_csv(best.table)))
+    if arguments.plot is not None:
+        from balance.report.html.synthesis import synthesis_picture
+
+        contents.append((arguments.plot, synthesis_picture(found, arguments.plot[-3:].lower())))
+    if arguments.html is not None:
+        from balance.report.html.synthesis import synthesis_page
+
+        contents.append((arguments.html, synthesis_page(found).encode()))
+    write_all_atomic(contents)
+
+
+def _positions(text: str) -> Positions:
+    """Parse positions of ``x,y,deg; x,y,deg``."""
+    found = []
+    for word in text.split(";"):
+        numbers = _split(word)
+        if len(numbers) != 3:
+            raise argparse.ArgumentTypeError(
+                f"'{word.strip()}' is not x,y,deg: write \"0.3,0.1,10; 0.1,0.4,-40\""
+            )
+        x, y, degrees = numbers
+        found.append((x, y, math.radians(degrees)))
+    return found
+
+
+def _point(text: str) -> complex:
+    """Parse a point of ``x,y``."""
+    numbers = _split(text)
+    if len(numbers) != 2:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a point x,y")
+    return complex(*numbers)
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    """Parse two or four numbers."""
+    numbers = _split(text)
+    if len(numbers) not in (2, 4):
+        raise argparse.ArgumentTypeError(f"'{text}' is not X0,X1 or X0,X1,Y0,Y1")
+    return tuple(numbers)
+
+
+def _number(text: str) -> float:
+    """Parse a finite number."""
+    numbers = _split(text)
+    if len(numbers) != 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
+    return numbers[0]
+
+
+def _split(text: str) -> list[float]:
+    """Split numbers at commas; an empty list if one is none or not finite."""
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        return []
+    return numbers if all(map(math.isfinite, numbers)) else []

@@ -1,0 +1,188 @@
+"""HTML page and picture of a synthesis: the mechanism at its positions, and the map."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.report.html.plot_style import LAYOUT, image, short, tidy
+from balance.report.html.render import facts_list, html_table, render_page
+from balance.report.html.synthesis_curves import Curve, limits, map_curves, mechanism_curves
+from balance.report.text.synthesis import mechanism_rows, synthesis_facts
+from balance.synthesis.error_map import AngleErrorMap
+from balance.synthesis.mechanism import Synthesis
+
+__all__ = ["synthesis_page", "synthesis_picture"]
+
+Array = NDArray[np.float64]
+
+# Errors beyond this are drawn in one colour, radians.
+CLIPPED = 0.5
+DASHES = {"line": "solid", "dash": "dash", "marks": "solid"}
+SCALE = [[0.0, "#7fa6c9"], [0.5, "#ffffff"], [1.0, "#d9a48f"]]
+
+
+def synthesis_page(found: Synthesis) -> str:
+    """Render a synthesis as one HTML file.
+
+    Args:
+        found: the synthesis.
+
+    Returns:
+        The text of the file; the element ``report`` contains `Synthesis.to_dict`.
+
+    Raises:
+        PackageError: Plotly is missing.
+    """
+    head, *rows = mechanism_rows(found)
+    figures = [_mechanism_figure(found)]
+    shown = '<div id="traces1" role="img" aria-label="Map of the error"></div>'
+    caption = "Colours: angle error of the tool, clipped at 0.5 rad. Lines: where it vanishes."
+    if found.map is None:
+        section = ""
+    else:
+        figures.append(_map_figure(found))
+        section = (
+            f"<figure>\n<h2>Map of the search</h2>\n{shown}\n"
+            f"<figcaption><b>Figure 2.</b> {caption}</figcaption>\n</figure>"
+        )
+    steps = found.construction.steps if found.construction else ()
+    items = "".join(f"<li>{escape(step)}</li>" for step in steps)
+    drawn = f"<section><h2>Construction</h2><ol>{items}</ol></section>" if items else ""
+    cells = [[escape(cell) for cell in row] for row in rows]
+    return render_page(
+        "synthesis.html",
+        title="Synthesis",
+        summary="Mechanisms that are balanced and whose tool passes through given positions.",
+        report=found.to_dict(),
+        data={"figures": figures},
+        scripts=("curves",),
+        facts=facts_list(synthesis_facts(found)),
+        construction=drawn,
+        map=section,
+        mechanisms=html_table([name.capitalize() for name in head], cells),
+    )
+
+
+def synthesis_picture(found: Synthesis, kind: str) -> bytes:
+    """Draw a synthesis with Matplotlib.
+
+    Args:
+        found: the synthesis.
+        kind: ``"png"`` or ``"svg"``.
+
+    Returns:
+        The bytes of the file.
+
+    Raises:
+        PackageError: Matplotlib is missing.
+    """
+
+    def draw(figure: Any) -> None:
+        axes = figure.subplots(1, 1 if found.map is None else 2, squeeze=False)[0]
+        curves = mechanism_curves(found)
+        for curve in curves:
+            _draw_curve(axes[0], curve)
+        (x0, x1), (y0, y1) = limits(curves)
+        axes[0].set(xlim=(x0, x1), ylim=(y0, y1), xlabel="x (m)", ylabel="y (m)")
+        axes[0].set_aspect("equal")
+        axes[0].legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.12),
+                       ncols=3)  # fmt: skip
+        if found.map is not None:
+            _draw_map(axes[1], found)
+        for ax in axes:
+            tidy(ax)
+
+    return image((6.5 if found.map is None else 11.0, 6.5), kind, draw)
+
+
+def _draw_curve(ax: Any, curve: Curve) -> None:
+    """Draw a curve with Matplotlib."""
+    marks = {"marker": "o", "markersize": 4} if curve.style != "dash" else {}
+    style = {"line": "-", "dash": "--", "marks": "none"}[curve.style]
+    if curve.style == "line" and not curve.joints:
+        marks = {}
+    ax.plot(
+        curve.points.real, curve.points.imag, color=curve.colour, label=curve.name or None,
+        linestyle=style, linewidth=1.0 if curve.style == "dash" else 1.6, **marks,
+    )  # fmt: skip
+    for z, text in zip(curve.points, curve.labels, strict=False):
+        ax.annotate(text, (z.real, z.imag), xytext=(4, 4), textcoords="offset points",
+                    color=curve.colour)  # fmt: skip
+
+
+def _draw_map(ax: Any, found: Synthesis) -> None:
+    """Draw the map with Matplotlib."""
+    x, y, values, labels = _grid(found)
+    clipped = np.ma.masked_invalid(np.clip(values, -CLIPPED, CLIPPED))
+    ax.pcolormesh(x, y, clipped, cmap="RdBu_r", vmin=-CLIPPED, vmax=CLIPPED, alpha=0.6)
+    for curve in map_curves(found):
+        _draw_curve(ax, curve)
+    ax.set(xlabel=labels[0], ylabel=labels[1], xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    ax.legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.12), ncols=3)
+
+
+def _grid(found: Synthesis) -> tuple[Array, Array, Array, tuple[str, str]]:
+    """Return the axes of a map, its values, and the labels of the axes."""
+    shown = found.map
+    assert shown is not None
+    if isinstance(shown, AngleErrorMap):
+        labels = (f"{shown.line.free} pivot from the chord (m)",
+                  "(I1 + I3) / (I2 + I4 + I5)")  # fmt: skip
+        return shown.offsets, shown.ratios, shown.errors, labels
+    labels = ("x of the moving pivot (m)", "y of the moving pivot (m)")
+    return shown.x, shown.y, shown.residuals[0], labels
+
+
+def _mechanism_figure(found: Synthesis) -> dict[str, Any]:
+    """Build the figure of the mechanism at its positions."""
+    curves = mechanism_curves(found)
+    (x0, x1), (y0, y1) = limits(curves)
+    axes = {
+        "xaxis": {"title": {"text": "x (m)"}, "range": [x0, x1], "constrain": "domain"},
+        "yaxis": {"title": {"text": "y (m)"}, "range": [y0, y1], "scaleanchor": "x",
+                  "constrain": "domain"},
+    }  # fmt: skip
+    return {"data": [_trace(curve) for curve in curves], "layout": _layout(axes)}
+
+
+def _map_figure(found: Synthesis) -> dict[str, Any]:
+    """Build the figure of the map."""
+    x, y, values, labels = _grid(found)
+    colours = {
+        "type": "heatmap", "x": short(x), "y": short(y), "z": [short(row) for row in values],
+        "zmin": -CLIPPED, "zmax": CLIPPED, "colorscale": SCALE, "hoverongaps": False,
+        "colorbar": {"title": {"text": "rad"}, "thickness": 12},
+    }  # fmt: skip
+    axes = {
+        "xaxis": {"title": {"text": labels[0]}, "range": [x[0], x[-1]]},
+        "yaxis": {"title": {"text": labels[1]}, "range": [y[0], y[-1]]},
+    }
+    traces = [colours, *map(_trace, map_curves(found))]
+    return {"data": traces, "layout": _layout(axes)}
+
+
+def _trace(curve: Curve) -> dict[str, Any]:
+    """Build the Plotly trace of a curve."""
+    mode = "markers" if curve.style == "marks" else "lines+markers" if curve.joints else "lines"
+    texts = {"mode": f"{mode}+text", "text": list(curve.labels), "textposition": "top right"}
+    return {
+        "type": "scatter", "name": curve.name, "mode": mode, "showlegend": bool(curve.name),
+        "x": short(curve.points.real), "y": short(curve.points.imag),
+        "line": {"color": curve.colour, "dash": DASHES[curve.style],
+                 "width": 1 if curve.style == "dash" else 2},
+        "marker": {"color": curve.colour, "size": 8 if curve.style == "marks" else 6},
+        **(texts if curve.labels else {}),
+    }  # fmt: skip
+
+
+def _layout(axes: dict[str, Any]) -> dict[str, Any]:
+    """Build the layout of a figure."""
+    legend = {"orientation": "h", "x": 0, "y": -0.15, "yanchor": "top"}
+    return {
+        **LAYOUT, **axes, "legend": legend, "margin": {"l": 60, "r": 10, "t": 20, "b": 50},
+        "height": 560, "showlegend": True,
+    }  # fmt: skip

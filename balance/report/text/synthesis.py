@@ -1,0 +1,90 @@
+"""Text of a synthesis for ``balance synthesize``.
+
+`Synthesis.to_dict` has the same content as data for ``--json``.
+"""
+
+from __future__ import annotations
+
+import math
+
+from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
+
+__all__ = ["mechanism_rows", "synthesis_facts", "synthesis_text"]
+
+HEAD = ("mechanism", "pivots (m)", "turns (deg)", "misses (m)", "momentum", "shaking",
+        "design space", "defects")  # fmt: skip
+NONE = "-"
+
+
+def synthesis_facts(found: Synthesis) -> list[tuple[str, str]]:
+    """List the facts on a synthesis as pairs of label and value.
+
+    Args:
+        found: the synthesis.
+    """
+    places = "; ".join(
+        f"({each.x:.6g}, {each.y:.6g}) at {math.degrees(each.angle):.6g}°"
+        for each in found.positions
+    )
+    kind = found.kind if found.kind == "four-bar" else f"{found.kind}, {found.case}"
+    pairs = [("positions", places), ("mechanism", kind)]
+    if found.ratio is not None:
+        pairs.append(("ratio", f"k = {found.ratio:.6g}"))
+    pairs += [("verdict", found.words), *(("remark", words) for words in found.remarks)]
+    for one in found.mechanisms[:1]:
+        pairs += _best(one)
+    return pairs
+
+
+def _best(one: SynthesizedMechanism) -> list[tuple[str, str]]:
+    """List the facts on the best mechanism."""
+    pairs = []
+    if one.relation is not None:
+        pairs.append(("motion", f"--motion {one.relation}"))
+    numbers = one.numbers
+    if "J1" in numbers:
+        lengths = ", ".join(f"{name} {numbers[name]:.6g}" for name in ("l1", "l2", "l3"))
+        centres = ", ".join(f"{name} {numbers[name]:.6g}" for name in ("s1", "s2", "s3", "s4"))
+        inertias = ", ".join(f"{name} {numbers[name]:.6g}" for name in ("J1", "J2", "C"))
+        pairs += [("lengths", f"{lengths} m"), ("centres", f"{centres} m"),
+                  ("inertias", f"{inertias} kg m²")]  # fmt: skip
+    return pairs
+
+
+def mechanism_rows(found: Synthesis) -> list[tuple[str, ...]]:
+    """Build the table of mechanisms, its head first.
+
+    Args:
+        found: the synthesis.
+    """
+    return [HEAD, *map(_row, found.mechanisms)]
+
+
+def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
+    """Build the row of a mechanism."""
+    pivots = "  ".join(f"{name} ({z.real:.5g}, {z.imag:.5g})" for name, z in one.pivots.items())
+    turns = ", ".join(f"{math.degrees(turn):.5g}" for turn in one.link_turns[1:])
+    sizes = (
+        NONE if value is None else f"{value:.1e}"
+        for value in (one.confirmation.momentum, one.confirmation.shaking)
+    )
+    defects = "; ".join(f"{each.kind}: {each.words}" for each in one.defects) or "none"
+    space = one.confirmation.space or one.confirmation.reason
+    return (one.kind, pivots, turns, f"{one.position_error:.1e}", *sizes, space, defects)
+
+
+def synthesis_text(found: Synthesis) -> str:
+    """Write a synthesis as plain text.
+
+    Args:
+        found: the synthesis.
+    """
+    facts = synthesis_facts(found)
+    width = max(len(label) for label, _ in facts)
+    lines = [f"{label:<{width}}  {value}" for label, value in facts]
+    head, *rows = mechanism_rows(found)
+    width = max(map(len, head))
+    for row in rows:
+        pairs = zip(head, row, strict=True)
+        lines += ["", *(f"{label:<{width}}  {value}" for label, value in pairs)]
+    return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""Synthesis: mechanisms that are balanced by design and pass through given positions."""

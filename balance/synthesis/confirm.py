@@ -1,0 +1,114 @@
+"""Confirmation of synthesised mechanisms by the design space and by Pinocchio."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from balance.certification.certified_space import CertifiedSpace
+from balance.certification.certify_space import certify
+from balance.motion_tolerances import SYNTHESIS_MOMENTUM
+from balance.spaces.compute_space import design_space
+from balance.synthesis.constrained_motion import MotionTable
+from balance.verification.result import Verification
+from balance.verification.to_pinocchio import verify
+from balance.verification.trajectory import Trajectory, drive
+from kinematics.errors import LinkageError
+from kinematics.model.linkage import Linkage
+from kinematics.model_gallery import load
+from kinematics.urdf_elements.element import Document
+
+__all__ = ["Confirmation", "confirm_along", "confirm_relation"]
+
+# Random motions of a mechanism.
+MOTIONS = 2
+
+
+class Confirmation(NamedTuple):
+    """What other routes say of the written file.
+
+    Attributes:
+        confirmed: whether all of them find the mechanism balanced.
+        momentum: largest momentum along the motions by Pinocchio, relative to the sum of those
+            of the bodies; None if it could not be computed.
+        shaking: largest shaking force and moment, relative to the inertia of the bodies; None
+            likewise.
+        space: what the design space says: of the constrained motion if its relation is linear,
+            else of force balance in every motion.
+        reason: why it is not confirmed; empty if it is.
+    """
+
+    confirmed: bool
+    momentum: float | None
+    shaking: float | None
+    space: str
+    reason: str
+
+
+def confirm_relation(
+    urdf: bytes, relation: str | None, *, certified: bool = True
+) -> Confirmation:
+    """Confirm that a mechanism is balanced while its inputs follow a relation.
+
+    Args:
+        urdf: the file.
+        relation: between its inputs, as of ``--motion``; None if it has one degree of freedom,
+            or is balanced in every motion.
+        certified: whether exact arithmetic certifies the design space. Not of special lengths:
+            in rounded digits they are no longer special.
+    """
+    try:
+        linkage = _load(urdf)
+        space = design_space(linkage, relation)
+        space = certify(space) if certified else space
+        checked = verify(linkage, motion=relation, trajectories=MOTIONS)
+    except LinkageError as error:
+        return Confirmation(False, None, None, "", str(error))
+    level = space.certainty.level if isinstance(space, CertifiedSpace) else "floating point"
+    words = f"{space.as_given.verdict}, {level}"
+    return _judge(checked, space.as_given.balanced is True, words)
+
+
+def confirm_along(urdf: bytes, table: MotionTable) -> Confirmation:
+    """Confirm that a mechanism is force-balanced, and balanced along a motion.
+
+    Args:
+        urdf: the file.
+        table: the motion of its inputs.
+    """
+    try:
+        linkage = _load(urdf)
+        space = certify(design_space(linkage, None, "force"))
+        checked = verify(linkage, along=[_trajectory(linkage, table)])
+    except LinkageError as error:
+        return Confirmation(False, None, None, "", str(error))
+    words = f"force {space.as_given.verdict} in every motion, {space.certainty.level}"
+    return _judge(checked, space.as_given.balanced is True, words)
+
+
+def _load(urdf: bytes) -> Linkage:
+    """Read a file that was written."""
+    return load(Document("the synthesised mechanism", urdf))
+
+
+def _trajectory(linkage: Linkage, table: MotionTable) -> Trajectory:
+    """Close the loops along a motion."""
+    return drive(linkage, table.time, table.u, table.ud, table.udd)
+
+
+def _judge(checked: Verification, balanced: bool, words: str) -> Confirmation:
+    """Join the verdicts."""
+    momentum = max(
+        float(np.abs(run.momentum / [*[checked.length] * 3, 1, 1, 1]).max() / run.impulse.max())
+        for run in checked.runs
+    )
+    shaking = max(checked.force_residual, checked.moment_residual)
+    reasons = []
+    if not balanced:
+        reasons.append("its masses are not in the design space")
+    if not momentum <= SYNTHESIS_MOMENTUM:
+        reasons.append(f"it keeps {momentum:.1e} of the momentum of its bodies")
+    if not checked.balanced:
+        reasons.append(f"it shakes by {shaking:.1e} of the inertia of its bodies")
+    return Confirmation(not reasons, momentum, shaking, words, "; ".join(reasons))

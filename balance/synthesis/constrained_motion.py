@@ -1,0 +1,126 @@
+"""The motion of a balanced pantograph through its positions, and what is wrong with it.
+
+The angle δ between the links starts from rest, ``δ_1 + (δ_n - δ_1) (1 - cos(π t / 2))``; the
+first link follows from the integral of the momentum (`link_turn`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.motion_tolerances import SYNTHESIS_LINK_FLAT
+from balance.synthesis.balanced_pantograph import ELBOW, SHOULDER, BalancedPantograph
+from balance.synthesis.momentum_integral import link_reverses, link_turn, link_turn_rate
+
+__all__ = [
+    "Defect", "MotionTable", "constrained_motion", "list_defects", "motion_csv",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+
+SAMPLES = 241
+
+
+class MotionTable(NamedTuple):
+    """A motion of the inputs ``shoulder`` and ``elbow`` over one second.
+
+    Attributes:
+        time: seconds (N,).
+        u: displacements from the pose of the file (N, 2), radians.
+        ud: velocities.
+        udd: accelerations.
+    """
+
+    time: Array
+    u: Array
+    ud: Array
+    udd: Array
+
+
+class Defect(NamedTuple):
+    """A reason why a mechanism may not go from position to position as it should.
+
+    Attributes:
+        kind: ``"branch"``: the linkage passes a change point, where it may fold into another
+            branch; ``"circuit"``: it must do so, as positions lie on both sides of one;
+            ``"order"``: it passes them in another order; ``"reversal"``: the first link
+            reverses on the way.
+        words: where, in words.
+    """
+
+    kind: str
+    words: str
+
+
+def constrained_motion(pantograph: BalancedPantograph, samples: int = SAMPLES) -> MotionTable:
+    """Compute the motion without momentum through all positions of a pantograph.
+
+    Args:
+        pantograph: the pantograph.
+        samples: number of samples.
+    """
+    deltas = pantograph.deltas
+    forward = deltas[-1] >= deltas[0]
+    ends = (min(deltas), max(deltas)) if forward else (max(deltas), min(deltas))
+    time, span = np.linspace(0.0, 1.0, samples), ends[1] - ends[0]
+    quarter = 0.5 * np.pi
+    opening = ends[0] + span * (1.0 - np.cos(quarter * time))
+    inertias = pantograph.inertias
+    first = link_turn(opening, inertias) - link_turn(deltas[0], inertias)
+    elbow = deltas[0] - opening
+    rate = quarter * span * np.sin(quarter * time)
+    acceleration = quarter**2 * span * np.cos(quarter * time)
+    slope, bend = link_turn_rate(opening, inertias)
+    link, tool = pantograph.pose
+    return MotionTable(
+        time,
+        np.column_stack([first - link, elbow - (tool - link)]),
+        np.column_stack([slope * rate, -rate]),
+        np.column_stack([bend * rate**2 + slope * acceleration, -acceleration]),
+    )
+
+
+def motion_csv(table: MotionTable) -> bytes:
+    """Write a motion as a table for ``balance verify --csv``, with its derivatives.
+
+    Args:
+        table: the motion.
+    """
+    kinds = ("", "velocity ", "acceleration ")
+    names = [f"{kind}{joint}" for kind in kinds for joint in (SHOULDER, ELBOW)]
+    rows = np.column_stack([table.time, table.u, table.ud, table.udd]).tolist()
+    lines = [",".join(["time", *names]), *(",".join(map(repr, row)) for row in rows)]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def list_defects(pantograph: BalancedPantograph) -> tuple[Defect, ...]:
+    """List branch, order and reversal defects of the motion through all positions.
+
+    The parallelogram is flat, and may fold into an antiparallelogram, where δ is a multiple of
+    π. Between two such values the assembly, the sign of sin δ, cannot change.
+
+    Args:
+        pantograph: the pantograph.
+    """
+    found = []
+    deltas, turns = pantograph.deltas, pantograph.chain.link_turns
+    low = min(deltas) - SYNTHESIS_LINK_FLAT
+    flat = math.pi * math.ceil(low / math.pi)
+    if flat <= max(deltas) + SYNTHESIS_LINK_FLAT:
+        at = math.degrees(flat - deltas[0])
+        found.append(Defect("branch", f"the parallelogram is flat {at:+.1f}° of δ on"))
+        if len({math.sin(each) > 0.0 for each in deltas}) > 1:
+            found.append(
+                Defect("circuit", "the elbow is on the other side at another position")
+            )
+    steps = np.diff(turns)
+    if steps.size > 1 and not (np.all(steps > 0.0) or np.all(steps < 0.0)):
+        found.append(Defect("order", "position 2 is not between positions 1 and 3"))
+    inertias = pantograph.inertias
+    if inertias.coupling and link_reverses(min(deltas), max(deltas), inertias).any():
+        found.append(Defect("reversal", "the first link reverses, where J2 + C cos δ = 0"))
+    return tuple(found)

@@ -1,0 +1,133 @@
+"""Positions of a tool in the plane, and the displacements between them.
+
+Points are complex numbers x + i y, in metres, in the inertial frame. A displacement maps
+``z`` to ``e^(iφ) z + t``; its pole is the point that it leaves where it is.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from balance.motion_tolerances import SYNTHESIS_SINGULAR
+from kinematics.errors import SynthesisError, UsageError
+
+__all__ = ["Displacement", "Position", "check_positions", "displacements", "size_of"]
+
+# Number of positions: two leave a pivot free, three leave none.
+COUNTS = (2, 3)
+# Largest coordinate, metres.
+LARGEST = 1e6
+
+
+class Position(NamedTuple):
+    """A position of the tool in the plane.
+
+    Attributes:
+        x: of its point, metres, inertial frame.
+        y: of its point, metres, inertial frame.
+        angle: of its frame, counter-clockwise from the x-axis, radians. The tool turns from
+            one position to the next by the difference of the angles as they are given.
+    """
+
+    x: float
+    y: float
+    angle: float
+
+    @property
+    def point(self) -> complex:
+        """The point as a complex number."""
+        return complex(self.x, self.y)
+
+
+class Displacement(NamedTuple):
+    """Displacement of the tool from the first position to another, ``z → e^(iφ) z + t``.
+
+    Attributes:
+        turn: φ, radians, inertial frame.
+        shift: t, metres.
+    """
+
+    turn: float
+    shift: complex
+
+    @property
+    def rotation(self) -> complex:
+        """``e^(iφ)``."""
+        return cmath.exp(1j * self.turn)
+
+    @property
+    def pole(self) -> complex | None:
+        """The point that stays, ``t / (1 - e^(iφ))``; None for a translation."""
+        left = 1.0 - self.rotation
+        return None if abs(left) < SYNTHESIS_SINGULAR else self.shift / left
+
+    def move(self, point: complex) -> complex:
+        """Move a point of the tool from the first position to the other."""
+        return self.rotation * point + self.shift
+
+
+def check_positions(positions: Iterable[Sequence[float]]) -> tuple[Position, ...]:
+    """Check positions of a tool.
+
+    Args:
+        positions: two or three, each x and y in metres and the angle in radians.
+
+    Returns:
+        The positions.
+
+    Raises:
+        UsageError: there are not two or three, or a number is not finite or too large.
+        SynthesisError: two of them coincide.
+    """
+    found = tuple(Position(*map(float, each)) for each in positions)
+    if len(found) not in COUNTS:
+        raise UsageError(f"{len(found)} positions: give two or three")
+    for k, each in enumerate(found, 1):
+        if not all(abs(value) <= LARGEST for value in each):
+            raise UsageError(f"position {k} is not of finite numbers up to {LARGEST:g}")
+    size = size_of(found)
+    for k, one in enumerate(found):
+        for j, other in enumerate(found[:k]):
+            apart = abs(one.point - other.point) > SYNTHESIS_SINGULAR * size
+            turned = abs(cmath.exp(1j * (one.angle - other.angle)) - 1.0) > SYNTHESIS_SINGULAR
+            if not (apart or turned):
+                raise SynthesisError(
+                    f"positions {j + 1} and {k + 1} coincide", "give positions that differ"
+                )
+    return found
+
+
+def displacements(positions: Sequence[Position]) -> tuple[Displacement, ...]:
+    """Compute the displacements from the first position to each other one.
+
+    ``φ_i = angle_i - angle_1`` and ``t_i = d_i - e^(iφ_i) d_1``.
+
+    Args:
+        positions: of the tool.
+    """
+    first, *others = positions
+    found = []
+    for each in others:
+        turn = each.angle - first.angle
+        shift = each.point - cmath.exp(1j * turn) * first.point
+        found.append(Displacement(turn, shift))
+    return tuple(found)
+
+
+def size_of(positions: Sequence[Position]) -> float:
+    """Compute the largest distance between points of positions, metres; 1 if all coincide.
+
+    Args:
+        positions: of the tool.
+    """
+    first = positions[0].point
+    size = max(math.hypot(*_parts(each.point - first)) for each in positions)
+    return size or 1.0
+
+
+def _parts(z: complex) -> tuple[float, float]:
+    """Real and imaginary part."""
+    return z.real, z.imag

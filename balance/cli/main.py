@@ -30,6 +30,7 @@ from balance.cli.exit_codes import (
     REFUSED,
     USAGE,
 )
+from balance.cli.flex import add_flex
 from balance.cli.models import add_models
 from balance.cli.motion import add_motion
 from balance.cli.outcome import Outcome
@@ -128,8 +129,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     verbs = parser.add_subparsers(metavar="command", required=True)
     for add_command in (
-        add_report, add_verify, add_design, add_remedies, add_motion, add_paths,
-        add_synthesize, add_models,
+        add_report, add_verify, add_design, add_remedies, add_flex, add_motion,
+        add_paths, add_synthesize, add_models,
     ):  # fmt: skip
         add_command(verbs)
     return parser

@@ -33,6 +33,7 @@ kinematics.warmup
 
 balance.tolerances balance.motion_tolerances balance.home_modules
 balance.options balance.atomic_files balance.json_text
+balance.flexible
 balance.inertial_parameters
 balance.momentum
 balance.conditions balance.transfers balance.exact

@@ -42,8 +42,11 @@ def test_the_first_command_runs(capsys):
 def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     """All that are shown exist, and all that exist are described."""
     section = README.split("## On the command line")[1].split("##")[0]
-    verbs = ("report", "verify", "design", "remedies", "motion", "paths", "synthesize")
-    for verb in (*([verb] for verb in verbs), []):
+    flex = (["flex", kind] for kind in ("modes", "supports", "similar", "simulate"))
+    for verb in (
+        ["report"], ["verify"], ["design"], ["remedies"], *flex, ["motion"], ["paths"],
+        ["synthesize"], [],
+    ):  # fmt: skip
         assert main([*verb, "--help"]) == 0
     known = set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))
     shown = set(re.findall(r"--[a-z][a-z-]*", section))

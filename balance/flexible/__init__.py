@@ -1,0 +1,1 @@
+"""Dynamic balance of flexible mechanisms: modes, supports, similar arms, simulation."""

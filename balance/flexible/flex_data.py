@@ -1,0 +1,145 @@
+"""Results on flexible links as plain data for JSON; see ``schemas/flex.schema.json``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.flexible.free_modes import FreeMode
+from balance.flexible.from_linkage import FlexibleLinkage
+from balance.flexible.similarity import Arm, Similarity
+from balance.flexible.simulate import FlexibleMotion
+from balance.flexible.support_points import STATIC_POINT, SupportPoints
+from balance.flexible.supported_modes import SupportedModes
+
+__all__ = [
+    "arm_data", "moment_about", "motion_data", "modes_data", "similarity_data",
+    "supported_modes_data", "supports_data",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+
+SCHEMA = "balance.flex/1"
+
+
+def modes_data(modes: Sequence[FreeMode]) -> dict[str, object]:
+    """Describe the modes of a free beam."""
+    rows = [
+        {"number": one.number, "wave_number": one.wave_number, "frequency": one.frequency,
+         "zeros": list(one.zeros)}
+        for one in modes
+    ]  # fmt: skip
+    return {"schema": SCHEMA, "result": "free_modes", "modes": rows}
+
+
+def supported_modes_data(modes: SupportedModes) -> dict[str, object]:
+    """Describe the modes of a beam on supports; frequencies in Hz."""
+    hertz = (modes.frequencies / (2.0 * np.pi)).tolist()
+    return {
+        "schema": SCHEMA, "result": "supported_modes", "frequencies": hertz,
+        "positions": modes.positions.tolist(), "shapes": modes.shapes.tolist(),
+    }  # fmt: skip
+
+
+def supports_data(found: SupportPoints) -> dict[str, object]:
+    """Describe supports and the whippletree of one half."""
+    bars = [
+        {"ends": list(one.ends), "pivot": one.pivot, "arms": list(one.arms),
+         "weight": one.weight}
+        for one in found.bars
+    ]  # fmt: skip
+    return {
+        "schema": SCHEMA, "result": "supports", "points": found.points.tolist(),
+        "weights": found.weights.tolist(), "modes": list(found.modes),
+        "residual": found.residual, "bars": bars, "hinge": found.hinge,
+        "static_point": STATIC_POINT,
+    }  # fmt: skip
+
+
+def arm_data(arm: Arm) -> dict[str, float | None]:
+    """Describe an arm; what is infinite is None."""
+    beam = arm.beam
+    return {
+        "length": beam.length, "EI": beam.bending, "rhoA": beam.line_mass, "EA": beam.axial,
+        "GA": beam.shear, "rhoI": beam.rotary, "tip_mass": arm.tip_mass,
+        "tip_radius": arm.tip_radius, "tip_inertia": arm.tip_inertia,
+        "hub_radius": arm.hub_radius,
+    }  # fmt: skip
+
+
+def similarity_data(
+    first: Arm, second: Arm, found: Similarity, motion: FlexibleMotion | None
+) -> dict[str, object]:
+    """Describe two arms, their conditions, and the motion of the pair.
+
+    Args:
+        first: the arm to balance.
+        second: its counter-arm.
+        found: their comparison.
+        motion: a simulation of both on one hub, if there is one.
+    """
+    conditions = [
+        {"name": one.name, "words": one.words, "left": one.left, "right": one.right,
+         "difference": one.difference, "holds": one.holds}
+        for one in found.conditions
+    ]  # fmt: skip
+    return {
+        "schema": SCHEMA, "result": "similar", "scale": found.scale,
+        "arms": [arm_data(first), arm_data(second)], "similar": found.similar,
+        "conditions": conditions, "frequencies": list(found.frequencies),
+        "first_moment": found.first_moment,
+        "motion": None if motion is None else _motion(motion, np.zeros(2)),
+    }  # fmt: skip
+
+
+def motion_data(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, object]:
+    """Describe the simulation of a linkage.
+
+    Args:
+        linkage: what was simulated.
+        motion: its motion.
+    """
+    beams = [
+        {"link": name, "length": model.part.length, "mass": model.mesh.beam.mass,
+         "elements": len(model.mesh.nodes) - 1, "coordinates": model.part.size,
+         "peak_deflection": float(beam_deflection(motion, linkage, name).max())}
+        for name, model in linkage.beams.items()
+    ]  # fmt: skip
+    return {
+        "schema": SCHEMA, "result": "motion", "linkage": linkage.linkage.name,
+        "beams": beams, "centre": linkage.centre.tolist(), **_motion(motion, linkage.centre),
+    }  # fmt: skip
+
+
+def beam_deflection(motion: FlexibleMotion, linkage: FlexibleLinkage, name: str) -> Array:
+    """Compute the largest deflection of a beam at each instant (t,), in metres."""
+    model = linkage.beams[name]
+    k = [part.name for part in motion.mechanism.parts].index(name)
+    q = motion.positions[:, motion.mechanism.slices[k]][:, 3:]
+    across = np.array([one.across for one in model.part.outline])
+    return np.asarray(np.abs(q @ across.T).max(axis=1))
+
+
+def moment_about(motion: FlexibleMotion, point: Array) -> Array:
+    """Compute the shaking moment about a point of the plane (t,), in N m.
+
+    Args:
+        motion: the motion.
+        point: position in the plane (2,).
+    """
+    force = motion.force
+    return np.asarray(motion.moment - (point[0] * force[:, 1] - point[1] * force[:, 0]))
+
+
+def _motion(motion: FlexibleMotion, centre: Array) -> dict[str, object]:
+    """Describe a simulation; moments are about a point."""
+    moment = moment_about(motion, centre)
+    return {
+        "duration": float(motion.times[-1]), "peak_force": motion.peak_force,
+        "peak_moment": float(np.abs(moment).max()), "energy_drift": motion.energy_drift,
+        "method": motion.method, "steps": motion.steps, "evaluations": motion.evaluations,
+        "times": motion.times.tolist(), "force": motion.force.tolist(),
+        "moment": moment.tolist(),
+    }  # fmt: skip

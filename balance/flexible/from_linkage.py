@@ -1,0 +1,302 @@
+"""Turn a planar linkage of a file into a mechanism in which named links bend."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.flexible.beam_part import Marker, MovingPart, RigidPart, combine_markers
+from balance.flexible.build_beam import BeamModel, BeamOptions, model_beam
+from balance.flexible.drives import Profile
+from balance.flexible.flex_links import FlexLink
+from balance.flexible.mechanism import PlanarMechanism
+from balance.flexible.mechanism_types import GearRelation, JointDrive, MechanismJoint, On
+from balance.flexible.support_points import support_points
+from balance.flexible.supported_modes import Clamp, EndBody, Support
+from kinematics.errors import BodyError, LinkageError
+from kinematics.model.linkage import GROUND, Linkage
+from kinematics.model.plane import plane_axes
+from kinematics.spatial.inertia import inertia_tensor
+
+__all__ = ["FlexibleLinkage", "flexible_linkage"]
+
+Array = NDArray[np.float64]
+
+SHORT = 1e-9
+"""Least distance of the joints of a beam, over the size of the linkage."""
+LOAD_PART = 0.3
+"""Part of the mass of all links that stands for what the end of a driven beam carries."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleLinkage:
+    """A linkage of which some links bend.
+
+    Attributes:
+        linkage: as the file describes it.
+        mechanism: parts, joints and inputs in the plane of motion.
+        axes: of that plane, as rows x, y, normal in the inertial frame; shape (3, 3).
+        beams: models of the links that bend, by name.
+        centre: centre of mass of all links at the start, in the plane; shape (2,).
+        outlines: for drawing, the points of each rigid part between which it extends.
+    """
+
+    linkage: Linkage
+    mechanism: PlanarMechanism
+    axes: Array
+    beams: Mapping[str, BeamModel]
+    centre: Array
+    outlines: Mapping[int, tuple[Marker, ...]]
+
+
+def flexible_linkage(
+    linkage: Linkage,
+    flex: Sequence[FlexLink],
+    drives: Mapping[str, tuple[Profile, bool]],
+    options: BeamOptions | None = None,
+) -> FlexibleLinkage:
+    """Replace named links of a planar linkage by beams between their two joints.
+
+    Args:
+        linkage: the linkage; its reference pose is the start, without deformation.
+        flex: the links that bend; their mass in the file is replaced by that of the beam.
+        drives: profile of each driven joint by name, and whether it is a moment; inputs of the
+            linkage without a profile stay where they are.
+        options: how beams are modelled.
+
+    Raises:
+        LinkageError: the linkage is not planar, a name is unknown, or a link cannot be a beam.
+    """
+    if not linkage.planar:
+        raise LinkageError(f"{linkage.name} is not planar: links bend in planar linkages alone")
+    build = _Builder(linkage, options or BeamOptions(), drives)
+    known = [body.name for body in linkage.bodies]
+    for one in flex:
+        if one.name not in known:
+            raise BodyError(linkage.name, one.name, "is not a link with mass", known)
+    return build.build({one.name: one for one in flex})
+
+
+class _Builder:
+    """Gathers groups of welded links, and places their parts and joints."""
+
+    def __init__(
+        self, linkage: Linkage, options: BeamOptions,
+        drives: Mapping[str, tuple[Profile, bool]],
+    ) -> None:  # fmt: skip
+        """Find the groups of links that move as one."""
+        self.linkage, self.options, self.drives = linkage, options, drives
+        turning = [j.screw[:3] for j in linkage.joints if np.any(j.screw[:3])]
+        idle = {j for j, one in enumerate(linkage.joints) if one.name in linkage.idle}
+        normals = [n for j, n in zip(
+            [j for j, one in enumerate(linkage.joints) if np.any(one.screw[:3])], turning,
+            strict=True) if j not in idle]  # fmt: skip
+        normal = normals[0] if normals else np.array([0.0, 0.0, 1.0])
+        normal = normal * np.sign(normal[np.argmax(np.abs(normal))])
+        self.axes = plane_axes(normal / np.linalg.norm(normal))
+        self.group = list(range(len(linkage.joints)))
+        for j in sorted(idle):
+            self._merge(j, linkage.joints[j].parent)
+        for loop in linkage.loops:
+            self._merge(loop.end, loop.successor)
+        self.moving = [j for j in range(len(linkage.joints)) if j not in idle]
+        self.parts: list[MovingPart] = []
+        self.start: list[Array] = []
+        self.part_of = {GROUND: -1}
+        self.beams: dict[str, BeamModel] = {}
+        self.ends: dict[tuple[int, int], Marker] = {}
+
+    def _merge(self, a: int, b: int) -> None:
+        """Join the groups of two links."""
+        first, second = (self._group_of(link) for link in (a, b))
+        low, high = min(first, second), max(first, second)
+        self.group = [low if g == high else g for g in self.group]
+
+    def _group_of(self, link: int) -> int:
+        """Find the group of a link; -1 is the ground."""
+        return GROUND if link == GROUND else self.group[link]
+
+    def _plane(self, point: Array) -> Array:
+        """Project a point to the plane."""
+        return np.asarray((self.axes @ point)[:2])
+
+    def build(self, flex: Mapping[str, FlexLink]) -> FlexibleLinkage:
+        """Place all parts and joints."""
+        inertia: dict[int, Array] = defaultdict(lambda: np.zeros(10))
+        bending = {}
+        for body in self.linkage.bodies:
+            group = self._group_of(body.link)
+            if body.name in flex:
+                bending[group] = flex[body.name]
+                self._check_alone(body.name, body.link, group)
+            else:
+                inertia[group] = inertia[group] + body.inertia
+        touching: dict[int, list[int]] = defaultdict(list)
+        for j in self.moving:
+            for link in (self.linkage.joints[j].parent, j):
+                touching[self._group_of(link)].append(j)
+        self.total = sum(body.inertia[0] for body in self.linkage.bodies)
+        outlines = {}
+        for group in dict.fromkeys(g for g in self.group if g != GROUND):
+            self.part_of[group] = len(self.parts)
+            if group in bending:
+                self._add_beam(group, bending[group], touching[group])
+            else:
+                points = [self._plane(self.linkage.joints[j].point) for j in touching[group]]
+                k = len(self.parts)
+                outlines[k] = self._add_rigid(group, inertia[group], points)
+        return self._finish(outlines)
+
+    def _finish(self, outlines: Mapping[int, tuple[Marker, ...]]) -> FlexibleLinkage:
+        """Compose the mechanism."""
+        place = {j: k for k, j in enumerate(self.moving)}
+        joints = tuple(self._joint(j) for j in self.moving)
+        relations = tuple(
+            GearRelation(place[one.joint], place[one.source], one.ratio)
+            for one in self.linkage.mimics if one.joint in place and one.source in place
+        )  # fmt: skip
+        points = np.array([self._plane(one.point) for one in self.linkage.joints])
+        size = float(np.ptp(points, axis=0).max()) or 1.0
+        mechanism = PlanarMechanism(
+            tuple(self.parts), joints, np.concatenate(self.start), relations,
+            self._drives(place), size,
+        )  # fmt: skip
+        mass, _ = mechanism.inertia(mechanism.start, np.zeros(len(mechanism.start)))
+        total, moment = 0.0, np.zeros(2)
+        for at in mechanism.slices:
+            m, (x, y) = mass[at.start, at.start], mechanism.start[at][:2]
+            total += m
+            moment += (m * x + mass[at.start + 1, at.start + 2],
+                       m * y - mass[at.start, at.start + 2])  # fmt: skip
+        return FlexibleLinkage(
+            self.linkage, mechanism, self.axes, self.beams, moment / max(total, 1e-300),
+            outlines,
+        )  # fmt: skip
+
+    def _drives(self, place: Mapping[int, int]) -> tuple[JointDrive, ...]:
+        """Compose the inputs: those of the caller, and inputs of the linkage at rest."""
+        index = {joint.name: j for j, joint in enumerate(self.linkage.joints)}
+        found = []
+        for name, (profile, moment) in self.drives.items():
+            if index.get(name) not in place:
+                known = ", ".join(self.linkage.joints[j].name for j in self.moving)
+                raise LinkageError(
+                    f"'{name}' is not a joint that moves; the joints are {known}"
+                )
+            found.append(JointDrive(place[index[name]], profile, moment))
+        held = [name for name in self.linkage.inputs if name not in self.drives]
+        if any(one.moment for one in found) or len(found) >= self.linkage.mobility:
+            held = held if len(found) < self.linkage.mobility else []
+        for name in held[: self.linkage.mobility - len(found)]:
+            found.append(JointDrive(place[index[name]], lambda t: (0.0, 0.0, 0.0)))
+        return tuple(found)
+
+    def _check_alone(self, name: str, link: int, group: int) -> None:
+        """Refuse a beam to which other links are fixed.
+
+        Raises:
+            BodyError: there are some, or the beam is fixed to the ground.
+        """
+        others = [
+            other for other, place in self.linkage.places.items()
+            if other != name and place.link == link
+        ] + [one.name for one in self.linkage.bodies
+             if one.name != name and self._group_of(one.link) == group]  # fmt: skip
+        if group == GROUND or others:
+            fixed = ", ".join(others) or "the ground"
+            problem = f"cannot bend: {fixed} is fixed to it"
+            raise BodyError(self.linkage.name, name, problem)
+
+    def _add_rigid(self, group: int, z: Array, points: Sequence[Array]) -> tuple[Marker, ...]:
+        """Add a rigid part; its frame is at its centre of mass, parallel to the plane's."""
+        mass, normal = float(z[0]), self.axes[2]
+        centre = self._plane(z[1:4] / mass) if mass > 0.0 else np.mean(points, axis=0)
+        moment = float(normal @ inertia_tensor(z) @ normal) - mass * float(centre @ centre)
+        name = self.linkage.joints[group].name
+        names = [b.name for b in self.linkage.bodies if self._group_of(b.link) == group]
+        self.parts.append(RigidPart(names[0] if names else name, mass, max(moment, 0.0)))
+        self.start.append(np.array([*centre, 0.0]))
+        self.ends.update({(group, j): Marker(self._plane(self.linkage.joints[j].point) - centre)
+                          for j in self.moving})  # fmt: skip
+        return (*(Marker(point - centre) for point in points), Marker(np.zeros(2)))
+
+    def _add_beam(self, group: int, flex: FlexLink, joints: Sequence[int]) -> None:
+        """Add a beam between the two joints of a link.
+
+        Raises:
+            BodyError: it has not two revolute joints apart.
+        """
+        if len(joints) != 2:
+            problem = f"cannot bend: it has {len(joints)} joints, and a beam has 2"
+            raise BodyError(self.linkage.name, flex.name, problem)
+        if any(self.linkage.joints[j].kind != "revolute" for j in joints):
+            problem = "cannot bend: a beam has revolute joints"
+            raise BodyError(self.linkage.name, flex.name, problem)
+        a, b = (self._plane(self.linkage.joints[j].point) for j in joints)
+        span = float(np.linalg.norm(b - a))
+        if span < SHORT * max(1e-6, float(np.abs([a, b]).max())):
+            raise BodyError(self.linkage.name, flex.name, "cannot bend: its joints coincide")
+        points, weights, length = _hinges(flex, span)
+        beam = flex.beam(length)
+        frame = [Support(tuple(s), tuple(w)) for s, w in zip(points, weights, strict=True)]
+        held, load = None, None
+        for k, j in enumerate(joints):
+            if self.linkage.joints[j].name in self.drives and not flex.supports:
+                held = [Clamp(points[k][0])]
+                load = EndBody(LOAD_PART * self.total) if k == 0 else None
+        model = model_beam(flex.name, beam, frame, self.options, None, load, held)
+        self.beams[flex.name] = model
+        for j, s, w in zip(joints, points, weights, strict=True):
+            self.ends[group, j] = combine_markers([model.marker(x) for x in s], w)
+        angle = float(np.arctan2(b[1] - a[1], b[0] - a[0]))
+        direction = np.array([np.cos(angle), np.sin(angle)])
+        hinge = self.ends[group, joints[0]].at[0]
+        self.parts.append(model.part)
+        self.start.append(np.array([*(a - hinge * direction), angle,
+                                    *np.zeros(model.part.size)]))  # fmt: skip
+
+    def _joint(self, j: int) -> MechanismJoint:
+        """Place a joint; one about the reverse of the normal has its links exchanged."""
+        joint = self.linkage.joints[j]
+        groups = self._group_of(joint.parent), self._group_of(j)
+        if joint.kind == "prismatic":
+            axis = self._plane(joint.screw[3:])
+            axis = axis / np.linalg.norm(axis)
+            sides = groups
+        else:
+            axis = np.array([1.0, 0.0])
+            sides = groups if joint.screw[:3] @ self.axes[2] > 0.0 else groups[::-1]
+        ends = [self._end(group, j) for group in sides]
+        turn = [self.start[self.part_of[g]][2] if g != GROUND else 0.0 for g in sides]
+        return MechanismJoint(
+            joint.name, "prismatic" if joint.kind == "prismatic" else "revolute",
+            ends[0], ends[1], (float(axis[0]), float(axis[1])), float(turn[1] - turn[0]),
+        )  # fmt: skip
+
+    def _end(self, group: int, j: int) -> On:
+        """Find the point of a joint on one of its links."""
+        if group == GROUND:
+            return On(-1, Marker(self._plane(self.linkage.joints[j].point)))
+        return On(self.part_of[group], self.ends[group, j])
+
+
+def _hinges(flex: FlexLink, span: float) -> tuple[list[list[float]], list[list[float]], float]:
+    """Place the points that carry a beam: positions and weights for each joint, and length."""
+    if flex.supports:
+        best = support_points(flex.supports)
+        length, half = 0.5 * span / best.hinge, flex.supports // 2
+        s = ((best.points + 0.5) * length).tolist()
+        w = best.weights.tolist()
+        return [s[:half], s[half:]], [w[:half], w[half:]], length
+    length = span if flex.length is None else flex.length
+    if length < span:
+        raise LinkageError(
+            f"link '{flex.name}': a beam of {length:g} m is shorter than from joint to joint "
+            f"({span:g} m)"
+        )
+    over = 0.5 * (length - span)
+    return [[over], [over + span]], [[1.0], [1.0]], length

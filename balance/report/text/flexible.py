@@ -1,0 +1,140 @@
+"""Text of results on flexible links for ``balance flex``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from balance.flexible.flex_data import beam_deflection, moment_about
+from balance.flexible.free_modes import FreeMode
+from balance.flexible.from_linkage import FlexibleLinkage
+from balance.flexible.similarity import Arm, Similarity
+from balance.flexible.simulate import FlexibleMotion
+from balance.flexible.support_points import STATIC_POINT, SupportPoints
+from balance.flexible.supported_modes import SupportedModes
+
+__all__ = [
+    "flexible_motion_facts", "flexible_motion_text", "free_modes_text", "similarity_text",
+    "supported_modes_text", "supports_text",
+]  # fmt: skip
+
+
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Align the columns of a table."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def _facts(pairs: Sequence[tuple[str, str]]) -> list[str]:
+    """Align labels and values."""
+    width = max(len(label) for label, _ in pairs)
+    return [f"{label:<{width}}  {value}" for label, value in pairs]
+
+
+def free_modes_text(modes: Sequence[FreeMode]) -> str:
+    """Write the modes of a free beam: ω in sqrt(EI / ρA l⁴), zeros in the length."""
+    rows = [("mode", "frequency", "zeros ± ξ from the middle")]
+    for one in modes:
+        zeros = " ".join(f"{zero:.15g}" for zero in one.zeros)
+        rows.append((str(one.number), f"{one.frequency:.12f}", zeros))
+    return "\n".join(_table(rows))
+
+
+def supported_modes_text(modes: SupportedModes) -> str:
+    """Write the frequencies of a beam on supports."""
+    rows = [("mode", "frequency (Hz)", "ω (rad/s)")]
+    for k, omega in enumerate(modes.frequencies.tolist(), 1):
+        rows.append((str(k), f"{omega / (2.0 * np.pi):.7g}", f"{omega:.7g}"))
+    return "\n".join(_table(rows))
+
+
+def supports_text(found: SupportPoints) -> str:
+    """Write supports, their weights and the whippletree of one half."""
+    rows = [("point ξ", "weight")]
+    pairs = zip(found.points.tolist(), found.weights.tolist(), strict=True)
+    rows += [(f"{x:+.9f}", f"{w:.9f}") for x, w in pairs]
+    modes = ", ".join(map(str, found.modes)) or "none"
+    facts = [
+        ("balanced", f"symmetric modes {modes}, and all antisymmetric ones"),
+        ("residual", f"{found.residual:.1e}"),
+        ("hinge", f"ξ = ±{found.hinge:.9f}"),
+        ("static", f"two points at ξ = ±{STATIC_POINT:.9f} for a uniform load"),
+    ]
+    facts += [
+        (f"bar {k}", f"ends at {one.ends[0]:.9f} and {one.ends[1]:.9f}, pivot at "
+         f"{one.pivot:.9f}: arms {one.arms[0]:.9f} and {one.arms[1]:.9f}")
+        for k, one in enumerate(found.bars, 1)
+    ]  # fmt: skip
+    return "\n".join([*_table(rows), "", *_facts(facts)])
+
+
+def similarity_text(second: Arm, found: Similarity, motion: FlexibleMotion | None) -> str:
+    """Write a counter-arm, the conditions of similarity, and the peaks of a simulation.
+
+    Args:
+        second: the counter-arm.
+        found: the comparison with the arm that it balances.
+        motion: a simulation of both on one hub, if there is one.
+    """
+    beam = second.beam
+    facts = [
+        ("counter-arm", f"length {beam.length:.6g} m, EI {beam.bending:.6g} N m², "
+         f"ρA {beam.line_mass:.6g} kg/m, tip {second.tip_mass:.6g} kg"),
+        ("", f"tip radius {second.tip_radius:.6g} m, tip inertia {second.tip_inertia:.6g} "
+         f"kg m², hub radius {second.hub_radius:.6g} m"),
+        ("scale", f"{found.scale:.6g}"),
+        ("same material", f"thickness × {found.scale**2:.6g}, width × {found.scale**-4:.6g}, "
+         f"width of rigid parts × {found.scale**-3:.6g}"),
+        ("frequencies", " and ".join(f"{f:.6g} Hz" for f in found.frequencies)),
+        ("similar", "yes" if found.similar else "no"),
+    ]  # fmt: skip
+    if motion is not None:
+        facts.append(("shaking force", f"{motion.peak_force:.4g} N at most"))
+        facts.append(("shaking moment", f"{motion.peak_moment:.4g} N m at most"))
+    rows = [("condition", "equal", "arm", "counter-arm", "difference")]
+    for one in found.conditions:
+        state = "holds" if one.holds else f"{one.difference:+.3%}"
+        rows.append((one.name, one.words, f"{one.left:.6g}", f"{one.right:.6g}", state))
+    return "\n".join([*_facts(facts), "", *_table(rows)])
+
+
+def flexible_motion_facts(
+    linkage: FlexibleLinkage, motion: FlexibleMotion
+) -> list[tuple[str, str]]:
+    """List the facts on a simulation as pairs of label and value.
+
+    Args:
+        linkage: what was simulated.
+        motion: its motion.
+    """
+    x, y = linkage.centre
+    moment = float(np.abs(moment_about(motion, linkage.centre)).max())
+    pairs = [
+        ("linkage", linkage.linkage.name),
+        ("duration", f"{motion.times[-1]:g} s"),
+        ("shaking force", f"{motion.peak_force:.4g} N at most"),
+        ("shaking moment", f"{moment:.4g} N m at most, about the centre of mass at the start, "
+         f"({x:.4g}, {y:.4g}) m in the plane"),
+    ]  # fmt: skip
+    for name, model in linkage.beams.items():
+        peak = float(beam_deflection(motion, linkage, name).max())
+        pairs.append((name, f"beam of {model.part.length:.4g} m and {model.mesh.beam.mass:.4g} "
+                      f"kg, {len(model.mesh.nodes) - 1} elements, {model.part.size} modes: "
+                      f"bends by {peak:.3g} m at most"))  # fmt: skip
+    pairs.append(("energy", f"drifts by {motion.energy_drift:.1e} of the largest"))
+    pairs.append(("integrator", f"{motion.method}, {motion.steps} steps"))
+    return pairs
+
+
+def flexible_motion_text(linkage: FlexibleLinkage, motion: FlexibleMotion) -> str:
+    """Write the simulation of a linkage as plain text.
+
+    Args:
+        linkage: what was simulated.
+        motion: its motion.
+    """
+    return "\n".join(_facts(flexible_motion_facts(linkage, motion)))

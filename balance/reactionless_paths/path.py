@@ -186,6 +186,18 @@ def timed_path(
 
     Raises:
         PoseError: an end of the path is not reached along a straight line of the inputs.
+
+    Example:
+        >>> import balance, kinematics, numpy as np
+        >>> arm = kinematics.from_screws(
+        ...     [kinematics.ScrewJoint("u1", "base", "upper"),
+        ...      kinematics.ScrewJoint("u2", "upper", "lower", point=(1, 0, 0))],
+        ...     bodies={"upper": (1, (0.5, 0, 0), np.eye(3)),
+        ...             "lower": (1, (1.5, 0, 0), np.eye(3))},
+        ... )
+        >>> path = balance.find_paths(arm, kept="moment", length=0.1).paths[0]
+        >>> balance.timed_path(arm, path, duration=2.0).duration
+        2.0
     """
     return drive(as_linkage(linkage), *_timed_inputs(path, duration))
 

@@ -16,6 +16,24 @@ from kinematics.assembly.tool_frame import tool
 from kinematics.spatial.screws import twist_axis
 
 
+def results_of_poses_and_bases(linkage, space):
+    """Those of balance in one pose, paths, floating bases and pure inertias."""
+    pose = balance.balance_pose(linkage, {"crank": 1.0})
+    paths = balance.find_paths("principal_vector_linkage", length=0.1)
+    base = balance.FloatingBase(3, 1)
+    pure = balance.pure_inertia(space)
+    return [
+        (pose, "crank cannot balance"), (pose.families["crank"], "5 free parameters"),
+        (balance.momentum_map(linkage, {"u1": [0, 0.1]}), "2 poses reached"),
+        (balance.reaction_null_space("five_bar", [0.1, 0.1]), "0 of 2 rates"),
+        (paths, "2 paths through 1 pose"), (paths.paths[0], "of the bodies' own"),
+        (balance.Base(3), "mass=3"), (base, "inertia=1"),
+        (balance.decoupling(space), "no: not balanced"), (pure, "0.5 kg stays"),
+        (balance.buildable_masses(space, 0.0 * pure.inertias), "feasible"),
+        (balance.simulate_floating_base(linkage, base, duration=0.05), "the base moves"),
+    ]  # fmt: skip
+
+
 def results():
     """An instance of every class of results, and words that its repr must hold."""
     linkage = kinematics.load("four_bar_antiparallelogram")
@@ -36,19 +54,8 @@ def results():
     rotors = balance.fewest_rotors(none)
     places = [(0.3, 0.1, 0.2), (0.1, 0.4, -0.7)]
     synthesis = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
-    pose = balance.balance_pose(linkage, {"crank": 1.0})
-    paths = balance.find_paths("principal_vector_linkage", length=0.1)
-    base = balance.FloatingBase(3, 1)
-    pure = balance.pure_inertia(space)
     return [
-        (pose, "crank cannot balance"), (pose.families["crank"], "5 free parameters"),
-        (balance.momentum_map(linkage, {"u1": [0, 0.1]}), "2 poses reached"),
-        (balance.reaction_null_space("five_bar", [0.1, 0.1]), "0 of 2 rates"),
-        (paths, "2 paths through 1 pose"), (paths.paths[0], "of the bodies' own"),
-        (balance.Base(3), "mass=3"), (base, "inertia=1"),
-        (balance.decoupling(space), "no: not balanced"), (pure, "0.5 kg stays"),
-        (balance.buildable_masses(space, 0.0 * pure.inertias), "feasible"),
-        (balance.simulate_floating_base(linkage, base, duration=0.05), "the base moves"),
+        *results_of_poses_and_bases(linkage, space),
         (synthesis, "feasible: 1 mechanism"), (synthesis.mechanisms[0], "confirmed"),
         (balance.PantographMasses(*[0.5] * 13), "3 kg"),
         (rotors, "2"), (rotors.sets[0], "u1"),

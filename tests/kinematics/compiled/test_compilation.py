@@ -66,7 +66,7 @@ def compilers(environment):
     return [int(word) for word in file.read_text().split()] if file.exists() else []
 
 
-def wait_for(condition, seconds=60.0):
+def wait_for(condition, seconds=300.0):
     """Wait until something holds."""
     end = time.monotonic() + seconds
     while not condition():

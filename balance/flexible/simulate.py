@@ -19,7 +19,8 @@ DRIFT = 1e-9
 """Residual of constraints, over the size of the mechanism, that is corrected after a step."""
 STIFF = 3e4
 """Highest frequency times duration, in radians, from which the implicit method is used."""
-MOST_STEPS = 2_000_000
+MOST_EVALUATIONS = 200_000
+"""Solutions of the equations of motion after which a simulation is given up: some minutes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +199,7 @@ def _integrate(
         solver = Radau(run.slope, 0.0, y, times[-1], jac=run.jacobian, **options)
     else:
         solver = DOP853(run.slope, 0.0, y, times[-1], **options)
-    while solver.status == "running" and steps < MOST_STEPS:
+    while solver.status == "running" and run.evaluations < MOST_EVALUATIONS:
         solver.step()
         steps += 1
         if k < len(times) and times[k] <= solver.t:
@@ -212,6 +213,11 @@ def _integrate(
         corrected = _correct(mechanism, solver.t, solver.y)
         if corrected is not solver.y:
             solver.y, solver.f = corrected, run.slope(solver.t, corrected)
+    if solver.status == "running":
+        raise LinkageError(
+            f"the integration is slow at {solver.t:g} s: the mechanism is near a singular pose, "
+            "or vibrates fast; give a shorter duration, a lower speed or fewer modes"
+        )
     if solver.status != "finished":
         raise LinkageError(
             f"the integration stops at {solver.t:g} s: the mechanism reaches a singular pose, "

@@ -155,6 +155,14 @@ def test_both_integrators_and_all_modes_agree(tmp_path):
         assert np.abs(other.force - found[0].force).max() < 5e-3 * found[0].peak_force
 
 
+def test_a_simulation_without_end_is_given_up(tmp_path, monkeypatch):
+    """The line says where, and what to change."""
+    monkeypatch.setattr("balance.flexible.simulate.MOST_EVALUATIONS", 40)
+    found = flexible(tmp_path, "ends", options=BeamOptions(elements=4, modes=2))
+    with pytest.raises(LinkageError, match=r"slow at 0.* s: .* give a shorter duration"):
+        simulate(found.mechanism, 5.0, 11)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -215,8 +215,8 @@ def _integrate(
             solver.y, solver.f = corrected, run.slope(solver.t, corrected)
     if solver.status == "running":
         raise LinkageError(
-            f"the integration is slow at {solver.t:g} s: the mechanism is near a singular pose, "
-            "or vibrates fast; give a shorter duration, a lower speed or fewer modes"
+            f"the integration is slow at {solver.t:g} s: the mechanism is near a singular "
+            "pose, or vibrates fast; give a shorter duration, a lower speed or fewer modes"
         )
     if solver.status != "finished":
         raise LinkageError(

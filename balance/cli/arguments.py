@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import NoReturn, TypeAlias
 
@@ -12,7 +12,7 @@ from kinematics.errors import LinkageError
 
 __all__ = [
     "MAX_ERROR_LENGTH", "Parser", "Verbs", "check_files", "page_path", "picture_path",
-    "read_streams", "describe_defect", "whole_number",
+    "read_streams", "describe_defect",
 ]  # fmt: skip
 
 # Options of all commands that name output files.
@@ -102,30 +102,6 @@ def check_files(arguments: argparse.Namespace) -> None:
             path = str(find(given[name])) if name in given else ""
             inputs += [path, *filter(None, [loop_file_of(path)])] if path else []
     check_outputs(outputs, inputs, arguments.force)
-
-
-def whole_number(lowest: int, highest: int, what: str = "a number") -> Callable[[str], int]:
-    """Build an argparse type of whole numbers from ``lowest`` to ``highest``.
-
-    Args:
-        lowest: least number.
-        highest: largest number.
-        what: name of the number in the error message.
-
-    Returns:
-        A function that parses a word, and raises ArgumentTypeError for any other word.
-    """
-
-    def read(text: str) -> int:
-        digits = text.isascii() and text.isdigit() and len(text) <= 18
-        number = int(text) if digits else lowest - 1
-        if not lowest <= number <= highest:
-            raise argparse.ArgumentTypeError(
-                f"'{text}' is not {what} from {lowest} to {highest}"
-            )
-        return number
-
-    return read
 
 
 def picture_path(text: str) -> str:

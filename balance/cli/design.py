@@ -8,7 +8,7 @@ from os.path import isfile
 from typing import TYPE_CHECKING
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, page_path, whole_number
+from balance.cli.arguments import Verbs, page_path
 from balance.cli.counterweights import (
     add_counterweight_options,
     check_counterweight_options,
@@ -16,6 +16,7 @@ from balance.cli.counterweights import (
 )
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import add_model_options, certified_space
+from balance.cli.number_arguments import whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.partial import add_partial_options, check_partial_options, run_partial
 from balance.cli.spinner import spinner

@@ -5,19 +5,18 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from balance.cli.arguments import Parser, Verbs, page_path, picture_path, whole_number
+from balance.cli.arguments import Parser, Verbs, page_path, picture_path
 from balance.cli.exit_codes import DONE
 from balance.cli.flex_arguments import (
     arm_of,
     beam_of,
     drive_of,
     drive_profile,
-    finite_number,
-    positive_number,
     spin_numbers,
     support_position,
 )
 from balance.cli.model_options import add_model_options, load_model
+from balance.cli.number_arguments import finite_number, positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 from typing import TYPE_CHECKING
+
+from balance.cli.number_arguments import finite_number, positive_number
 
 if TYPE_CHECKING:
     from balance.flexible.beam import Beam
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from balance.flexible.similarity import Arm
 
 __all__ = [
-    "arm_of", "beam_of", "drive_of", "drive_profile", "finite_number", "positive_number",
+    "arm_of", "beam_of", "drive_of", "drive_profile",
     "spin_numbers", "support_position",
 ]  # fmt: skip
 
@@ -21,25 +22,6 @@ ARM_NUMBERS = {
     "rhoI": "rotary", "tip": "tip_mass", "radius": "tip_radius", "inertia": "tip_inertia",
     "hub": "hub_radius",
 }  # fmt: skip
-
-
-def positive_number(text: str) -> float:
-    """Parse a positive number."""
-    value = finite_number(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a positive number")
-    return value
-
-
-def finite_number(text: str) -> float:
-    """Parse a finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
-    return value
 
 
 def support_position(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import load_model, parse_coordinates
+from balance.cli.number_arguments import number_between, point
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 
@@ -24,8 +24,7 @@ __all__ = ["add_base_options", "check_base_options", "run_floating_base"]
 NUMBER = r"[+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 # Largest numbers that describe a base, and their inverses: squares do not overflow.
 MAX_NUMBER = 1e12
-# Largest coordinate of the centre of mass of a base, metres.
-MAX_POINT = 1e6
+_SIZE = number_between(1.0 / MAX_NUMBER, MAX_NUMBER)
 # Options that need a base.
 OWN = (
     "base_mass", "base_inertia", "base_com", "stiffness", "initial", "torque", "duration",
@@ -67,14 +66,14 @@ def add_base_options(parser: argparse.ArgumentParser) -> None:
         help="free: the base floats; spring: it stands on springs. Its motion is simulated; "
         "the exit code is 0 if it stays at rest, 1 if it moves",
     )  # fmt: skip
-    parser.add_argument("--base-mass", type=_positive, metavar="KG", help="mass of that base")
+    parser.add_argument("--base-mass", type=_SIZE, metavar="KG", help="mass of that base")
     parser.add_argument(
         "--base-inertia", type=_inertia, metavar="I|IX,IY,IZ",
         help="moment of inertia of that base about its centre of mass, kg m²; or three, about "
         "the axes parallel to the inertial ones",
     )  # fmt: skip
     parser.add_argument(
-        "--base-com", type=_point, metavar="X,Y,Z",
+        "--base-com", type=point, metavar="X,Y,Z",
         help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
     )  # fmt: skip
     parser.add_argument(
@@ -93,7 +92,7 @@ def add_base_options(parser: argparse.ArgumentParser) -> None:
         "(others 0)",
     )  # fmt: skip
     parser.add_argument(
-        "--duration", type=_positive, metavar="S",
+        "--duration", type=_SIZE, metavar="S",
         help="with --base: duration, seconds (default: that of the table of --csv, or 10)",
     )  # fmt: skip
 
@@ -217,36 +216,12 @@ def _write_files(found: Simulated, arguments: argparse.Namespace) -> None:
     write_all_atomic(contents)
 
 
-def _positive(text: str) -> float:
-    """Parse a positive number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 1.0 / MAX_NUMBER <= value <= MAX_NUMBER:
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not a number from {1.0 / MAX_NUMBER:g} to {MAX_NUMBER:g}"
-        )
-    return value
-
-
 def _inertia(text: str) -> float | tuple[float, ...]:
     """Parse a moment of inertia, or three."""
-    values = tuple(_positive(word) for word in text.split(","))
+    values = tuple(_SIZE(word) for word in text.split(","))
     if len(values) not in (1, 3):
         raise argparse.ArgumentTypeError(f"'{text}' is not a moment of inertia, nor three")
     return values if len(values) == 3 else values[0]
-
-
-def _point(text: str) -> tuple[float, ...]:
-    """Parse a point of ``0.1,0,-0.05``."""
-    try:
-        values = tuple(float(word) for word in text.split(","))
-    except ValueError:
-        values = ()
-    if len(values) != 3 or not all(abs(value) <= MAX_POINT for value in values):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a point such as 0.1,0,-0.05, metres")
-    return values
 
 
 def _stiffness(text: str) -> tuple[str, float]:
@@ -257,4 +232,4 @@ def _stiffness(text: str) -> tuple[str, float]:
             f"'{text}' is not a stiffness: write 1e4Nm/rad or 2e5N/m"
         )
     name = "stiffness" if found[2] == "N/m" else "turning_stiffness"
-    return name, _positive(found[1])
+    return name, _SIZE(found[1])

@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, page_path, picture_path, whole_number
+from balance.cli.arguments import Verbs, page_path, picture_path
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.model_options import add_model_options, load_model
+from balance.cli.number_arguments import point, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.spinner import spinner
 from kinematics.errors import CoordinateError, MotionError, PoseError
@@ -30,8 +31,6 @@ __all__ = ["Target", "add_motion"]
 ORDER = 7
 # Highest order of the option.
 MAX_ORDER = 50
-# Largest coordinate of a tool point, metres.
-MAX_POINT = 1e6
 
 
 class Target(NamedTuple):
@@ -68,7 +67,7 @@ def add_motion(verbs: Verbs) -> None:
         "that leaves these free",
     )  # fmt: skip
     parser.add_argument(
-        "--point", type=_point, metavar="X,Y,Z",
+        "--point", type=point, metavar="X,Y,Z",
         help="point of the tool that moves along these directions and about which it turns, in "
         "metres, in the frame of the link (default: the origin of that frame)",
     )  # fmt: skip
@@ -256,21 +255,3 @@ def _target(text: str) -> Target:
             f"'{text}' is not u1=0.3,u2=-0.1 with each input once, nor 0.3,-0.1"
         )
     return Target(names, values)
-
-
-def _point(text: str) -> tuple[float, ...]:
-    """Parse a point of ``0.1,0,-0.05``.
-
-    Raises:
-        ArgumentTypeError: there are not three numbers, or one is too large.
-    """
-    try:
-        values = tuple(float(word) for word in text.split(","))
-    except ValueError:
-        values = ()
-    if len(values) != 3 or not all(abs(value) <= MAX_POINT for value in values):
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not a point such as 0.1,0,-0.05: three numbers, metres, in the frame "
-            "of the link"
-        )
-    return values

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import math
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import picture_path, whole_number
+from balance.cli.arguments import picture_path
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import load_model
+from balance.cli.number_arguments import finite_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 
@@ -28,7 +28,7 @@ def add_partial_options(parser: argparse.ArgumentParser) -> None:
         help="with --add: the least shaking along motions for a --budget, not full balance",
     )  # fmt: skip
     parser.add_argument(
-        "--budget", type=_number, metavar="KG", help="with --partial: most mass to add"
+        "--budget", type=finite_number, metavar="KG", help="with --partial: most mass to add"
     )
     parser.add_argument(
         "--trajectory", action="append", default=[], metavar="FILE.csv",
@@ -36,7 +36,7 @@ def add_partial_options(parser: argparse.ArgumentParser) -> None:
         "default the random motions of verify",
     )  # fmt: skip
     parser.add_argument(
-        "--weight-moment", type=_number, metavar="METRES",
+        "--weight-moment", type=finite_number, metavar="METRES",
         help="a moment of so many N m counts as a force of 1 N (default: the characteristic "
         "length)",
     )  # fmt: skip
@@ -161,23 +161,12 @@ def _write_files(arguments: argparse.Namespace, front: ParetoFront) -> str:
     return ""
 
 
-def _number(text: str) -> float:
-    """Parse a finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
-    return value
-
-
 def _cap(text: str) -> tuple[str, float]:
     """Parse ``JOINT=VALUE``."""
     name, _, value = text.rpartition("=")
     if not name:
         raise argparse.ArgumentTypeError(f"'{text}' is not JOINT=VALUE, such as u1=20")
-    return name, _number(value)
+    return name, finite_number(value)
 
 
 def _frame(text: str) -> ElasticFrame:
@@ -190,7 +179,7 @@ def _frame(text: str) -> ElasticFrame:
         raise argparse.ArgumentTypeError(
             f"'{text}' is not mass,inertia,stiffness,damping, such as 50,4,2e5,100"
         )
-    found = ElasticFrame(*map(_number, words))
+    found = ElasticFrame(*map(finite_number, words))
     try:
         found.check()
     except UsageError as error:

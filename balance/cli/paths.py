@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Verbs, page_path, picture_path, whole_number
+from balance.cli.arguments import Verbs, page_path, picture_path
 from balance.cli.exit_codes import DONE, NEGATIVE
 from balance.cli.model_options import add_model_options, load_model, parse_coordinates
+from balance.cli.number_arguments import number_between, point, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 __all__ = ["add_paths"]
 
-# Largest coordinate of the centre of mass of a base, metres.
-MAX_POINT = 1e6
 # Most starts on a line between two poses.
 MAX_LINE = 10_000
+
+_SIZE = number_between(1e-9, 1e9)
 
 
 def add_paths(verbs: Verbs) -> None:
@@ -69,12 +69,12 @@ def _add_path_options(parser: argparse.ArgumentParser) -> None:
         help="start also from N poses on the straight line between each two of --from",
     )  # fmt: skip
     parser.add_argument(
-        "--length", type=_positive, default=1.0, metavar="L",
+        "--length", type=_SIZE, default=1.0, metavar="L",
         help="arc length of a path to either side of its start, in all joints, radians and "
         "characteristic lengths (default 1)",
     )  # fmt: skip
     parser.add_argument(
-        "--step", type=_positive, metavar="S",
+        "--step", type=_SIZE, metavar="S",
         help="arc length between samples (default 0.005)",
     )  # fmt: skip
     part = parser.add_mutually_exclusive_group()
@@ -95,10 +95,10 @@ def _add_base_options(parser: argparse.ArgumentParser) -> None:
         help="free: the base floats and has a mass of its own",
     )  # fmt: skip
     parser.add_argument(
-        "--base-mass", type=_positive, metavar="KG", help="mass of a base that floats"
+        "--base-mass", type=_SIZE, metavar="KG", help="mass of a base that floats"
     )
     parser.add_argument(
-        "--base-com", type=_point, metavar="X,Y,Z",
+        "--base-com", type=point, metavar="X,Y,Z",
         help="its centre of mass, metres, in the inertial frame (default 0,0,0)",
     )  # fmt: skip
     parser.add_argument(
@@ -194,25 +194,3 @@ def _write_files(arguments: argparse.Namespace, found: ReactionlessPaths) -> Non
 
         contents.append((arguments.html, paths_page(found).encode()))
     write_all_atomic(contents)
-
-
-def _positive(text: str) -> float:
-    """Parse a positive number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 1e-9 <= value <= 1e9:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 1e-9 to 1e9")
-    return value
-
-
-def _point(text: str) -> tuple[float, ...]:
-    """Parse a point of ``0.1,0,-0.05``."""
-    try:
-        values = tuple(float(word) for word in text.split(","))
-    except ValueError:
-        values = ()
-    if len(values) != 3 or not all(abs(value) <= MAX_POINT for value in values):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a point such as 0.1,0,-0.05, metres")
-    return values

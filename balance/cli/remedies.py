@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ from balance.cli.arguments import Verbs, page_path
 from balance.cli.counterweights import add_matter_options, check_regions
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.model_options import add_model_options, load_model
+from balance.cli.number_arguments import positive_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 from balance.remedies.catalogue import CATALOGUE
@@ -43,15 +43,15 @@ def add_remedies(verbs: Verbs) -> None:
         parser, "links to which matter may be added (default: all that carry parameters)"
     )
     parser.add_argument(
-        "--gear", type=_positive, default=1.0, metavar="N",
+        "--gear", type=positive_number, default=1.0, metavar="N",
         help="turns of a counter-rotor for one turn of its joint (default 1)",
     )  # fmt: skip
     parser.add_argument(
-        "--rotor-radius", type=_positive, metavar="METRES",
+        "--rotor-radius", type=positive_number, metavar="METRES",
         help="radius of rotors and wheels (default: a quarter of the characteristic length)",
     )  # fmt: skip
     parser.add_argument(
-        "--budget", type=_positive, metavar="KG",
+        "--budget", type=positive_number, metavar="KG",
         help="most mass that partial balance may add (default: the mass of the moving links)",
     )  # fmt: skip
     parser.add_argument(
@@ -175,14 +175,3 @@ def _remedies(text: str) -> list[str]:
                 f"no remedy '{name}': choose from {', '.join(CATALOGUE)}"
             )
     return names
-
-
-def _positive(text: str) -> float:
-    """Parse a positive number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a positive number")
-    return value

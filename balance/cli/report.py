@@ -6,9 +6,10 @@ import argparse
 from typing import TYPE_CHECKING
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, page_path, whole_number
+from balance.cli.arguments import Verbs, page_path
 from balance.cli.exit_codes import DONE, UNDECIDED
 from balance.cli.model_options import add_model_options, certified_space
+from balance.cli.number_arguments import whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.spinner import spinner
 from kinematics.errors import ExactError

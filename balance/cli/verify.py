@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, page_path, picture_path, whole_number
+from balance.cli.arguments import Verbs, page_path, picture_path
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.floating_base import (
@@ -18,6 +18,7 @@ from balance.cli.floating_base import (
     run_floating_base,
 )
 from balance.cli.model_options import add_model_options, load_model
+from balance.cli.number_arguments import whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 

@@ -145,7 +145,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from balance.home_modules import HOME_MODULES
+from balance.public_names import MODULES_OF_NAMES
 from kinematics.compiled.background import register_warm_up
 
 if TYPE_CHECKING:
@@ -323,8 +323,8 @@ def __getattr__(name: str) -> object:
         from kinematics.version import __version__
 
         return __version__
-    if name in HOME_MODULES:
-        value = getattr(import_module(f"balance.{HOME_MODULES[name]}"), name)
+    if name in MODULES_OF_NAMES:
+        value = getattr(import_module(f"balance.{MODULES_OF_NAMES[name]}"), name)
         globals()[name] = value
         return value
     raise AttributeError(f"module 'balance' has no attribute '{name}'")

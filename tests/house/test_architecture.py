@@ -31,7 +31,7 @@ kinematics.assembly
 kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 
-balance.tolerances balance.motion_tolerances balance.home_modules
+balance.tolerances balance.motion_tolerances balance.public_names
 balance.options balance.atomic_files balance.json_text
 balance.flexible
 balance.inertial_parameters

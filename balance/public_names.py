@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["HOME_MODULES"]
+__all__ = ["MODULES_OF_NAMES"]
 
-HOME_MODULES = {
+MODULES_OF_NAMES = {
     "AppliedRemedy": "remedies.applied",
     "BalancingFamily": "instantaneous.body_family",
     "Base": "reactionless_paths.demand",

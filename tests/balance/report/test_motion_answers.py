@@ -163,7 +163,7 @@ def test_the_point_moves_as_it_is_told(tmp_path, capsys):
 def test_wrong_points_are_usage(point, capsys):
     words = ["five_bar", "--tool", "left_upper", "--along", "x", "--point", point]
     said = refused(capsys, 2, *words)
-    assert "three numbers, metres, in the frame of the link" in said
+    assert "three numbers, metres" in said
 
 
 def test_a_point_wants_a_tool(capsys):

@@ -12,12 +12,14 @@ in the inertial frame, in SI units.
 - ``gallery``: list the paths of the linkages of the package, by name
 - ``tool``: make the coordinates of a tool the inputs of a linkage
 - ``taylor_motion``: compute the Taylor expansion of the closed motion
+- ``taylor_motion_many``: compute the expansions about many poses at once
 - ``Linkage``: a linkage at its reference pose, with loops closed and coordinates chosen
 - ``Joint``: one degree of freedom between two links
 - ``Body``: a rigid body with inertial parameters
 - ``Loop``: a weld that closes a loop
 - ``Motion``: linear relations between the inputs
 - ``TaylorMotion``: the closed motion as a polynomial
+- ``ManyTaylorMotions``: the closed motion as a polynomial about each of many poses
 - ``Notice``: a remark for the user
 """
 
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     from kinematics.model.linkage import Body, Joint, Linkage, Loop, Notice
     from kinematics.model.motion import Motion
     from kinematics.model_gallery import gallery, load
+    from kinematics.taylor.many_poses import ManyTaylorMotions, taylor_motion_many
     from kinematics.taylor.taylor_motion import TaylorMotion, taylor_motion
 
 __all__ = [
@@ -43,6 +46,7 @@ __all__ = [
     "Joint",
     "Linkage",
     "Loop",
+    "ManyTaylorMotions",
     "Motion",
     "Notice",
     "ScrewJoint",
@@ -54,6 +58,7 @@ __all__ = [
     "gallery",
     "load",
     "taylor_motion",
+    "taylor_motion_many",
     "tool",
 ]
 
@@ -62,6 +67,7 @@ _HOMES = {
     **dict.fromkeys(["ScrewJoint", "from_screws"], "building.screw_joints"),
     **dict.fromkeys(["gallery", "load"], "model_gallery"),
     **dict.fromkeys(["TaylorMotion", "taylor_motion"], "taylor.taylor_motion"),
+    **dict.fromkeys(["ManyTaylorMotions", "taylor_motion_many"], "taylor.many_poses"),
     "Motion": "model.motion",
     "__version__": "version",
     "from_dh": "building.dh_rows",

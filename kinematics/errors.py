@@ -24,6 +24,7 @@ __all__ = [
     "SynthesisError",
     "UnreachedError",
     "UsageError",
+    "WorkerError",
 ]
 
 
@@ -249,3 +250,17 @@ class UnreachedError(PoseError):
             f"{linkage}: {text}; give a nearer pose, take other inputs, or start from another "
             "reference pose"
         )
+
+
+class WorkerError(LinkageError):
+    """Processes or machines that cannot compute what they were given.
+
+    Attributes:
+        problem: the fault.
+        remedy: how to correct it.
+    """
+
+    def __init__(self, problem: str, remedy: str) -> None:
+        """Compose ``problem; remedy``."""
+        self.problem, self.remedy = problem, remedy
+        super().__init__(f"{problem}; {remedy}")

@@ -13,6 +13,7 @@ from kinematics.assembly.tool_frame import tool
 from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import gallery, load
+from kinematics.taylor.many_poses import taylor_motion_many
 from kinematics.taylor.taylor_motion import taylor_motion
 
 __all__ = ["smallest_linkages", "warm_up_kinematics"]
@@ -24,6 +25,7 @@ def warm_up_kinematics() -> Iterator[None]:
     """Run all kernels once: expand motions, and move a tool, of the smallest linkages."""
     for linkage in smallest_linkages():
         taylor_motion(linkage, ORDER)
+        taylor_motion_many(linkage, [[0.0] * len(linkage.joints)], ORDER)
         yield
         for body, direction in product(linkage.bodies, "xyz"):
             try:

@@ -39,6 +39,7 @@ __all__ = [
     "fill_loop_mismatch",
     "follow_series",
     "newton_workspace",
+    "place_poses",
     "radius_along",
     "solve_closure",
 ]
@@ -93,6 +94,35 @@ def fill_loop_mismatch(H, ends, gaps, b, dim, scratch):
         # translation: the last column of D
         for i in range(m - 1):
             b[r + dim - m + 1 + i] = D[i, m - 1]
+
+
+@kernel
+def place_poses(chain, positions, screws, errors, workspace):
+    """Carry the joint screws to many poses, and compute how far the loops are open there.
+
+    Args:
+        chain: in; arrays of the chain, as `Chain.walked`.
+        positions: in; joint positions (poses, n), chain units.
+        screws: out; joint screws at each pose (poses, n, 6 or 3).
+        errors: out; mismatch of loops and mimic relations (poses,).
+        workspace: displacements of the links (n, 4, 4) or (n, 3, 3), four more of them, and
+            the mismatch (rows,).
+    """
+    parent, first, ends, mimics, _, _, _ = chain
+    H, displacements, b = workspace
+    dim = first.shape[1]
+    for k in range(positions.shape[0]):
+        place_links(parent, first, positions[k], H, screws[k], displacements[0])
+        fill_loop_mismatch(H, ends, H[:0], b, dim, displacements)
+        square = 0.0
+        for i in range(ends.shape[0] * dim):
+            square += b[i] * b[i]
+        for relation in range(mimics.shape[0]):
+            total = 0.0
+            for j in range(parent.size):
+                total += mimics[relation, j] * positions[k, j]
+            square += total * total
+        errors[k] = np.sqrt(square)
 
 
 @kernel(inline=True, reference_counting=False)

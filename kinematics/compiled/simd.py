@@ -1,9 +1,10 @@
-"""SIMD vectors for `kinematics.compiled.jit`: load, store, broadcast, ``+`` and ``*``.
+"""SIMD vectors for `kinematics.compiled.jit`: load, store, broadcast and arithmetic.
 
 LLVM vectorises long loops over contiguous arrays. It does not vectorise many short sums side by
 side, as in products of polynomials; these are written with the functions of this file. A
-*lane* is one of the numbers of a vector. `load_vector` reads a vector from a flat array, ``+``
-and ``*`` work on all lanes, `store_vector` writes it back.
+*lane* is one of the numbers of a vector. `load_vector` reads a vector from a flat array; ``+``,
+``-``, ``*``, ``/``, `square_root` and `choose_greater` work on all lanes; `store_vector` writes
+it back. Work on many geometries has one geometry in each lane.
 `kinematics.compiled.simd_types` compiles them; without a compiler they are slices of NumPy
 arrays.
 """
@@ -13,13 +14,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["VECTOR_WIDTH", "load_vector", "round_up_to_vectors", "broadcast", "store_vector"]
+__all__ = [
+    "VECTOR_WIDTH", "broadcast", "choose_greater", "lanes", "load_vector",
+    "round_up_to_vectors", "square_root", "store_vector",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
 # Numbers of a vector: two 512-bit registers, so that two independent accumulators hide the
 # latency of additions.
 VECTOR_WIDTH = 16
+# Bytes of a line of the cache.
+CACHE_LINE = 64
 
 
 def load_vector(array: Array, at: int) -> Array:
@@ -51,6 +57,41 @@ def broadcast(value: float) -> Array:
     return np.full(VECTOR_WIDTH, value)
 
 
+def square_root(x: Array) -> Array:
+    """Compute the square root of each lane."""
+    return np.sqrt(x)
+
+
+def choose_greater(a: Array, b: Array, x: Array, y: Array) -> Array:
+    """Choose x in the lanes where a exceeds b, and y in the others, also where one is NaN.
+
+    Args:
+        a: in; the vector that is compared.
+        b: in; the one that it is compared with.
+        x: in; numbers of the lanes where ``a > b``.
+        y: in; those of the others.
+    """
+    return np.where(a > b, x, y)
+
+
 def round_up_to_vectors(count: int) -> int:
     """Round a count of numbers up to a multiple of `VECTOR_WIDTH`."""
     return (count + VECTOR_WIDTH - 1) // VECTOR_WIDTH * VECTOR_WIDTH
+
+
+def lanes(*shape: int) -> Array:
+    """Make zeros whose last axis is that of the lanes, from a line of the cache on.
+
+    Vectors that straddle lines take twice as long to load; NumPy aligns arrays to 16 bytes.
+
+    Args:
+        shape: length of each axis but the last.
+
+    Returns:
+        Shape (*shape, VECTOR_WIDTH).
+    """
+    whole = (*shape, VECTOR_WIDTH)
+    size = int(np.prod(whole))
+    numbers = np.zeros(size + CACHE_LINE // 8)
+    skipped = -(numbers.ctypes.data // 8) % (CACHE_LINE // 8)
+    return numbers[skipped : skipped + size].reshape(whole)

@@ -5,11 +5,18 @@ from __future__ import annotations
 import operator
 
 from llvmlite import ir
-from numba.core import types
+from numba.core import cgutils, types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 
-from kinematics.compiled.simd import VECTOR_WIDTH, broadcast, load_vector, store_vector
+from kinematics.compiled.simd import (
+    VECTOR_WIDTH,
+    broadcast,
+    choose_greater,
+    load_vector,
+    square_root,
+    store_vector,
+)
 
 __all__: list[str] = []
 
@@ -52,6 +59,8 @@ def _register_operator(operation: object, instruction: str) -> None:
 
 _register_operator(operator.add, "fadd")
 _register_operator(operator.mul, "fmul")
+_register_operator(operator.sub, "fsub")
+_register_operator(operator.truediv, "fdiv")
 
 
 def _vector_pointer(context, builder, kind, array, at):
@@ -91,6 +100,24 @@ def _broadcast(typing, value):
     return _vector_type(types.float64), generate
 
 
+@intrinsic
+def _root(typing, x):
+    def generate(context, builder, sig, args):
+        kind = ir.FunctionType(_VECTOR, [_VECTOR])
+        name = f"llvm.sqrt.v{VECTOR_WIDTH}f64"
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), args)
+
+    return _vector_type(x), generate
+
+
+@intrinsic
+def _choose(typing, a, b, x, y):
+    def generate(context, builder, sig, args):
+        return builder.select(builder.fcmp_ordered(">", *args[:2]), *args[2:])
+
+    return _vector_type(a, b, x, y), generate
+
+
 @overload(load_vector)
 def _(array, at):
     return lambda array, at: _load(array, at)
@@ -104,3 +131,13 @@ def _(array, at, values):
 @overload(broadcast)
 def _(value):
     return lambda value: _broadcast(value)
+
+
+@overload(square_root)
+def _(x):
+    return lambda x: _root(x)
+
+
+@overload(choose_greater)
+def _(a, b, x, y):
+    return lambda a, b, x, y: _choose(a, b, x, y)

@@ -6,7 +6,6 @@ spirit of T. F. Chan, 1987). The caller gives the relative tolerance of round-of
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -55,7 +54,8 @@ class Factor(NamedTuple):
     tolerance: float
 
 
-def round_off(origin: Array, length: float) -> float:
+@kernel(reference_counting=False)
+def round_off(origin, length):
     """Compute the relative size of round-off in a frame with this origin and length.
 
     Coordinates of a linkage far from the origin of its file are rounded accordingly.
@@ -64,12 +64,10 @@ def round_off(origin: Array, length: float) -> float:
         origin: of the frame (3,), metres.
         length: characteristic length, metres.
     """
-    x, y, z = origin.tolist()
-    return max(
-        RANK_RELATIVE,
-        RANK_RELATIVE_PER_LENGTH
-        * sqrt((x / length) ** 2 + (y / length) ** 2 + (z / length) ** 2),
-    )
+    square = 0.0
+    for i in range(3):
+        square += (origin[i] / length) ** 2
+    return max(RANK_RELATIVE, RANK_RELATIVE_PER_LENGTH * np.sqrt(square))
 
 
 def factor_workspace(p: int, m: int) -> Array:

@@ -98,11 +98,12 @@ def _fitted_frame(draft: UnassembledLinkage) -> Frame:
     """
     points = np.array([joint.point for joint in draft.joints]).reshape(-1, 3)
     origin = points.mean(axis=0)
-    turning = [j.screw for j in draft.joints if j.kind != "prismatic"]
-    arms = np.array([np.cross(s[:3], s[3:] + np.cross(s[:3], origin)) for s in turning])
+    screws = [joint.screw for joint in draft.joints if joint.kind != "prismatic"]
+    turning = np.array(screws).reshape(-1, 6)
+    arms = np.cross(turning[:, :3], turning[:, 3:] + np.cross(turning[:, :3], origin))
     centres = _centres_of_mass(draft)
     largest = max(float(np.abs(a).max(initial=0.0)) for a in (points, centres))
-    meeting = not (draft.loops and turning and _are_parallel(turning))
+    meeting = not (draft.loops and screws and _are_parallel(turning))
     least = max(
         MEETING_AXES_COORDINATE * largest, MEETING_AXES_SIZE * extent(draft).length * meeting
     )
@@ -114,9 +115,9 @@ def _fitted_frame(draft: UnassembledLinkage) -> Frame:
     return Frame(freeze(np.eye(3)), freeze(origin), 1.0)
 
 
-def _are_parallel(screws: list[Array]) -> bool:
-    """Return whether the axes of turning joints are parallel but for rounding."""
-    return all(np.abs(np.cross(s[:3], screws[0][:3])).max() <= AXIS_ROUNDING for s in screws)
+def _are_parallel(turning: Array) -> bool:
+    """Return whether the axes of screws (n, 6) are parallel but for rounding."""
+    return bool(np.abs(np.cross(turning[:, :3], turning[0, :3])).max() <= AXIS_ROUNDING)
 
 
 def _centres_of_mass(draft: UnassembledLinkage) -> Array:

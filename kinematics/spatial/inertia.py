@@ -10,12 +10,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.spatial.screws import skew
+
 __all__ = [
     "displace_parameters",
     "from_pseudo_inertia",
     "inertia_tensor",
     "parameters",
     "pseudo_inertia",
+    "spatial_inertias",
 ]
 
 Array = NDArray[np.float64]
@@ -69,6 +72,20 @@ def inertia_tensor(z: ArrayLike) -> Array:
     """Extract the moment-of-inertia tensor E about the origin (..., 3, 3) from z (..., 10)."""
     z = np.asarray(z, dtype=np.float64)
     return z[..., _ENTRIES]
+
+
+def spatial_inertias(z: ArrayLike) -> Array:
+    """Compute the matrices ``[[E, [mc]×], [-[mc]×, m 1]]`` (..., 6, 6) of parameters (..., 10).
+
+    A body with twist t has the momentum ``M t`` about the origin.
+    """
+    z = np.asarray(z, dtype=np.float64)
+    M = np.zeros((*z.shape[:-1], 6, 6))
+    M[..., :3, :3] = inertia_tensor(z)
+    M[..., :3, 3:] = skew(z[..., 1:4])
+    M[..., 3:, :3] = -M[..., :3, 3:]
+    M[..., [3, 4, 5], [3, 4, 5]] = z[..., :1]
+    return M
 
 
 def pseudo_inertia(z: ArrayLike) -> Array:

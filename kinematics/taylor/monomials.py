@@ -8,6 +8,7 @@ once: it is ``α!`` times the coefficient of ``u^α``.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import combinations_with_replacement
 from math import comb
 from typing import NamedTuple
@@ -45,6 +46,7 @@ class Monomials(NamedTuple):
     pairs: IntArray
 
 
+@lru_cache(maxsize=16)
 def monomial_table(width: int, order: int) -> Monomials:
     """List the monomials of ``width`` variables up to degree ``order``, and their products.
 

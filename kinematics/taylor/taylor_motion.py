@@ -277,7 +277,7 @@ def taylor_motion(
     """Compute the Taylor expansion of the closed motion about the reference pose.
 
     ``q(u) = Σ_α c_α u^α`` with the joint positions q, displacements u of the inputs, and
-    coefficients c up to a degree.
+    coefficients c up to a degree. The recursion: docs/theory/closure.md.
 
     Args:
         linkage: an assembled linkage; see `kinematics.tool` for its inverse kinematics.

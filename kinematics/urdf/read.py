@@ -49,7 +49,7 @@ from kinematics.urdf_elements.joint_types import coordinate_names
 if TYPE_CHECKING:
     from yourdfpy import URDF
 
-__all__ = ["read_loaded_model", "read_linkage"]
+__all__ = ["inertial_parameters", "read_linkage", "read_loaded_model"]
 
 Array = NDArray[np.float64]
 
@@ -208,10 +208,14 @@ def _freedoms(joint: Element, frame: Array) -> list[tuple[str, Array]]:
     return freedoms_of_joint(joint.attributes["type"], n, u, point)
 
 
-def _inertial_parameters(inertial: Inertial, pose: Array) -> Array:
-    """Compute the inertial parameters (10,) of a link at ``pose`` (4, 4), inertial frame.
+def inertial_parameters(inertial: Inertial, pose: Array) -> Array:
+    """Compute the inertial parameters (10,) of a link about the inertial origin, SI units.
 
     The file has the tensor about the centre of mass, along the axes of the ``<inertial>``.
+
+    Args:
+        inertial: mass, tensor and centre of mass of the file.
+        pose: of the frame of the link in the inertial frame (4, 4).
     """
     frame = pose @ inertial.origin
     R = frame[:3, :3]
@@ -233,7 +237,7 @@ def _bodies(
     for name, inertial in robot.links.items():
         place = places[name]
         if place.link != GROUND and inertial is not None:
-            sums[place.link] += _inertial_parameters(inertial, place.pose)
+            sums[place.link] += inertial_parameters(inertial, place.pose)
     for name in options.massless:
         sums.pop(_massless_link(name, places, top, file), None)
     return [

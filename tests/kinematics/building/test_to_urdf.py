@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from covering import spread
 from laws import MODELS
 
 import kinematics
@@ -65,7 +66,7 @@ def same(found, linkage, screws=1e-14):
         assert np.abs(found.places[link].pose - place.pose).max() <= 1e-13 * size
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", spread(MODELS, 3, 0))
 def test_the_gallery_comes_back(name, again):
     linkage = kinematics.load(name)
     found = again(linkage)
@@ -76,7 +77,7 @@ def test_the_gallery_comes_back(name, again):
     assert ours.certainty.level == theirs.certainty.level
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", spread(MODELS, 3, 1))
 def test_another_pose_is_written(name, again):
     """Momenta at a finite distance from it agree; screws of spherical joints may turn."""
     file = kinematics.load(name)
@@ -92,7 +93,7 @@ def test_another_pose_is_written(name, again):
     assert np.abs(X - Y).max() <= 1e-10 * np.abs(Y).max()
 
 
-@pytest.mark.parametrize("name", sorted(models.robots()))
+@pytest.mark.parametrize("name", spread(sorted(models.robots()), 4, 0))
 def test_robots_come_back(name, again):
     linkage = None
     for fixed in (False, True):

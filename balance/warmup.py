@@ -17,6 +17,7 @@ from balance.options import Balance
 from balance.search.many_geometries import design_space_many
 from balance.spaces.compute_space import design_space
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
+from balance.sweeps.sweep import sweep
 from balance.taylor_poses.prediction import predict
 from balance.verification.shaking_wrench import shaking
 from balance.verification.trajectory import random_motions
@@ -69,3 +70,5 @@ def _find_other_spaces(linkage: Linkage) -> None:
     for balance, spatial in options:
         certify(design_space(linkage, None, balance, max_order=2, spatial=spatial))
         design_space_many(linkage, screws, balance, spatial=spatial, bases=True)
+    first = linkage.joints[0]
+    sweep(linkage, {f"{first.whole}.origin.x": [float(first.point[0])]})

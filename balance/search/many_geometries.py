@@ -1,111 +1,64 @@
 """Design spaces of many geometries of one topology, for sweeps and searches.
 
 One compiled loop per core places the joints, finds the transfers, expands the motion and
-decides the rank, as `balance.design_space` does for one linkage. Geometries that the loop
-does not settle are passed to that function: those that need higher orders or finite poses,
-are singular or nearly so, or close only within round-off.
+decides the rank, as `balance.design_space` does for one linkage. Planar linkages of one input
+lie side by side in the lanes of vectors (`balance.search.lane_kernels`), others follow one
+after the other. Geometries that no loop settles are passed to that function: those that are
+singular or nearly so, or close only within round-off.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from math import comb
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from balance.conditions.collect import collect_conditions
 from balance.conditions.order_kernels import generic_directions
-from balance.inertial_parameters.conversions import from_chain, to_chain
+from balance.inertial_parameters.conversions import to_chain
 from balance.momentum.regressor import parameters_per_body, rows_per_column
 from balance.options import Balance
+from balance.search.lane_kernels import lane_sweep
+from balance.search.lane_workspace import lane_workspace
 from balance.search.many_geometries_kernels import (
     planar_sweep,
     spatial_sweep,
     sweep_workspace,
 )
+from balance.search.many_spaces import ManySpaces
 from balance.search.placing_kernels import find_wrong_screw, place_geometry, points_on_axes
 from balance.spaces.compute_space import design_space
-from balance.spaces.design_space import DesignSpace
+from balance.spaces.design_space import DesignSpace, square_doubt
+from balance.tolerances import SWEEP_PIVOT_CLEAR
 from balance.transfers.compute_transfers import serial_transfers
+from balance.transfers.lane_transfers import lane_transfers
 from balance.transfers.rigid_parts import number_rigid_parts
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
-from kinematics.linalg.pivoted_qr import round_off
-from kinematics.model.arrays import Frame, freeze
+from kinematics.linalg.skyline_qr import COUNT, ROWS
+from kinematics.model.arrays import Frame, freeze, read_only
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.spatial.inertia import displace_parameters
-from kinematics.tolerances import RANK_RELATIVE
-from kinematics.wording import count_noun, first_names, repr_lines
 
-__all__ = ["ManySpaces", "design_space_many"]
+__all__ = ["design_space_many"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+# Integers, smallest pivots and bases of geometries.
+Results = tuple[IntArray, Array, Array]
 
-# Number of geometries in a task of one thread.
-CHUNK_SIZE = 128
-
-
-@dataclass(frozen=True, eq=False)
-class ManySpaces:
-    """Results of `design_space_many`, geometry by geometry.
-
-    Attributes:
-        rank: number of conditions (count,); -1 where the linkage cannot be assembled.
-        nullity: dimension of the space (count,); -1 there.
-        serial_nullity: of the part that joints explain (count,); -1 there.
-        kmax: highest order that adds a condition (count,); -1 where no order reaches the
-            rank, and there.
-        kept: smallest pivot of the conditions, relative to the largest (count,).
-        refused: why a linkage cannot be assembled, by number of the geometry.
-        unsure: why integers of a geometry may be wrong, by its number: a decision is near
-            round-off. `balance.certify` decides exactly, for a linkage from a file.
-        bases: orthonormal bases in the units of the frames, as rows; those of a geometry are
-            the first ``nullity`` (count, parameters, parameters), or (0, …).
-        origins: middle of the mechanism (count, 3), metres.
-        lengths: characteristic length (count,), metres.
-        R: axes of the frames, the last of which is the normal of a planar linkage (3, 3).
-        planar: whether bodies have four parameters, those of a plane.
-        force: whether only linear momentum counts.
-    """
-
-    rank: IntArray
-    nullity: IntArray
-    serial_nullity: IntArray
-    kmax: IntArray
-    kept: Array
-    refused: Mapping[int, str]
-    unsure: Mapping[int, str]
-    bases: Array = field(repr=False)
-    origins: Array = field(repr=False)
-    lengths: Array = field(repr=False)
-    R: Array = field(repr=False)
-    planar: bool
-    force: bool
-
-    def __repr__(self) -> str:
-        """Two lines: how many geometries, refused and unsure ones, ranks."""
-        algebra = "planar" if self.planar else "spatial"
-        balance = "force" if self.force else "dynamic"
-        ranks = sorted(set(self.rank[self.rank >= 0].tolist()))
-        return repr_lines(
-            f"ManySpaces: {count_noun(self.rank.size, 'geometry')}, {algebra}, "
-            f"{balance} balance; "
-            f"{len(self.refused)} refused, {len(self.unsure)} unsure",
-            f"ranks {first_names([str(rank) for rank in ranks])}",
-        )
-
-    def basis(self, number: int) -> Array:
-        """Compute the basis (parameters, nullity) of a geometry as `SpaceRecord.basis`."""
-        frame = Frame(self.R, self.origins[number], float(self.lengths[number]))
-        G = from_chain(frame, self.planar, self.force)
-        rows = self.bases[number, : max(0, int(self.nullity[number]))]
-        return (rows.reshape(-1, len(G)) @ G.T).reshape(rows.shape).T
+# Number of geometries in a task of one thread: at least, and in large sweeps, where threads
+# would otherwise wait for one another between the short calls of kernels.
+CHUNK_SIZE = 512
+LARGE_CHUNK_SIZE = 8192
+# Tasks that a sweep has at least before they become larger.
+TASKS = 24
 
 
 def design_space_many(
@@ -152,13 +105,14 @@ def design_space_many(
     screws = _check_screws(linkage, geometries)
     sweep = _Sweep(linkage, screws, balance == "force", spatial or not linkage.planar, bases)
     if not linkage.idle:
-        starts = range(0, len(screws), CHUNK_SIZE)
+        starts = range(0, len(screws), sweep.chunk_size)
         if threads == 1:
             list(map(sweep.solve_chunk, starts))
         else:
             with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
                 list(pool.map(sweep.solve_chunk, starts))
     refused, unsure = {}, {}
+    thin = (sweep.kept < SWEEP_PIVOT_CLEAR) & (sweep.answers[:, 0] >= 0)
     for number in np.flatnonzero(sweep.answers[:, 0] < 0).tolist():
         try:
             doubts = sweep.solve_alone(number)
@@ -167,6 +121,9 @@ def design_space_many(
         else:
             if doubts:
                 unsure[number] = "; ".join(doubts)
+    for number in np.flatnonzero(thin).tolist():
+        if doubts := sweep.thin_doubts(number):
+            unsure[number] = "; ".join(doubts)
     return sweep.result(refused, unsure)
 
 
@@ -177,7 +134,7 @@ def _check_screws(linkage: Linkage, geometries: ArrayLike) -> Array:
         LinkageError: a screw is of another kind.
         ValueError: the array has another shape.
     """
-    screws = freeze(geometries)
+    screws = read_only(np.ascontiguousarray(geometries, dtype=np.float64))
     count = len(linkage.joints)
     if screws.ndim != 3 or screws.shape[1:] != (count, 6):
         raise ValueError(f"geometries must have the shape (count, {count}, 6)")
@@ -207,6 +164,7 @@ class _Sweep:
         self.chain = chain = linkage.spatial_chain if spatial else linkage.chain
         self.rows_per_column = rows_per_column(chain.planar, force)
         self.parameters_per_body = parameters_per_body(chain.planar, force)
+        self.chunk_size = max(CHUNK_SIZE, min(LARGE_CHUNK_SIZE, len(screws) // TASKS))
         count, unknowns = len(screws), self.parameters_per_body * chain.links.size
         self.answers = np.full((count, 4), -1)
         self.kept = np.zeros(count)
@@ -217,29 +175,61 @@ class _Sweep:
         self.centres = np.array([z[1:4] / z[0] for z in massive]).reshape(-1, 3)
         known = serial_transfers(chain, force)
         self.rigid_transfers = known.rows[known.owner < 0]
+        # Lanes are for planar linkages of one input whose loops can determine the others.
+        in_lanes = chain.planar and chain.width == 1
+        in_lanes = in_lanes and chain.envelope[COUNT, ROWS] >= chain.dependent.size
+        self.listed = lane_transfers(chain, force) if in_lanes else None
         # Rays that a linkage without transfers needs, and eight times as many.
         self.fewest_rays = min(
             comb(chain.width + 1, 2), 1 - (-unknowns // (chain.width * self.rows_per_column))
         )
         self.rays = generic_directions(0, 8 * self.fewest_rays, chain.width)
 
-    def solve_chunk(self, start: int) -> None:
-        """Compute the geometries of a chunk that `solve_alone` need not compute."""
-        part = slice(start, min(start + CHUNK_SIZE, len(self.screws)))
+    def place(self, part: slice) -> tuple[Array, Array, Array]:
+        """Write joint screws and mimic relations of a part in the frame of each geometry.
+
+        Returns:
+            Both, and the relative size of round-off of each geometry.
+        """
         chain, count = self.chain, part.stop - part.start
         screws = np.empty((count, *chain.screws.shape))
         mimics = np.empty((count, *chain.mimics.shape))
+        tolerances = np.empty(count)
         relations = chain.mimics / chain.units
         pivots = np.argmax(relations != 0.0, axis=1)
         place_geometry(
             self.screws[part], self.near_points, self.centres, chain.frame.R, pivots, relations,
-            screws, mimics, self.origins[part], self.lengths[part],
+            screws, mimics, self.origins[part], self.lengths[part], tolerances,
         )  # fmt: skip
         screws.flags.writeable = mimics.flags.writeable = False
-        floors = [
-            round_off(origin, length) if length > 0.0 else RANK_RELATIVE
-            for origin, length in zip(self.origins[part], self.lengths[part], strict=True)
-        ]
+        return screws, mimics, tolerances
+
+    def solve_chunk(self, start: int) -> None:
+        """Compute the geometries of a chunk that `solve_alone` need not compute."""
+        part = slice(start, min(start + self.chunk_size, len(self.screws)))
+        geometries = *self.place(part), self.lengths[part]
+        results = self.answers[part], self.kept[part], self.bases[part]
+        if self.listed is not None:
+            self._solve_in_lanes(self.listed, geometries, results)
+        if (self.answers[part, 0] < 0).any():
+            self._solve_in_turn(geometries, results)
+
+    def _solve_in_lanes(
+        self, listed: IntArray, geometries: tuple[Array, ...], results: Results
+    ) -> None:
+        """Compute those geometries of a chunk that agree with others of it in every rank."""
+        chain, size = self.chain, self.parameters_per_body
+        shape = len(listed) + len(self.rigid_transfers), self.rows_per_column, size
+        workspace = chain.borrow(("lanes", *shape), lambda: lane_workspace(chain, *shape))
+        lane_sweep(
+            (chain.walked, chain.links, listed, self.rigid_transfers),
+            geometries, size, results, np.empty(len(results[0]), np.int64), workspace,
+        )  # fmt: skip
+        chain.give_back(("lanes", *shape), workspace)
+
+    def _solve_in_turn(self, geometries: tuple[Array, ...], results: Results) -> None:
+        """Compute the geometries of a chunk that have no answer yet, one after the other."""
+        chain = self.chain
         shape = (
             len(self.rays),
             len(self.rigid_transfers),
@@ -256,12 +246,26 @@ class _Sweep:
                 self.rigid_transfers,
                 self.rays,
             ),
-            (screws, mimics, np.array(floors), self.lengths[part]),
+            geometries,
             (self.fewest_rays, self.rows_per_column, self.parameters_per_body),
-            (self.answers[part], self.kept[part], self.bases[part]),
+            results,
             workspaces,
         )
         chain.give_back(shape, workspaces)
+
+    def thin_doubts(self, number: int) -> tuple[str, ...]:
+        """Say why the integers of a geometry with a small pivot may be wrong, if they may.
+
+        The singular values are those that `design_space` finds of the same linkage.
+        """
+        screws, mimics, tolerances = self.place(slice(number, number + 1))
+        chain = replace(self.chain, screws=screws[0])
+        if mimics.size:
+            chain = replace(chain, mimics=mimics[0])
+        tolerance = float(tolerances[0])
+        known = serial_transfers(chain, self.force, tolerance)
+        found = collect_conditions(chain, known.rows, self.force, tolerance, None)
+        return square_doubt(found.conditions.decide().kept)
 
     def solve_alone(self, number: int) -> tuple[str, ...]:
         """Compute one geometry by `design_space`.
@@ -302,9 +306,9 @@ class _Sweep:
         """Collect the results, read-only."""
         rank, nullity, serial, kmax = (freeze(a, np.int64) for a in self.answers.T)
         return ManySpaces(
-            rank, nullity, serial, kmax, freeze(self.kept), MappingProxyType(refused),
-            MappingProxyType(unsure), freeze(self.bases), freeze(self.origins),
-            freeze(self.lengths), self.chain.frame.R, self.chain.planar, self.force,
+            rank, nullity, serial, kmax, read_only(self.kept), MappingProxyType(refused),
+            MappingProxyType(unsure), read_only(self.bases), read_only(self.origins),
+            read_only(self.lengths), self.chain.frame.R, self.chain.planar, self.force,
         )  # fmt: skip
 
 

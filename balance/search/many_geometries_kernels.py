@@ -90,7 +90,8 @@ def _sweep_kernel(dim):
             geometries: in: joint screws (g, n, dim), mimic relations (g, rows, n), relative
                 sizes of round-off (g,) and lengths of the frames (g,); see `place_geometry`.
             sizes: rays to begin with, momentum components that count, parameters of each body.
-            results: out: the four integers (g, 4); smallest pivots, relative to the largest
+            results: in, out: the four integers (g, 4), -1 where unknown; smallest pivots,
+                relative to the largest
                 (g,); orthonormal bases as rows (g, parameters, parameters), or (0, …).
             workspaces: as from `sweep_workspace`.
         """
@@ -105,7 +106,8 @@ def _sweep_kernel(dim):
         ranks, permutations = numbers[3], numbers[4]
         F = for_orders[0][1][0]
         for g in range(screws.shape[0]):
-            answers[g, 0] = -1
+            if answers[g, 0] >= 0:
+                continue
             s, m, tolerance = screws[g], mimics[g], tolerances[g]
             if (
                 lengths[g] <= 0.0 or envelope[COUNT, ROWS] < nd
@@ -163,10 +165,10 @@ def _sweep_kernel(dim):
                 continue
             R = out[:rank]
             least = smallest_pivot(R, permutation)
-            clear = (
-                least >= max(SWEEP_PIVOT_CLEAR, RANK_MARGIN * tolerance) * scale
-                and dropped <= DROPPED_CLEARLY * tolerance * scale
-            )
+            floor = RANK_MARGIN * tolerance
+            if rank < p:
+                floor = max(floor, SWEEP_PIVOT_CLEAR)
+            clear = least >= floor * scale and dropped <= DROPPED_CLEARLY * tolerance * scale
             if radius < SHORT_CONVERGENCE_RADIUS or not clear:
                 continue
             kmax = done - 1

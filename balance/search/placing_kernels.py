@@ -6,6 +6,7 @@ import numpy as np
 
 from balance.tolerances import LENGTH_ROUND_OFF, LENGTH_SHORT, SCREW_ROUNDED
 from kinematics.compiled.jit import kernel
+from kinematics.linalg.pivoted_qr import round_off
 
 __all__ = ["find_wrong_screw", "place_geometry", "points_on_axes"]
 
@@ -108,7 +109,7 @@ def _frame(screws, points, centres, origin):
 
 @kernel
 def place_geometry(
-    given, near, centres, R, pivots, relations, screws, mimics, origins, lengths
+    given, near, centres, R, pivots, relations, screws, mimics, origins, lengths, tolerances
 ):
     """Write joint screws and mimic relations in the frame of each geometry.
 
@@ -126,6 +127,7 @@ def place_geometry(
         origins: out: (g, 3), metres.
         lengths: out: (g,), metres; 0 marks a geometry that is special, -1 one that leaves the
             plane.
+        tolerances: out: relative size of round-off (g,), where the length is not 0.
     """
     n, dim = screws.shape[1:]
     points, w, v = np.empty((n, 3)), np.empty(3), np.empty(3)
@@ -135,6 +137,7 @@ def place_geometry(
         L = lengths[g] = _frame(given[g], points, centres, origin)
         if L == 0.0:
             continue
+        tolerances[g] = round_off(origin, L)
         for j in range(n):
             s = given[g, j]
             turns = s[0] != 0.0 or s[1] != 0.0 or s[2] != 0.0

@@ -46,7 +46,8 @@ def design_space(
 
     The total momentum ``h = Σ_w u̇_w X_w(u) z`` vanishes in every motion if and only if all
     derivatives of every ``X_w z`` vanish at the reference pose: the space is their common null
-    space. `balance.certify` compares its integers with those of exact arithmetic.
+    space. `balance.certify` compares its integers with those of exact arithmetic. Derivation:
+    docs/theory/momentum.md; how the rank is decided: docs/theory/rank.md.
 
     Args:
         linkage: an assembled linkage, or what `kinematics.load` accepts.

@@ -30,7 +30,7 @@ from kinematics.model.linkage import Linkage, Notice
 from kinematics.urdf.validate_inertias import UNPHYSICAL
 from kinematics.wording import first_names, html_facts, repr_lines
 
-__all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace", "residual_of"]
+__all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace", "residual_of", "square_doubt"]
 
 Array = NDArray[np.float64]
 
@@ -55,6 +55,23 @@ class AsGiven(NamedTuple):
         if self.balanced is None:
             return "no masses"
         return "balanced" if self.balanced else "not balanced"
+
+
+def square_doubt(kept: float) -> tuple[str, ...]:
+    """Say that the square of the smallest singular value kept would be lost in round-off.
+
+    Args:
+        kept: that value, relative to the largest.
+
+    Returns:
+        A line, or none.
+    """
+    if not kept < SQUARE_ROUND_OFF:
+        return ()
+    return (
+        f"the smallest singular value kept is {kept:.1e}: conditions of the size of its square "
+        "are below round-off",
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,12 +158,7 @@ class DesignSpace(SpaceData):
                 f"a direction of size {transfers.dropped:.1e} counts as round-off: the serial "
                 "part may be wrong"
             )
-        if self.kept < SQUARE_ROUND_OFF:
-            found.append(
-                f"the smallest singular value kept is {self.kept:.1e}: conditions of the size "
-                "of its square are below round-off"
-            )
-        return tuple(found)
+        return (*found, *square_doubt(self.kept))
 
     @property
     def level(self) -> str:

@@ -19,10 +19,11 @@ from kinematics.model.motion import Motion, motion_of
 from kinematics.spatial.screws import revolute
 from kinematics.taylor.expansion_kernels import polynomials
 from kinematics.taylor.layout import packed_layout
+from kinematics.taylor.many_poses import taylor_motion_many
 from kinematics.taylor.monomials import monomial_powers, monomial_table
-from kinematics.taylor.taylor_motion import scaled_chain
+from kinematics.taylor.taylor_motion import scaled_chain, taylor_motion
 
-__all__ = ["LINE", "five_bar", "linkage", "six_r"]
+__all__ = ["LINE", "five_bar", "linkage", "many_poses", "six_r"]
 
 # Number of geometries, their standard deviation (metres), and the random seed.
 COUNT, SIZE, SEED = 24, 0.01, 5
@@ -46,6 +47,21 @@ def six_r(order: int) -> tuple[Callable, Callable]:
 def linkage(job: str) -> Linkage:
     """Build the linkage of a job, with its tool's coordinates as inputs."""
     return (_five_bar if job == "five_bar" else _six_r)(np.random.default_rng(SEED), 0.0)
+
+
+def many_poses(job: str, order: int, count: int) -> Callable:
+    """Make the function that expands the motion at many poses around that of the job.
+
+    Args:
+        job: name of the job.
+        order: highest degree.
+        count: number of poses.
+    """
+    made, motion = linkage(job), LINE if job == "six_r" else None
+    one, rng = taylor_motion(made, 5, motion), np.random.default_rng(SEED)
+    points = SIZE * rng.standard_normal((COUNT, one.scales.size))
+    poses = np.resize([one.polish(point) for point in points], (count, len(made.joints)))
+    return lambda: taylor_motion_many(made, poses, order, motion)
 
 
 def _job(

@@ -6,15 +6,22 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
-__all__ = ["ALL_CASES", "covering_pairs", "joint_types", "number_of_cases"]
+__all__ = ["ALL_CASES", "covering_pairs", "joint_types", "number_of_cases", "spread"]
 
+Case = TypeVar("Case")
 ALL_CASES = os.environ.get("ALL_CASES", "0") not in ("", "0")
 
 
 def number_of_cases(few: int, every: int) -> int:
     """How many random cases run: few, or every one with ``ALL_CASES=1``."""
     return every if ALL_CASES else few
+
+
+def spread(cases: Sequence[Case], step: int, start: int = 0) -> Sequence[Case]:
+    """Every ``step``-th case from ``start`` on, or all with ``ALL_CASES=1``."""
+    return cases if ALL_CASES else cases[start::step]
 
 
 def joint_types(path: Path) -> set[str]:

@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from covering import spread
 from laws import MODELS, PLANAR, altered, displacement, placed, point_masses, relative, sums
 from scipy.linalg import null_space
 
@@ -148,7 +149,7 @@ def loaded(name, rng):
     return replace(linkage, bodies=tuple(bodies))
 
 
-@pytest.mark.parametrize("name", sorted({*FIVE, *MODELS}))
+@pytest.mark.parametrize("name", spread(sorted({*FIVE, *MODELS}), 2, 0))
 def test_momentum_is_that_of_pinocchio(name):
     rng = np.random.default_rng(40)
     linkage = loaded(name, rng)
@@ -218,7 +219,7 @@ def slope(function, h=0.02):
     return table[0]
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", spread(MODELS, 3, 1))
 def test_linear_momentum_is_the_rate_of_the_mass_moment(name):
     """``p_w = ∂/∂u_w Σ m c``, with the centre of mass of Pinocchio.
 

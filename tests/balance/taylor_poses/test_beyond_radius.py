@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
-from covering import ALL_CASES
+from covering import ALL_CASES, spread
 from urdf_text import UNIT_INERTIA, along, joint, link, loop, saved
 
 import kinematics
@@ -131,9 +131,10 @@ def agreed(linkage, points):
         yield first
 
 
-@pytest.mark.parametrize(
-    "name", ["five_bar", "three_rsr", "three_rrr", "slider_crank", "rusr", "six_bar_stephenson"]
-)
+LINKAGES = ("five_bar", "three_rsr", "three_rrr", "slider_crank", "rusr", "six_bar_stephenson")
+
+
+@pytest.mark.parametrize("name", spread(LINKAGES, 2))
 def test_all_orders_reach_the_same_poses(name):
     """Which, and the poses themselves, are those of the Newton steps of `reference`."""
     linkage, mechanism = kinematics.load(name), reference.load(kinematics.gallery()[name])

@@ -39,10 +39,12 @@ from request_words import (  # noqa: E402
     WORDS,
     Place,
     names_of,
+    needed,
     options,
     parsers,
 )
 from small_linkages import small_linkage  # noqa: E402
+from sweep_words import sweep_words  # noqa: E402
 from time_limit import time_limit  # noqa: E402
 
 import balance  # noqa: E402
@@ -52,6 +54,7 @@ from kinematics import gallery  # noqa: E402
 LEVELS = ("estimated", "verified", "proved")
 # Seconds after which a request hangs.
 LIMIT = 120.0
+FLEX = ("flex simulate", "flex modes", "flex simulate", "flex supports", "flex similar")
 # Models that take long are asked seldom.
 LARGE = ("delta", "stewart_6ups", "three_rsr", "three_rsr_rational", "four_bar_chain",
          "four_rrr_parallel", "eight_bar", "scissor_three_stage")  # fmt: skip
@@ -81,7 +84,8 @@ def asked(words: list[str]) -> Outcome:
 @cache
 def validator(verb: str) -> Draft202012Validator:
     """The schema of what a command prints."""
-    path = Path(balance.__file__).with_name("schemas") / f"{verb}.schema.json"
+    name = verb.partition(" ")[0]
+    path = Path(balance.__file__).with_name("schemas") / f"{name}.schema.json"
     return Draft202012Validator(json.loads(path.read_text(encoding="utf-8")))
 
 
@@ -118,8 +122,12 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
         return 0 if all(pose["corrected"] is not None for pose in found["poses"]) else 1
     if verb == "paths":
         return 0 if found["paths"] else 1
-    if verb == "models":
+    if verb in ("models", "flex", "sweep"):
         return 0
+    if verb == "discover":
+        if found["what"] != "export":
+            return 0 if found["families"] else 1
+        return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]
     options = parsers()[verb].parse_args(words[1:])
     unsettled = any(notice["code"] == "not_settled" for notice in found["warnings"])
     unsure = (
@@ -202,7 +210,10 @@ def request(seed: int, folder: Path) -> list[str]:
                        *["models"] * (rng.random() < 0.1)))  # fmt: skip
     # Chosen by the seed, so that the other requests stay as they were.
     verb = "synthesize" if seed % 13 == 5 else verb
-    parser, words = parsers()[verb], [verb]
+    verb = FLEX[seed // 17 % len(FLEX)] if seed % 17 == 3 else verb
+    if seed % 17 == 11:
+        return [*sweep_words(rng, folder, ODD), *["--json"] * (rng.random() < 0.75)]
+    parser, words = parsers()[verb], verb.split()
     if verb not in WITHOUT_MODEL:
         words.append(_model(rng, folder))
     place = Place(names_of(words[-1]), folder, words[-1])
@@ -218,12 +229,15 @@ def request(seed: int, folder: Path) -> list[str]:
         words += ["--only", rng.choice(("own_masses", "partial"))]
     if verb == "paths" and "--length" not in picked:
         words += ["--length", "0.2"]
+    link = rng.choice(place.names.links or ("ghost",)) if verb.startswith("flex") else ""
+    words += [word.format(link=link) for word in needed(verb, picked)]
     for name in picked:
         # Pages and pictures take long.
         if name in ("--html", "--plot") and rng.random() < 0.6:
             continue
         for _ in range(rng.choice((1, 1, 1, 2)) if known[name].nargs != 0 else 1):
-            (word,) = WORDS[name](rng, place) if known[name].nargs != 0 else [None]
+            maker = WORDS.get(f"{verb} {name}", WORDS.get(name))
+            (word,) = maker(rng, place) if known[name].nargs != 0 else [None]
             joined = word is not None and (word.startswith("-") or rng.random() < 0.3)
             words += [f"{name}={word}"] if joined else [name, word][: 1 + (word is not None)]
     if rng.random() < 0.75 and "--json" not in words:

@@ -13,6 +13,8 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from good_words import ARMS, BLOCK, GOOD, MASSES, POSITIONS, WITHOUT_MODEL, needed
+
 import kinematics
 from balance.cli.main import _parser
 from kinematics.errors import LinkageError
@@ -26,6 +28,7 @@ __all__ = [
     "Names",
     "Place",
     "names_of",
+    "needed",
     "options",
     "parsers",
 ]
@@ -56,20 +59,18 @@ class Place(NamedTuple):
     model: str
 
 
-# Lengths and masses of a pantograph.
-MASSES = {
-    "l2": 0.1, "l3": 0.1, "m1": 1, "m2": 1, "m3": 1, "m4": 1, "m5": 0.1, "m6": 0.5, "s3": 0.05,
-    "s4": 0, "inertia_1": 0.1, "inertia_2": 0.1,
-}  # fmt: skip
-
 Maker = Callable[[random.Random, Place], list[str]]
 
 
 @cache
 def parsers() -> dict[str, argparse.ArgumentParser]:
-    """The parser of every command."""
+    """The parser of every command; one below another goes by both words."""
     (verbs,) = _parser()._subparsers._group_actions
-    return dict(verbs.choices)
+    found = {}
+    for verb, parser in verbs.choices.items():
+        kinds = parser._subparsers and parser._subparsers._group_actions[0].choices
+        found |= {f"{verb} {k}": own for k, own in kinds.items()} if kinds else {verb: parser}
+    return found
 
 
 def options(parser: argparse.ArgumentParser) -> dict[str, argparse.Action]:
@@ -208,6 +209,21 @@ def _masses(rng: random.Random, place: Place) -> str:
     return str(path)
 
 
+def _bends(rng: random.Random) -> str:
+    """How a link bends, good or bad."""
+    return rng.choice((
+        "EI:5,rhoA:1", "EI:0.1,rhoA:0.1", "EI:50,rhoA:1,supports:2", "EI:1,rhoA:1,length:3",
+        "rect(0.02,0.01),aluminium", "EI:-1,rhoA:1", "EI:nan,rhoA:1", "EI:1", "rect(1)", "",
+        "EI:1,rhoA:1,supports:3", "rect(0.1,0.1),wood", "EI:1,rhoA:0", "EI:9,rhoA:1,length:0.1",
+    ))  # fmt: skip
+
+
+def _drive(rng: random.Random) -> str:
+    """The motion or moment of an input, good or bad."""
+    return rng.choice(("spin:1,0.1", "speed:1", "moment:0.1,0.1", "spin:1", "spin:1,0", "turn",
+                       "speed:nan", "moment:1,-1"))  # fmt: skip
+
+
 def _of(*known: str) -> Maker:
     return lambda rng, place: [_one(rng, known, 0.05)]
 
@@ -275,64 +291,28 @@ WORDS: dict[str, Maker] = {
     "--initial": lambda rng, place: [_values(rng, ("wx", "wz", "vy", *place.names.inputs))],
     "--torque": lambda rng, place: [_values(rng, place.names.inputs)],
     "--duration": _of("0.1", "0.02", "0", "nan", "1e9"),
+    "flex simulate --duration": _of("0.05", "0.01", "0", "nan"),
+    "--flex": lambda rng, place: [f"{_one(rng, place.names.links, 0.05)}={_bends(rng)}"],
+    "--drive": lambda rng, place: [f"{_one(rng, place.names.inputs, 0.05)}={_drive(rng)}"],
+    "--elements": _of("2", "4", "0", "401", "x"),
+    "--modes": _of("1", "2", "3", "0", "401"),
+    "--samples": _of("2", "5", "1", "1e9"),
+    "--damping": _of("1e-4", "0", "-1", "nan"),
+    "--count": _of("1", "3", "12", "0", "501", "x"),
+    "--beam": _of(
+        "length:1,EI:1,rhoA:1",
+        "length:1,EI:2,rhoA:0",
+        "length:1,EI:1",
+        "rhoA:inf",
+        "length:1,EI:1,rhoA:1,GA:9,rhoI:0.1",
+        "EI:1,EI:2",
+    ),
+    "--pin": _of("0", "1", "0.5", "2", "nan", "0.1*0.5+0.3*0.5", "0.1+0.3", "*", "+"),
+    "--clamp": _of("0", "1", "-1", "inf", "x"),
+    "--arm": _of(*ARMS),
+    "flex similar --against": _of(*ARMS),
+    "--scale": lambda rng, place: [_number(rng)],
+    "--spin": _of("1,0.01,0.02", "1", "0,1", "1,0", "a,b", "1,0.01,nan"),
+    "--translator": _of(BLOCK, f"{BLOCK},hubmass:0.001", "pitch:1", BLOCK.replace("0.02", "0")),
+    "--moment": _of("1e-3,0.001,0.002", "1", "0,0", "x,1"),
 }
-# What the options of partial balance need. A short motion is quicker than the random ones,
-# which ``--partial`` itself has.
-PARTIAL = ("--add", "{link}", "--partial", "--trajectory", "{table}")
-# A base that floats, for a short time.
-BASE = ("--base", "free", "--base-mass", "3", "--base-inertia", "1", "--duration", "0.05")
-# Commands that take no model.
-WITHOUT_MODEL = ("models", "synthesize")
-# What every synthesis needs.
-POSITIONS = ("--positions", "0.3,0.1,11; 0.1,0.4,-40")
-# Words that the five-bar linkage with masses takes, and what else its option needs.
-GOOD: dict[str, list[str]] = {
-    "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
-    "--inputs": ["{inputs}"], "--motion": ["{first}=0"], "--balance": ["force"],
-    "--at": ["{first}=0.05"],
-    "--max-order": ["1"], "--html": ["{folder}/page.html"], "--require": ["verified"],
-    "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
-    "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],
-    "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
-    "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
-    "--add": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)", "--add", "{link}"],
-    "--merge": ["--add", "{link}", "--out", "{folder}/out.urdf"],
-    "--partial": ["--add", "{link}", "--budget", "0.1"],
-    "--budget": ["0.1", *PARTIAL], "--trajectory": ["{table}", "--budget", "0.1", *PARTIAL[:3]],
-    "--weight-moment": ["0.2", "--budget", "0.1", *PARTIAL], "--pareto": ["2", *PARTIAL],
-    "--max-bearing": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
-    "--max-torque": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
-    "--frame": ["9,1,1e4,10", "--budget", "0.1", *PARTIAL],
-    "design --plot": ["{folder}/plot.svg", "--budget", "0.1", *PARTIAL],
-    "--out": ["{folder}/out.urdf"], "remedies --out": ["{folder}/remedies"],
-    "--only": ["own_masses"], "--gear": ["2"], "--rotor-radius": ["0.1"],
-    "remedies --add": ["{link}"], "remedies --region": ["{link}=ball(0,0,0,0.1)"],
-    "remedies --budget": ["0.1"], "--write-closed": ["{folder}/closed.urdf"],
-    "--tool": ["{tool}", "--along", "x"],
-    "--along": ["x", "--tool", "{tool}"],
-    "--point": ["0.1,0,-0.05", "--tool", "{tool}", "--along", "x"],
-    "--order": ["2"], "--to": ["{first}=0.05"],
-    "--from": ["{first}=0.05"], "--line": ["1", "--from", "{first}=0", "--from",
-    "{first}=0.05"], "--length": ["0.2"], "--step": ["0.05"], "--base": ["free"],
-    "--base-mass": ["2", "--base", "free"], "--which": ["1"],
-    "--base-com": ["0.1,0,0", "--base", "free", "--base-mass", "2"],
-    "--attitude": ["--base", "free", "--base-mass", "2"],
-    "paths --csv": ["{folder}/path.csv"],
-    "verify --base": ["free", *BASE[2:]], "verify --base-mass": ["2", *BASE],
-    "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
-    "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
-    "--initial": ["vx=0.1", *BASE], "--torque": ["{first}=0.01", *BASE],
-    "--positions": ["0.3,0.1,11; 0.1,0.4,-40", "--moving", "0.2,-0.1"],
-    "--kind": ["four-bar", *POSITIONS, "--fixed", "0.2,-0.1"],
-    "--ratio": ["-0.5", *POSITIONS, "--moving", "0.2,-0.1"],
-    "--nonlinear": [*POSITIONS, "--fixed", "0.2,-0.1"],
-    "--fixed": ["0.2,-0.1", *POSITIONS], "--moving": ["0.2,-0.1", *POSITIONS],
-    "--masses": ["{masses}", *POSITIONS, "--moving", "0.2,-0.1"],
-    "--window": ["0.1,2", *POSITIONS, "--nonlinear", "--fixed", "0.2,-0.1"],
-    "synthesize --table": ["{folder}/table.csv", *POSITIONS, "--nonlinear", "--fixed",
-                           "0.2,-0.1"],
-    **{f"synthesize {name}": [*word, *POSITIONS, "--moving", "0.2,-0.1"] for name, word in {
-        "--out": ["{folder}/out.urdf"], "--plot": ["{folder}/plot.svg"],
-        "--html": ["{folder}/page.html"], "--json": [], "--force": [],
-    }.items()},
-}  # fmt: skip

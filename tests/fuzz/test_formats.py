@@ -12,9 +12,9 @@ from sdf_mutants import sdf_mutant
 
 # Number of cases, and the least share of each way to end.
 CASES = {
-    "dialects": (number_of_cases(500, 1500), {"translated": 0.1, "refused": 0.2, "told": 0.02}),
-    "mjcf": (number_of_cases(150, 300), {"read": 0.1, "refused": 0.1}),
-    "sdf": (number_of_cases(150, 300), {"read": 0.1, "refused": 0.1}),
+    "dialects": (number_of_cases(300, 1500), {"translated": 0.1, "refused": 0.2, "told": 0.02}),
+    "mjcf": (number_of_cases(100, 300), {"read": 0.1, "refused": 0.1}),
+    "sdf": (number_of_cases(100, 300), {"read": 0.1, "refused": 0.1}),
 }
 
 

@@ -19,7 +19,7 @@ from kinematics import gallery
 from kinematics.formats.robot_files import read_unassembled
 from kinematics.urdf.read_options import ReadOptions
 
-CASES = number_of_cases(400, 1000)
+CASES = number_of_cases(250, 1000)
 EXACT = ReadOptions(angles="as_written")
 
 

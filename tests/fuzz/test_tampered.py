@@ -8,6 +8,7 @@ import pytest
 from checker import check
 from checker_file import check_file
 from checker_form import CHAIN, PIVOT, TRANSFER, Rejected, check_form, read
+from covering import number_of_cases
 from proofs import accepted, proof_of, sealed
 from tampered import MODELS, alter_chain, proof_for, trial
 
@@ -16,7 +17,12 @@ from balance import certify, design_space
 
 # A proof that the first checker took: rank 7 of the general four-bar, which is 8.
 FALSE = Path(__file__).parents[1] / "data" / "false_proof.json"
-CASES = {"four_bar_general": (600, 120), "slider_crank": (300, 60), "rusr": (200, 20)}
+# Wrong and random changes of the proof of a model.
+CASES = {
+    "four_bar_general": (number_of_cases(300, 600), number_of_cases(60, 120)),
+    "slider_crank": (number_of_cases(150, 300), number_of_cases(30, 60)),
+    "rusr": (number_of_cases(100, 200), number_of_cases(10, 20)),
+}
 
 
 def data_of(model):
@@ -35,13 +41,16 @@ def test_true_proofs_are_accepted_and_are_of_their_files(model, balance):
 
 @pytest.mark.parametrize("model", CASES)
 def test_tampered_proofs_are_rejected(model):
-    """A thousand and more, ill formed or false by an independent judge; see `tampered`."""
+    """Ill formed or false by an independent judge; twice as many with ``ALL_CASES=1``.
+
+    See `tampered`.
+    """
     wrong, random = CASES[model]
     proof = proof_for(model, dict(MODELS)[model])
     counts, escaped = trial(proof, np.random.default_rng(16), wrong, random)
     assert not escaped, escaped[0]
     refused = sum(n for (_, why), n in counts.items() if why in ("ill formed", "false"))
-    assert refused > wrong + 0.5 * random
+    assert refused >= wrong + 0.5 * random
     assert {*CHAIN, *PIVOT, *TRANSFER, "rays", "rank", "prime"} <= {name for name, _ in counts}
 
 

@@ -46,11 +46,35 @@ def started(folder):
         yield driver
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    """A browser for all tests of a module."""
-    with started(tmp_path_factory.mktemp("profile")) as driver:
-        yield driver
+@contextmanager
+def screen(driver, width, height=800, scheme="light"):
+    """A screen of a width, on a phone if it is narrow, and a colour scheme, for a block."""
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+    yield
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+    driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def show(driver, folder, text):
+    """Write a page into a folder and open it."""
+    path = folder / "page.html"
+    path.write_text(text, encoding="utf-8")
+    driver.get_log("browser")
+    driver.get(path.as_uri())
+
+
+def complaints(driver):
+    """What the browser reports as wrong."""
+    return [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def too_wide(driver):
+    """By how many pixels the page is wider than the screen."""
+    wide = "return document.documentElement.scrollWidth - window.innerWidth"
+    return max(driver.execute_script(wide), 0)
 
 
 def wait_until(driver, condition):
@@ -65,5 +89,5 @@ def one(driver, selector):
 
 def settle(driver):
     """Wait until nothing is being drawn."""
-    busy = "return document.getElementById('plot').getAttribute('aria-busy')"
-    wait_until(driver, lambda page: page.execute_script(busy) == "false")
+    busy = "return document.querySelectorAll('[aria-busy=true]').length"
+    wait_until(driver, lambda page: page.execute_script(busy) == 0)

@@ -1,0 +1,156 @@
+"""The command ``balance sweep``: run a study, show its results, export them."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from balance.cli.arguments import Parser, Verbs
+from balance.cli.exit_codes import DONE
+from balance.cli.number_arguments import whole_number
+from balance.cli.outcome import Outcome
+from balance.cli.progress_bar import progress_bar
+from balance.cli.sweep_show import add_show
+
+if TYPE_CHECKING:
+    from balance.result_files.results_file import ResultsFile
+
+__all__ = ["add_sweep"]
+
+logger = logging.getLogger(__name__)
+
+# Most processes of a run.
+MAX_WORKERS = 1024
+EXPORTS = (".csv", ".parquet")
+
+
+def add_sweep(verbs: Verbs) -> None:
+    """Add the command ``sweep`` to the parser."""
+    parser = verbs.add_parser(
+        "sweep",
+        help="a study of many geometries, kept in a file",
+        description="Computes a study of many geometries, chunk by chunk, into one file, from "
+        "which an interrupted run goes on.",
+    )
+    parser.set_defaults(run=_run)
+    kinds = parser.add_subparsers(metavar="what", required=True, parser_class=Parser)
+    _add_run(kinds)
+    add_show(kinds)
+    _add_export(kinds)
+
+
+def _run(arguments: argparse.Namespace) -> Outcome:
+    """Run one of the commands below ``sweep``."""
+    outcome: Outcome = arguments.compute(arguments)
+    return outcome
+
+
+def _add_run(kinds: Verbs) -> None:
+    """Add ``sweep run``."""
+    parser = kinds.add_parser(
+        "run",
+        help="compute a study",
+        description="Computes a study. Results that were written stay, however the run ends.",
+    )
+    parser.add_argument("study", metavar="STUDY.toml", help="the study")
+    parser.add_argument(
+        "--out", metavar="FILE.db",
+        help="file of the results (default: that of the study, with .db at its end)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--resume", action="store_true",
+        help="go on with a file that this study has begun; begin it, if there is none",
+    )  # fmt: skip
+    parser.add_argument(
+        "--workers", type=whole_number(1, MAX_WORKERS), metavar="N",
+        help="processes on this machine (default: one per core)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--dask", metavar="ADDRESS",
+        help="compute on the Dask cluster with this scheduler, such as tcp://host:8786; "
+        "'local' starts one on this machine",
+    )  # fmt: skip
+    parser.add_argument(
+        "--yes", action="store_true", help="allow more than 100 million geometries"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(compute=_compute, refuse=parser.error, force=False)
+
+
+def _compute(arguments: argparse.Namespace) -> Outcome:
+    """Compute the study of the options.
+
+    Raises:
+        LinkageError: the study, its model or the file cannot be used, or workers fail.
+    """
+    if arguments.dask not in (None, "local") and arguments.workers is not None:
+        arguments.refuse("--workers: only on this machine; a cluster has its own")
+    from balance.sweeps.study import read_study
+
+    path = arguments.out or str(Path(arguments.study).with_suffix(".db"))
+    job = read_study(arguments.study).job(yes=arguments.yes)
+    from balance.result_files.chunk_runs import run_chunks
+    from balance.result_files.results_file import ResultsFile
+
+    open_file = ResultsFile.resume if arguments.resume else ResultsFile.create
+    with open_file(path, job) as file:
+        try:
+            with progress_bar("geometries", True) as advance:
+                summary = run_chunks(
+                    job, file, workers=arguments.workers, dask=arguments.dask, progress=advance
+                )
+        except KeyboardInterrupt:
+            rows = file.computed()[0]
+            logger.warning(
+                "%s keeps %d of %d geometries; --resume goes on from there",
+                path, rows, file.rows,
+            )  # fmt: skip
+            raise
+        from balance.report.text.sweep import run_data, run_text
+
+        found = run_data(file, summary)
+    return Outcome(DONE, lambda: found, lambda: run_text(found))
+
+
+def _add_export(kinds: Verbs) -> None:
+    """Add ``sweep export``."""
+    parser = kinds.add_parser("export", help="write all results as CSV or Parquet")
+    parser.add_argument("results", metavar="FILE.db", help="file of the results")
+    parser.add_argument(
+        "--out", metavar="FILE.csv|.parquet", type=_export_path, required=True,
+        help="the file to write",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(compute=_export, refuse=parser.error, force=False)
+
+
+def _export(arguments: argparse.Namespace) -> Outcome:
+    """Export the results of the options.
+
+    Raises:
+        LinkageError: a file cannot be read or written, or a library is missing.
+    """
+    from balance.report.text.sweep import export_data, export_text
+    from balance.result_files.export import export_csv, export_parquet
+    from balance.result_files.results_file import ResultsFile
+
+    write: Callable[[ResultsFile, str, Callable[[int, int], None]], int] = export_csv
+    if arguments.out.lower().endswith(".parquet"):
+        write = export_parquet
+    with ResultsFile.open(arguments.results) as file, progress_bar("rows", True) as advance:
+        found = export_data(file, arguments.out, write(file, arguments.out, advance))
+    return Outcome(DONE, lambda: found, lambda: export_text(found))
+
+
+def _export_path(text: str) -> str:
+    """Check that a word names a file of a known kind.
+
+    Raises:
+        ArgumentTypeError: it ends neither in .csv nor in .parquet.
+    """
+    if not text.lower().endswith(EXPORTS):
+        raise argparse.ArgumentTypeError(f"'{text}' ends neither in .csv nor in .parquet")
+    return text

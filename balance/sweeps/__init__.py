@@ -1,0 +1,1 @@
+"""Sweeps: what a study varies, geometries that are placed and closed, and their quantities."""

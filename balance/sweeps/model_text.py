@@ -1,0 +1,118 @@
+"""The model of a study as text, from which every process reads the same linkage."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from kinematics.errors import UsageError
+from kinematics.model.linkage import Linkage, names_of
+from kinematics.model_gallery import load
+from kinematics.urdf_elements.element import Document
+from kinematics.urdf_elements.write_numbers import element_text
+
+__all__ = ["ModelText", "text_of_file", "text_of_linkage"]
+
+
+@dataclass(frozen=True)
+class ModelText:
+    """A model with the options by which it is read.
+
+    Attributes:
+        source: name of the model in messages.
+        text: the elements of its file, with all loops, as URDF.
+        options: keyword arguments of `kinematics.load`.
+    """
+
+    source: str
+    text: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def load(self) -> Linkage:
+        """Read the linkage."""
+        return load(Document(self.source, self.text.encode()), **self.options)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Convert to the values of a JSON object."""
+        return asdict(self)
+
+
+def text_of_file(
+    model: str | PathLike[str], options: Mapping[str, Any]
+) -> tuple[ModelText, Linkage]:
+    """Read a model of any format, and write its elements as text.
+
+    Args:
+        model: path or name, as for `kinematics.load`.
+        options: keyword arguments of `kinematics.load`.
+
+    Returns:
+        The text, and the linkage that was read from it.
+
+    Raises:
+        LinkageError: the model cannot be read.
+    """
+    return _text_and_linkage(load(model, **options), options)
+
+
+def text_of_linkage(linkage: Linkage) -> tuple[ModelText, Linkage]:
+    """Write the elements of a linkage as text, with options that give the same linkage.
+
+    Args:
+        linkage: an assembled linkage that has the elements of its file.
+
+    Returns:
+        The text, and the linkage that was read from it.
+
+    Raises:
+        UsageError: the linkage has no elements, or differs from what its file gives.
+    """
+    if linkage.tree is None:
+        raise UsageError(
+            f"{linkage.source}: it has no elements of a file whose numbers could vary; write "
+            "it by to_urdf() and load that"
+        )
+    known = set(names_of(linkage.bodies))
+    options: dict[str, Any] = {"inputs": linkage.inputs}
+    if any(not body.inertia.any() for body in linkage.bodies):
+        options["bodies"] = "all"
+    heavy = [link.name for link in linkage.tree.every("link") if link.first("inertial")]
+    tops = {place.link for place in linkage.places.values() if place.link >= 0}
+    bare = tops - {body.link for body in linkage.bodies}
+    options["massless"] = tuple(
+        name for name in heavy if name not in known and linkage.places[name].link in bare
+    )
+    if linkage.displaced is not None and linkage.at is not None:
+        names = names_of(linkage.joints)
+        options["at"] = dict(zip(names, linkage.displaced.tolist(), strict=True))
+    found, again = _text_and_linkage(linkage, options)
+    mine, its = (
+        [*(joint.screw for joint in x.joints), *(body.inertia for body in x.bodies)]
+        for x in (linkage, again)
+    )
+    if len(mine) != len(its) or not all(
+        np.allclose(a, b, rtol=1e-9, atol=1e-9) for a, b in zip(mine, its, strict=True)
+    ):
+        raise UsageError(
+            f"{linkage.source}: its file alone does not give the same linkage; name the file "
+            "and its options in the [model] table of a study"
+        )
+    return found, again
+
+
+def _text_and_linkage(
+    linkage: Linkage, options: Mapping[str, Any]
+) -> tuple[ModelText, Linkage]:
+    """Write the elements of a linkage as text, and read that."""
+    if linkage.tree is None:
+        raise UsageError(f"{linkage.source}: it has no elements of a file")
+    kept: dict[str, Any] = {"inputs": list(linkage.inputs)}
+    for name, value in options.items():
+        if name not in ("loops", "fix_base"):  # the elements have them
+            kept[name] = list(value) if isinstance(value, tuple) else value
+    text = ModelText(linkage.source, element_text(linkage.tree), kept)
+    return text, text.load()

@@ -1,0 +1,179 @@
+"""Runs of jobs: the same rows whoever computes them, and whatever ends on the way."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from covering import number_of_cases
+from killed_runs import kill_and_resume, paths_of, start
+from run_squares import JOB
+from squares import Squares
+
+from balance.result_files import chunk_worker, dask_workers
+from balance.result_files.chunk_runs import run_chunks, usable_cores
+from balance.result_files.export import export_csv
+from balance.result_files.results_file import ResultsFile
+from kinematics.errors import LinkageError, UsageError, WorkerError
+
+ROOT = Path(__file__).parents[3]
+COMMAND = Path(__file__).parents[2] / "helpers" / "run_squares.py"
+ENVIRONMENT = paths_of(ROOT)
+posix = pytest.mark.skipif(os.name != "posix", reason="SIGKILL")
+
+
+def exported(path: Path, job: Squares) -> bytes:
+    """The CSV of a complete file."""
+    with ResultsFile.open(path) as file:
+        assert not list(file.pending())
+        export_csv(file, f"{path}.csv")
+    return Path(f"{path}.csv").read_bytes()
+
+
+def undisturbed(folder: Path, job: Squares) -> bytes:
+    """The CSV of one run in one process."""
+    path = folder / "undisturbed.db"
+    with ResultsFile.create(path, job) as file:
+        summary = run_chunks(job, file, workers=0)
+    assert (summary.rows, summary.kept, summary.lost_workers) == (job.rows, 0, 0)
+    return exported(path, job)
+
+
+def covered(path: Path) -> int:
+    """The rows that the file of a run in another process covers."""
+    try:
+        with sqlite3.connect(f"file:{path}?mode=ro", uri=True) as connection:
+            found = connection.execute("SELECT TOTAL(rows) FROM chunks").fetchone()[0]
+        connection.close()
+        return int(found)
+    except sqlite3.OperationalError:
+        return 0
+
+
+@posix
+@pytest.mark.parametrize("where", [{"workers": 2}, {"workers": 2, "dask": "local"}])
+def test_a_worker_may_die(tmp_path, where):
+    """Its chunks are computed again by another, and all rows are those of one process."""
+    if "dask" in where:
+        pytest.importorskip("distributed")
+    job = Squares(rows=3000, deadly=5, grave=str(tmp_path / "grave"))
+    with ResultsFile.create(tmp_path / "a.db", job) as file:
+        seen: list[tuple[int, int]] = []
+        summary = run_chunks(job, file, progress=lambda *pair: seen.append(pair), **where)
+    assert (tmp_path / "grave").exists()
+    assert summary.chunks == 47 and summary.rate > 0.0
+    assert summary.lost_workers == (0 if "dask" in where else 1)
+    assert seen[0] == (0, 3000) and seen[-1] == (3000, 3000) and seen == sorted(seen)
+    assert exported(tmp_path / "a.db", job) == undisturbed(tmp_path, job)
+
+
+@posix
+def test_a_chunk_that_ends_every_worker_ends_the_run(tmp_path):
+    job = Squares(deadly=5)
+    with ResultsFile.create(tmp_path / "a.db", job) as file:
+        with pytest.raises(WorkerError, match="chunk 5 has ended its process 3 times"):
+            run_chunks(job, file, workers=2)
+        assert 0 < file.computed()[0] < job.rows
+
+
+@pytest.mark.parametrize("where", [{"workers": 0}, {"workers": 1}, {"dask": "local"}])
+def test_what_a_chunk_is_refused_for_is_told(tmp_path, where):
+    """A refusal stays one; anything else is a defect; what was written is kept."""
+    if "dask" in where:
+        pytest.importorskip("distributed")
+        where = {**where, "workers": 1}
+    for number, job in enumerate((Squares(refused=3), Squares(broken=3))):
+        with ResultsFile.create(tmp_path / f"{number}.db", job) as file:
+            with pytest.raises((LinkageError, RuntimeError)) as caught:
+                run_chunks(job, file, **where)
+            assert file.computed()[0] >= 64 * 2
+        if number == 0:
+            assert str(caught.value) == "chunk 3 is not wanted"
+            assert not isinstance(caught.value, UsageError)
+        else:
+            assert "chunk 3: ZeroDivisionError: by zero" in str(caught.value)
+            assert not isinstance(caught.value, LinkageError)
+
+
+def test_workers_of_another_version_are_refused(tmp_path, monkeypatch):
+    job = Squares()
+    outcome = chunk_worker.compute_chunk(job, 0)
+    chunk_worker.values_of(outcome)
+    with pytest.raises(WorkerError, match=r"a worker runs version 0\.1, and this is"):
+        chunk_worker.values_of(outcome._replace(program="0.1"))
+
+
+def test_no_cluster_is_told_in_one_line(tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(dask_workers, "PATIENCE", 1)
+    job = Squares()
+    for address in ("tcp://127.0.0.1:1", "nonsense://x"):
+        with ResultsFile.resume(tmp_path / "a.db", job) as file:
+            with pytest.raises(WorkerError, match=f"no cluster at {address} .*; give the"):
+                run_chunks(job, file, dask=address)
+
+
+def test_a_complete_file_starts_nobody(tmp_path):
+    job = Squares()
+    undisturbed(tmp_path, job)
+    with ResultsFile.resume(tmp_path / "undisturbed.db", job) as file:
+        summary = run_chunks(job, file, dask="tcp://127.0.0.1:1")
+    assert (summary.chunks, summary.rows, summary.kept) == (0, 0, 1000)
+    assert usable_cores() >= 1
+
+
+@posix
+@pytest.mark.parametrize(("where", "few", "every"), [(["2"], 3, 50), (["2", "local"], 1, 50)])
+def test_killed_runs_resume_to_the_same_bytes(tmp_path, where, few, every):
+    if "local" in where:
+        pytest.importorskip("distributed")
+    path, kills = tmp_path / "a.db", number_of_cases(few, every)
+    command = [sys.executable, str(COMMAND), str(path), *where]
+    rows = kill_and_resume(command, lambda: covered(path), JOB.rows, kills, 26, ENVIRONMENT)
+    assert rows == sorted(rows) and 0 < rows[-1] < JOB.rows
+    assert exported(path, JOB) == undisturbed(tmp_path, JOB)
+
+
+@posix
+def test_workers_end_with_their_writer(tmp_path):
+    psutil = pytest.importorskip("psutil")
+    path = tmp_path / "a.db"
+    writer = start([sys.executable, str(COMMAND), str(path), "2"], ENVIRONMENT)
+    while covered(path) == 0 and writer.poll() is None:
+        time.sleep(0.01)
+    own = psutil.Process(writer.pid).children(recursive=True)
+    assert len(own) >= 2
+    os.kill(writer.pid, signal.SIGKILL)
+    writer.communicate()
+    _, alive = psutil.wait_procs(own, timeout=60)
+    assert not alive
+
+
+@posix
+def test_an_interrupt_reaches_the_writer_alone(tmp_path):
+    """Ctrl-C goes to all processes of the terminal: one of them speaks, none stays."""
+    for attempt in range(10):  # on a busy machine a run may end before it is interrupted
+        path = tmp_path / f"{attempt}.db"
+        writer = subprocess.Popen(
+            [sys.executable, str(COMMAND), str(path), "2"], env=os.environ | ENVIRONMENT,
+            stderr=subprocess.PIPE, text=True, start_new_session=True,
+        )  # fmt: skip
+        while covered(path) == 0 and writer.poll() is None:
+            time.sleep(0.01)
+        if writer.poll() is None and covered(path) < JOB.rows // 2:
+            break
+        writer.communicate()
+    os.killpg(writer.pid, signal.SIGINT)
+    _, errors = writer.communicate(timeout=60)
+    assert errors.count("Traceback") == 1 and errors.rstrip().endswith("KeyboardInterrupt")
+    assert 0 < covered(path) < JOB.rows
+    with pytest.raises(ProcessLookupError):
+        for _ in range(6000):
+            os.killpg(writer.pid, 0)
+            time.sleep(0.01)

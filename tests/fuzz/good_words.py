@@ -1,0 +1,130 @@
+"""Good words for every option of every command, and what commands need beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+__all__ = [
+    "ARMS", "BLOCK", "GOOD", "MASSES", "POSITIONS", "WITHOUT_MODEL", "needed",
+]  # fmt: skip
+
+# Lengths and masses of a pantograph.
+MASSES = {
+    "l2": 0.1, "l3": 0.1, "m1": 1, "m2": 1, "m3": 1, "m4": 1, "m5": 0.1, "m6": 0.5, "s3": 0.05,
+    "s4": 0, "inertia_1": 0.1, "inertia_2": 0.1,
+}  # fmt: skip
+ARM = "length:0.1,EI:0.0045,rhoA:0.024,tip:0.01"
+ARMS = (ARM, f"{ARM},radius:0.01,inertia:1e-6,hub:0.01", ARM.replace("0.01", "-1"),
+        "length:0.1,EI:0.01,rhoA:0", "length:0,EI:1,rhoA:1", "tip:1", "")  # fmt: skip
+BLOCK = "pitch:0.1,mass:0.02,length:0.12,breadth:0.02"
+# What the options of partial balance need. A short motion is quicker than the random ones,
+# which ``--partial`` itself has.
+PARTIAL = ("--add", "{link}", "--partial", "--trajectory", "{table}")
+# A base that floats, for a short time.
+BASE = ("--base", "free", "--base-mass", "3", "--base-inertia", "1", "--duration", "0.05")
+# Commands that take no model.
+WITHOUT_MODEL = (
+    "models", "synthesize", "flex modes", "flex supports", "flex similar", "sweep run",
+    "sweep show", "sweep export", "discover run", "discover show", "discover export",
+)  # fmt: skip
+# What commands below ``flex`` and ``sweep`` need beside an option, unless that is it.
+NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
+    "flex supports": (("3",),),
+    "flex similar": (("--arm", ARM), ("--scale", "0.5")),
+    "flex simulate": (
+        ("--flex", "{link}=EI:5,rhoA:1"), ("--duration", "0.02"), ("--samples", "3"),
+        ("--elements", "3"), ("--modes", "1"),
+    ),
+    "sweep run": (("{study}",), ("--workers", "1")),
+    "sweep show": (("{results}",),),
+    "sweep export": (("{results}",), ("--out", "{folder}/a.csv")),
+    "discover run": (
+        ("--topology", "slider-crank"), ("--starts", "3"), ("--workers", "0"),
+        ("--out", "{folder}/a.db"),
+    ),
+    "discover show": (("{search}",), ("--members", "5"), ("--tried", "1")),
+    "discover export": (("{search}",), ("--family", "1"), ("--out", "{folder}/a.urdf")),
+}  # fmt: skip
+
+
+def needed(verb: str, given: Collection[str]) -> list[str]:
+    """What a command needs beside the options that are given."""
+    without = {*given, *["--scale"] * ("--against" in given)}
+    return [word for words in NEEDED.get(verb, ()) if words[0] not in without for word in words]
+
+
+# What every synthesis needs.
+POSITIONS = ("--positions", "0.3,0.1,11; 0.1,0.4,-40")
+BEAM = "length:1,EI:1,rhoA:1"
+# Words that the five-bar linkage with masses takes, and what else its option needs.
+GOOD: dict[str, list[str]] = {
+    "--loops": ["{loops}"], "--bodies": ["all"], "--massless": ["{link}"],
+    "--inputs": ["{inputs}"], "--motion": ["{first}=0"], "--balance": ["force"],
+    "--at": ["{first}=0.05"],
+    "--max-order": ["1"], "--html": ["{folder}/page.html"], "--require": ["verified"],
+    "--trajectories": ["1"], "--seed": ["3"], "--csv": ["{table}"], "--path": ["{poses}"],
+    "--speed": ["{first}=300rpm"], "--table": ["{folder}/table.csv"],
+    "--tolerance": ["1e-6"], "--against": ["five_bar"], "--plot": ["{folder}/plot.svg"],
+    "--minimise": ["mass"], "--keep": ["{link}"], "--bounds": ["{link}=0.1:2"],
+    "--add": ["{link}"], "--region": ["{link}=ball(0,0,0,0.1)", "--add", "{link}"],
+    "--merge": ["--add", "{link}", "--out", "{folder}/out.urdf"],
+    "--partial": ["--add", "{link}", "--budget", "0.1"],
+    "--budget": ["0.1", *PARTIAL], "--trajectory": ["{table}", "--budget", "0.1", *PARTIAL[:3]],
+    "--weight-moment": ["0.2", "--budget", "0.1", *PARTIAL], "--pareto": ["2", *PARTIAL],
+    "--max-bearing": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
+    "--max-torque": ["{first}=1e9", "--budget", "0.1", *PARTIAL],
+    "--frame": ["9,1,1e4,10", "--budget", "0.1", *PARTIAL],
+    "design --plot": ["{folder}/plot.svg", "--budget", "0.1", *PARTIAL],
+    "--flex": ["{link}=EI:5,rhoA:1"], "--drive": ["{first}=spin:1,0.1"], "--elements": ["4"],
+    "--modes": ["2"], "--samples": ["5"], "--damping": ["1e-4"], "--count": ["3"],
+    "flex simulate --duration": ["0.01"], "flex simulate --massless": ["{tool}"],
+    "--beam": [BEAM], "--pin": ["0", "--beam", BEAM, "--pin", "1"],
+    "--clamp": ["0", "--beam", BEAM], "--arm": [ARM], "--scale": ["0.5"],
+    "flex similar --against": [ARM], "--spin": ["1,0.01,0.02"],
+    "flex similar --plot": ["{folder}/plot.svg", "--spin", "1,0.01,0.02"],
+    "--translator": [BLOCK, "--moment", "1e-3,0.001,0.002"],
+    "--moment": ["1e-3,0.001,0.002", "--translator", BLOCK],
+    "--both-hubs": ["--moment", "1e-3,0.001,0.002", "--translator", BLOCK],
+    "discover run --topology": ["four-bar"], "discover run --starts": ["4"],
+    "discover run --seed": ["2"], "discover run --seconds": ["60"],
+    "discover run --out": ["{folder}/b.db"], "discover run --workers": ["0"],
+    "discover show --members": ["3"], "discover show --tried": ["2"],
+    "discover export --family": ["1"], "discover export --out": ["{folder}/b.urdf"],
+    "sweep run --out": ["{folder}/a.db"], "sweep run --workers": ["2"],
+    "sweep run --dask": ["local"], "sweep show --sort": ["rank"],
+    "sweep show --descending": ["--sort", "rank"],
+    "sweep show --plot": ["rank,closed", "--out", "{folder}/plot.svg"],
+    "sweep show --out": ["{folder}/plot.svg", "--plot", "rank,closed"],
+    "sweep show --count": ["3"], "sweep export --out": ["{folder}/b.parquet"],
+    "--out": ["{folder}/out.urdf"], "remedies --out": ["{folder}/remedies"],
+    "--only": ["own_masses"], "--gear": ["2"], "--rotor-radius": ["0.1"],
+    "remedies --add": ["{link}"], "remedies --region": ["{link}=ball(0,0,0,0.1)"],
+    "remedies --budget": ["0.1"], "--write-closed": ["{folder}/closed.urdf"],
+    "--tool": ["{tool}", "--along", "x"],
+    "--along": ["x", "--tool", "{tool}"],
+    "--point": ["0.1,0,-0.05", "--tool", "{tool}", "--along", "x"],
+    "--order": ["2"], "--to": ["{first}=0.05"],
+    "--from": ["{first}=0.05"], "--line": ["1", "--from", "{first}=0", "--from",
+    "{first}=0.05"], "--length": ["0.2"], "--step": ["0.05"], "--base": ["free"],
+    "--base-mass": ["2", "--base", "free"], "--which": ["1"],
+    "--base-com": ["0.1,0,0", "--base", "free", "--base-mass", "2"],
+    "--attitude": ["--base", "free", "--base-mass", "2"],
+    "paths --csv": ["{folder}/path.csv"],
+    "verify --base": ["free", *BASE[2:]], "verify --base-mass": ["2", *BASE],
+    "--base-inertia": ["1,1,1", *BASE], "verify --base-com": ["0.1,0,0", *BASE],
+    "--stiffness": ["1e3", "--base", "spring", *BASE[2:]], "--duration": ["0.1", *BASE[:6]],
+    "--initial": ["vx=0.1", *BASE], "--torque": ["{first}=0.01", *BASE],
+    "--positions": ["0.3,0.1,11; 0.1,0.4,-40", "--moving", "0.2,-0.1"],
+    "--kind": ["four-bar", *POSITIONS, "--fixed", "0.2,-0.1"],
+    "--ratio": ["-0.5", *POSITIONS, "--moving", "0.2,-0.1"],
+    "--nonlinear": [*POSITIONS, "--fixed", "0.2,-0.1"],
+    "--fixed": ["0.2,-0.1", *POSITIONS], "--moving": ["0.2,-0.1", *POSITIONS],
+    "--masses": ["{masses}", *POSITIONS, "--moving", "0.2,-0.1"],
+    "--window": ["0.1,2", *POSITIONS, "--nonlinear", "--fixed", "0.2,-0.1"],
+    "synthesize --table": ["{folder}/table.csv", *POSITIONS, "--nonlinear", "--fixed",
+                           "0.2,-0.1"],
+    **{f"synthesize {name}": [*word, *POSITIONS, "--moving", "0.2,-0.1"] for name, word in {
+        "--out": ["{folder}/out.urdf"], "--plot": ["{folder}/plot.svg"],
+        "--html": ["{folder}/page.html"], "--json": [], "--force": [],
+    }.items()},
+}  # fmt: skip

@@ -1,0 +1,242 @@
+"""The command ``balance discover``: search for special geometries, show and export them."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+from collections.abc import Callable
+from time import monotonic
+
+from balance.cli.arguments import Parser, Verbs
+from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
+from balance.cli.number_arguments import positive_number, whole_number
+from balance.cli.outcome import Outcome
+from balance.cli.progress_bar import progress_bar
+
+__all__ = ["add_discover"]
+
+logger = logging.getLogger(__name__)
+
+STARTS, MAX_STARTS = 300, 10_000_000
+MAX_WORKERS = 1024
+MAX_SEED = 2**31
+MEMBERS, TRIED, MAX_MEMBERS = 100, 20, 10_000
+
+
+def add_discover(verbs: Verbs) -> None:
+    """Add the command ``discover`` to the parser."""
+    parser = verbs.add_parser(
+        "discover",
+        help="a search for geometries that balance where others do not",
+        description="Walks from random geometries of a topology to special ones, whose design "
+        "space is larger, and groups these to families by the relations that they fulfil.",
+    )
+    parser.set_defaults(run=_run)
+    kinds = parser.add_subparsers(metavar="what", required=True, parser_class=Parser)
+    _add_run(kinds)
+    _add_show(kinds)
+    _add_export(kinds)
+
+
+def _run(arguments: argparse.Namespace) -> Outcome:
+    """Run one of the commands below ``discover``."""
+    outcome: Outcome = arguments.compute(arguments)
+    return outcome
+
+
+def _add_run(kinds: Verbs) -> None:
+    """Add ``discover run``."""
+    parser = kinds.add_parser(
+        "run",
+        help="walk from random starts",
+        description="Walks from random starts. Results that were written stay, however the run "
+        "ends. Exits with 0 if a family was found, 1 if none was.",
+    )
+    parser.add_argument(
+        "--topology", required=True, metavar="NAME",
+        help="four-bar, slider-crank, geared-five-bar, watt1, watt2, stephenson1, stephenson2, "
+        "stephenson3, spherical-four-bar, r-u-s-r, 3-rsr, or the pairs of links that revolute "
+        'joints in a plane connect, as "0-1 1-2 2-3 0-3", where 0 is the ground',
+    )  # fmt: skip
+    parser.add_argument(
+        "--starts", type=whole_number(1, MAX_STARTS), default=STARTS, metavar="N",
+        help=f"number of walks (default {STARTS})",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seed", type=whole_number(0, MAX_SEED), default=1, metavar="N",
+        help="seed of the starts (default 1)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seconds", type=positive_number, metavar="S",
+        help="stop after this time; --resume goes on from there",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", metavar="FILE.db", help="file of the results (default: TOPOLOGY.db)"
+    )
+    parser.add_argument(
+        "--resume", action="store_true",
+        help="go on with a file that this search has begun; begin it, if there is none",
+    )  # fmt: skip
+    parser.add_argument(
+        "--workers", type=whole_number(0, MAX_WORKERS), metavar="N",
+        help="processes on this machine (default: one per core; 0: this process alone)",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(compute=_compute, refuse=parser.error, force=False)
+
+
+class _TimeIsUp(Exception):
+    """The time that a search may take has passed."""
+
+
+def _compute(arguments: argparse.Namespace) -> Outcome:
+    """Run the search of the options.
+
+    Raises:
+        LinkageError: there is no such topology, the file cannot be used, or workers fail.
+    """
+    from balance.discovery.job import DiscoveryJob
+    from balance.discovery.results import found_in
+    from balance.discovery.topologies import topology
+    from balance.report.text.discovery import search_data, search_text
+    from balance.result_files.results_file import ResultsFile
+
+    graph = topology(arguments.topology)
+    job = DiscoveryJob(graph.name, arguments.starts, arguments.seed)
+    path = arguments.out or f"{graph.name.replace(' ', '_')}.db"
+    open_file = ResultsFile.resume if arguments.resume else ResultsFile.create
+    with open_file(path, job) as file:
+        begin = monotonic()
+        try:
+            with progress_bar("walks", True) as advance:
+                _walk_all(arguments, job, file, advance)
+        except _TimeIsUp:
+            rows = file.computed()[0]
+            logger.warning(
+                "time is up after %d of %d walks; --resume goes on from there", rows, file.rows
+            )
+        except KeyboardInterrupt:
+            logger.warning("%s keeps the walks so far; --resume goes on from there", path)
+            raise
+        data = search_data(file, found_in(file), monotonic() - begin)
+    code = DONE if data["families"] else NEGATIVE
+    return Outcome(code, lambda: data, lambda: search_text(data, graph))
+
+
+def _walk_all(
+    arguments: argparse.Namespace,
+    job: object,
+    file: object,
+    advance: Callable[[int, int], None],
+) -> None:
+    """Compute the chunks that the file lacks, as long as the time lasts.
+
+    Raises:
+        _TimeIsUp: chunks are left.
+    """
+    from balance.result_files.chunk_runs import run_chunks
+
+    end = None if arguments.seconds is None else monotonic() + arguments.seconds
+
+    def progress(done: int, total: int) -> None:
+        advance(done, total)
+        if end is not None and done < total and monotonic() > end:
+            raise _TimeIsUp
+
+    run_chunks(job, file, workers=arguments.workers, progress=progress)  # type: ignore[arg-type]
+
+
+def _add_show(kinds: Verbs) -> None:
+    """Add ``discover show``."""
+    parser = kinds.add_parser(
+        "show",
+        help="show the families found, also while a search runs",
+        description="Shows the families in a file: their relations, how many of random members "
+        "have the design space, and for how many of these masses can be built.",
+    )
+    parser.add_argument("results", metavar="FILE.db", help="file of the results")
+    parser.add_argument(
+        "--members", type=whole_number(1, MAX_MEMBERS), default=MEMBERS, metavar="N",
+        help=f"random members of each family to decide (default {MEMBERS})",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tried", type=whole_number(0, MAX_MEMBERS), default=TRIED, metavar="N",
+        help=f"random members of each family to look for masses for (default {TRIED})",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(compute=_show, refuse=parser.error, force=False)
+
+
+def _show(arguments: argparse.Namespace) -> Outcome:
+    """Examine the families of a file.
+
+    Raises:
+        LinkageError: the file cannot be read, or is not that of a search.
+    """
+    from balance.discovery.results import examine, found_in
+    from balance.report.text.discovery import families_data, search_data, search_text
+    from balance.result_files.results_file import ResultsFile
+
+    with ResultsFile.open(arguments.results) as file:
+        found = found_in(file)
+        data = search_data(file, found, None, "show")
+    with progress_bar("families") as advance:
+        examined = []
+        for family in found.families:
+            examined.append(
+                examine(found.job, family, members=arguments.members, tried=arguments.tried)
+            )
+            advance(len(examined), len(found.families))
+    families_data(data, examined)
+    code = DONE if found.families else NEGATIVE
+    return Outcome(code, lambda: data, lambda: search_text(data, found.job.topology))
+
+
+def _add_export(kinds: Verbs) -> None:
+    """Add ``discover export``."""
+    parser = kinds.add_parser(
+        "export",
+        help="write a member of a family as a URDF file",
+        description="Writes a member of a family with masses that balance it, if there are "
+        "any: a member with rational coordinates if one is found, so that 'balance report "
+        "--exact' decides exactly. Exits with 0 if the file is balanced, 1 if no masses "
+        "balance the member, 4 if that is undecided.",
+    )
+    parser.add_argument("results", metavar="FILE.db", help="file of the results")
+    parser.add_argument(
+        "--family", type=whole_number(1, MAX_MEMBERS), required=True, metavar="N",
+        help="number of the family, as shown by 'balance discover show'",
+    )  # fmt: skip
+    parser.add_argument("--out", required=True, metavar="FILE.urdf", help="the file to write")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(compute=_export, refuse=parser.error, force=False)
+
+
+def _export(arguments: argparse.Namespace) -> Outcome:
+    """Export a member of a family.
+
+    Raises:
+        LinkageError: a file cannot be read or written, or no member can be read as a linkage.
+        UsageError: there is no such family.
+    """
+    from balance.atomic_files import write_all_atomic
+    from balance.discovery.export import export_member
+    from balance.discovery.results import found_in
+    from balance.report.text.discovery import member_data, member_text
+    from balance.result_files.results_file import ResultsFile
+    from kinematics.errors import UsageError
+
+    with ResultsFile.open(arguments.results) as file:
+        found = found_in(file)
+    if arguments.family > len(found.families):
+        raise UsageError(
+            f"{arguments.results}: no family {arguments.family}, of {len(found.families)}"
+        )
+    member = export_member(found.job, found.families[arguments.family - 1])
+    write_all_atomic([(arguments.out, member.urdf)])
+    data = member_data(arguments.family, arguments.out, member)
+    codes = {"feasible": DONE, "infeasible": NEGATIVE}
+    code = codes.get(member.design.verdict, UNDECIDED)
+    if member.verification is not None and not member.verification.balanced:
+        code = UNDECIDED
+    return Outcome(code, lambda: data, lambda: member_text(data))

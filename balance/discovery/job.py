@@ -1,0 +1,160 @@
+"""A search as a job in chunks: walks from numbered starts, and what becomes of each."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.discovery.judge import judge_geometries
+from balance.discovery.polish import polish, walk_again
+from balance.discovery.starts import random_starts
+from balance.discovery.structure import LaneGeometry, TopologyArrays
+from balance.discovery.topologies import Topology, topology
+from balance.discovery.walk import ARRIVED, generic_nullity, walk_to_special
+from balance.result_files.chunk_job import Column, chunk_size
+from kinematics.errors import UsageError
+from kinematics.version import __version__
+
+__all__ = ["DiscoveryJob", "geometry_of_text"]
+
+IntArray = NDArray[np.int64]
+
+CHUNK_ROWS = 50
+# Random geometries by which the nullity of most geometries is found.
+SAMPLE = 16
+# Version of the method: results of another one are not mixed with these.
+METHOD = 1
+
+COLUMNS = (
+    Column("outcome", "text"), Column("nullity", "integer"), Column("codimension", "integer"),
+    Column("ratio", "real"), Column("steps", "integer"), Column("geometry", "text"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class DiscoveryJob:
+    """A search for special geometries of one topology.
+
+    Attributes:
+        name: the topology; see `balance.discovery.topologies.topology`.
+        starts: number of walks.
+        seed: seed of the starts.
+    """
+
+    name: str
+    starts: int
+    seed: int = 1
+
+    kind = "discovery"
+    columns = COLUMNS
+    chunk_rows = CHUNK_ROWS
+
+    @classmethod
+    def from_description(cls, text: str) -> DiscoveryJob:
+        """Build the job of a file again.
+
+        Args:
+            text: the description in the file.
+
+        Raises:
+            UsageError: it is not that of a search.
+        """
+        try:
+            data = json.loads(text)
+            return cls(data["topology"], int(data["starts"]), int(data["seed"]))
+        except (ValueError, KeyError, TypeError):
+            raise UsageError("the file holds no search for special geometries") from None
+
+    @property
+    def rows(self) -> int:
+        """Number of starts."""
+        return self.starts
+
+    @property
+    def description(self) -> str:
+        """JSON text from which the job can be built again."""
+        data = {"topology": self.name, "starts": self.starts, "seed": self.seed}
+        return json.dumps({**data, "method": METHOD})
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all that decides the results."""
+        return hashlib.sha256(f"{__version__}\n{self.description}".encode()).hexdigest()
+
+    @cached_property
+    def topology(self) -> Topology:
+        """The graph."""
+        return topology(self.name)
+
+    @cached_property
+    def structure(self) -> TopologyArrays:
+        """The graph as arrays."""
+        return self.topology.structure()
+
+    @cached_property
+    def generic(self) -> int:
+        """Dimension of the design space of most geometries."""
+        sample = random_starts(self.structure, self.seed, range(SAMPLE))
+        return generic_nullity(self.structure, sample)
+
+    def compute(self, chunk: int) -> Mapping[str, Any]:
+        """Walk from the starts of a chunk, and judge the ends.
+
+        Args:
+            chunk: its number.
+        """
+        count = chunk_size(chunk, self.rows, self.chunk_rows)
+        first = chunk * self.chunk_rows
+        start = random_starts(self.structure, self.seed, range(first, first + count))
+        walks = walk_to_special(self.structure, start, self.generic)
+        rows = _Rows(count)
+        arrived = np.flatnonzero(walks.ratio <= ARRIVED)
+        rows.outcome[arrived] = "lost at a node"
+        again, kept = walk_again(self.structure, walks.geometry.take(arrived), self.generic)
+        rows.fill(self, arrived[kept], again)
+        ratio = np.where(np.isfinite(walks.ratio), walks.ratio, np.nan)
+        return {
+            "outcome": rows.outcome.tolist(), "nullity": rows.nullity,
+            "codimension": rows.codimension, "ratio": ratio, "steps": walks.steps,
+            "geometry": rows.text,
+        }  # fmt: skip
+
+
+class _Rows:
+    """Rows of a chunk that are filled in as walks are judged."""
+
+    def __init__(self, count: int) -> None:
+        """Start with walks that have not arrived."""
+        self.outcome = np.full(count, "not arrived", dtype=object)
+        self.nullity, self.codimension = np.full(count, -1), np.full(count, -1)
+        self.text = [""] * count
+
+    def fill(self, job: DiscoveryJob, lanes: IntArray, geometry: LaneGeometry) -> None:
+        """Polish and judge the ends of walks, and enter what becomes of them."""
+        if not lanes.size:
+            return
+        ends = polish(job.structure, geometry, job.generic)
+        self.outcome[lanes] = "not exact"
+        own = np.flatnonzero(ends.special)
+        if not own.size:
+            return
+        special = ends.geometry.take(own)
+        self.outcome[lanes[own]] = judge_geometries(job.topology, job.structure, special)
+        self.nullity[lanes[own]] = ends.nullity[own]
+        self.codimension[lanes[own]] = ends.codimension[own]
+        for k, row in enumerate(lanes[own].tolist()):
+            points, axes = special.points[k].tolist(), special.axes[k].tolist()
+            self.text[row] = json.dumps({"points": points, "axes": axes})
+
+
+def geometry_of_text(text: str) -> LaneGeometry:
+    """Read a geometry, in one lane, from the column ``geometry``."""
+    data = json.loads(text)
+    return LaneGeometry(np.array(data["points"])[None], np.array(data["axes"])[None])

@@ -1,0 +1,182 @@
+"""Rejections: special geometries that are degenerate, or that one loop alone explains."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.discovery.polish import far_conditions
+from balance.discovery.quantities import measure_quantities, quantities_of, site_geometry
+from balance.discovery.structure import LaneGeometry, TopologyArrays
+from balance.discovery.topologies import Topology
+from balance.discovery.walk import LaneConditions
+
+__all__ = ["OUTCOMES", "judge_geometries"]
+
+Array = NDArray[np.float64]
+
+# Shortest link, and shortest distance of joints that do not coincide, over the size (the root
+# mean square of the joints' distances from their mean is 1).
+SHORT, COINCIDE = 0.08, 0.02
+# Smallest rate of a joint that is not idle, over the largest.
+IDLE = 1e-7
+# Differences of lengths in a loop that are taken for equal.
+EQUAL = 1e-8
+INDEPENDENT = 1e-8
+
+OUTCOMES = (
+    "special", "short link", "joints coincide", "idle joint", "explained by one loop",
+    "not exact", "lost at a node", "not arrived",
+)  # fmt: skip
+"""What becomes of a walk."""
+
+
+def judge_geometries(
+    topology: Topology, structure: TopologyArrays, geometry: LaneGeometry
+) -> list[str]:
+    """Judge special geometries: ``"special"`` or why they are rejected.
+
+    Args:
+        topology: the graph.
+        structure: its arrays.
+        geometry: polished ends of walks.
+
+    Returns:
+        One of `OUTCOMES` for each.
+    """
+    found = far_conditions(structure, geometry)
+    quantities = quantities_of(topology)
+    values = measure_quantities(quantities, site_geometry(structure, geometry))
+    lengths = [k for k, entry in enumerate(quantities) if entry.kind in ("length", "arc")]
+    out = []
+    for lane in range(len(values)):
+        if lengths and _shortest(topology, values[lane, lengths]) < SHORT:
+            out.append("short link")
+        elif _coincide(topology, structure, geometry, found, lane):
+            out.append("joints coincide")
+        elif _idle(found, lane):
+            out.append("idle joint")
+        elif explained_by_loops(topology, structure, geometry, found, lane):
+            out.append("explained by one loop")
+        else:
+            out.append("special")
+    return out
+
+
+def _shortest(topology: Topology, lengths: Array) -> float:
+    """Return the shortest length; an arc counts from either end of its axis."""
+    if topology.space == "sphere":
+        lengths = np.minimum(lengths, np.pi - lengths)
+    return float(lengths.min())
+
+
+def _positions(
+    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, lane: int
+) -> Array:
+    """Compute the joint points, or axes on a sphere, at all poses (poses, sites, 3)."""
+    first = [structure.origin.tolist().index(k) for k in range(structure.origin.max() + 1)]
+    H = found.poses.H[lane][:, structure.parent[first]]
+    k = 2 if structure.planar else 3
+    out = np.zeros((*H.shape[:2], 3))
+    if structure.spherical:
+        return np.asarray((H[..., :3, :3] @ geometry.axes[lane, first, :, None])[..., 0])
+    points = geometry.points[lane, first, :k, None]
+    out[..., :k] = (H[..., :k, :k] @ points)[..., 0] + H[..., :k, k]
+    return out
+
+
+def _coincide(
+    topology: Topology,
+    structure: TopologyArrays,
+    geometry: LaneGeometry,
+    found: LaneConditions,
+    lane: int,
+) -> bool:
+    """Whether two joints stay at one place in all poses: the linkage is folded."""
+    if topology.space == "space":
+        return False
+    x = _positions(structure, geometry, found, lane)
+    turning = [k for k, (kind, _, _) in enumerate(topology.edges) if kind == "R"]
+    for a, b in combinations(turning, 2):
+        apart = np.sqrt(np.sum((x[:, a] - x[:, b]) ** 2, axis=-1))
+        if topology.space == "sphere":
+            apart = np.minimum(apart, np.sqrt(np.sum((x[:, a] + x[:, b]) ** 2, axis=-1)))
+        if apart.max() < COINCIDE:
+            return True
+    return False
+
+
+def _idle(found: LaneConditions, lane: int) -> bool:
+    """Whether a joint does not move in any pose."""
+    rates = np.abs(found.poses.C[lane]).max(axis=(0, 2))
+    return bool(rates.min() <= IDLE * rates.max())
+
+
+def special_loop(lengths: Array) -> bool:
+    """Whether a four-bar is a kite, parallelogram or antiparallelogram.
+
+    Args:
+        lengths: of its four links, in order.
+    """
+    a, b, c, d = lengths
+    same = EQUAL * float(np.max(lengths))
+    pairs = ((a - c, b - d), (a - b, c - d), (a - d, b - c))
+    return any(max(abs(x), abs(y)) <= same for x, y in pairs)
+
+
+def explained_by_loops(
+    topology: Topology,
+    structure: TopologyArrays,
+    geometry: LaneGeometry,
+    found: LaneConditions,
+    lane: int,
+) -> bool:
+    """Whether transfers at joints, and single loops, explain the whole design space.
+
+    The masses in question must be on the links of one loop of four links that would be special
+    by itself.
+
+    Args:
+        topology: the graph.
+        structure: its arrays.
+        geometry: the linkages.
+        found: their conditions.
+        lane: which of them.
+    """
+    if topology.space != "plane" or len(structure.ends) < 2:
+        return False
+    points = site_geometry(structure, geometry).points[lane]
+    rank = int(np.sum(found.values[lane] > 1e-12 * found.values[lane, 0]))
+    N = found.Vt[lane, rank:].T
+    spaces = [_serial(topology, points)]
+    for links, joints in topology.four_link_loops():
+        corners = points[list(joints)]
+        lengths = np.sqrt(np.sum((corners - np.roll(corners, 1, axis=0)) ** 2, axis=1))
+        if all(topology.edges[j][0] == "R" for j in joints) and special_loop(lengths):
+            outside = [link - 1 for link in range(1, topology.links) if link not in links]
+            rows = N.reshape(-1, 4, N.shape[1])[outside].reshape(-1, N.shape[1])
+            spaces.append(N @ _null(rows))
+    values = np.linalg.svd(np.concatenate(spaces, axis=1), compute_uv=False)
+    return int(np.sum(values > INDEPENDENT * values[0])) >= N.shape[1]
+
+
+def _serial(topology: Topology, points: Array) -> Array:
+    """Compute unit columns of the transfers of point masses at revolute joints."""
+    columns = []
+    for (_, a, b), (x, y, _) in zip(topology.edges, points, strict=True):
+        mass = np.array([1.0, x, y, x * x + y * y])
+        z = np.zeros((topology.links, 4))
+        z[b], z[a] = mass, -mass
+        column = z[1:].ravel()
+        columns.append(column / np.sqrt(column @ column))
+    return np.stack(columns, axis=1)
+
+
+def _null(rows: Array) -> Array:
+    """Compute an orthonormal basis of the null space."""
+    if not rows.size:
+        return np.eye(rows.shape[1])
+    _, values, Vt = np.linalg.svd(rows)
+    return np.asarray(Vt[int(np.sum(values > INDEPENDENT)) :].T)

@@ -1,0 +1,291 @@
+"""The last steps to a special geometry, and the decision that it is one.
+
+Far from the reference pose, where a meeting of motions (a node) near it no longer counts, all
+masses y of the larger design space are carried along: with ``r = M y`` and J as in
+`balance.discovery.walk`, stacked for all y, ``δ = -J⁺ r``. The rank of J is the codimension of
+the family: the number of equations that the geometry fulfils.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.discovery.lane_motion import momentum_rates
+from balance.discovery.structure import LaneGeometry, TopologyArrays
+from balance.discovery.walk import (
+    ARRIVED,
+    LaneConditions,
+    conditions_at,
+    put_conditions,
+    take_conditions,
+    walk_to_special,
+)
+
+__all__ = ["Ends", "decide_special", "far_conditions", "geometry_at", "polish", "walk_again"]
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+# Way of the fastest joint, and poses on each curve.
+FAR, FAR_POSES, FAR_POSES_OF_MANY = 1.2, 14, 5
+# Way of the fastest joint in the second walk.
+AGAIN = 1.0
+# How often the way is halved if it crosses a meeting of motions.
+HALVINGS = 3
+STEPS = 10
+# Singular values up to this part of the largest are taken for the drop, at first.
+DROP = 1e-5
+# Singular values of an exact drop over the largest, and those above the gap.
+EXACT, KEPT = 1e-14, 1e-7
+# Singular values of J that count, relative to the largest.
+CHANGES = 1e-7
+# Those that count for the codimension, and those that clearly do not.
+COUNTED, NOT_COUNTED = 1e-6, 1e-10
+STILL = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Decisions on the ends of walks.
+
+    Attributes:
+        geometry: the polished geometries.
+        nullity: dimension of the design space (lanes,); -1 where nothing is decided.
+        codimension: number of equations on the geometry (lanes,).
+        dropped: largest singular value of the drop, over the largest (lanes,).
+        gap: smallest singular value that is kept, over the largest (lanes,).
+        clear: whether no singular value is near the limit, so that the nullity is beyond
+            doubt (lanes,).
+        special: whether the drop is exact, clear, and the same from another pose (lanes,).
+    """
+
+    geometry: LaneGeometry
+    nullity: IntArray
+    codimension: IntArray
+    dropped: Array
+    gap: Array
+    clear: Flags
+    special: Flags
+
+
+def geometry_at(
+    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, pose: IntArray
+) -> LaneGeometry:
+    """Take another pose as the reference pose.
+
+    Args:
+        structure: the topology.
+        geometry: the linkages.
+        found: conditions, whose poses are used.
+        pose: number of the pose of each lane.
+    """
+    lanes = np.arange(len(pose))
+    H = found.poses.H[lanes, pose][:, structure.parent]
+    k = 2 if structure.planar else 3
+    points, axes = geometry.points.copy(), geometry.axes.copy()
+    points[..., :k] = (H[..., :k, :k] @ points[..., :k, None])[..., 0] + H[..., :k, k]
+    turned = (H[..., :k, :k] @ axes[..., :k, None])[..., 0]
+    free = structure.free_axes
+    axes[..., :k] = np.where(free[:, None], axes[..., :k], turned)
+    return structure.normalise(LaneGeometry(points, axes))
+
+
+def _far_poses(structure: TopologyArrays) -> int:
+    """Return the number of poses on each far curve."""
+    return FAR_POSES if structure.width == 1 else FAR_POSES_OF_MANY
+
+
+def walk_again(
+    structure: TopologyArrays, geometry: LaneGeometry, generic: int
+) -> tuple[LaneGeometry, IntArray]:
+    """Walk on from a pose away from the first one; the lanes that arrive there too.
+
+    The walk may have come near a meeting of motions at its own pose only.
+
+    Args:
+        structure: the topology.
+        geometry: ends of walks that have arrived.
+        generic: nullity of most geometries.
+
+    Returns:
+        The geometries, and the numbers of their lanes.
+    """
+    lanes = np.arange(len(geometry.points))
+    if not lanes.size:
+        return geometry, lanes
+    found = far_conditions(structure, geometry)
+    curves = found.poses.q.shape[1] // _far_poses(structure)
+    pose = np.full(len(geometry.points), curves * (_far_poses(structure) // 2))
+    moved = geometry_at(structure, geometry, found, pose).take(found.usable)
+    if not found.usable.any():
+        return moved, lanes[:0]
+    again = walk_to_special(structure, moved, generic, reach=AGAIN)
+    arrived = again.ratio <= ARRIVED
+    return again.geometry.take(arrived), lanes[found.usable][arrived]
+
+
+def far_conditions(
+    structure: TopologyArrays, geometry: LaneGeometry, *, clearly: bool = False
+) -> LaneConditions:
+    """Compute the conditions far around the reference pose, but short of meetings of motions.
+
+    Args:
+        structure: the topology.
+        geometry: the linkages.
+        clearly: whether to halve the way, too, while a singular value is between those of a
+            drop and the others: polished geometries are then decided, and the others not.
+    """
+    count = _far_poses(structure)
+    found = conditions_at(structure, geometry, FAR, count)
+    for half in range(1, HALVINGS + 1):
+        grey = (found.values > EXACT * found.values[:, :1]) & (
+            found.values < KEPT * found.values[:, :1]
+        )
+        lost = np.flatnonzero(
+            found.poses.crossed | ~found.usable | (clearly & grey.any(axis=1))
+        )
+        if not lost.size:
+            break
+        nearer = conditions_at(structure, geometry.take(lost), FAR / 2**half, count)
+        put_conditions(found, lost, nearer)
+    return found
+
+
+def count_dropped(values: Array, limit: float) -> IntArray:
+    """Count the singular values (lanes, p) up to ``limit`` times the largest.
+
+    Args:
+        values: singular values, the largest first.
+        limit: relative limit.
+    """
+    return np.asarray(np.sum(values <= limit * values[:, :1], axis=1))
+
+
+def _stacked(
+    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, nullity: int
+) -> tuple[Array, Array]:
+    """Compute J and r, stacked for all masses of the design space."""
+    kept = structure.unknowns - nullity
+    z = found.Vt[:, kept:]
+    D = momentum_rates(structure, geometry, found.poses, z)
+    U = found.U[:, None, :, :kept]
+    J = D - U @ (np.swapaxes(U, -1, -2) @ D)
+    r = found.values[:, kept:, None] * np.swapaxes(found.U[:, :, kept:], 1, 2)
+    return J.reshape(len(J), -1, J.shape[-1]), r.reshape(len(r), -1)
+
+
+def _pseudo_step(J: Array, r: Array) -> Array:
+    """Compute ``-J⁺ r`` by the eigenvectors of ``Jᵀ J``."""
+    transposed = np.swapaxes(J, 1, 2)
+    values, Q = np.linalg.eigh(transposed @ J)
+    counts = values > CHANGES**2 * np.maximum(values[:, -1:], 1e-300)
+    inverse = np.where(counts, 1.0 / np.where(counts, values, 1.0), 0.0)
+    right = np.swapaxes(Q, 1, 2) @ (transposed @ r[..., None])
+    return -(Q @ (inverse[..., None] * right))[..., 0]
+
+
+def _codimension(J: Array) -> tuple[IntArray, Flags]:
+    """Count the independent equations on the geometry, and whether the count is clear.
+
+    Near a special geometry that touches another set, J has small singular values between
+    those that count and those of round-off.
+    """
+    R = np.linalg.qr(J, mode="r")
+    values = np.linalg.svd(R, compute_uv=False)
+    relative = values / np.maximum(values[:, :1], 1e-300)
+    counts = relative > COUNTED
+    return counts.sum(axis=1), ~np.any((relative > NOT_COUNTED) & ~counts, axis=1)
+
+
+def polish(structure: TopologyArrays, geometry: LaneGeometry, generic: int) -> Ends:
+    """Polish the ends of walks, and decide whether they are special.
+
+    Args:
+        structure: the topology.
+        geometry: ends of walks that have arrived.
+        generic: nullity of most geometries.
+    """
+    geometry = LaneGeometry(*(array.copy() for array in geometry))
+    found = far_conditions(structure, geometry)
+    nullity = np.where(found.usable, count_dropped(found.values, DROP), -1)
+    nullity = np.where(found.usable, np.maximum(nullity, generic + 1), -1)
+    for number in np.unique(nullity[nullity > generic]).tolist():
+        own = np.flatnonzero(nullity == number)
+        ends = _gauss_newton(structure, geometry.take(own), number)
+        geometry.put(own, ends)
+    return decide_special(structure, geometry, generic)
+
+
+def _gauss_newton(
+    structure: TopologyArrays, geometry: LaneGeometry, nullity: int
+) -> LaneGeometry:
+    """Step until the geometries no longer change; all have one nullity."""
+    geometry = LaneGeometry(*(array.copy() for array in geometry))
+    alive = np.arange(len(geometry.points))
+    for _ in range(STEPS):
+        if not alive.size:
+            break
+        here = geometry.take(alive)
+        found = far_conditions(structure, here)
+        alive, here = alive[found.usable], here.take(found.usable)
+        found = take_conditions(found, found.usable)
+        step = _pseudo_step(*_stacked(structure, here, found, nullity))
+        largest = np.abs(step).max(axis=1)
+        geometry.put(
+            alive,
+            structure.change(
+                here, step * np.minimum(1.0, 0.3 / np.maximum(largest, 1e-300))[:, None]
+            ),
+        )
+        alive = alive[largest > STILL]
+    return geometry
+
+
+def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: int) -> Ends:
+    """Decide nullity and codimension of geometries, here and from another pose.
+
+    Args:
+        structure: the topology.
+        geometry: the linkages.
+        generic: nullity of most geometries.
+    """
+    found = far_conditions(structure, geometry, clearly=True)
+    nullity = np.where(found.usable, count_dropped(found.values, EXACT), -1)
+    dropped, gap = _around(found.values, nullity)
+    clear = found.usable & (gap >= KEPT)
+    special = clear & (nullity > generic)
+    special &= _agrees(structure, geometry, found, nullity)
+    codimension = np.full(len(nullity), -1)
+    for number in np.unique(nullity[special]).tolist():
+        own = np.flatnonzero(special & (nullity == number))
+        J, _ = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
+        codimension[own], special[own] = _codimension(J)
+    return Ends(geometry, nullity, codimension, dropped, gap, clear, special)
+
+
+def _agrees(
+    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, nullity: IntArray
+) -> Flags:
+    """Decide whether the nullity is the same from a pose on one of the first two curves."""
+    agrees = np.zeros(len(nullity), bool)
+    curves = found.poses.q.shape[1] // _far_poses(structure)
+    for curve in range(2):
+        pose = curves * (_far_poses(structure) // 4) + curve
+        moved = geometry_at(structure, geometry, found, np.full(len(nullity), pose))
+        other = far_conditions(structure, moved, clearly=True)
+        agrees |= other.usable & (count_dropped(other.values, EXACT) == nullity)
+    return agrees
+
+
+def _around(values: Array, nullity: IntArray) -> tuple[Array, Array]:
+    """Read the singular values next to the gap, over the largest (lanes,)."""
+    lanes, p = values.shape
+    relative = values / np.maximum(values[:, :1], 1e-300)
+    first = np.clip(p - nullity, 0, p - 1)
+    above = np.clip(first - 1, 0, p - 1)
+    rows = np.arange(lanes)
+    return relative[rows, first], relative[rows, above]

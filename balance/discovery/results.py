@@ -1,0 +1,119 @@
+"""What a search has found: families, random members that confirm them, and who can be built."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from balance.designs.feasibility import feasible
+from balance.discovery.confirm import FamilyConfirmation, confirm
+from balance.discovery.families import Family, group_members
+from balance.discovery.job import DiscoveryJob, geometry_of_text
+from balance.discovery.to_linkage import to_linkage
+from balance.result_files.results_file import ResultsFile
+from balance.spaces.compute_space import design_space
+from kinematics.errors import LinkageError, UsageError
+
+__all__ = ["Found", "FoundFamily", "examine", "found_in"]
+
+# Random members of a family that confirm its relations, and those that are tried for masses.
+MEMBERS, TRIED = 100, 20
+
+
+class Found(NamedTuple):
+    """What the walks of a file have found so far.
+
+    Attributes:
+        job: the search.
+        outcomes: number of walks by what became of them.
+        families: the families, that of the most members first.
+    """
+
+    job: DiscoveryJob
+    outcomes: dict[str, int]
+    families: tuple[Family, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class FoundFamily:
+    """A family with what its random members show.
+
+    Attributes:
+        family: the family.
+        confirmation: random members, and how many have the nullity.
+        serial: dimension of the serial part in the members that were tried.
+        verdicts: number of members tried for masses, by verdict.
+        buildable: number of the first random member that can be built; -1 if none was found.
+    """
+
+    family: Family
+    confirmation: FamilyConfirmation
+    serial: int
+    verdicts: dict[str, int]
+    buildable: int
+
+
+def found_in(file: ResultsFile) -> Found:
+    """Group what the walks of a file have found.
+
+    Args:
+        file: a file of results.
+
+    Raises:
+        UsageError: the file is not that of a search.
+    """
+    if file.about["kind"] != DiscoveryJob.kind:
+        raise UsageError(f"{file.path}: a file of '{file.about['kind']}', not of a search")
+    job = DiscoveryJob.from_description(file.about["description"])
+    table = file.read()
+    special = np.flatnonzero(table["outcome"] == "special").tolist()
+    found = (
+        (
+            int(table["row"][k]), geometry_of_text(table["geometry"][k]),
+            int(table["nullity"][k]), int(table["codimension"][k]),
+        )
+        for k in special
+    )  # fmt: skip
+    families = group_members(job.topology, job.structure, job.generic, found)
+    return Found(job, dict(Counter(table["outcome"].tolist()).most_common()), families)
+
+
+def examine(
+    job: DiscoveryJob,
+    family: Family,
+    *,
+    members: int = MEMBERS,
+    tried: int = TRIED,
+    progress: Callable[[int, int], None] | None = None,
+) -> FoundFamily:
+    """Draw random members of a family, decide them, and look for masses for some of them.
+
+    Args:
+        job: the search.
+        family: one of its families.
+        members: number of random members to decide.
+        tried: number of them to look for masses for.
+        progress: called with the number of members tried, and of all to try.
+    """
+    confirmation = confirm(job.structure, family, members)
+    verdicts: Counter[str] = Counter()
+    serial, buildable = -1, -1
+    count = min(tried, confirmation.members)
+    for number in range(count):
+        try:
+            linkage = to_linkage(job.topology, job.structure, confirmation.geometry, number)
+            space = design_space(linkage)
+            verdict = str(feasible(space).verdict)
+            serial = max(serial, space.serial_nullity)
+        except LinkageError:
+            verdict = "refused"
+        verdicts[verdict] += 1
+        if verdict == "feasible" and buildable < 0:
+            buildable = number
+        if progress is not None:
+            progress(number + 1, count)
+    return FoundFamily(family, confirmation, serial, dict(verdicts), buildable)

@@ -1,0 +1,37 @@
+"""Random starts: joints anywhere, so that every start is assembled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.discovery.structure import LaneGeometry, TopologyArrays
+
+__all__ = ["random_starts"]
+
+Array = NDArray[np.float64]
+
+
+def random_starts(structure: TopologyArrays, seed: int, numbers: range) -> LaneGeometry:
+    """Draw starts: normally distributed points, and directions that are equally likely.
+
+    Args:
+        structure: the topology.
+        seed: seed of all starts.
+        numbers: numbers of the starts; a start depends on its number alone.
+    """
+    drawn = [_draw(structure, np.random.default_rng([seed, number])) for number in numbers]
+    points, axes = (np.stack(arrays) for arrays in zip(*drawn, strict=True))
+    return structure.normalise(LaneGeometry(points, axes))
+
+
+def _draw(structure: TopologyArrays, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Draw points and axes (joints, 3) of one start."""
+    n = len(structure.parent)
+    points = rng.standard_normal((structure.origin.max() + 1, 3))[structure.origin]
+    axes = rng.standard_normal((n, 3))
+    if structure.planar:
+        points[:, 2] = axes[:, 2] = 0.0
+        axes = np.where(structure.sliding[:, None], axes, np.eye(3)[2])
+    axes[structure.free_axes] = np.tile(np.eye(3), (int(structure.free_axes.sum()) // 3, 1))
+    return points, axes

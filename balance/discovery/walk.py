@@ -1,0 +1,221 @@
+"""The walk to geometries of lower rank, for many starts at once.
+
+With M the momentum rows at poses around the reference pose and s, u, v the smallest singular
+value that a generic geometry keeps and its vectors, ``s u = M v`` is to vanish. For fixed
+masses v it changes by ``D = ∂(M v)/∂g``; the masses may change too, which takes the part of D
+in the span of the other left singular vectors away (variable projection, G. H. Golub and
+V. Pereyra, 1973):
+
+    J = (1 - U' U'ᵀ) D,     (Jᵀ J + λ) δ = -Jᵀ s u       (Levenberg-Marquardt)
+
+A step is kept if ``s / s_max`` falls. Directions that only move, turn or scale the linkage,
+or change its pose, do not change s; λ keeps them small.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.discovery.lane_motion import (
+    Poses,
+    follow_curves,
+    lane_momentum_rows,
+    momentum_rates,
+)
+from balance.discovery.structure import LaneGeometry, TopologyArrays
+
+__all__ = [
+    "ARRIVED", "LaneConditions", "Walks", "conditions_at", "generic_nullity", "put_conditions",
+    "take_conditions", "walk_to_special",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Way of the fastest joint and number of poses on each curve.
+REACH, POSES = 0.6, 9
+# Curves of a linkage with several inputs have fewer poses.
+POSES_OF_MANY = 3
+STEPS, LARGEST_STEP = 80, 0.25
+# A walk has arrived if the smallest singular value falls below this part of the largest.
+ARRIVED = 1e-9
+# Opening of a loop up to which a lane has kept its way.
+CLOSED = 1e-9
+# A walk is given up if its singular value has not fallen by this factor in so many steps.
+SLOW, PATIENCE = 0.7, 15
+
+
+@dataclass(frozen=True, eq=False)
+class LaneConditions:
+    """Momentum rows and their singular value decomposition, lane by lane.
+
+    Attributes:
+        poses: the poses.
+        U, values, Vt: decomposition of the rows (lanes, rows, p), (lanes, p), (lanes, p, p).
+        usable: whether loops stayed closed (lanes,).
+    """
+
+    poses: Poses
+    U: Array
+    values: Array
+    Vt: Array
+    usable: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Walks:
+    """Ends of walks.
+
+    Attributes:
+        geometry: where they ended.
+        ratio: smallest kept singular value over the largest (lanes,).
+        steps: number of steps tried (lanes,).
+    """
+
+    geometry: LaneGeometry
+    ratio: Array
+    steps: IntArray
+
+
+def conditions_at(
+    structure: TopologyArrays, geometry: LaneGeometry, reach: float = REACH, poses: int = 0
+) -> LaneConditions:
+    """Compute the conditions of geometries at poses around the reference pose.
+
+    Args:
+        structure: the topology.
+        geometry: the linkages.
+        reach: way of the fastest joint, radians.
+        poses: number on each curve; by default as the walk has.
+    """
+    count = poses or (POSES if structure.width == 1 else POSES_OF_MANY)
+    found = follow_curves(structure, geometry, reach, count)
+    usable = found.gaps <= CLOSED
+    M = lane_momentum_rows(structure, found)
+    M[~usable] = 0.0
+    U, values, Vt = np.linalg.svd(M, full_matrices=False)
+    return LaneConditions(found, U, values, Vt, usable)
+
+
+def generic_nullity(structure: TopologyArrays, geometry: LaneGeometry) -> int:
+    """Compute the dimension of the design space that most geometries have.
+
+    Args:
+        structure: the topology.
+        geometry: a few random linkages.
+    """
+    found = conditions_at(structure, geometry)
+    values = found.values[found.usable]
+    counts = np.sum(values < 1e-10 * values[:, :1], axis=1)
+    return int(np.median(counts))
+
+
+def _step_terms(
+    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, kept: int
+) -> tuple[Array, Array]:
+    """Compute ``Jᵀ J`` and ``Jᵀ s u`` of the singular value with index ``kept``."""
+    D = momentum_rates(structure, geometry, found.poses, found.Vt[:, kept : kept + 1])[:, 0]
+    others = found.U[:, :, :kept]
+    J = D - others @ (np.swapaxes(others, 1, 2) @ D)
+    transposed = np.swapaxes(J, 1, 2)
+    right = transposed @ (found.values[:, kept, None] * found.U[:, :, kept])[..., None]
+    return transposed @ J, right[..., 0]
+
+
+def _limit(steps: Array) -> Array:
+    """Shorten steps so that no component exceeds the largest step."""
+    largest = np.max(np.abs(steps), axis=1, keepdims=True)
+    return np.asarray(steps * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300)))
+
+
+def walk_to_special(
+    structure: TopologyArrays,
+    start: LaneGeometry,
+    nullity: int,
+    *,
+    reach: float = REACH,
+) -> Walks:
+    """Walk from each start to a geometry of larger nullity, as far as that goes.
+
+    Args:
+        structure: the topology.
+        start: the starts.
+        nullity: that of most geometries.
+        reach: way of the fastest joint at the poses, radians.
+
+    Returns:
+        The ends; a walk has arrived if its ratio is at most `ARRIVED`.
+    """
+    kept = structure.unknowns - nullity - 1
+    geometry = LaneGeometry(*(array.copy() for array in structure.normalise(start)))
+    lanes = len(geometry.points)
+    damping, ratio = np.full(lanes, 1e-2), np.full(lanes, np.inf)
+    best, since, steps = np.full(lanes, np.inf), np.zeros(lanes, int), np.zeros(lanes, int)
+    found = conditions_at(structure, geometry, reach)
+    alive = np.flatnonzero(found.usable)
+    ratio[alive] = _ratio(found, kept)[alive]
+    found = take_conditions(found, alive)
+    terms = _step_terms(structure, geometry.take(alive), found, kept)
+    for _ in range(STEPS):
+        A, b = terms
+        scale = np.einsum("lcc->l", A) / A.shape[1]
+        eye = np.eye(A.shape[1]) * (damping[alive] * scale + 1e-300)[:, None, None]
+        step = _limit(-np.linalg.solve(A + eye, b[..., None])[..., 0])
+        tried = structure.change(geometry.take(alive), step)
+        new = conditions_at(structure, tried, reach)
+        fell = new.usable & (_ratio(new, kept) < ratio[alive])
+        steps[alive] += 1
+        less, more = np.maximum(damping[alive] / 5.0, 1e-12), 4.0 * damping[alive]
+        damping[alive] = np.where(fell, less, more)
+        moved = alive[fell]
+        geometry.put(moved, tried.take(fell))
+        ratio[moved] = _ratio(new, kept)[fell]
+        if fell.any():
+            fresh = _step_terms(structure, tried.take(fell), take_conditions(new, fell), kept)
+            terms[0][fell], terms[1][fell] = fresh
+        better = ratio < SLOW * best
+        best, since = np.where(better, ratio, best), np.where(better, 0, since + 1)
+        on = (ratio[alive] > ARRIVED) & (since[alive] < PATIENCE) & (damping[alive] < 1e6)
+        alive, terms = alive[on], (terms[0][on], terms[1][on])
+        if not alive.size:
+            break
+    return Walks(geometry, ratio, steps)
+
+
+def _ratio(found: LaneConditions, kept: int) -> Array:
+    """Compute the smallest kept singular value over the largest (lanes,)."""
+    with np.errstate(all="ignore"):
+        return np.asarray(found.values[:, kept] / found.values[:, 0])
+
+
+def take_conditions(
+    found: LaneConditions, lanes: IntArray | NDArray[np.bool_]
+) -> LaneConditions:
+    """Select lanes.
+
+    Args:
+        found: the conditions of all lanes.
+        lanes: indices or flags.
+    """
+    own = {field.name: getattr(found.poses, field.name)[lanes] for field in fields(Poses)}
+    return LaneConditions(
+        Poses(**own), found.U[lanes], found.values[lanes], found.Vt[lanes], found.usable[lanes]
+    )
+
+
+def put_conditions(found: LaneConditions, lanes: IntArray, other: LaneConditions) -> None:
+    """Replace the conditions of some lanes, in place.
+
+    Args:
+        found: the conditions of all lanes.
+        lanes: indices.
+        other: the new conditions of these lanes.
+    """
+    for mine, new in ((found, other), (found.poses, other.poses)):
+        for field in fields(mine):
+            array = getattr(mine, field.name)
+            if isinstance(array, np.ndarray):
+                array[lanes] = getattr(new, field.name)

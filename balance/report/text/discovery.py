@@ -1,0 +1,158 @@
+"""Data and text of ``balance discover``: what a search did and found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from balance.discovery.export import ExportedMember
+from balance.discovery.families import Family
+from balance.discovery.results import Found, FoundFamily
+from balance.discovery.topologies import Topology
+from balance.result_files.results_file import ResultsFile
+from kinematics.wording import count_noun
+
+__all__ = ["families_data", "member_data", "member_text", "search_data", "search_text"]
+
+SCHEMA = "balance.discover/1"
+Data = dict[str, Any]
+
+
+def search_data(
+    file: ResultsFile, found: Found, seconds: float | None, what: str = "run"
+) -> Data:
+    """Collect the facts on a search.
+
+    Args:
+        file: its file.
+        found: what it has found so far.
+        seconds: duration of this run; None if nothing was run.
+        what: the command.
+    """
+    data = {
+        "schema": SCHEMA, "what": what, "file": file.path, "topology": found.job.name,
+        "starts": file.rows, "walked": file.computed()[0], "seed": found.job.seed,
+        "nullity": found.job.generic, "outcomes": found.outcomes,
+        "families": [_family_data(k, f) for k, f in enumerate(found.families, 1)],
+    }  # fmt: skip
+    if seconds is not None:
+        data["seconds"] = seconds
+    return data
+
+
+def _family_data(number: int, family: Family) -> Data:
+    """Collect the facts on a family."""
+    return {
+        "family": number, "nullity": family.nullity, "parallel": family.parallel,
+        "codimension": family.codimension, "relations": list(family.relations),
+        "implied": list(family.implied),
+        "complete": family.complete, "members": len(family.members),
+        "starts": [member.start for member in family.members[:10]],
+    }  # fmt: skip
+
+
+def families_data(data: Data, examined: list[FoundFamily]) -> Data:
+    """Add what random members show to the facts on a search.
+
+    Args:
+        data: from `search_data`.
+        examined: the families, in the same order.
+    """
+    for entry, more in zip(data["families"], examined, strict=True):
+        entry["confirmed"] = more.confirmation.agreed
+        entry["tried"] = more.confirmation.members
+        entry["serial"] = more.serial
+        entry["verdicts"] = more.verdicts
+    return data
+
+
+def search_text(data: Data, topology: Topology) -> str:
+    """Write what a search has found as plain text.
+
+    Args:
+        data: from `search_data`.
+        topology: its graph.
+    """
+    return "\n".join([*_head(data, topology), *_table(data)]) + "\n"
+
+
+def _head(data: Data, topology: Topology) -> list[str]:
+    """Write the facts on the search, label by label."""
+    joints = ", ".join(
+        f"{chr(65 + k)} {kind} {a}-{b}" for k, (kind, a, b) in enumerate(topology.edges)
+    )
+    outcomes = ", ".join(f"{count} {name}" for name, count in data["outcomes"].items())
+    walked = f"{data['walked']} of {data['starts']}, seed {data['seed']}"
+    pairs = [
+        ("topology", data["topology"]), ("joints", f"{joints} (link 0 is the ground)"),
+        ("walks", walked), ("ends", outcomes or "none yet"),
+        ("elsewhere", f"most geometries have nullity {data['nullity']}"),
+    ]  # fmt: skip
+    if "seconds" in data:
+        pairs.append(("time", f"{data['seconds']:.1f} s"))
+    return [f"{label:<14}{value}" for label, value in pairs]
+
+
+def _table(data: Data) -> list[str]:
+    """Write a paragraph for each family."""
+    lines = [f"{'families':<14}{len(data['families']) or 'none'}"]
+    for entry in data["families"]:
+        lines += ["", *_family_lines(entry)]
+    return lines
+
+
+def _family_lines(entry: Data) -> list[str]:
+    """Write one family."""
+    head = (
+        f"family {entry['family']}: nullity {entry['nullity']}, {entry['parallel']} more than "
+        f"elsewhere; codimension {entry['codimension']}; "
+        f"{count_noun(entry['members'], 'walk')}"
+    )
+    lines = [head, *(f"  {relation}" for relation in entry["relations"])]
+    lines += [f"  and so {relation}" for relation in entry["implied"]]
+    if not entry["complete"]:
+        missing = entry["codimension"] - len(entry["relations"])
+        lines.append(f"  and {missing} that no simple relation explains")
+    if "confirmed" in entry:
+        lines.append(f"  confirmed by {entry['confirmed']} of {entry['tried']} random members")
+        verdicts = ", ".join(f"{n} {name}" for name, n in entry["verdicts"].items())
+        lines.append(f"  masses: {verdicts or 'not tried'}")
+    return lines
+
+
+def member_data(number: int, path: str, member: ExportedMember) -> Data:
+    """Collect the facts on an exported member.
+
+    Args:
+        number: of its family.
+        path: of its file.
+        member: the member.
+    """
+    checked, certainty = member.verification, getattr(member.space, "certainty", None)
+    return {
+        "schema": SCHEMA, "what": "export", "family": number, "out": path,
+        "rational": member.rational, "nullity": member.space.nullity,
+        "serial": member.space.serial_nullity,
+        "certainty": "estimated" if certainty is None else str(certainty.level),
+        "reason": "by floating point alone" if certainty is None else certainty.reason,
+        "verdict": member.design.verdict,
+        "words": member.design.words,
+        "balanced": None if checked is None else bool(checked.balanced),
+    }  # fmt: skip
+
+
+def member_text(data: Data) -> str:
+    """Write the facts on an exported member as plain text.
+
+    Args:
+        data: from `member_data`.
+    """
+    verified = {None: "no masses to verify", True: "balanced", False: "not balanced"}
+    kind = "rational coordinates" if data["rational"] else "coordinates that are not rational"
+    serial = f"{data['serial']} serial + {data['nullity'] - data['serial']} parallel"
+    pairs = [
+        ("family", str(data["family"])), ("file", f"{data['out']}, {kind}"),
+        ("design space", f"{data['nullity']}: {serial}"),
+        ("certainty", f"{data['certainty']}: {data['reason']}"), ("masses", data["words"]),
+        ("verified", verified[data["balanced"]]),
+    ]  # fmt: skip
+    return "\n".join(f"{label:<14}{value}" for label, value in pairs) + "\n"

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
 
 from balance.cli.arguments import Parser, Verbs, page_path, picture_path
 from balance.cli.exit_codes import DONE
-from balance.cli.flex_arguments import (
-    arm_of,
-    beam_of,
-    drive_of,
-    drive_profile,
-    spin_numbers,
-    support_position,
-)
+from balance.cli.flex_arguments import beam_of, drive_of, support_position
+from balance.cli.flex_output import add_output, kind_of, write_file
+from balance.cli.flex_similar import add_similar
 from balance.cli.model_options import add_model_options, load_model
 from balance.cli.number_arguments import finite_number, positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
-
-if TYPE_CHECKING:
-    from balance.flexible.flex_links import FlexLink
-    from balance.flexible.similarity import Arm
 
 __all__ = ["add_flex"]
 
@@ -38,7 +28,7 @@ def add_flex(verbs: Verbs) -> None:
     kinds = parser.add_subparsers(metavar="what", required=True, parser_class=Parser)
     _add_modes(kinds)
     _add_supports(kinds)
-    _add_similar(kinds)
+    add_similar(kinds)
     _add_simulate(kinds)
 
 
@@ -46,13 +36,6 @@ def _run(arguments: argparse.Namespace) -> Outcome:
     """Run one of the commands below ``flex``."""
     outcome: Outcome = arguments.compute(arguments)
     return outcome
-
-
-def _add_output(parser: argparse.ArgumentParser) -> None:
-    """Add the options of commands that read no model."""
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--plot", type=picture_path, metavar="FILE", help="write a picture")
-    parser.set_defaults(force=False)
 
 
 def _add_modes(kinds: Verbs) -> None:
@@ -75,7 +58,7 @@ def _add_modes(kinds: Verbs) -> None:
         "--clamp", type=finite_number, action="append", default=[], metavar="S",
         help="a clamp at S metres along the beam; repeatable",
     )  # fmt: skip
-    _add_output(parser)
+    add_output(parser)
     parser.set_defaults(compute=_modes, refuse=parser.error)
 
 
@@ -91,9 +74,9 @@ def _modes(arguments: argparse.Namespace) -> Outcome:
 
         free = free_modes(arguments.count)
         if arguments.plot:
-            from balance.report.html.flexible import free_modes_picture
+            from balance.report.html.flexible_pictures import free_modes_picture
 
-            _write(arguments.plot, free_modes_picture(free, arguments.plot[-3:].lower()))
+            write_file(arguments.plot, free_modes_picture(free, kind_of(arguments.plot)))
         return Outcome(
             DONE, lambda: flex_data.modes_data(free), lambda: text.free_modes_text(free)
         )
@@ -103,9 +86,9 @@ def _modes(arguments: argparse.Namespace) -> Outcome:
     clamps = [Clamp(s) for s in arguments.clamp]
     found = supported_modes(arguments.beam, [*supports, *clamps], arguments.count)
     if arguments.plot:
-        from balance.report.html.flexible import supported_modes_picture
+        from balance.report.html.flexible_pictures import supported_modes_picture
 
-        _write(arguments.plot, supported_modes_picture(found, arguments.plot[-3:].lower()))
+        write_file(arguments.plot, supported_modes_picture(found, kind_of(arguments.plot)))
     return Outcome(
         DONE,
         lambda: flex_data.supported_modes_data(found),
@@ -120,7 +103,7 @@ def _add_supports(kinds: Verbs) -> None:
         help="points and weights on which a free beam shakes its mount in no low mode",
     )
     parser.add_argument("count", type=whole_number(1, 40), help="number of points, 1 to 40")
-    _add_output(parser)
+    add_output(parser)
     parser.set_defaults(compute=_supports, refuse=parser.error)
 
 
@@ -132,80 +115,10 @@ def _supports(arguments: argparse.Namespace) -> Outcome:
 
     found = support_points(arguments.count)
     if arguments.plot:
-        from balance.report.html.flexible import supports_picture
+        from balance.report.html.flexible_pictures import supports_picture
 
-        _write(arguments.plot, supports_picture(found, arguments.plot[-3:].lower()))
+        write_file(arguments.plot, supports_picture(found, kind_of(arguments.plot)))
     return Outcome(DONE, lambda: supports_data(found), lambda: supports_text(found))
-
-
-def _add_similar(kinds: Verbs) -> None:
-    """Add ``flex similar``."""
-    parser = kinds.add_parser("similar", help="the counter-arm that bends like a given arm")
-    items = "length:…,EI:…,rhoA:…,tip:…,radius:…,inertia:…,hub:…,EA:…,GA:…,rhoI:…"
-    parser.add_argument(
-        "--arm", type=arm_of, required=True, metavar="length:…,EI:…",
-        help=f"the arm to balance, in SI units: {items}; tip, radius and inertia are of the "
-        "body at its tip",
-    )  # fmt: skip
-    other = parser.add_mutually_exclusive_group(required=True)
-    other.add_argument(
-        "--scale", type=positive_number, metavar="F", help="length over that of the arm"
-    )
-    other.add_argument(
-        "--against",
-        dest="other_arm",
-        type=arm_of,
-        metavar="length:…,EI:…",
-        help="a counter-arm to compare",
-    )
-    parser.add_argument(
-        "--spin", type=spin_numbers, metavar="SPEED,RISE[,DURATION]",
-        help="simulate both on one hub that reaches SPEED (rad/s) in RISE seconds",
-    )  # fmt: skip
-    _add_output(parser)
-    parser.set_defaults(compute=_similar, refuse=parser.error)
-
-
-def _similar(arguments: argparse.Namespace) -> Outcome:
-    """Compute the counter-arm of the options, and simulate the pair if asked for."""
-    from balance.flexible.flex_data import similarity_data
-    from balance.flexible.similarity import compare_arms, similar_arm
-    from balance.report.text.flexible import similarity_text
-
-    if arguments.plot and arguments.spin is None:
-        arguments.refuse("--plot shows the simulation: add --spin")
-    first = arguments.arm
-    second = arguments.other_arm or similar_arm(first, arguments.scale)
-    found, motion = compare_arms(first, second), None
-    if arguments.spin is not None:
-        motion = _spin(arguments, first, second)
-    return Outcome(
-        DONE,
-        lambda: similarity_data(first, second, found, motion),
-        lambda: similarity_text(second, found, motion),
-    )
-
-
-def _spin(arguments: argparse.Namespace, first: Arm, second: Arm) -> Any:
-    """Simulate two arms on one hub, and draw the shaking."""
-    import numpy as np
-
-    from balance.flexible.arm_mechanisms import arm_mechanism
-    from balance.flexible.build_beam import BeamOptions
-    from balance.flexible.drives import spin_up
-    from balance.flexible.simulate import simulate
-
-    speed, rise, *more = arguments.spin
-    options = BeamOptions(elements=6, modes=3, axial_modes=0)
-    mechanism = arm_mechanism([first, second], spin_up(speed, rise), options)
-    with progress_bar("instants") as advance:
-        motion = simulate(mechanism, more[0] if more else 5.0 * rise, progress=advance)
-    if arguments.plot:
-        from balance.report.html.flexible import shaking_picture
-
-        picture = shaking_picture(motion, np.zeros(2), arguments.plot[-3:].lower())
-        _write(arguments.plot, picture)
-    return motion
 
 
 def _add_simulate(kinds: Verbs) -> None:
@@ -222,19 +135,18 @@ def _add_simulate(kinds: Verbs) -> None:
         help="an input: spin:SPEED,RISE, speed:SPEED, or moment:VALUE,RISE, in SI units "
         "(default: the first input spins up to 1 rad/s in 1 s); other inputs stay; repeatable",
     )  # fmt: skip
-    for name, kind, metavar, text in (
-        ("--duration", positive_number, "SECONDS", "duration (default 5)"),
-        ("--elements", whole_number(1, 400), "N", "elements of a beam (default 16)"),
-        ("--modes", whole_number(1, 400), "N", "modes of a beam that are kept (default 6)"),
-        ("--samples", whole_number(2, 100_000), "N", "instants of the answer (default 501)"),
-        (
-            "--damping",
-            positive_number,
-            "BETA",
-            "damping BETA × stiffness, in seconds (default none)",
-        ),
-    ):
-        parser.add_argument(name, type=kind, metavar=metavar, help=text)
+    for name, kind, default, metavar, text in (
+        ("--duration", positive_number, 5.0, "SECONDS", "duration (default 5)"),
+        ("--elements", whole_number(1, 400), None, "N",
+         "elements of a beam (default 16, or twice the modes)"),
+        ("--modes", whole_number(1, 400), None, "N",
+         "modes of a beam that are kept (default 6, or 2 N + 2 on N > 2 supports)"),
+        ("--samples", whole_number(2, 100_000), 501, "N",
+         "instants of the answer (default 501)"),
+        ("--damping", positive_number, 0.0, "BETA",
+         "damping BETA × stiffness, in seconds (default none)"),
+    ):  # fmt: skip
+        parser.add_argument(name, type=kind, default=default, metavar=metavar, help=text)
     parser.add_argument(
         "--linear", action="store_true", help="leave out centrifugal and axial stiffening"
     )
@@ -250,45 +162,31 @@ def _add_simulate(kinds: Verbs) -> None:
 
 def _simulate(arguments: argparse.Namespace) -> Outcome:
     """Simulate the linkage of the options and write its files."""
-    from balance.flexible.build_beam import BeamOptions
-    from balance.flexible.flex_data import motion_data
     from balance.flexible.flex_links import parse_flex_link
-    from balance.flexible.from_linkage import flexible_linkage
-    from balance.flexible.simulate import simulate
+    from balance.flexible.linkage_motion import simulate_flexible
     from balance.report.text.flexible import flexible_motion_text
 
     if arguments.motion or arguments.spatial or arguments.balance != "dynamic":
         arguments.refuse("--motion, --spatial and --balance are not for flex simulate")
-    flex: list[FlexLink] = [parse_flex_link(text) for text in arguments.flex]
+    flex = [parse_flex_link(text) for text in arguments.flex]  # before the file is read
     linkage = load_model(arguments, arguments.angles)
-    options = BeamOptions(
-        elements=arguments.elements or 16, modes=arguments.modes or 6,
-        geometric=not arguments.linear, damping=arguments.damping or 0.0,
-    )  # fmt: skip
-    drives = dict(arguments.drive) or {
-        name: drive_profile("spin", (1.0, 1.0)) for name in linkage.inputs[:1]
-    }
-    found = flexible_linkage(linkage, flex, drives, options)
     with progress_bar("instants") as advance:
-        motion = simulate(found.mechanism, arguments.duration or 5.0,
-                          arguments.samples or 501, progress=advance)  # fmt: skip
+        found = simulate_flexible(
+            linkage, flex, dict(arguments.drive), arguments.duration,
+            samples=arguments.samples, elements=arguments.elements, modes=arguments.modes,
+            damping=arguments.damping, geometric=not arguments.linear, progress=advance,
+        )  # fmt: skip
     if arguments.plot:
-        from balance.report.html.flexible import shaking_picture
+        from balance.report.html.flexible_pictures import shaking_picture
 
-        picture = shaking_picture(motion, found.centre, arguments.plot[-3:].lower())
-        _write(arguments.plot, picture)
+        picture = shaking_picture(found.motion, found.flexible.centre, kind_of(arguments.plot))
+        write_file(arguments.plot, picture)
     if arguments.html:
         from balance.report.html.flexible import flexible_page
 
-        _write(arguments.html, flexible_page(found, motion).encode())
+        page = flexible_page(found.flexible, found.motion)
+        write_file(arguments.html, page.encode())
     return Outcome(
-        DONE, lambda: motion_data(found, motion), lambda: flexible_motion_text(found, motion),
-        notices=linkage.notices,
+        DONE, found.to_dict, lambda: flexible_motion_text(found.flexible, found.motion),
+        notices=found.notices,
     )  # fmt: skip
-
-
-def _write(path: str, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    from balance.atomic_files import write_all_atomic
-
-    write_all_atomic([(path, content)])

@@ -6,15 +6,16 @@ import argparse
 from typing import TYPE_CHECKING
 
 from balance.cli.number_arguments import finite_number, positive_number
+from kinematics.errors import UsageError
 
 if TYPE_CHECKING:
     from balance.flexible.beam import Beam
-    from balance.flexible.drives import Profile
+    from balance.flexible.drives import DriveProfile
     from balance.flexible.similarity import Arm
 
 __all__ = [
-    "arm_of", "beam_of", "drive_of", "drive_profile",
-    "spin_numbers", "support_position",
+    "arm_of", "beam_of", "drive_of", "moment_numbers", "spin_numbers", "support_position",
+    "translator_numbers",
 ]  # fmt: skip
 
 ARM_NUMBERS = {
@@ -32,8 +33,8 @@ def support_position(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return points, weights
 
 
-def _items(text: str, known: tuple[str, ...]) -> dict[str, float]:
-    """Parse ``key:value,key:value`` in SI units."""
+def _items(text: str, known: tuple[str, ...], needed: int = 3) -> dict[str, float]:
+    """Parse ``key:value,key:value`` in SI units, of which the first keys are needed."""
     found: dict[str, float] = {}
     for item in text.split(","):
         key, colon, value = item.partition(":")
@@ -42,7 +43,7 @@ def _items(text: str, known: tuple[str, ...]) -> dict[str, float]:
                 f"'{item}' is not one of {', '.join(f'{name}:…' for name in known)}"
             )
         found[key] = finite_number(value)
-    missing = [name for name in known[:3] if name not in found]
+    missing = [name for name in known[:needed] if name not in found]
     if missing:
         raise argparse.ArgumentTypeError(f"{missing[0]}: is missing in '{text}'")
     return found
@@ -75,40 +76,41 @@ def arm_of(text: str) -> Arm:
 
 def spin_numbers(text: str) -> tuple[float, ...]:
     """Parse ``SPEED,RISE`` or ``SPEED,RISE,DURATION``."""
-    values = tuple(positive_number(word) for word in text.split(","))
+    return _rise_numbers(text, "SPEED")
+
+
+def moment_numbers(text: str) -> tuple[float, ...]:
+    """Parse ``VALUE,RISE`` or ``VALUE,RISE,DURATION``."""
+    return _rise_numbers(text, "VALUE")
+
+
+def _rise_numbers(text: str, word: str) -> tuple[float, ...]:
+    """Parse two or three positive numbers."""
+    values = tuple(positive_number(number) for number in text.split(","))
     if len(values) not in (2, 3):
-        raise argparse.ArgumentTypeError(f"'{text}' is not SPEED,RISE or SPEED,RISE,DURATION")
+        form = f"{word},RISE or {word},RISE,DURATION"
+        raise argparse.ArgumentTypeError(f"'{text}' is not {form}")
     return values
 
 
-def drive_of(text: str) -> tuple[str, tuple[Profile, bool]]:
+def translator_numbers(text: str) -> dict[str, float]:
+    """Parse ``pitch:…,mass:…,length:…,breadth:…`` and ``hubmass:…``."""
+    known = ("pitch", "mass", "length", "breadth", "hubmass")
+    found = _items(text, known, needed=4)
+    wrong = [name for name, value in found.items() if value <= 0.0]
+    if wrong:
+        raise argparse.ArgumentTypeError(f"{wrong[0]}: {found[wrong[0]]:g} is not positive")
+    return found
+
+
+def drive_of(text: str) -> tuple[str, DriveProfile]:
     """Parse an input ``JOINT=spin:SPEED,RISE``."""
-    name, equal, rest = text.partition("=")
-    kind, colon, values = rest.partition(":")
-    if not equal or not name or not colon or kind not in ("spin", "speed", "moment"):
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not JOINT=spin:SPEED,RISE, JOINT=speed:SPEED or "
-            "JOINT=moment:VALUE,RISE"
-        )
-    numbers = tuple(finite_number(word) for word in values.split(","))
-    if len(numbers) != (1 if kind == "speed" else 2) or (kind != "speed" and numbers[1] <= 0.0):
-        form = "SPEED" if kind == "speed" else "VALUE,RISE with a positive rise time"
-        raise argparse.ArgumentTypeError(f"'{text}': write {kind}:{form}")
-    return name, drive_profile(kind, numbers)
+    from balance.flexible.drives import FORM, parse_drive
 
-
-def drive_profile(kind: str, numbers: tuple[float, ...]) -> tuple[Profile, bool]:
-    """Build the profile of an input.
-
-    Args:
-        kind: ``"spin"``, ``"speed"`` or ``"moment"``.
-        numbers: speed or moment, and rise time, in SI units.
-
-    Returns:
-        The profile, and whether it is a moment.
-    """
-    from balance.flexible.drives import constant_speed, moment_rise, spin_up
-
-    if kind == "speed":
-        return constant_speed(numbers[0]), False
-    return (moment_rise if kind == "moment" else spin_up)(*numbers), kind == "moment"
+    name, equal, words = text.partition("=")
+    if not equal or not name:
+        raise argparse.ArgumentTypeError(f"'{text}' is not JOINT= and {FORM}")
+    try:
+        return name, parse_drive(words)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
@@ -13,11 +13,11 @@ from balance.cli.model_options import load_model, parse_coordinates
 from balance.cli.number_arguments import number_between, point
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
+from balance.cli.two_results import TwoResults
 
 if TYPE_CHECKING:
     from balance.floating_base.base import FloatingBase
     from balance.floating_base.result import FloatingBaseMotion
-    from kinematics.model.linkage import Notice
 
 __all__ = ["add_base_options", "check_base_options", "run_floating_base"]
 
@@ -29,34 +29,6 @@ _SIZE = number_between(1.0 / MAX_NUMBER, MAX_NUMBER)
 OWN = (
     "base_mass", "base_inertia", "base_com", "stiffness", "initial", "torque", "duration",
 )  # fmt: skip
-
-
-class Simulated(NamedTuple):
-    """Result of the command with a base.
-
-    Attributes:
-        first: the motion of the base of the linkage.
-        second: that of a second linkage; None without one.
-    """
-
-    first: FloatingBaseMotion
-    second: FloatingBaseMotion | None
-
-    @property
-    def notices(self) -> tuple[Notice, ...]:
-        """Notices of both linkages."""
-        return (*self.first.notices, *(self.second.notices if self.second else ()))
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain data for JSON."""
-        against = self.second.to_dict() if self.second else None
-        return self.first.to_dict() | {"against": against}
-
-    def text(self) -> str:
-        """Write plain text."""
-        from balance.report.text.floating_base import floating_base_text
-
-        return floating_base_text(self.first, self.second)
 
 
 def add_base_options(parser: argparse.ArgumentParser) -> None:
@@ -135,10 +107,18 @@ def run_floating_base(arguments: argparse.Namespace) -> Outcome:
     code = DONE if found.first.undisturbed else NEGATIVE
     if not found.first.agreed:
         code = UNDECIDED
-    return Outcome(code, found.to_dict, found.text, notices=found.notices)
+
+    def text() -> str:
+        from balance.report.text.floating_base import floating_base_text
+
+        return floating_base_text(found.first, found.second)
+
+    return Outcome(code, found.to_dict, text, notices=found.notices)
 
 
-def _simulate(arguments: argparse.Namespace, advance: Callable[[int, int], None]) -> Simulated:
+def _simulate(
+    arguments: argparse.Namespace, advance: Callable[[int, int], None]
+) -> TwoResults[FloatingBaseMotion]:
     """Simulate the linkages of the options."""
     base = _base(arguments)
     base.check()
@@ -169,8 +149,8 @@ def _simulate(arguments: argparse.Namespace, advance: Callable[[int, int], None]
 
     first = solve_both_readings(simulate_first, arguments.angles)
     if not arguments.against:
-        return Simulated(first, None)
-    return Simulated(first, solve_both_readings(simulate_second, arguments.angles))
+        return TwoResults(first, None)
+    return TwoResults(first, solve_both_readings(simulate_second, arguments.angles))
 
 
 def _base(arguments: argparse.Namespace) -> FloatingBase:
@@ -195,7 +175,7 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     return options
 
 
-def _write_files(found: Simulated, arguments: argparse.Namespace) -> None:
+def _write_files(found: TwoResults[FloatingBaseMotion], arguments: argparse.Namespace) -> None:
     """Write the files of the options."""
     from balance.atomic_files import write_all_atomic
     from balance.report.html.floating_base import (

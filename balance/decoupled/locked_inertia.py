@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.spatial.inertia import displace_parameters, inertia_tensor
+from kinematics.spatial.inertia import displace_parameters, spatial_inertias
 
 __all__ = ["locked_inertia", "locked_parameters"]
 
@@ -47,12 +47,7 @@ def locked_inertia(
         (3, 3)
     """
     linkage = as_linkage(linkage)
-    z = locked_parameters(linkage, q)
-    M = np.zeros((6, 6))
-    x, y, w = z[1:4]
-    cross = np.array([[0.0, -w, y], [w, 0.0, -x], [-y, x, 0.0]])
-    M[:3, :3], M[3:, 3:] = inertia_tensor(z), z[0] * np.eye(3)
-    M[:3, 3:], M[3:, :3] = cross, -cross
+    M = spatial_inertias(locked_parameters(linkage, q))
     if not linkage.planar if spatial is None else spatial:
         return M
     R = linkage.chain.frame.R

@@ -69,6 +69,13 @@ class Beam:
             if not 0.0 <= getattr(self, name) < math.inf:
                 raise LinkageError(f"beam: {name} {getattr(self, name):g} is negative")
 
+    def __repr__(self) -> str:
+        """Length, stiffness and mass, and what else is finite."""
+        words = f"{self.length:.6g} m, EI {self.bending:.6g} N m², {self.line_mass:.6g} kg/m"
+        more = {"EA": self.axial, "κGA": self.shear}
+        found = [f"{name} {x:.6g} N" for name, x in more.items() if math.isfinite(x)]
+        return ", ".join([f"Beam: {words}", *found])
+
     @property
     def mass(self) -> float:
         """Mass in kg."""

@@ -7,12 +7,17 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kinematics.errors import LinkageError
+from kinematics.error_text import clean
+from kinematics.errors import LinkageError, UsageError
 
-__all__ = ["Profile", "constant_speed", "moment_rise", "spin_up"]
+__all__ = ["DriveProfile", "Profile", "constant_speed", "moment_rise", "parse_drive", "spin_up"]
 
 # Value, rate and acceleration at a time in seconds.
 Profile: TypeAlias = Callable[[float], tuple[float, float, float]]
+# A profile, and whether it is a moment.
+DriveProfile: TypeAlias = tuple[Profile, bool]
+
+FORM = "spin:SPEED,RISE, speed:SPEED or moment:VALUE,RISE"
 
 
 def spin_up(speed: float, rise: float) -> Profile:
@@ -69,6 +74,34 @@ def constant_speed(speed: float) -> Profile:
         speed: in rad/s or m/s.
     """
     return lambda t: (speed * t, speed, 0.0)
+
+
+def parse_drive(text: str) -> DriveProfile:
+    """Parse ``spin:SPEED,RISE``, ``speed:SPEED`` or ``moment:VALUE,RISE``, in SI units.
+
+    Raises:
+        UsageError: the text has another form, or a number is out of range.
+
+    Example:
+        >>> from balance.flexible.drives import parse_drive
+        >>> profile, is_moment = parse_drive("speed:3")
+        >>> profile(2.0), is_moment
+        ((6.0, 3.0, 0.0), False)
+    """
+    kind, _, words = text.partition(":")
+    try:
+        numbers = [float(word) for word in words.split(",")]
+    except ValueError:
+        numbers = []
+    if kind not in ("spin", "speed", "moment") or not np.all(np.isfinite(numbers)) or (
+        len(numbers) != (1 if kind == "speed" else 2)
+    ):  # fmt: skip
+        raise UsageError(f"'{clean(text, 200)}' is not {FORM}")
+    if kind == "speed":
+        return constant_speed(numbers[0]), False
+    if numbers[1] <= 0.0:
+        raise UsageError(f"'{clean(text, 200)}': the rise time is not positive")
+    return (moment_rise if kind == "moment" else spin_up)(*numbers), kind == "moment"
 
 
 def _check_rise(rise: float) -> None:

@@ -13,6 +13,7 @@ from balance.flexible.similarity import Arm, Similarity
 from balance.flexible.simulate import FlexibleMotion
 from balance.flexible.support_points import STATIC_POINT, SupportPoints
 from balance.flexible.supported_modes import SupportedModes
+from balance.flexible.translators import TranslatorMotion
 
 __all__ = [
     "arm_data", "moment_about", "motion_data", "modes_data", "similarity_data",
@@ -70,15 +71,20 @@ def arm_data(arm: Arm) -> dict[str, float | None]:
 
 
 def similarity_data(
-    first: Arm, second: Arm, found: Similarity, motion: FlexibleMotion | None
+    first: Arm,
+    second: Arm,
+    found: Similarity,
+    motion: FlexibleMotion | None = None,
+    translator: TranslatorMotion | None = None,
 ) -> dict[str, object]:
-    """Describe two arms, their conditions, and the motion of the pair.
+    """Describe two arms, their conditions, and what was simulated with them.
 
     Args:
         first: the arm to balance.
         second: its counter-arm.
         found: their comparison.
         motion: a simulation of both on one hub, if there is one.
+        translator: that of translators on two of each, if there is one.
     """
     conditions = [
         {"name": one.name, "words": one.words, "left": one.left, "right": one.right,
@@ -91,6 +97,22 @@ def similarity_data(
         "conditions": conditions, "frequencies": list(found.frequencies),
         "first_moment": found.first_moment,
         "motion": None if motion is None else _motion(motion, np.zeros(2)),
+        "translator": None if translator is None else _translator(translator),
+    }  # fmt: skip
+
+
+def _translator(found: TranslatorMotion) -> dict[str, object]:
+    """Describe a translator with its counter-translator, and alone."""
+    one = found.translator
+    blocks = [
+        {"mass": block.mass, "length": block.length, "breadth": block.breadth}
+        for block in found.blocks
+    ]
+    return {
+        "pitch": one.pitch, "hub_mass": one.hub_mass, "moment": one.moment, "rise": one.rise,
+        "both_hubs": one.both, "blocks": blocks, "displacement": list(found.displacement),
+        "reduction": found.reduction, "pair": _motion(found.pair, np.zeros(2)),
+        "alone": _motion(found.alone, np.zeros(2)),
     }  # fmt: skip
 
 

@@ -45,6 +45,12 @@ class FreeMode:
     frequency: float
     zeros: tuple[float, ...]
 
+    def __repr__(self) -> str:
+        """Number, λ² and zeros."""
+        zeros = " ".join(f"{zero:.6f}" for zero in self.zeros[:6])
+        more = " …" if len(self.zeros) > 6 else ""
+        return f"FreeMode {self.number}: λ² {self.frequency:.6f}, zeros ± {zeros}{more}"
+
 
 def free_modes(count: int) -> tuple[FreeMode, ...]:
     """Compute the first bending modes of a free uniform beam.

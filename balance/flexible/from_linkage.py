@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from balance.flexible.beam_part import Marker, MovingPart, RigidPart, combine_markers
 from balance.flexible.build_beam import BeamModel, BeamOptions, model_beam
-from balance.flexible.drives import Profile
+from balance.flexible.drives import DriveProfile
 from balance.flexible.flex_links import FlexLink
 from balance.flexible.mechanism import PlanarMechanism
 from balance.flexible.mechanism_types import GearRelation, JointDrive, MechanismJoint, On
@@ -56,7 +56,7 @@ class FlexibleLinkage:
 def flexible_linkage(
     linkage: Linkage,
     flex: Sequence[FlexLink],
-    drives: Mapping[str, tuple[Profile, bool]],
+    drives: Mapping[str, DriveProfile],
     options: BeamOptions | None = None,
 ) -> FlexibleLinkage:
     """Replace named links of a planar linkage by beams between their two joints.
@@ -86,7 +86,7 @@ class _Builder:
 
     def __init__(
         self, linkage: Linkage, options: BeamOptions,
-        drives: Mapping[str, tuple[Profile, bool]],
+        drives: Mapping[str, DriveProfile],
     ) -> None:  # fmt: skip
         """Find the groups of links that move as one."""
         self.linkage, self.options, self.drives = linkage, options, drives

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from balance.flexible.beam import Beam
 from balance.flexible.supported_modes import Clamp, EndBody, supported_modes
 from kinematics.errors import LinkageError
+from kinematics.wording import repr_lines
 
 __all__ = [
     "Arm", "Section", "Similarity", "SimilarityCondition", "arm_frequencies", "compare_arms",
@@ -57,6 +58,13 @@ class Arm:
                 raise LinkageError(f"arm: {name} {getattr(self, name):g} is negative")
         if self.tip_mass + self.beam.mass == 0.0:
             raise LinkageError("arm: neither its beam nor its tip has mass")
+
+    def __repr__(self) -> str:
+        """Tip body, hub, and the beam on a line of its own."""
+        return repr_lines(
+            f"Arm: tip of {self.tip_mass:.6g} kg, hub radius {self.hub_radius:.6g} m",
+            repr(self.beam),
+        )
 
     @property
     def first_moment(self) -> float:
@@ -111,6 +119,16 @@ class Similarity:
     frequencies: tuple[float, float]
     first_moment: float
 
+    def __repr__(self) -> str:
+        """Scale, verdict and frequencies."""
+        wrong = ", ".join(one.name for one in self.conditions if not one.holds)
+        first, second = self.frequencies
+        return repr_lines(
+            f"Similarity of arms, scale {self.scale:.6g}",
+            "similar" if self.similar else f"not similar: {wrong}",
+            f"first frequencies {first:.6g} and {second:.6g} Hz",
+        )
+
     @property
     def similar(self) -> bool:
         """Whether all conditions hold, so that the pair does not shake the hub."""
@@ -126,6 +144,12 @@ def similar_arm(arm: Arm, scale: float) -> Arm:
 
     Raises:
         LinkageError: the scale is not positive.
+
+    Example:
+        >>> from balance import Arm, Beam, similar_arm
+        >>> similar_arm(Arm(Beam(0.1, 0.0045, 0.024), 0.01), 0.5)
+        Arm: tip of 0.02 kg, hub radius 0 m
+          Beam: 0.05 m, EI 0.001125 N m², 0.096 kg/m
     """
     f, beam = _checked_scale(scale), arm.beam
     return Arm(
@@ -162,6 +186,12 @@ def compare_arms(first: Arm, second: Arm) -> Similarity:
 
     Returns:
         The conditions with their differences, and the first frequencies.
+
+    Example:
+        >>> from balance import Arm, Beam, compare_arms, similar_arm
+        >>> arm = Arm(Beam(0.1, 0.0045, 0.024), 0.01)
+        >>> compare_arms(arm, similar_arm(arm, 0.5)).similar
+        True
     """
     found = [
         _condition(name, words, left, right)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from balance.flexible.free_modes import mode_numbers, mode_shape, mode_slope
 from kinematics.errors import LinkageError, UsageError
+from kinematics.wording import count_noun, first_names, repr_lines
 
 __all__ = [
     "Bar", "STATIC_POINT", "SupportPoints", "static_deflection", "support_points",
@@ -70,6 +71,15 @@ class SupportPoints:
     residual: float
     bars: tuple[Bar, ...]
     hinge: float
+
+    def __repr__(self) -> str:
+        """Number of points, modes, and where the halves are joined to other links."""
+        modes = first_names([str(mode) for mode in self.modes]) or "none"
+        return repr_lines(
+            f"SupportPoints: {count_noun(len(self.points), 'point')}, hinges at "
+            f"±{self.hinge:.9f} of the length",
+            f"silent symmetric modes: {modes} (residual {self.residual:.1e})",
+        )
 
 
 def support_points(count: int) -> SupportPoints:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from balance.flexible.beam import Beam, Mesh, bending_matrices, element_rows, uniform_mesh
 from kinematics.errors import LinkageError
+from kinematics.wording import count_noun, first_names
 
 __all__ = [
     "Clamp", "EndBody", "Support", "SupportedModes", "component_modes", "condition_rows",
@@ -65,6 +66,11 @@ class SupportedModes:
     frequencies: Array
     positions: Array
     shapes: Array
+
+    def __repr__(self) -> str:
+        """Number of modes, and the first frequencies."""
+        hertz = [f"{omega / (2.0 * np.pi):.4g}" for omega in self.frequencies.tolist()]
+        return f"SupportedModes: {count_noun(len(hertz), 'mode')}, {first_names(hertz)} Hz"
 
 
 def supported_modes(

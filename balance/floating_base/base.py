@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from balance.inertial_parameters.conversions import parameters, to_chain, violations
 from kinematics.errors import UsageError
 from kinematics.model.arrays import Chain
-from kinematics.spatial.inertia import inertia_tensor
+from kinematics.spatial.inertia import spatial_inertias
 from kinematics.spatial.screws import skew
 
-__all__ = ["BaseInChain", "FloatingBase", "spatial_inertias"]
+__all__ = ["BaseInChain", "FloatingBase"]
 
 Array = NDArray[np.float64]
 
@@ -130,16 +130,3 @@ class BaseInChain(NamedTuple):
         moved = np.hstack([-skew(self.com), np.eye(3)])
         turned = np.diag([self.turning_stiffness] * 3 + [0.0] * 3)
         return np.asarray(turned + self.stiffness * moved.T @ moved)
-
-
-def spatial_inertias(z: Array) -> Array:
-    """Compute the matrices ``[[E, [mc]×], [-[mc]×, m 1]]`` (..., 6, 6) of parameters (..., 10).
-
-    A body with twist t has the momentum ``M t`` about the origin.
-    """
-    M = np.zeros((*z.shape[:-1], 6, 6))
-    M[..., :3, :3] = inertia_tensor(z)
-    M[..., :3, 3:] = skew(z[..., 1:4])
-    M[..., 3:, :3] = -M[..., :3, 3:]
-    M[..., [3, 4, 5], [3, 4, 5]] = z[..., :1]
-    return M

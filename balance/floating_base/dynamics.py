@@ -20,14 +20,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from balance.floating_base.base import BaseInChain, spatial_inertias
+from balance.floating_base.base import BaseInChain
 from balance.inertial_parameters.conversions import to_chain
 from balance.verification.shaking_wrench import mass_parameters
 from kinematics.closure.newton import Pose
 from kinematics.closure.series import expand_from
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
-from kinematics.spatial.inertia import displace_parameters
+from kinematics.spatial.inertia import displace_parameters, spatial_inertias
 
 __all__ = ["CarriedBodies", "MovingBodies", "cross_products"]
 

@@ -25,6 +25,7 @@ class FloatingBaseConservesEnergy:
     )  # fmt: skip
     claims = (("time_simulation", 10.0), ("track_error", 1e-9))
     repetitions = 1
+    slow = True
 
     def setup(self, model: str) -> None:
         """Prepare the linkage and compile the kernels."""

@@ -19,35 +19,40 @@ from balance.flexible.flex_links import parse_flex_link
 from balance.flexible.from_linkage import flexible_linkage
 from balance.flexible.simulate import simulate
 from balance.flexible.support_points import support_points
+from balance.verification.trajectory import drive
 from kinematics.errors import LinkageError
 
+# Where the pivot of the rocker is, with the crank from (0, 0) to (0, ½) and the coupler to
+# (1, ½): the figure with the assembly is missing in the source.
+OPEN, CROSSED = (1.5, -0.5), (0.5, 1.5)
 # Length of the coupler over the distance of its hinges, its supports, and the modes kept.
 CASES = {
-    "ends": (1.0, "", 4), "nodes": (0.5 / support_points(2).hinge, ",supports:2", 4),
-    "gyration": (3**0.5, f",length:{3**0.5!r}", 4),
-    "four points": (0.5 / support_points(4).hinge, ",supports:4", 9),
+    "ends": (1.0, "", 3), "nodes": (0.5 / support_points(2).hinge, ",supports:2", 4),
+    "gyration": (3**0.5, f",length:{3**0.5!r}", 3),
+    "four points": (0.5 / support_points(4).hinge, ",supports:4", 8),
 }  # fmt: skip
 
 
-def flexible(tmp_path, case, bending=1.0, options=None, drive=None):
+def flexible(tmp_path, case, bending=1.0, options=None, profile=None, beside=OPEN):
     """The four-bar of a case; rigid without bending stiffness."""
     mass, supports, modes = CASES[case]
     path = tmp_path / "four_bar.urdf"
-    path.write_text(four_bar_text(mass), encoding="utf-8")
+    path.write_text(four_bar_text(mass, beside), encoding="utf-8")
     link = parse_flex_link(f"coupler=EI:{bending or 1.0},rhoA:1{supports}")
     return flexible_linkage(
         kinematics.load(path), [link] if bending else [],
-        {"u1": drive or (spin_up(1.0, 2.0), False)},
+        {"u1": profile or (spin_up(1.0, 2.0), False)},
         options or BeamOptions(elements=12, modes=modes),
     )  # fmt: skip
 
 
 @cache
-def peaks(folder, case, geometric=True):
+def peaks(folder, case, geometric=True, beside=OPEN):
     """Peak force, peak moment about the centre of mass, and drift, over 10 units of time."""
-    options = BeamOptions(elements=12, modes=CASES[case][2], geometric=geometric)
-    found = flexible(folder, case, options=options)
-    motion = simulate(found.mechanism, 10.0, 801, rtol=1e-6)
+    modes = CASES[case][2]
+    options = BeamOptions(max(6, 3 * modes // 2), modes, geometric=geometric)
+    found = flexible(folder, case, options=options, beside=beside)
+    motion = simulate(found.mechanism, 10.0, 201, rtol=1e-6)
     moment = np.abs(moment_about(motion, found.centre)).max()
     return motion.peak_force, moment, motion.energy_drift
 
@@ -60,7 +65,7 @@ def folder(tmp_path_factory):
 RIGID = [("ends", 0.17045), ("gyration", 0.0), ("nodes", 0.04412), ("four points", 0.13631)]
 
 
-@pytest.mark.parametrize(("case", "moment"), RIGID[: number_of_cases(2, 4)])
+@pytest.mark.parametrize(("case", "moment"), RIGID[: number_of_cases(1, 4)])
 def test_the_rigid_four_bar(case, moment, tmp_path):
     """-m2 (L²/12 - 1/4) θ̈2 with the coupler's angle θ2, and no force: [M] Sec. 5.
 
@@ -80,14 +85,22 @@ def test_the_rigid_four_bar(case, moment, tmp_path):
     assert np.abs(about).max() == pytest.approx(moment, rel=1e-4, abs=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("case", "force", "moment"),
-    [("nodes", (8, 14), (2.5, 4)), ("gyration", (8, 13), (4.5, 10)),
-     ("four points", (150, 250), (1.5, 2.2))],
-)  # fmt: skip
-def test_supports_of_the_coupler_reduce_its_shaking(case, force, moment, folder):
-    """[M] Figs. 10 to 12 and 14: peaks with hinges at the ends over those of the supports."""
-    worst, here = peaks(folder, "ends"), peaks(folder, case)
+REDUCTIONS = {
+    "nodes": ((8, 14), (2.5, 4)), "four points": ((150, 250), (1.5, 2.2)),
+    "gyration": ((8, 13), (4.5, 10)),
+}  # fmt: skip
+BRANCHES = [(case, beside) for beside in (OPEN, CROSSED) for case in REDUCTIONS]
+
+
+@pytest.mark.parametrize(("case", "beside"), BRANCHES[: number_of_cases(2, 6)])
+def test_supports_of_the_coupler_reduce_its_shaking(case, beside, folder):
+    """[M] Figs. 10 to 12 and 14: peaks with hinges at the ends over those of the supports.
+
+    Open: 13.4 and 3.5, 237 and 1.8, 8.9 and 5.5; crossed: 11.8 and 3.2, 234 and 1.9, 12.0 and
+    8.8.
+    """
+    force, moment = REDUCTIONS[case]
+    worst, here = (peaks(folder, one, beside=beside) for one in ("ends", case))
     assert force[0] < worst[0] / here[0] < force[1]
     assert moment[0] < worst[1] / here[1] < moment[1]
     assert max(worst[2], here[2]) < 1e-6
@@ -99,45 +112,33 @@ def test_axial_stiffness_of_bent_beams_doubles_the_force(folder):
 
 
 def test_rigid_links_shake_as_verify_says(tmp_path):
-    """EI × 1e6: the shaking of `balance.shaking` along the same motion, to 1e-4."""
-    linkage_path = tmp_path / "own.urdf"
+    """EI × 1e6 on the linkage of one file: the base reaction that `balance.verify` finds along
+    the same motion, from Pinocchio, to 1e-4 of its peak.
+    """
+    path = tmp_path / "own.urdf"
     text = four_bar_text(1.0).replace('mass value="5.0"', 'mass value="2.0"')
-    linkage_path.write_text(text, encoding="utf-8")
-    linkage = kinematics.load(linkage_path)
-    link = parse_flex_link("coupler=EI:1e6,rhoA:1")
-    drive = spin_up(1.0, 0.4)
+    path.write_text(text, encoding="utf-8")
+    linkage, profile = kinematics.load(path), spin_up(1.0, 0.4)
     found = flexible_linkage(
-        linkage, [link], {"u1": (drive, False)},
+        linkage, [parse_flex_link("coupler=EI:1e6,rhoA:1")], {"u1": (profile, False)},
         BeamOptions(elements=4, modes=1, damping=2e-5),
     )  # fmt: skip
-    motion = simulate(found.mechanism, 0.1, 3, rtol=1e-12, method="DOP853")
-    for k in (1, 2):
-        shaking = rigid_shaking(linkage, drive, motion.times[k])
-        assert np.abs(motion.force[k] - shaking[:2]).max() < 1e-4 * np.abs(shaking).max()
-        assert abs(motion.moment[k] - shaking[2]) < 1e-4 * np.abs(shaking).max()
-
-
-def rigid_shaking(linkage, drive, time):
-    """Force along x and y, and moment about the origin, from the momentum regressor."""
-    z = np.concatenate([body.inertia[[0, 1, 2, 6]] for body in linkage.bodies])
-
-    def momentum(t):
-        u, rate, _ = drive(t)
-        X = balance.momentum_regressor(linkage, {"u1": u})
-        return X[0] @ z * rate
-
-    h = 1e-4
-    ahead, back = momentum(time + h), momentum(max(time - h, 0.0))
-    change = (ahead - back) / (time + h - max(time - h, 0.0))
-    return -np.array([change[1], change[2], change[0]])
+    motion = simulate(found.mechanism, 0.1, 11, rtol=1e-12, method="DOP853")
+    columns = np.array([profile(t) for t in motion.times]).T[:, :, None]
+    along = drive(linkage, motion.times, *columns)
+    (run,) = balance.verify(linkage, along=[along]).runs
+    rigid = -run.shaking
+    assert np.abs(rigid[:, 3:5]).max() > 0.5
+    for ours, theirs in ((motion.force, rigid[:, 3:5]), (motion.moment, rigid[:, 2])):
+        assert np.abs(ours - theirs)[1:].max() < 1e-4 * np.abs(theirs).max()
 
 
 def test_energy_is_kept_and_damping_takes_it(tmp_path):
     """The balance of energy, work and losses closes with damping too, and less bends then."""
-    drive, bent = (moment_rise(0.05, 0.1), True), []
+    force, bent = (moment_rise(0.05, 0.1), True), []
     for damping in (0.0, 0.05):
         options = BeamOptions(elements=6, modes=2, damping=damping)
-        found = flexible(tmp_path, "ends", options=options, drive=drive)
+        found = flexible(tmp_path, "ends", options=options, profile=force)
         motion = simulate(found.mechanism, 1.0, 51, rtol=1e-7, method="DOP853")
         assert motion.energy_drift < 1e-6
         bent.append(np.ptp(motion.force[25:], axis=0).max())

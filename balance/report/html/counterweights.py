@@ -19,8 +19,7 @@ __all__ = ["counterweights_page", "outlines"]
 
 Array = NDArray[np.float64]
 
-# Scripts in the order of their dependencies.
-SCRIPTS = ("shapes", "linkage", "masses", "additions", "figure", "controls", "weights")
+SCRIPTS = ("drawing", "masses", "additions", "weights")
 # Points of a drawn circle.
 AROUND = 48
 
@@ -37,9 +36,6 @@ def counterweights_page(found: Counterweights) -> str:
 
     Returns:
         The text of the file.
-
-    Raises:
-        PackageError: Plotly is missing.
     """
     assert found.z is not None
     space = found.space
@@ -60,7 +56,11 @@ def counterweights_page(found: Counterweights) -> str:
         title=space.linkage.name,
         summary=f"Matter added inside regions of links that cancels the shaking {wrench}.",
         report=found.to_dict(),
-        data={"scene": scene(space), "masses": masses, "additions": additions},
+        data={
+            "scene": scene(space.linkage, space.motion, space.idle),
+            "masses": masses,
+            "additions": additions,
+        },
         scripts=SCRIPTS,
         facts=facts_list(counterweights_facts(found)),
         lumps=html_table([name.capitalize() for name in head], cells, [1, 2, 3, 4]),

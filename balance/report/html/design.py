@@ -27,8 +27,7 @@ __all__ = ["ellipsoid", "design_page"]
 
 Array = NDArray[np.float64]
 
-# Scripts in the order of their dependencies.
-SCRIPTS = ("shapes", "linkage", "masses", "figure", "controls", "weights")
+SCRIPTS = ("drawing", "masses", "weights")
 MINIMISED = {
     "mass": "total mass",
     "inertia": "largest inertia",
@@ -66,9 +65,6 @@ def design_page(design: Design) -> str:
 
     Returns:
         The text of the file.
-
-    Raises:
-        PackageError: Plotly is missing.
     """
     assert design.z is not None
     given = [body.inertia for body in design.space.linkage.bodies]
@@ -81,7 +77,10 @@ def design_page(design: Design) -> str:
         title=design.space.linkage.name,
         summary=_summary(design),
         report=design.to_dict(),
-        data={"scene": scene(design.space), "masses": shapes},
+        data={
+            "scene": scene(design.space.linkage, design.space.motion, design.space.idle),
+            "masses": shapes,
+        },
         scripts=SCRIPTS,
         facts=facts_list(design_facts(design)),
         designed=_table(design.bodies),

@@ -1,4 +1,4 @@
-"""Pictures and HTML pages of flexible links: modes, shaking over time, a linkage that bends."""
+"""HTML page of flexible links: a linkage that bends, and its shaking over time."""
 
 from __future__ import annotations
 
@@ -9,128 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.flexible.flex_data import moment_about, motion_data
-from balance.flexible.free_modes import FreeMode, mode_shape
 from balance.flexible.from_linkage import FlexibleLinkage
 from balance.flexible.simulate import FlexibleMotion
-from balance.flexible.support_points import SupportPoints
-from balance.flexible.supported_modes import SupportedModes
-from balance.report.html.plot_style import LAYOUT, image, short, tidy
+from balance.report.html.plot_style import short
 from balance.report.html.render import facts_list, render_page
-from balance.report.html.time_panels import COLOURS, STYLES
+from balance.report.html.time_panels import COLOURS
 from balance.report.text.flexible import flexible_motion_facts
 
-__all__ = [
-    "flexible_page", "free_modes_picture", "shaking_picture", "supported_modes_picture",
-    "supports_picture",
-]  # fmt: skip
+__all__ = ["flexible_page"]
 
 Array = NDArray[np.float64]
 
 FRAMES = 151
 """Most poses of the animation."""
-MOST_CURVES = 6
-
-
-def shaking_picture(motion: FlexibleMotion, centre: Array, kind: str = "png") -> bytes:
-    """Draw shaking force and moment over time.
-
-    Args:
-        motion: the motion.
-        centre: point of the plane for the moment (2,).
-        kind: ``"png"`` or ``"svg"``.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
-
-    def draw(figure: Any) -> None:
-        upper, lower = figure.subplots(2, 1, sharex=True)
-        for k, axis in enumerate("xy"):
-            upper.plot(motion.times, motion.force[:, k], color=COLOURS[k], ls=STYLES[k],
-                       lw=1.0, label=f"force along {axis}")  # fmt: skip
-        lower.plot(motion.times, moment_about(motion, centre), color=COLOURS[2], lw=1.0)
-        upper.set_ylabel("shaking force (N)")
-        lower.set_ylabel("shaking moment (N m)")
-        lower.set_xlabel("time (s)")
-        upper.legend(frameon=False, ncols=2, loc="upper left", bbox_to_anchor=(0.0, 1.12))
-        for ax in (upper, lower):
-            tidy(ax)
-
-    return image((6.5, 5.0), kind, draw)
-
-
-def free_modes_picture(modes: Sequence[FreeMode], kind: str = "png") -> bytes:
-    """Draw the first modes of a free beam, with their nodes.
-
-    Args:
-        modes: the modes.
-        kind: ``"png"`` or ``"svg"``.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
-
-    def draw(figure: Any) -> None:
-        ax, xi = figure.subplots(), np.linspace(-0.5, 0.5, 401)
-        for k, one in enumerate(modes[:MOST_CURVES]):
-            ax.plot(xi, mode_shape(one.number, xi, one.wave_number), color=COLOURS[k],
-                    ls=STYLES[k], lw=1.2, label=f"mode {one.number}")  # fmt: skip
-            nodes = np.array([*one.zeros, *(-zero for zero in one.zeros)])
-            ax.plot(nodes, 0.0 * nodes, "o", color=COLOURS[k], ms=4.0)
-        ax.set_xlabel("distance from the middle, of the length")
-        ax.set_ylabel("displacement, of the cosine's amplitude")
-        ax.legend(frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.15))
-        tidy(ax)
-
-    return image((6.5, 4.0), kind, draw)
-
-
-def supported_modes_picture(modes: SupportedModes, kind: str = "png") -> bytes:
-    """Draw the first modes of a beam on supports.
-
-    Args:
-        modes: the modes.
-        kind: ``"png"`` or ``"svg"``.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
-
-    def draw(figure: Any) -> None:
-        ax = figure.subplots()
-        for k, shape in enumerate(modes.shapes[:MOST_CURVES]):
-            hertz = modes.frequencies[k] / (2.0 * np.pi)
-            ax.plot(modes.positions, shape, color=COLOURS[k], ls=STYLES[k], lw=1.2,
-                    label=f"{hertz:.4g} Hz")  # fmt: skip
-        ax.set_xlabel("position along the beam (m)")
-        ax.set_ylabel("displacement, of the largest")
-        ax.legend(frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.15))
-        tidy(ax)
-
-    return image((6.5, 4.0), kind, draw)
-
-
-def supports_picture(found: SupportPoints, kind: str = "png") -> bytes:
-    """Draw supports: the weight of each point along the beam.
-
-    Args:
-        found: the supports.
-        kind: ``"png"`` or ``"svg"``.
-
-    Raises:
-        PackageError: Matplotlib is missing.
-    """
-
-    def draw(figure: Any) -> None:
-        ax = figure.subplots()
-        ax.plot([-0.5, 0.5], [0.0, 0.0], color=COLOURS[2], lw=3.0)
-        ax.vlines(found.points, 0.0, found.weights, color=COLOURS[0], lw=1.5)
-        ax.plot(found.points, found.weights, "o", color=COLOURS[0], ms=5.0)
-        ax.set_xlabel("distance from the middle, of the length")
-        ax.set_ylabel("weight")
-        tidy(ax)
-
-    return image((6.5, 2.6), kind, draw)
 
 
 def flexible_page(linkage: FlexibleLinkage, motion: FlexibleMotion) -> str:
@@ -142,9 +33,6 @@ def flexible_page(linkage: FlexibleLinkage, motion: FlexibleMotion) -> str:
 
     Returns:
         The text of the file; the element ``report`` contains `motion_data`.
-
-    Raises:
-        PackageError: Plotly is missing.
     """
     return render_page(
         "flexible.html",
@@ -171,15 +59,12 @@ def _figure(linkage: FlexibleLinkage, motion: FlexibleMotion) -> dict[str, Any]:
         for k, (name, values) in enumerate(lines.items())
     ]  # fmt: skip
     axes = {
-        "xaxis": {"title": {"text": "time (s)"}, "anchor": "y2"},
+        "xaxis": {"title": {"text": "time (s)"}},
         "yaxis": {"title": {"text": "force (N)"}, "domain": [0.55, 1.0]},
         "yaxis2": {"title": {"text": "moment (N m)"}, "domain": [0.0, 0.45]},
     }
-    legend = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"}
-    margin = {"l": 70, "r": 10, "t": 60, "b": 50}
-    return {"data": curves, "layout": {
-        **LAYOUT, **axes, "legend": legend, "margin": margin, "height": 480, "showlegend": True,
-    }}  # fmt: skip
+    layout = {**axes, "hovermode": "x", "height": 480, "showlegend": True}
+    return {"data": curves, "layout": layout}
 
 
 def _frames(linkage: FlexibleLinkage, motion: FlexibleMotion) -> Mapping[str, object]:

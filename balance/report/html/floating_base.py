@@ -13,8 +13,8 @@ from balance.floating_base.result import FloatingBaseMotion
 from balance.report.html.render import facts_list, render_page
 from balance.report.html.time_panels import (
     MAX_LINES,
-    Column,
     Panel,
+    PanelColumn,
     linkage_names,
     panels_figures,
     panels_picture,
@@ -43,11 +43,11 @@ def _panels(found: FloatingBaseMotion) -> list[Panel]:
     ]
 
 
-def _columns(found: Sequence[FloatingBaseMotion]) -> list[Column]:
+def _columns(found: Sequence[FloatingBaseMotion]) -> list[PanelColumn]:
     """Build the column of panels of each simulation."""
     names = linkage_names([one.linkage for one in found])
     return [
-        Column(f"{name}\n{one.verdict}", one.time, _panels(one))
+        PanelColumn(f"{name}\n{one.verdict}", one.time, _panels(one))
         for name, one in zip(names, found, strict=True)
     ]
 
@@ -69,11 +69,7 @@ def floating_base_picture(found: Sequence[FloatingBaseMotion], kind: str = "png"
 
 
 def floating_base_page(found: Sequence[FloatingBaseMotion]) -> str:
-    """Render simulations as one HTML file.
-
-    Raises:
-        PackageError: Plotly is missing.
-    """
+    """Render simulations as one HTML file."""
     names = linkage_names([one.linkage for one in found])
     verdicts = "; ".join(
         f"{name}: {one.verdict}" for name, one in zip(names, found, strict=True)

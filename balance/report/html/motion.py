@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from balance.report.html.plot_style import GRID, LAYOUT, image, short, tidy
+from balance.report.html.motion_runs import motion_runs
+from balance.report.html.plot_style import image, short, tidy
 from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.text.motion import measure, motion_facts, motion_tables
 from balance.taylor_poses.error_curves import Curves
@@ -132,9 +133,6 @@ def motion_page(found: Predictions, panels: Sequence[Curves]) -> str:
 
     Returns:
         The text of the file.
-
-    Raises:
-        PackageError: Plotly is missing.
     """
     limits, unit = _axis_limits(panels), measure(found)
     figures = [_figure(panel, f"{panel.axis} ({unit})", limits) for panel in panels]
@@ -143,8 +141,8 @@ def motion_page(found: Predictions, panels: Sequence[Curves]) -> str:
         title=found.linkage.name,
         summary=_summary(found),
         report=found.to_dict(),
-        data={"figures": figures},
-        scripts=["curves"],
+        data={"figures": figures, "motion": motion_runs(found)},
+        scripts=["curves", "motion"],
         facts=facts_list(motion_facts(found)),
         poses=_pose_sections(found),
         legend=_legend(panels),
@@ -208,36 +206,30 @@ def _legend(panels: Sequence[Curves]) -> str:
 
 
 def _figure(panel: Curves, axis: str, limits: tuple[float, float]) -> dict[str, object]:
-    """Build traces and layout of Plotly for one panel."""
+    """Build traces and layout of one chart."""
     x, colours = short(panel.x), _colours(len(panel.errors))
     lines = enumerate(zip(panel.errors, colours, strict=True), 1)
     kinds = [(f"order {k}", line, colour, "solid") for k, (line, colour) in lines]
     kinds.append(("estimated", panel.estimate, WARM, "dot"))
     traces = [
         {"type": "scatter", "mode": "lines", "name": name, "showlegend": False, "x": x,
-         "y": short(line),
-         "line": {"color": colour, "dash": dash, "width": 1.6}, "hovertemplate": "%{y:.1e}"}
+         "y": short(line), "line": {"color": colour, "dash": dash, "width": 1.6}}
         for name, line, colour, dash in kinds
     ]  # fmt: skip
     solid, dashed = ({"color": INK, "width": 1.5, "dash": dash} for dash in ("solid", "dash"))
-    shapes = [_shape("rect", a, b, fillcolor=SHADE, line={"width": 0}, layer="below")
-              for a, b in panel.beyond]  # fmt: skip
+    shapes = [_shape("rect", a, b, fillcolor=SHADE, layer="below") for a, b in panel.beyond]
     shapes += [_shape("line", a, a, line=solid) for a in panel.closed]
     if panel.target is not None:
         shapes.append(_shape("line", panel.target, panel.target, line=dashed))
     layout = {
-        "margin": {"l": 64, "r": 12, "t": 40, "b": 48}, "hovermode": "x", **LAYOUT,
-        "title": {"text": escape(panel.title), "x": 0.0, "font": {"size": 15}},
-        "xaxis": {"title": {"text": axis}, "gridcolor": GRID, "zeroline": False,
-                  "hoverformat": ".3g"},
-        "yaxis": {"title": {"text": "error"}, "type": "log", "gridcolor": GRID, "nticks": 8,
-                  "range": np.log10(limits).tolist(), "exponentformat": "power"},
+        "hovermode": "x", "title": {"text": panel.title}, "xaxis": {"title": {"text": axis}},
+        "yaxis": {"title": {"text": "error"}, "type": "log",
+                  "range": np.log10(limits).tolist()},
         "shapes": shapes,
     }  # fmt: skip
     return {"data": traces, "layout": layout}
 
 
 def _shape(kind: str, first: float, last: float, **style: object) -> dict[str, object]:
-    """Build a Plotly shape that spans the panel from bottom to top."""
-    place = {"x0": first, "x1": last, "yref": "paper", "y0": 0, "y1": 1}
-    return {"type": kind, **place, **style}
+    """Build a shape that spans the panel from bottom to top."""
+    return {"type": kind, "x0": first, "x1": last, **style}

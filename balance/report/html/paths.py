@@ -43,9 +43,6 @@ def paths_page(found: ReactionlessPaths) -> str:
 
     Returns:
         The text of the file; the element ``report`` contains `ReactionlessPaths.to_dict`.
-
-    Raises:
-        PackageError: Plotly is missing.
     """
     field = momentum_field(found)
     head, *rows = path_rows(found)

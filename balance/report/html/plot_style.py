@@ -1,4 +1,4 @@
-"""Plot style of all curves, for Matplotlib and for Plotly."""
+"""Plot style of all curves, for Matplotlib and for pages."""
 
 from __future__ import annotations
 
@@ -11,16 +11,11 @@ from numpy.typing import NDArray
 
 from kinematics.errors import PackageError
 
-__all__ = ["GRID", "LAYOUT", "image", "short", "tidy"]
+__all__ = ["GRID", "image", "short", "tidy"]
 
 Array = NDArray[np.float64]
 
 GRID = "#e6e9ec"
-LAYOUT: dict[str, Any] = {
-    "plot_bgcolor": "#fff",
-    "paper_bgcolor": "#fff",
-    "font": {"family": "Charter, Liberation Serif, Georgia, serif", "color": "#1b1e22"},
-}
 
 
 def image(size: tuple[float, float], kind: str, draw: Callable[[Any], None]) -> bytes:

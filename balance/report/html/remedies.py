@@ -6,7 +6,6 @@ from html import escape
 from typing import Any
 
 from balance.remedies.compare import RemedyComparison
-from balance.report.html.plot_style import LAYOUT
 from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.html.time_panels import COLOURS
 from balance.report.text.remedies import remedies_facts, remedy_rows
@@ -24,9 +23,6 @@ def remedies_page(found: RemedyComparison) -> str:
 
     Returns:
         The text of the file; the element ``report`` contains `RemedyComparison.to_dict`.
-
-    Raises:
-        PackageError: Plotly is missing.
     """
     head, *rows = remedy_rows(found)
     cells = [
@@ -69,12 +65,4 @@ def _cost_figure(found: RemedyComparison) -> dict[str, Any]:
         "yaxis": {"title": {"text": "inertia felt by the inputs, of that in the file"},
                   "rangemode": "tozero"},
     }  # fmt: skip
-    legend = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"}
-    margin = {"l": 60, "r": 10, "t": 60, "b": 50}
-    return {
-        "data": marks,
-        "layout": {
-            **LAYOUT, **axes, "legend": legend, "margin": margin, "height": 460,
-            "showlegend": True,
-        },
-    }  # fmt: skip
+    return {"data": marks, "layout": {**axes, "height": 460, "showlegend": True}}

@@ -1,7 +1,7 @@
 """Render HTML pages from a frame, templates with placeholders, and data as JSON.
 
-A page needs no network. It contains its style, its scripts, the plotting library and the data,
-and its content security policy forbids the browser to fetch anything else.
+A page needs no network. It contains its style, its scripts and the data, and its content
+security policy forbids the browser to fetch anything else.
 """
 
 from __future__ import annotations
@@ -12,9 +12,25 @@ from html import escape
 from importlib.resources import files
 
 from balance.json_text import json_text
-from kinematics.errors import PackageError
 
 __all__ = ["bullets", "facts_list", "render_page", "html_table"]
+
+# Scripts that must run before a script.
+NEEDS = {
+    "chart": ("chart_scale",),
+    "curves": ("chart",),
+    "path_run": ("chart",),
+    "parallel": ("chart",),
+    "sweep": ("parallel",),
+    "shapes": ("algebra",),
+    "view": ("shapes", "solids", "labels"),
+    "stage": ("view", "linkage", "closure"),
+    "controls": ("stage",),
+    "drawing": ("controls",),
+    "motion": ("stage", "chart"),
+    "verify": ("stage", "chart"),
+    "compare": ("controls",),
+}
 
 
 def render_page(
@@ -35,11 +51,9 @@ def render_page(
         summary: summary of the page in one sentence, any text.
         report: all numbers, as JSON in the element ``report``.
         data: further data for the scripts, each as JSON in an element of its name.
-        scripts: names of scripts, without suffix, in the order in which they run.
+        scripts: names of scripts, without suffix, in the order in which they run; those that
+            one needs (`NEEDS`) come before it.
         parts: HTML for the placeholders ``{{name}}`` of the template.
-
-    Raises:
-        PackageError: Plotly is missing.
     """
     elements = {"report": _script_json(report, indent=2)}
     elements |= {name: _script_json(value) for name, value in data.items()}
@@ -52,9 +66,22 @@ def render_page(
             f'<script type="application/json" id="{name}">{text}</script>'
             for name, text in elements.items()
         ),
-        "plotly": _plotly_library(),
-        "script": "\n".join(_read_static(f"{name}.js") for name in ("frame", *scripts)),
+        "script": "\n".join(_read_static(f"{name}.js") for name in _in_order(scripts)),
     })  # fmt: skip
+
+
+def _in_order(scripts: Sequence[str]) -> list[str]:
+    """List scripts after those that they need, each once."""
+    found: dict[str, None] = {"frame": None}
+
+    def append(name: str) -> None:
+        for needed in NEEDS.get(name, ()):
+            append(needed)
+        found.setdefault(name)
+
+    for name in scripts:
+        append(name)
+    return list(found)
 
 
 def _fill_template(template: str, parts: Mapping[str, str]) -> str:
@@ -108,16 +135,3 @@ def html_table(
 def bullets(items: Iterable[str]) -> str:
     """Render texts as an HTML list."""
     return f"<ul>{''.join(f'<li>{escape(item)}</li>' for item in items)}</ul>"
-
-
-def _plotly_library() -> str:
-    """Read the JavaScript library of Plotly.
-
-    Raises:
-        PackageError: Plotly is missing.
-    """
-    try:
-        from plotly.offline import get_plotlyjs
-    except ImportError:
-        raise PackageError("a page", "Plotly", "pip install plotly") from None
-    return str(get_plotlyjs())

@@ -1,6 +1,6 @@
 """HTML page of a design space: tables, and the moving linkage in 3D.
 
-The poses of the linkage are computed here and stored in the page.
+The page computes the poses of the linkage from its screws and loops.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from balance.interpretation.explain import ExplainedTransfer, explain
 from balance.interpretation.freedoms import Freedom
 from balance.report.data import Report, report_data
 from balance.report.html.render import bullets, facts_list, html_table, render_page
+from balance.report.html.robot_shapes import robot_shapes
 from balance.report.html.scene import scene
 from balance.report.text.report import (
     decoupling_facts,
@@ -31,12 +32,10 @@ from kinematics.spatial.inertia import pseudo_inertia
 
 __all__ = ["report_page"]
 
-# Scripts in the order of their dependencies.
-SCRIPTS = ("shapes", "linkage", "freedoms", "figure", "controls", "choice", "momentum",
-           "spectrum", "start")  # fmt: skip
+SCRIPTS = ("drawing", "freedoms", "choice", "momentum", "spectrum", "start")
 
 
-def report_page(report: Report) -> str:
+def report_page(report: Report, meshes: bool = True) -> str:
     """Render a design space as one HTML file.
 
     The page shows the linkage in 3D, with a slider for each degree of freedom of the motion;
@@ -45,17 +44,16 @@ def report_page(report: Report) -> str:
 
     Args:
         report: the space and what was computed about it; `balance.explain` is, if it was not.
+        meshes: whether to draw the shapes of the file, if it has any.
 
     Returns:
         The text of the file.
-
-    Raises:
-        PackageError: Plotly is missing.
     """
     space = report.space
     explanation = report.explanation or explain(space)
     report = report._replace(explanation=explanation, exact=None)
-    drawing = scene(space) | {
+    shapes = robot_shapes(space.linkage) if meshes else ()
+    drawing = scene(space.linkage, space.motion, space.idle, shapes) | {
         "titles": [transfer.title for transfer in explanation.transfers],
         "spectra": _spectra(space),
     }

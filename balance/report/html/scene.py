@@ -1,8 +1,8 @@
-"""Drawing data of a linkage: rigid parts, joints, and poses along its motion.
+"""Drawing data of a linkage: rigid parts, joints, and what a page needs to move them.
 
 All data are in the inertial frame at the reference pose, in metres. Links that move rigidly
 together are one part; part 0 is the ground. At another pose the displacement of a part moves
-its points.
+its points. The page finds these displacements itself, from the screws and the loops.
 """
 
 from __future__ import annotations
@@ -12,12 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.spaces.design_space import DesignSpace
 from balance.tolerances import POINT_EQUAL_RELATIVE
-from kinematics.closure.joint_positions import joint_positions, si_chain
-from kinematics.closure.newton import forward_kinematics
-from kinematics.closure.series import expand_from
-from kinematics.errors import PoseError
+from kinematics.closure.joint_positions import si_chain
 from kinematics.linalg.vectors import distinct_vectors
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import rigid_parts
@@ -30,46 +26,53 @@ __all__ = ["scene"]
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# Range of a revolute input to either side, radians.
-ANGLE_RANGE = np.pi / 3.0
 # Range of a prismatic input to either side, characteristic lengths.
 SLIDE_RANGE = 0.5
-# Poses to either side of the reference pose.
-MAX_STEPS = 20
-# The least number of them, for linkages with many links.
-MIN_STEPS = 3
-# Most numbers in all poses, which limits the size of the page.
-MAX_NUMBERS = 400_000
 
 
-def scene(space: DesignSpace) -> dict[str, object]:
+def scene(
+    linkage: Linkage,
+    motion: Motion | None = None,
+    idle: Sequence[str] | None = None,
+    shapes: Sequence[object] = (),
+) -> dict[str, object]:
     """Compute the drawing data of a linkage as plain data.
+
+    Args:
+        linkage: an assembled linkage.
+        motion: relations of its inputs; None if they are free.
+        idle: names of joints that do not move; by default those of the linkage.
+        shapes: from `balance.report.html.robot_shapes.robot_shapes`.
 
     Returns:
         ``axes``, whose rows are the axes of the drawing, its last one the normal of a
         planar linkage; ``planar``; ``size``, the diagonal of the linkage in metres;
-        ``parts``, ``joints``, ``bodies``, and ``columns``: the poses along each degree of
-        freedom of the motion.
+        ``parts``, ``joints``, ``bodies``, ``shapes``; ``mechanism``, the screws and loops that
+        give the pose at joint positions; and ``columns``, the degrees of freedom of the motion.
     """
-    linkage = space.linkage
     chain = si_chain(linkage, spatial=True)
     part = rigid_parts(chain.parent.size, chain.ends)
     points = np.array([joint.point for joint in linkage.joints])
     size = _size(points, [_centre(body.inertia, body.frame) for body in linkage.bodies])
     bodies = [
-        {"name": body.name, "part": int(part[body.link]),
+        {"name": body.name, "part": int(part[body.link]), "link": body.link,
          "centre": _centre(body.inertia, body.frame).tolist(),
          "pseudo": pseudo_inertia(body.inertia).tolist()}
         for body in linkage.bodies
     ]  # fmt: skip
+    parts = _outlines(chain.parent, part, points, size, bodies)
+    for body in bodies:
+        body["tip"] = _tip(parts[body["part"]]["corners"], body, linkage)
     return {
         "planar": linkage.planar,
         "axes": linkage.chain.frame.R.tolist(),
         "size": size,
-        "parts": _outlines(chain.parent, part, points, size, bodies),
-        "joints": _joint_data(space, part),
+        "parts": parts,
+        "joints": _joint_data(linkage, part, linkage.idle if idle is None else idle),
         "bodies": bodies,
-        "columns": _motion_columns(space, chain, part),
+        "shapes": list(shapes),
+        "mechanism": _mechanism(linkage, chain, part),
+        "columns": _motion_columns(linkage, motion or Motion.free(linkage.inputs)),
     }
 
 
@@ -128,15 +131,25 @@ def _sort_around(points: Array, apart: float) -> Array:
     return points[np.argsort(np.arctan2(along[:, 1], along[:, 0]))]
 
 
-def _joint_data(space: DesignSpace, part: IntArray) -> list[dict[str, object]]:
+def _tip(corners: Sequence[Sequence[float]], body: dict, linkage: Linkage) -> list[float]:
+    """Choose the end of a body: the corner furthest from the joint that carries it."""
+    start = linkage.joints[body["link"]].point
+    ends = [*corners, body["centre"]] if len(corners) < 2 else corners
+    away = [float(np.linalg.norm(np.asarray(corner) - start)) for corner in ends]
+    return list(ends[int(np.argmax(away))])
+
+
+def _joint_data(
+    linkage: Linkage, part: IntArray, idle: Sequence[str]
+) -> list[dict[str, object]]:
     """List the joints with their parts, points and directions."""
     found = []
-    for j, joint in enumerate(space.linkage.joints):
+    for j, joint in enumerate(linkage.joints):
         direction = joint.screw[3:] if joint.kind == "prismatic" else joint.screw[:3]
         found.append({
             "name": joint.name,
             "kind": joint.kind,
-            "idle": joint.name in space.idle,
+            "idle": joint.name in idle,
             "parts": [int(part[joint.parent]), int(part[j])],
             "point": joint.point.tolist(),
             "direction": direction.tolist(),
@@ -144,83 +157,44 @@ def _joint_data(space: DesignSpace, part: IntArray) -> list[dict[str, object]]:
     return found
 
 
-def _motion_columns(
-    space: DesignSpace, chain: Chain, part: IntArray
-) -> list[dict[str, object]]:
-    """Compute poses along each degree of freedom of the motion; the others stay at 0."""
-    motion = space.motion or Motion.free(space.inputs)
-    count = motion.basis.shape[1] * (12 * int(part.max() + 1) + 6 * len(space.bodies))
-    steps = int(np.clip(MAX_NUMBERS // (2 * count + 1), MIN_STEPS, MAX_STEPS))
-    return [_poses_along(space, chain, part, motion, c, steps) for c in motion.basis.T]
+def _mechanism(linkage: Linkage, chain: Chain, part: IntArray) -> dict[str, object]:
+    """Collect what gives the pose of every part at joint positions, in SI units.
 
-
-def _poses_along(
-    space: DesignSpace, chain: Chain, part: IntArray, motion: Motion, column: Array, steps: int
-) -> dict[str, object]:
-    """Compute poses along one direction of input displacements, while the loops close.
-
-    ``poses`` has for each value and part the first three rows of its displacement in one list
-    of 12, or None if the part does not move. ``rates`` has for each value and body its twist
-    ``[ω; v]`` about the inertial origin, for a unit rate along the direction.
+    ``carriers`` has for each part the first link of it, -1 for the ground, whose displacement
+    is that of the part.
     """
-    linkage = space.linkage
-    free = next((i for i, c in enumerate(column) if c == 1.0), int(np.argmax(np.abs(column))))
-    slides = [
-        linkage.joints[j].kind == "prismatic" for j in linkage.positions_of(motion.inputs)
-    ]
-    limits = np.where(slides, SLIDE_RANGE * space.length, ANGLE_RANGE)
-    reach = float(np.min(limits[column != 0.0] / np.abs(column[column != 0.0])))
-    values, found = (
-        [0.0],
-        [_pose_data(space, chain, part, motion, column, np.zeros(len(part) - 1))],
-    )
-    for side in (1, -1):
-        for k in range(1, steps + 1):
-            value = side * reach * k / steps
-            try:
-                q = _positions_at(linkage, motion, value * column)
-            except PoseError:
-                break
-            values.insert(k if side > 0 else 0, value)
-            found.insert(
-                k if side > 0 else 0,
-                _pose_data(space, chain, part, motion, column, q),
-            )
+    _, first = np.unique(part[:-1], return_index=True)
+    carriers = {int(part[link]): int(link) for link in first if part[link] > 0}
     return {
-        "label": _label(motion.inputs, column, free),
-        "input": motion.inputs[free],
-        "angle": not slides[free],
-        "stopped": [not np.isclose(values[0], -reach), not np.isclose(values[-1], reach)],
-        "values": values,
-        "poses": [rows for rows, _ in found],
-        "rates": [twists for _, twists in found],
+        "parent": chain.parent.tolist(),
+        "screws": chain.screws.tolist(),
+        "ends": chain.ends.tolist(),
+        "mimics": chain.mimics.tolist(),
+        "inputs": linkage.positions_of(linkage.inputs).tolist(),
+        "length": linkage.chain.frame.length,
+        "carriers": [carriers.get(p, -1) for p in range(int(part.max()) + 1)],
     }
 
 
-def _positions_at(linkage: Linkage, motion: Motion, u: Array) -> Array:
-    """Compute positions of all joints at displacements of the inputs."""
-    return joint_positions(linkage, dict(zip(motion.inputs, u.tolist(), strict=True)))
+def _motion_columns(linkage: Linkage, motion: Motion) -> list[dict[str, object]]:
+    """List the degrees of freedom of a motion: one slider each.
 
-
-def _pose_data(
-    space: DesignSpace, chain: Chain, part: IntArray, motion: Motion, column: Array, q: Array
-) -> tuple[list[list[float] | None], list[list[float]]]:
-    """Compute displacements of all parts, and twists of all bodies at a unit rate."""
-    pose = forward_kinematics(chain, q)
-    series = expand_from(chain, pose.screws, np.zeros((1, chain.width)), 0)
-    links = [body.link for body in space.linkage.bodies]
-    order = [motion.inputs.index(name) for name in space.linkage.inputs]
-    twists = np.einsum("bwi,w->bi", series.T[0, 0, links], column[order])
-    return _part_rows(pose.H, part), twists.round(9).tolist()
-
-
-def _part_rows(H: Array, part: IntArray) -> list[list[float] | None]:
-    """Convert displacements of links to those of parts; None for a part that rests."""
-    _, first = np.unique(part[:-1], return_index=True)
-    carried = H[first[part[first] > 0]]
-    still = np.all(carried == np.eye(4), axis=(1, 2))
-    rows = carried[:, :3].reshape(-1, 12).round(9).tolist()
-    return [None, *(None if s else row for s, row in zip(still, rows, strict=True))]
+    ``column`` has the displacements of the inputs of the linkage for a unit of the slider, and
+    ``reach`` its range to either side if it slides, in metres; an angle has a full turn.
+    """
+    kinds = {joint.name: joint.kind for joint in linkage.joints}
+    order = [motion.inputs.index(name) for name in linkage.inputs]
+    length = linkage.chain.frame.length
+    columns = []
+    for c in motion.basis.T:
+        free = next((i for i, x in enumerate(c) if x == 1.0), int(np.argmax(np.abs(c))))
+        columns.append({
+            "label": _label(motion.inputs, c, free),
+            "angle": kinds[motion.inputs[free]] != "prismatic",
+            "column": c[order].tolist(),
+            "reach": SLIDE_RANGE * length / float(np.abs(c).max()),
+        })  # fmt: skip
+    return columns
 
 
 def _label(inputs: Sequence[str], column: Array, free: int) -> str:

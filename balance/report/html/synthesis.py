@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.report.html.plot_style import LAYOUT, image, short, tidy
+from balance.report.html.plot_style import image, short, tidy
 from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.html.synthesis_curves import Curve, limits, map_curves, mechanism_curves
 from balance.report.text.synthesis import mechanism_rows, synthesis_facts
@@ -33,9 +33,6 @@ def synthesis_page(found: Synthesis) -> str:
 
     Returns:
         The text of the file; the element ``report`` contains `Synthesis.to_dict`.
-
-    Raises:
-        PackageError: Plotly is missing.
     """
     head, *rows = mechanism_rows(found)
     figures = [_mechanism_figure(found)]
@@ -142,9 +139,8 @@ def _mechanism_figure(found: Synthesis) -> dict[str, Any]:
     curves = mechanism_curves(found)
     (x0, x1), (y0, y1) = limits(curves)
     axes = {
-        "xaxis": {"title": {"text": "x (m)"}, "range": [x0, x1], "constrain": "domain"},
-        "yaxis": {"title": {"text": "y (m)"}, "range": [y0, y1], "scaleanchor": "x",
-                  "constrain": "domain"},
+        "xaxis": {"title": {"text": "x (m)"}, "range": [x0, x1]},
+        "yaxis": {"title": {"text": "y (m)"}, "range": [y0, y1], "scaleanchor": "x"},
     }  # fmt: skip
     return {"data": [_trace(curve) for curve in curves], "layout": _layout(axes)}
 
@@ -154,8 +150,8 @@ def _map_figure(found: Synthesis) -> dict[str, Any]:
     x, y, values, labels = _grid(found)
     colours = {
         "type": "heatmap", "x": short(x), "y": short(y), "z": [short(row) for row in values],
-        "zmin": -CLIPPED, "zmax": CLIPPED, "colorscale": SCALE, "hoverongaps": False,
-        "colorbar": {"title": {"text": "rad"}, "thickness": 12},
+        "zmin": -CLIPPED, "zmax": CLIPPED, "colorscale": SCALE,
+        "colorbar": {"title": {"text": "rad"}},
     }  # fmt: skip
     axes = {
         "xaxis": {"title": {"text": labels[0]}, "range": [x[0], x[-1]]},
@@ -166,7 +162,7 @@ def _map_figure(found: Synthesis) -> dict[str, Any]:
 
 
 def _trace(curve: Curve) -> dict[str, Any]:
-    """Build the Plotly trace of a curve."""
+    """Build the trace of a curve."""
     mode = "markers" if curve.style == "marks" else "lines+markers" if curve.joints else "lines"
     texts = {"mode": f"{mode}+text", "text": list(curve.labels), "textposition": "top right"}
     return {
@@ -181,8 +177,4 @@ def _trace(curve: Curve) -> dict[str, Any]:
 
 def _layout(axes: dict[str, Any]) -> dict[str, Any]:
     """Build the layout of a figure."""
-    legend = {"orientation": "h", "x": 0, "y": -0.15, "yanchor": "top"}
-    return {
-        **LAYOUT, **axes, "legend": legend, "margin": {"l": 60, "r": 10, "t": 20, "b": 50},
-        "height": 560, "showlegend": True,
-    }  # fmt: skip
+    return {**axes, "height": 560, "showlegend": True}

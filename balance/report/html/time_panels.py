@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.report.html.plot_style import GRID, LAYOUT, image, short, tidy
+from balance.report.html.plot_style import image, short, tidy
 from kinematics.model.linkage import Linkage
 
 __all__ = [
-    "COLOURS", "MAX_LINES", "Column", "Panel", "linkage_names", "panels_figures",
+    "COLOURS", "MAX_LINES", "PanelColumn", "Panel", "linkage_names", "panels_figures",
     "panels_picture",
 ]  # fmt: skip
 
@@ -44,7 +43,7 @@ class Panel(NamedTuple):
     least: float = 0.0
 
 
-class Column(NamedTuple):
+class PanelColumn(NamedTuple):
     """Panels over one time.
 
     Attributes:
@@ -58,7 +57,7 @@ class Column(NamedTuple):
     panels: Sequence[Panel]
 
 
-def panels_picture(columns: Sequence[Column], kind: str = "png") -> bytes:
+def panels_picture(columns: Sequence[PanelColumn], kind: str = "png") -> bytes:
     """Draw columns of panels side by side as an image; panels of a row have one scale.
 
     Args:
@@ -108,43 +107,32 @@ def _draw_panel(ax: Any, time: Array, panel: Panel) -> None:
               ncols=columns)  # fmt: skip
 
 
-def panels_figures(columns: Sequence[Column]) -> list[dict[str, object]]:
-    """Build traces and layout of Plotly for each column; panels of a row have one scale."""
+def panels_figures(columns: Sequence[PanelColumn]) -> list[dict[str, object]]:
+    """Build traces and layout of a chart for each column; panels of a row have one scale."""
     rows = zip(*(column.panels for column in columns), strict=True)
     limits = [_axis_limits(row) for row in rows]
-    return [_plotly_figure(column, limits) for column in columns]
+    return [_chart(column, limits) for column in columns]
 
 
-def _plotly_figure(column: Column, limits: Sequence[tuple[float, float]]) -> dict[str, object]:
-    """Build the Plotly panels of one linkage, in one column, each with a legend above it."""
-    time, shown = short(column.time), column.panels
+def _chart(column: PanelColumn, limits: Sequence[tuple[float, float]]) -> dict[str, object]:
+    """Build the panels of one linkage, one above the other, each with a legend."""
+    time, count = short(column.time), len(column.panels)
     traces: list[dict[str, object]] = []
     layout: dict[str, Any] = {
-        "margin": {"l": 64, "r": 8, "t": 80, "b": 48},
-        "hovermode": "x", **LAYOUT,
-        "title": {
-            "text": escape(column.heading).replace("\n", "<br>"), "x": 0.0, "font": {"size": 16}
-        },
-        "xaxis": {"title": {"text": "time (s)"}, "gridcolor": GRID,
-                  "anchor": f"y{len(shown)}"},
+        "hovermode": "x", "title": {"text": column.heading}, "showlegend": True,
+        "xaxis": {"title": {"text": "time (s)"}},
     }  # fmt: skip
-    for row, (panel, limit) in enumerate(zip(shown, limits, strict=True)):
+    for row, (panel, limit) in enumerate(zip(column.panels, limits, strict=True)):
         mark = str(row + 1) if row else ""
-        top = 1.0 - row / len(shown)
         layout[f"yaxis{mark}"] = {
-            "domain": [top - 0.78 / len(shown), top], "range": limit,
-            "title": {"text": panel.title}, "gridcolor": GRID,
-            "zerolinecolor": "#c9ced4", "exponentformat": "power",
-        }  # fmt: skip
-        layout[f"legend{mark}"] = {
-            "orientation": "h", "x": 1.0, "xanchor": "right", "y": top, "yanchor": "bottom",
+            "domain": [1.0 - (row + 1) / count, 1.0 - row / count], "range": limit,
+            "title": {"text": panel.title},
         }  # fmt: skip
         lines = zip(panel.names, panel.lines, COLOURS, DASHES, strict=False)
         traces += [
             {
-                "type": "scatter", "mode": "lines", "name": escape(name), "showlegend": True,
-                "x": time, "y": short(line), "yaxis": f"y{mark}", "legend": f"legend{mark}",
-                "line": {"color": colour, "dash": dash, "width": 1.5},
+                "type": "scatter", "mode": "lines", "name": name, "x": time, "y": short(line),
+                "yaxis": f"y{mark}", "line": {"color": colour, "dash": dash, "width": 1.5},
             }
             for name, line, colour, dash in lines
         ]  # fmt: skip

@@ -1,45 +1,45 @@
 """Plots of a verification: inputs, shaking loads and joint forces over time.
 
 They show the motion that decides the verdict, with a second linkage next to the first one. The
-output is a Matplotlib image, an HTML page that needs no network, or a table.
+output is a Matplotlib image or a table.
 """
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from html import escape
 from io import StringIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.report.html.render import facts_list, render_page
 from balance.report.html.time_panels import (
     MAX_LINES,
-    Column,
     Panel,
+    PanelColumn,
     linkage_names,
-    panels_figures,
     panels_picture,
 )
-from balance.report.text.verification import verification_facts
 from balance.tolerances import FORCE_EQUAL_RELATIVE
-from balance.verification.result import Run, Verification
-from kinematics.wording import count_noun
+from balance.verification.result import Verification
+from balance.verification.run import Run
 
-__all__ = ["panels", "verification_page", "verification_picture", "verification_table"]
+__all__ = ["motion_heading", "panels", "verification_picture", "verification_table"]
 
 Array = NDArray[np.float64]
 
 
-def panels(found: Verification) -> list[Panel]:
-    """Build the panels of the plotted motion of a verification.
+def panels(found: Verification, number: int | None = None) -> list[Panel]:
+    """Build the panels of a motion of a verification.
 
     Shaking loads are those of the linkage on its base, opposite to the base reaction. Moments
     are about the middle of the mechanism.
+
+    Args:
+        found: the verification.
+        number: index of the motion; the plotted one by default.
     """
-    run, axes = _plotted_run(found), ("x", "y", "z")
+    run, axes = found.runs[found.plotted if number is None else number], ("x", "y", "z")
     least = found.tolerance * found.scale
     names = found.linkage.inputs, tuple(joint.name for joint in found.linkage.joints)
     inputs = _largest_columns(names[0], run.trajectory.u, range(len(names[0])))
@@ -113,10 +113,10 @@ def verification_picture(found: Sequence[Verification], kind: str = "png") -> by
     return panels_picture(_columns(found), kind)
 
 
-def _columns(found: Sequence[Verification]) -> list[Column]:
+def _columns(found: Sequence[Verification]) -> list[PanelColumn]:
     """Build the column of panels of each linkage."""
     return [
-        Column(heading, _plotted_run(one).trajectory.time, panels(one))
+        PanelColumn(heading, _plotted_run(one).trajectory.time, panels(one))
         for one, heading in zip(found, _headings(found), strict=True)
     ]
 
@@ -124,55 +124,18 @@ def _columns(found: Sequence[Verification]) -> list[Column]:
 def _headings(found: Sequence[Verification]) -> list[str]:
     """Build the heading of each linkage: name, verdict and plotted motion, on two lines."""
     return [
-        f"{name}\n{one.verdict}, {_motion_text(one)}"
+        f"{name}\n{one.verdict}, {motion_heading(one, one.plotted)}"
         for name, one in zip(linkage_names([one.linkage for one in found]), found, strict=True)
     ]
 
 
-def _motion_text(found: Verification) -> str:
-    """Describe the plotted motion."""
+def motion_heading(found: Verification, number: int) -> str:
+    """Name a motion of a verification.
+
+    Args:
+        found: the verification.
+        number: index of the motion.
+    """
     if found.crank is not None:
         return f"{found.crank.joint} at {found.crank.rpm:.6g} rpm"
-    return f"motion {found.plotted + 1} of {len(found.runs)}"
-
-
-def verification_page(found: Sequence[Verification]) -> str:
-    """Render verifications as one HTML file.
-
-    Raises:
-        PackageError: Plotly is missing.
-    """
-    names = linkage_names([one.linkage for one in found])
-    return render_page(
-        "verify.html",
-        title=" and ".join(names),
-        summary=_summary(found),
-        report=[one.to_dict() for one in found],
-        data={"figures": panels_figures(_columns(found))},
-        scripts=["curves"],
-        facts="\n".join(
-            f"<section><h2>{escape(name)}</h2>{facts_list(verification_facts(one))}</section>"
-            for name, one in zip(names, found, strict=True)
-        ),
-        curves="\n".join(
-            f'<div class="traces" id="traces{k}" role="img" aria-label="Inputs, shaking force, '
-            f'shaking moment and bearing forces of {escape(name)} over time"></div>'
-            for k, name in enumerate(names)
-        ),
-        motions=escape("; ".join(f"{name}: {_motion_text(one)}"
-                                 for name, one in zip(names, found, strict=True))),
-    )  # fmt: skip
-
-
-def _summary(found: Sequence[Verification]) -> str:
-    """Summarise the verdicts in one sentence."""
-    first = found[0]
-    verdicts = "; ".join(
-        f"{name}: {one.verdict}"
-        for name, one in zip(linkage_names([one.linkage for one in found]), found, strict=True)
-    )
-    if first.crank is not None:
-        motions = f"one revolution of {first.crank.joint} at {first.crank.rpm:.6g} rpm"
-    else:
-        motions = count_noun(len(first.runs), "motion")
-    return f"Shaking force and moment over {motions} ({first.duration:.4g} s). {verdicts}."
+    return f"motion {number + 1} of {len(found.runs)}"

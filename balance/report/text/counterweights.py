@@ -9,12 +9,17 @@ from collections.abc import Sequence
 
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import DENSITIES, Counterweight
+from balance.report.text.design import FORCE_ONLY, OTHER_WAYS
 
 __all__ = ["counterweight_rows", "counterweights_facts", "counterweights_text"]
 
 UNITS = {"mass": "kg", "inertia": "kg m²", "rotor": "kg m²"}
 CUBIC_CENTIMETRES = 1e6
 DIGITS = 6
+# Added mass, over the given mass, above which partial balance is named, and above which a
+# change of the request is no help.
+MUCH_ADDED = 3.0
+MOST_ADDED = 100.0
 
 
 def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
@@ -31,6 +36,10 @@ def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
     if space.motion:
         pairs.append(("motion", ", ".join(space.motion.relations)))
     pairs.append(("verdict", found.words))
+    if space.balance == "force" and found.value is not None:
+        pairs.append(("moment", FORCE_ONLY))
+    if space.balance == "dynamic" and found.verdict == "infeasible":
+        pairs.append(OTHER_WAYS)
     for name, region in found.regions.items():
         default = " (default: half the link's length about its joint)"
         pairs.append((f"region {name}", region.text + default * (name in found.chosen)))
@@ -39,10 +48,13 @@ def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
         pairs.append(("minimised", f"{value}, the least up to {found.gap:.1e} of it"))
         share = found.added_mass / found.given_mass if found.given_mass else 0.0
         added = f"{found.added_mass:.{DIGITS}g} kg, {share:.3g} times the given mass"
+        if share > MUCH_ADDED:
+            added += " (--partial --pareto 10 weighs mass against shaking)"
         pairs += [("added", added), ("residual", f"{found.residual:.1e}")]
     if found.check:
         pairs.append(("certificate", str(found.check)))
-    pairs += [("would help", one.words) for one in found.relaxations]
+    most = MOST_ADDED * found.given_mass
+    pairs += [("would help", one.words) for one in found.relaxations if one.mass <= most]
     return pairs
 
 

@@ -12,12 +12,27 @@ from numpy.typing import NDArray
 
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
+from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 
-__all__ = ["design_facts", "body_rows", "design_text"]
+__all__ = ["FORCE_ONLY", "OTHER_WAYS", "body_rows", "design_facts", "design_text"]
 
 Array = NDArray[np.float64]
 
 UNITS = {"mass": " kg", "inertia": " kg m²", "rotor": " kg m²", "change": ""}
+# What is left to try where no masses balance the forces and the moment.
+OTHER_WAYS = (
+    "other ways",
+    "--balance force: the forces alone; --add LINKS --partial: the least shaking; "
+    "balance remedies: what to build in",
+)
+FORCE_ONLY = "not balanced: compare it by balance verify FILE --against MODEL"
+# Distance to a rank drop, in characteristic lengths, below which a geometry may be a rounded
+# special one.
+NEAR_SPECIAL = 1e-2
+NEAR_SPECIAL_TEXT = (
+    "to first order, a change of the geometry by {:.1e} of the size enlarges the design space: "
+    "were coordinates rounded?"
+)
 # Digits of masses, and of the largest component of a vector.
 DIGITS = 6
 
@@ -34,10 +49,13 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     count = space.rank + space.nullity
     size = f"{space.nullity} of {count} dimensions, {space.level}"
     pairs += [("design space", size), ("verdict", design.words)]
+    pairs += _what_else(design)
     if design.minimise:
         value = "" if design.value is None else f": {design.value:.{DIGITS}g}"
         unit = _unit(design) if value else ""
         pairs.append(("minimised", f"{design.minimise}{value}{unit}"))
+    if design.floor:
+        pairs.append(("floor", _floor_text(design)))
     if design.keep:
         pairs.append(("kept", ", ".join(design.keep)))
     if design.bounds:
@@ -66,6 +84,34 @@ def design_text(design: Design) -> str:
                  for row in table)  # fmt: skip
         lines += ["", *(line.rstrip() for line in cells)]
     return "\n".join(lines)
+
+
+def _what_else(design: Design) -> list[tuple[str, str]]:
+    """List what a verdict leaves open: other ways, a special geometry near, the moment."""
+    space = design.space
+    if space.balance == "force":
+        return [("moment", FORCE_ONLY)] if design.z is not None else []
+    if design.verdict != "infeasible":
+        return []
+    pairs, change = [OTHER_WAYS], distance_to_rank_drop(space)
+    if change < NEAR_SPECIAL:
+        pairs.append(("near-special", NEAR_SPECIAL_TEXT.format(change)))
+    return pairs
+
+
+def _floor_text(design: Design) -> str:
+    """Describe the least mass and extent of a link, and what sets the size of the design."""
+    assert design.floor is not None
+    mass, moment = design.floor
+    text = (
+        f"each link at least {mass:.3g} kg, with second moments of at least {moment:.3g} kg m²"
+    )
+    if design.keep or any(low > 0.0 for low, _ in design.bounds.values()):
+        return text
+    return (
+        f"{text}; nothing else sets the size of the masses: --keep a link, or give one a least "
+        f"mass, such as --bounds {design.space.bodies[0]}=0.1:"
+    )
 
 
 def _region_text(design: Design) -> str:

@@ -13,6 +13,7 @@ from balance.flexible.similarity import Arm, Similarity
 from balance.flexible.simulate import FlexibleMotion
 from balance.flexible.support_points import STATIC_POINT, SupportPoints
 from balance.flexible.supported_modes import SupportedModes
+from balance.flexible.translators import TranslatorMotion
 
 __all__ = [
     "flexible_motion_facts", "flexible_motion_text", "free_modes_text", "similarity_text",
@@ -36,8 +37,8 @@ def _facts(pairs: Sequence[tuple[str, str]]) -> list[str]:
 
 
 def free_modes_text(modes: Sequence[FreeMode]) -> str:
-    """Write the modes of a free beam: ω in sqrt(EI / ρA l⁴), zeros in the length."""
-    rows = [("mode", "frequency", "zeros ± ξ from the middle")]
+    """Write the modes of a free beam, without dimensions: λ², and zeros over the length."""
+    rows = [("mode", "λ² = ω √(ρA l⁴ / EI)", "zeros ± ξ from the middle")]
     for one in modes:
         zeros = " ".join(f"{zero:.15g}" for zero in one.zeros)
         rows.append((str(one.number), f"{one.frequency:.12f}", zeros))
@@ -72,13 +73,19 @@ def supports_text(found: SupportPoints) -> str:
     return "\n".join([*_table(rows), "", *_facts(facts)])
 
 
-def similarity_text(second: Arm, found: Similarity, motion: FlexibleMotion | None) -> str:
+def similarity_text(
+    second: Arm,
+    found: Similarity,
+    motion: FlexibleMotion | None = None,
+    translator: TranslatorMotion | None = None,
+) -> str:
     """Write a counter-arm, the conditions of similarity, and the peaks of a simulation.
 
     Args:
         second: the counter-arm.
         found: the comparison with the arm that it balances.
         motion: a simulation of both on one hub, if there is one.
+        translator: that of translators on two of each, if there is one.
     """
     beam = second.beam
     facts = [
@@ -95,11 +102,32 @@ def similarity_text(second: Arm, found: Similarity, motion: FlexibleMotion | Non
     if motion is not None:
         facts.append(("shaking force", f"{motion.peak_force:.4g} N at most"))
         facts.append(("shaking moment", f"{motion.peak_moment:.4g} N m at most"))
+    if translator is not None:
+        facts += _translator_facts(translator)
     rows = [("condition", "equal", "arm", "counter-arm", "difference")]
     for one in found.conditions:
         state = "holds" if one.holds else f"{one.difference:+.3%}"
         rows.append((one.name, one.words, f"{one.left:.6g}", f"{one.right:.6g}", state))
     return "\n".join([*_facts(facts), "", *_table(rows)])
+
+
+def _translator_facts(found: TranslatorMotion) -> list[tuple[str, str]]:
+    """List the facts on a translator and its counter-translator."""
+    one, other = found.translator, found.blocks[1]
+    low, high = (round(1e3 * y, 2) + 0.0 for y in found.displacement)
+    hubs = "half of it on each hub" if one.both else "on the lower hub"
+    return [
+        ("counter-block", f"{other.mass:.6g} kg, length {other.length:.6g} m, breadth "
+         f"{other.breadth:.6g} m"),
+        ("driven by", f"{one.moment:g} N m, {hubs}, within {one.rise:g} s; for "
+         f"{found.pair.times[-1]:g} s"),
+        ("displacement", f"{low:.2f} to {high:.2f} mm"),
+        ("shaking force", f"{found.pair.peak_force:.4g} N at most, {found.reduction:.0f} times "
+         "less than without counter-translator"),
+        ("shaking moment", f"{found.pair.peak_moment:.4g} N m at most, about the middle "
+         "between the hubs"),
+        ("energy", f"drifts by {found.pair.energy_drift:.1e} of the largest"),
+    ]  # fmt: skip
 
 
 def flexible_motion_facts(

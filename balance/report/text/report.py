@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from balance.spaces.design_space import DesignSpace
 
 __all__ = [
+    "comparison_facts",
     "decoupling_facts",
     "explanation_sections",
     "inertia_sections",
@@ -112,6 +113,19 @@ def report_text(report: Report) -> str:
         width = max(len(label) for label, _ in pairs)
         found.append("\n".join([f"{title}:", *(f"  {a:<{width}}  {b}" for a, b in pairs)]))
     return "\n\n".join(found)
+
+
+def comparison_facts(report: Report) -> list[tuple[str, str]]:
+    """List the facts on a design space and its ranks, for a table of several."""
+    ranks = ", ".join(str(order.rank) for order in report.space.orders)
+    facts = report_facts(report.space, report.change)
+    at = next(k for k, (label, _) in enumerate(facts) if label == "conditions")
+    facts.insert(at + 1, ("rank by order", ranks))
+    if report.exact is not None:
+        facts.insert(at + 2, ("exact ranks", ", ".join(map(str, report.exact.ranks))))
+    if report.decoupling is not None:
+        facts.append(("decoupled", report.decoupling.words))
+    return facts
 
 
 def explanation_sections(explanation: Explanation) -> list[tuple[str, list[tuple[str, str]]]]:

@@ -32,8 +32,15 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         ("agreement", f"{found.agreement:.1e}, Pinocchio and our series"),
         ("closure", f"{found.closure:.1e} radians, characteristic lengths"),
         *(("note", remark) for remark in found.remarks),
-        ("verdict", f"{found.verdict} (tolerance {found.tolerance:.1e})"),
+        ("verdict", f"{_verdict(found)} (tolerance {found.tolerance:.1e})"),
     ]
+
+
+def _verdict(found: Verification) -> str:
+    """Return the verdict; of forces alone, if nothing else counts."""
+    if found.balance == "force" and found.decided:
+        return f"forces {found.verdict}; the moment does not count"
+    return found.verdict
 
 
 def _motion_facts(found: Verification) -> list[tuple[str, str]]:
@@ -73,6 +80,20 @@ def _peak_text(found: Verification, part: str) -> str:
     return f"peak {peak} at {angle:.1f}°, rms {run.rms(part):.3g} {unit}"
 
 
+def _ratios(first: Verification, second: Verification) -> str:
+    """Compare peak and root mean square of the loads of a linkage with those of a second."""
+    words = []
+    for part in ("force", "moment"):
+        (peak, other), (mean, others) = (
+            (max(run.peak(part) for run in one.runs) for one in (first, second)),
+            (np.sqrt(np.mean([run.rms(part) ** 2 for run in one.runs]))
+             for one in (first, second)),
+        )  # fmt: skip
+        if getattr(second, f"{part}_residual") > second.tolerance:
+            words.append(f"{part} {peak / other:.3g} (peak), {mean / others:.3g} (rms)")
+    return "; ".join(words) or "the second does not shake"
+
+
 def verification_text(first: Verification, second: Verification | None = None) -> str:
     """Write verifications as plain text.
 
@@ -91,4 +112,5 @@ def verification_text(first: Verification, second: Verification | None = None) -
     table = [(label, left, right) for (label, left), (_, right) in zip(*plain, strict=True)]
     width = max(len(left) for _, left, _ in table)
     lines = [f"{label:<15} {left:<{width}}  {right}" for label, left, right in table]
+    notes.insert(0, ("first/second", _ratios(first, second)))
     return "\n".join([*lines, *(f"{label:<15} {note}" for label, note in notes)])

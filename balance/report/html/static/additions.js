@@ -5,11 +5,11 @@ const LUMP = "#8a5a00";
 const additions = data("additions").map((one) =>
   ({...one, part: scene.bodies.find((body) => body.name === one.name).part}));
 
-overlay.points.push(...additions.flatMap(({part, paths}) =>
+stage.points.push(...additions.flatMap(({part, paths}) =>
   paths.flatMap((path) => path.map((point) => [part, point]))));
 
 /** Traces of the regions, and of the lumps where the design is shown. */
-overlay.added = (H, designed) => {
+const added = (H, designed) => {
   const borders = new Lines(), lumps = new Labels();
   for (const {name, part, paths, lumps: own} of additions) {
     for (const path of paths) borders.path(part, path, `region of ${plain(name)}`);
@@ -23,8 +23,8 @@ overlay.added = (H, designed) => {
   ];
 };
 
-overlay.legend = (svg) => [
-  [svg(`<ellipse cx="17" cy="8" rx="15" ry="7" fill="none" stroke="${GHOST}" stroke-width="2"/>`),
+const addedLegend = (svg) => [
+  [svg(`<ellipse cx="17" cy="8" rx="15" ry="7" class="ghost solid"/>`),
     "region for added matter"],
-  [svg(`<circle cx="17" cy="8" r="5" fill="${LUMP}"/>`), "added lump"],
+  [svg(`<circle cx="17" cy="8" r="5" class="lump full"/>`), "added lump"],
 ];

@@ -15,11 +15,14 @@
     600 + (p[0] - (low[0] + high[0]) / 2) / size, 360 - (p[1] - (low[1] + high[1]) / 2) / size,
   ];
 
+  // A narrow page shows the canvas small: lines keep half of their width at least.
+  const thickness = () => Math.max(1, 600 / Math.max(canvas.clientWidth, 1));
+
   const line = (points, colour, width) => {
     pen.beginPath();
     points.forEach((p, i) => pen[i ? "lineTo" : "moveTo"](...place(p)));
-    pen.strokeStyle = colour;
-    pen.lineWidth = width;
+    pen.strokeStyle = tone(colour);
+    pen.lineWidth = width * thickness();
     pen.stroke();
   };
 
@@ -38,27 +41,19 @@
     });
     frames.grounds.forEach((p) => {
       const [x, y] = place(p);
-      pen.fillStyle = dark;
+      pen.fillStyle = tone(dark);
       pen.beginPath();
-      pen.arc(x, y, 8, 0, 2 * Math.PI);
+      pen.arc(x, y, 8 * thickness(), 0, 2 * Math.PI);
       pen.fill();
     });
     words.textContent = `t = ${frames.times[k].toFixed(3)} s, bending × ${factor.toPrecision(3)}`;
   };
 
-  let playing = null;
-  byId("bend-play").addEventListener("click", (event) => {
-    if (playing) {
-      clearInterval(playing);
-      playing = null;
-    } else {
-      playing = setInterval(() => {
-        time.value = (Number(time.value) + 1) % frames.times.length;
-        draw();
-      }, 50);
-    }
-    event.target.textContent = playing ? "Stop" : "Play";
+  player(byId("bend-play"), () => {
+    time.value = (Number(time.value) + 1) % frames.times.length;
+    draw();
   });
+  redrawn.add(draw);
   time.addEventListener("input", draw);
   scale.addEventListener("input", draw);
   draw();

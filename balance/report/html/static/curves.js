@@ -1,5 +1,3 @@
-/* Draw each figure of curves with Plotly. */
+/* Draw each figure of curves. */
 
-data("figures").forEach((figure, k) => {
-  Plotly.newPlot(`traces${k}`, figure.data, figure.layout, {responsive: true, displayModeBar: false});
-});
+data("figures").forEach((figure, k) => new Chart(byId(`traces${k}`), figure));

@@ -14,18 +14,12 @@ const groups = [
   })),
 ].filter((group) => group.freedoms.length > 0);
 
-/* Overlay of the linkage: all texts and outer points, and the current traces. */
-const overlay = {
-  texts: groups.flatMap((group) => group.freedoms.flatMap((f) => f.primitives.map((p) => signed(p.value)))),
-  points: [], bodies: [], joints: [], traces: () => [],
-};
-
 /** Traces of a freedom at a pose. */
 const glyphs = ({solid, stripes, strokes, open, labels}) => (H) => [
   mesh("plus", solid, H, PLUS),
   mesh("stripes", stripes, H, STRIPE),
-  lines("arrows", strokes, H, {color: PLUS, width: 7}, true),
-  lines("minus", open, H, {color: MINUS, width: 3}, true),
+  lines("arrows", strokes, H, {color: PLUS, width: 4}, true),
+  lines("minus", open, H, {color: MINUS, width: 1.5}, true),
   texts("values", labels, H, INK, 15),
 ];
 
@@ -51,7 +45,7 @@ function drawn(freedom) {
   return {solid, stripes, strokes, open, labels};
 }
 
-function drawMass(p, {part, middle, share, text, plus, solid, open}) {
+function drawMass(p, {part, share, text, plus, solid, open}) {
   const radius = 0.027 * size * Math.cbrt(share);
   if (plus) solid.sphere(part, p.point, radius, text);
   else {
@@ -65,9 +59,7 @@ function drawMass(p, {part, middle, share, text, plus, solid, open}) {
       open.circle(part, p.point, u, normal, r);
     }
   }
-  const out = add(middle, p.point, -1), far = norm(out);
-  const aim = far > 1e-6 * size ? scaled(out, 1 / far) : scaled(vertical, plus ? 1 : -1);
-  return add(add(p.point, aim, 0.02 * size + gap), unit(cross(sight, aim)), (plus ? 0.65 : -0.65) * gap);
+  return p.point;
 }
 
 function drawArrow(p, {part, middle, share, text, plus, solid, strokes, open}) {
@@ -91,7 +83,7 @@ function drawArrow(p, {part, middle, share, text, plus, solid, strokes, open}) {
       open.path(part, [add(add(neck, u, radius * Math.cos(t)), v, radius * Math.sin(t)), tip]);
     }
   }
-  return add(tip, d, 0.035 * size);
+  return tip;
 }
 
 function drawRod(p, {part, middle, share, text, alone, plus, solid, stripes, open}, corners) {
@@ -119,6 +111,5 @@ function drawRod(p, {part, middle, share, text, alone, plus, solid, stripes, ope
       open.path(part, [from, to]);
     }
   }
-  return alone ? add(here, corners.length > 1 ? beside(corners) : u, -gap)
-    : add(here, d, half + 0.035 * size);
+  return alone ? here : add(here, d, half);
 }

@@ -4,23 +4,18 @@ const COLOURS = {designed: PLUS, given: MINUS};
 const STATES = Object.keys(COLOURS);
 
 /** Ellipsoids of one state: part, name and shape of each body. */
-const solids = Object.fromEntries(STATES.map((state) => [state, data("masses")
+const bulks = Object.fromEntries(STATES.map((state) => [state, data("masses")
   .filter((body) => body[state])
   .map((body) => ({part: scene.bodies.find((b) => b.name === body.name).part, name: plain(body.name), ...body[state]}))]));
 const weight = ({name, mass}) => `${name}, ${Number(mass.toPrecision(3))} kg`;
 
-/* Overlay of the linkage: all texts and outer points, and the current traces. */
-const overlay = {
-  texts: STATES.flatMap((state) => solids[state].map(weight)),
-  points: STATES.flatMap((state) => solids[state].flatMap(({part, centre, axes}) =>
-    axes.flatMap((axis) => [1, -1].map((s) => [part, add(centre, axis, s)])))),
-  bodies: [], joints: [], traces: () => [],
-};
+stage.points.push(...STATES.flatMap((state) => bulks[state].flatMap(({part, centre, axes}) =>
+  axes.flatMap((axis) => [1, -1].map((s) => [part, add(centre, axis, s)])))));
 
 /** Surfaces, outlines, centres of mass and values of the ellipsoids of one state. */
 function shapes(state) {
   const surface = new Mesh(), outlines = new Lines(), centres = new Labels(), values = new Labels();
-  for (const solid of solids[state]) {
+  for (const solid of bulks[state]) {
     const {part, centre, axes} = solid, text = weight(solid);
     const at = (x, y, z) => add(add(add(centre, axes[0], x), axes[1], y), axes[2], z);
     const turn = (count) => Array.from({length: count}, (_, k) => 2 * Math.PI * k / count);
@@ -36,7 +31,7 @@ function shapes(state) {
       }), text);
     }
     centres.put(part, centre, text);
-    values.put(part, add(centre, vertical, -0.7 * gap), text);
+    values.put(part, centre, text);
   }
   return {surface, outlines, centres, values};
 }

@@ -99,16 +99,17 @@ function meant(lines, couples, balanced) {
   };
 }
 
-/** The slider that moves the linkage (the first one at rest), and its value. */
+/** The slider that was moved last (the first one at rest), and the twists of the bodies as it runs. */
 function rate() {
-  const column = scene.columns.find((c) => c.poses.includes(pose)) || scene.columns[0];
-  return {column, twists: column.rates[pose === rest ? column.values.indexOf(0) : column.poses.indexOf(pose)]};
+  const column = scene.columns[controls.moving], {mechanism} = stage;
+  const twists = mechanism.twists(stage.q, mechanism.rates(stage.q, column.column));
+  return {column, twists: scene.bodies.map((body) => twists[body.link])};
 }
 
 const MASSES = {
   none: {label: "do not show them"},
   given: {label: "of the masses in the file", of: () => scene.bodies.map((body) => body.pseudo)},
-  chosen: {label: "of the chosen freedom", of: () => gathered(overlay.primitives)},
+  chosen: {label: "of the chosen freedom", of: () => gathered(primitives)},
   all: {
     label: "of all freedoms together",
     of: () => gathered(groups.flatMap((group) => group.freedoms.flatMap((f) => f.primitives))),
@@ -149,7 +150,7 @@ function drawMomenta(found, H, {point, feet}) {
     whole.path(0, [add(middle, d, -3 * size), add(middle, d, 3 * size)], text);
     shafts.path(0, [start, neck], text);
     heads.turned(0, [neck, neck, tip], [0, 0.013 * size, 0], d, text);
-    labels.put(0, add(add(start, d, 0.5 * long), unit(cross(sight, d)), gap), plain(body.name));
+    labels.put(0, add(start, d, 0.5 * long), plain(body.name));
   }
   if (point) star.put(0, point, `all lines meet at ${vector(point)} m`);
   if (feet) {
@@ -157,12 +158,12 @@ function drawMomenta(found, H, {point, feet}) {
     common.path(0, [add(middle, along, -3 * size), add(middle, along, 3 * size)], "common normal");
   }
   return [
-    lines("momenta", whole, rest, {color: VIOLET, width: 2}, true),
-    lines("common normal", common, rest, {color: VIOLET, width: 3, dash: "dash"}, true),
-    lines("momentum shafts", shafts, rest, {color: VIOLET, width: 6}, true),
-    mesh("momentum heads", heads, rest, VIOLET),
-    texts("momentum names", labels, rest, VIOLET, 13),
-    marks("meeting", star, rest, "diamond", 3.5, VIOLET),
+    lines("momenta", whole, stage.rest, {color: VIOLET, width: 1.3}, true),
+    lines("common normal", common, stage.rest, {color: VIOLET, width: 2, dash: "dash"}, true),
+    lines("momentum shafts", shafts, stage.rest, {color: VIOLET, width: 4}, true),
+    mesh("momentum heads", heads, stage.rest, VIOLET),
+    texts("momentum names", labels, stage.rest, VIOLET, 13),
+    marks("meeting", star, stage.rest, "diamond", 4, VIOLET),
   ];
 }
 
@@ -186,8 +187,8 @@ function buildMomenta() {
     if (offered(name)) choice.append(element("option", {value: name}, label));
   }
   choice.value = report.as_given.balanced ? "given" : "none";
-  choice.addEventListener("change", draw);
+  choice.addEventListener("change", () => stage.draw());
   byId("legend").insertAdjacentHTML("beforeend",
-    `<li><svg width="34" height="16" viewBox="0 0 34 16" aria-hidden="true"><path d="M1 8H33" stroke="${VIOLET}"/><path d="M6 8H18" stroke="${VIOLET}" stroke-width="3"/><path d="M18 3L26 8L18 13Z" fill="${VIOLET}"/></svg>momentum of a body</li>`);
-  layers.push(momentumLines);
+    `<li><svg width="34" height="16" viewBox="0 0 34 16" aria-hidden="true"><path class="violet" d="M1 8H33"/><path class="violet" stroke-width="3" d="M6 8H18"/><path class="violet full" d="M18 3L26 8L18 13Z"/></svg>momentum of a body</li>`);
+  stage.layers.push(momentumLines);
 }

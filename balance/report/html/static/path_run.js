@@ -2,9 +2,6 @@
 
 const run = data("run");
 const chosen = byId("chosen"), time = byId("time");
-const still = {responsive: true, displayModeBar: false};
-const FONT_STYLE = {family: "Charter, Liberation Serif, Georgia, serif", color: "#1b1e22"};
-const paper = {paper_bgcolor: "#fff", plot_bgcolor: "#fff", font: FONT_STYLE};
 
 /** Points of all parts at a frame, parts apart by gaps. */
 function outline(path, k) {
@@ -18,16 +15,15 @@ function outline(path, k) {
 
 function drawLinkage(path, k) {
   const trace = path.trace;
-  const box = {zeroline: false, gridcolor: "#e6e9ec"};
-  Plotly.react("drawing", [
+  chartOn("drawing", [
     {type: "scatter", mode: "lines", ...trace, line: {color: "#c05a10", width: 1.5}, hoverinfo: "skip"},
     {type: "scatter", mode: "lines+markers", ...outline(path, k), line: {color: "#1f5a94", width: 4},
-      marker: {color: "#1b1e22", size: 7}, hoverinfo: "skip", connectgaps: false},
+      marker: {color: "#1b1e22", size: 7}, hoverinfo: "skip"},
   ], {
-    ...paper, margin: {l: 48, r: 8, t: 8, b: 40}, showlegend: false,
-    xaxis: {...box, title: {text: run.axes[0]}, range: run.box[0], scaleanchor: "y"},
-    yaxis: {...box, title: {text: run.axes[1]}, range: run.box[1]},
-  }, still);
+    showlegend: false,
+    xaxis: {title: {text: run.axes[0]}, range: run.box[0], scaleanchor: "y"},
+    yaxis: {title: {text: run.axes[1]}, range: run.box[1]},
+  });
 }
 
 /** The shade of quiet poses, and strokes along their directions. */
@@ -36,9 +32,9 @@ function background() {
   if (!field) return [];
   return [
     {type: "heatmap", x: field.x, y: field.y, z: field.size, zmin: 0, hoverinfo: "skip",
-      colorscale: [[0, "#6fa3cf"], [1, "#ffffff"]], colorbar: {thickness: 10, len: 0.8}},
+      colorscale: [[0, "#6fa3cf"], [1, "#ffffff"]]},
     {type: "scatter", mode: "lines", x: field.strokes[0], y: field.strokes[1],
-      line: {color: "#5d6a76", width: 1}, hoverinfo: "skip", connectgaps: false},
+      line: {color: "#5d6a76", width: 1}, hoverinfo: "skip"},
   ];
 }
 
@@ -49,28 +45,25 @@ function drawPlane(path, k) {
   }));
   const here = path ? [{type: "scatter", mode: "markers", x: [path.u[0][k]], y: [path.u[1][k]],
     marker: {color: "#1b1e22", size: 9}, hoverinfo: "skip"}] : [];
-  const box = {zeroline: false, gridcolor: "#e6e9ec"};
-  Plotly.react("plane", [...background(), ...lines, ...here], {
-    ...paper, margin: {l: 56, r: 8, t: 8, b: 40}, showlegend: false,
-    xaxis: {...box, title: {text: run.inputs[0]}}, yaxis: {...box, title: {text: run.inputs[1]}},
-  }, still);
+  chartOn("plane", [...background(), ...lines, ...here], {
+    showlegend: false,
+    xaxis: {title: {text: run.inputs[0]}}, yaxis: {title: {text: run.inputs[1]}},
+  });
 }
 
 function drawLoads(path, k) {
   for (const [name, unit] of [["force", "N"], ["moment", "N m"]]) {
     const curves = [["on the path", path.loads[name], "#1f5a94"],
       ["straight", path.straight ? path.straight[name] : [], "#c05a10"]];
-    Plotly.react(name, curves.map(([label, y, color]) => ({
+    chartOn(name, curves.map(([label, y, color]) => ({
       type: "scatter", mode: "lines", name: label, x: path.time, y, line: {color, width: 2},
     })), {
-      ...paper, margin: {l: 64, r: 8, t: 36, b: 40}, legend: {orientation: "h", x: 1, xanchor: "right", y: 1.15},
-      title: {text: `shaking ${name} (${unit})`, x: 0, font: {size: 14}},
-      xaxis: {title: {text: "time (s)"}, gridcolor: "#e6e9ec"},
-      yaxis: {gridcolor: "#e6e9ec", exponentformat: "power",
+      hovermode: "x", xaxis: {title: {text: "time (s)"}},
+      yaxis: {title: {text: `shaking ${name} (${unit})`},
         range: [0, 1.1 * Math.max(1e-6, ...curves.flatMap((curve) => curve[1] || []))]},
       shapes: [{type: "line", x0: path.time[k], x1: path.time[k], yref: "paper", y0: 0, y1: 1,
         line: {color: "#1b1e22", width: 1}}],
-    }, still);
+    });
   }
 }
 
@@ -85,15 +78,13 @@ if (run.paths.length) {
   time.max = String(run.paths[0].time.length - 1);
   chosen.addEventListener("input", show);
   time.addEventListener("input", show);
-  let timer = 0;
-  byId("play").addEventListener("click", (event) => {
-    clearInterval(timer);
-    const playing = event.target.textContent === "Play";
-    event.target.textContent = playing ? "Stop" : "Play";
-    if (playing) timer = setInterval(() => {
-      time.value = String((Number(time.value) + 1) % (Number(time.max) + 1));
-      show();
-    }, 60);
+  let at = 0;
+  player(byId("play"), (seconds) => {
+    const last = Number(time.max);
+    at = (Math.abs(at - Number(time.value)) < 1 ? at : Number(time.value)) + seconds * last / 3;
+    if (at >= last + 1) at = 0;
+    time.value = String(Math.floor(at));
+    show();
   });
   show();
 } else {

@@ -1,34 +1,8 @@
-/* Vectors, displacements, and shapes with vertices on parts. */
-
-const report = data("report");
-const scene = data("scene");
-
-const add = (a, b, s = 1) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
-const scaled = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const norm = (a) => Math.sqrt(dot(a, a));
-const unit = (a) => scaled(a, 1 / (norm(a) || 1));
-const cross = (a, b) =>
-  [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const mean = (points) => scaled(points.reduce((a, b) => add(a, b), [0, 0, 0]), 1 / points.length);
-
-/** Two unit vectors that form a right-handed frame with the unit vector d. */
-function across(d) {
-  const helper = Math.abs(d[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
-  const u = unit(cross(helper, d));
-  return [u, cross(d, u)];
-}
-
-/** Apply the displacement H (first three rows; null if none) to the point p. */
-const moved = (H, p) => H === null ? p : [
-  H[0] * p[0] + H[1] * p[1] + H[2] * p[2] + H[3],
-  H[4] * p[0] + H[5] * p[1] + H[6] * p[2] + H[7],
-  H[8] * p[0] + H[9] * p[1] + H[10] * p[2] + H[11],
-];
+/* Shapes with vertices on parts of a linkage, and traces that a view draws of them. */
 
 const INK = "#2b3036", LINK = "#8d97a3", GHOST = "#c3c8ce", SOFT = "#5a626b";
 const PLUS = "#0a5ea8", MINUS = "#d2691e", STRIPE = "#d5e4f3";
-const size = scene.size;
+const TRAIL = "#3d7a3d";
 
 /** Lines, each through vertices of one or several parts. */
 class Lines {
@@ -91,6 +65,30 @@ class Mesh {
     }));
     this.grid(part, rows, text);
   }
+  /** The triangles of each part as arrays, with normals averaged over faces. */
+  pieces() {
+    if (this.made) return this.made;
+    const at = new Map(), found = new Map();
+    this.vertices.forEach(([part, p], k) => {
+      if (!found.has(part)) found.set(part, {part, points: [], normals: [], faces: []});
+      const piece = found.get(part);
+      at.set(k, piece.points.length / 3);
+      piece.points.push(...p);
+      piece.normals.push(0, 0, 0);
+    });
+    for (const face of this.faces) {
+      const [a, b, c] = face.map((k) => this.vertices[k][1]), normal = cross(add(b, a, -1), add(c, a, -1));
+      const piece = found.get(this.vertices[face[0]][0]);
+      for (const k of face) {
+        piece.faces.push(at.get(k));
+        for (let i = 0; i < 3; i++) piece.normals[3 * at.get(k) + i] += normal[i];
+      }
+    }
+    this.made = [...found.values()].map(({part, points, normals, faces}) => ({
+      part, points: new Float32Array(points), normals: new Float32Array(normals.map((x) => 1e3 * x)), faces: new Uint32Array(faces),
+    }));
+    return this.made;
+  }
 }
 
 /** A point with a text. */
@@ -99,9 +97,18 @@ class Labels {
   put(part, point, text) { this.vertices.push([part, point, text]); }
 }
 
-/* Plotly interprets some HTML in texts: escape names from files. */
-const plain = (text) => (text.length > 40 ? `${text.slice(0, 40)}…` : text)
-  .replace(/</g, "‹").replace(/>/g, "›").replace(/&/g, "＆");
+/** Shorten long names. */
+const plain = (text) => text.length > 40 ? `${text.slice(0, 40)}…` : text;
 
 /** Format a number with four digits. */
 const number = (x) => String(Number(x.toPrecision(4))).replace("-", "−");
+
+/* Traces: a kind, a name, vertices on parts, and the pose that moves them. */
+const lines = (name, shape, H, line, hover = false) =>
+  ({kind: "lines", name, vertices: shape.vertices, H, hover, width: 2, ...line});
+const mesh = (name, shape, H, color, opacity = 1) =>
+  ({kind: "mesh", name, mesh: shape, vertices: shape.vertices, H, color, opacity, hover: true});
+const texts = (name, labels, H, color, size) =>
+  ({kind: "texts", name, vertices: labels.vertices, H, color, size});
+const marks = (name, labels, H, symbol, size, fill = "#ffffff") =>
+  ({kind: "marks", name, vertices: labels.vertices, H, symbol, size, fill, hover: true});

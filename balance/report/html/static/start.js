@@ -1,9 +1,10 @@
 /* Initialise the page. */
 
 buildLegend();
-buildSliders();
 buildChoice();
+const controls = new Controls(stage, byId("sliders"), caption);
+buildShown(stage, byId("view"));
 buildMomenta();
 spectrum();
-window.addEventListener("resize", spectrum);
-draw();
+redrawn.add(spectrum);
+stage.draw();

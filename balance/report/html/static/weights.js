@@ -1,52 +1,48 @@
 /* Select the masses to show, write the text below the figure, and initialise the page. */
 
-/* Name bodies at their masses if there is space; hovering always names them. */
-parts.names.vertices = [];
-const roomy = 90 * scene.bodies.length <= byId("plot").clientWidth;
+/* Bodies are named at their masses; hovering always names them. */
+stage.parts.names.vertices = [];
+const extra = typeof added === "undefined" ? () => [] : added;
 
-const nothing = {surface: new Mesh(), outlines: new Lines(), centres: new Labels(), values: new Labels()};
+const none = {surface: new Mesh(), outlines: new Lines(), centres: new Labels(), values: new Labels()};
 const drawn = Object.fromEntries(STATES.map((state) => [state, shapes(state)]));
+const chosen = () => document.querySelector("#shown input:checked").value;
 
-function show() {
-  const choice = document.querySelector("#shown input:checked").value;
-  overlay.traces = (H) => [...(overlay.added?.(H, choice !== "given") ?? []), ...STATES.flatMap((state) => {
-    const {surface, outlines, centres, values} = [state, "both"].includes(choice) ? drawn[state] : nothing;
+stage.layers.push((H) => {
+  const choice = chosen();
+  return [...extra(H, choice !== "given"), ...STATES.flatMap((state) => {
+    const {surface, outlines, centres, values} = [state, "both"].includes(choice) ? drawn[state] : none;
     const colour = COLOURS[state], alone = choice === state || state === "designed";
     return [
-      mesh(`${state} surfaces`, alone ? surface : nothing.surface, H, colour, 0.14),
-      lines(`${state} outlines`, outlines, H, {color: colour, width: 2}),
+      mesh(`${state} surfaces`, alone ? surface : none.surface, H, colour, 0.14),
+      lines(`${state} outlines`, outlines, H, {color: colour, width: 1.5}),
       marks(`${state} centres`, centres, H, "diamond", 4, colour),
-      texts(`${state} values`, roomy && alone ? values : nothing.values, H, INK, 13),
+      texts(`${state} values`, alone && stage.shown.names ? values : none.values, H, INK, 13),
     ];
   })];
-}
+});
 
 function caption() {
-  const where = pose === rest ? "at its reference pose" : "away from its reference pose, which is dashed";
+  const where = stage.atRest ? "at its reference pose" : "away from its reference pose, which is dashed";
   byId("caption").textContent =
     `The linkage ${where}. Each body's mass is drawn as the homogeneous ellipsoid of the same ` +
     "mass, centre of mass and inertia.";
 }
 
 function buildLegend() {
-  const svg = (inner) => `<svg width="34" height="16" viewBox="0 0 34 16" aria-hidden="true">${inner}</svg>`;
-  const ellipse = (colour) => svg(
-    `<ellipse cx="17" cy="8" rx="15" ry="7" fill="${colour}" fill-opacity=".18" stroke="${colour}"/>` +
-    `<path d="M17 4L21 8L17 12L13 8Z" fill="${colour}"/>`);
+  const image = (inner) => `<svg width="34" height="16" viewBox="0 0 34 16" aria-hidden="true">${inner}</svg>`;
+  const ellipse = (kind) => image(`<ellipse class="${kind}" cx="17" cy="8" rx="15" ry="7"/><path class="${kind} full" d="M17 4L21 8L17 12L13 8Z"/>`);
   const items = [
-    [svg(`<path d="M1 8H33" stroke="${LINK}" stroke-width="4"/>`), "link"],
-    [svg(`<path d="M1 8H33" stroke="${GHOST}" stroke-width="2" stroke-dasharray="5 3"/>`), "reference pose"],
-    [ellipse(PLUS), "mass as designed"],
-    [ellipse(MINUS), "mass as in the file"],
-    ...(overlay.legend?.(svg) ?? []),
+    [image(`<path class="link" d="M1 8H33"/>`), "link"],
+    [image(`<path class="ghost" d="M1 8H33"/>`), "reference pose"],
+    [ellipse("plus"), "mass as designed"],
+    [ellipse("minus"), "mass as in the file"],
+    ...(typeof addedLegend === "undefined" ? [] : addedLegend(image)),
   ];
-  byId("legend").innerHTML = items.map(([image, text]) => `<li>${image}${text}</li>`).join("");
+  byId("legend").innerHTML = items.map(([picture, text]) => `<li>${picture}${text}</li>`).join("");
 }
 
 buildLegend();
-show();
-buildSliders();
-for (const input of document.querySelectorAll("#shown input")) {
-  input.addEventListener("change", () => { show(); draw(); });
-}
-draw();
+const controls = new Controls(stage, byId("sliders"), caption);
+buildShown(stage, byId("view"));
+for (const input of document.querySelectorAll("#shown input")) input.addEventListener("change", () => stage.draw());

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from browser import Keys, browser, needs_browser, one, settle
+from browser import needs_browser, one, settle, wait_until
 from test_design_page import FOUR_BAR, case
-from test_page_browser import drawn, links
+from test_page_browser import drawn, links, slide
 
 from balance import mass_properties
 from kinematics.closure.joint_positions import joint_positions
-
-__all__ = ["browser"]
 
 pytestmark = needs_browser
 
@@ -58,14 +56,14 @@ def test_masses_ride_on_their_bodies(opened):
     found, browser = opened
     linkage = found.space.linkage
     choose(browser, "designed")
-    one(browser, "#sliders input").send_keys(Keys.END)
+    slide(browser, 0, 60)
     settle(browser)
     H = links(linkage, joint_positions(linkage, {linkage.inputs[0]: np.pi / 3.0}))
     carried = [H[body.link] @ [*c, 1.0] for body, c in
                zip(linkage.bodies, centres(found.z), strict=True)]  # fmt: skip
     found = drawn(browser, "designed centres")
     np.testing.assert_allclose(found, np.array(carried)[:, :3], atol=1e-6)
-    one(browser, "#reset").click()
+    one(browser, ".reset").click()
     settle(browser)
 
 
@@ -75,5 +73,7 @@ def test_page_is_whole_and_offline(opened):
     assert severe == []
     assert one(browser, "#caption").text.startswith("The linkage at its reference pose.")
     assert len(browser.find_elements("css selector", "#legend li")) == 4
+    one(browser, "summary").click()
     json = "return document.querySelector('#json pre').textContent"
-    assert '"schema": "balance.design/2"' in browser.execute_script(json)
+    told = '"schema": "balance.design/2"'
+    wait_until(browser, lambda page: told in page.execute_script(json))

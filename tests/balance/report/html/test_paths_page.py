@@ -46,33 +46,25 @@ def test_a_page_without_paths_shows_where_the_linkage_is_quiet():
     assert run_of(paths_page(spatial))["field"] is None
 
 
-def test_the_page_runs_offline(tmp_path):
+def test_the_page_runs_offline(request, tmp_path):
     """The slider moves the linkage, another path is chosen; no wider than the screen."""
-    browser = pytest.importorskip("browser")
-    if not (browser.BROWSER and browser.DRIVER):
+    helper = pytest.importorskip("browser")
+    if not (helper.BROWSER and helper.DRIVER):
         pytest.skip("no chromium with its chromedriver on the PATH")
-    page = tmp_path / "page.html"
-    page.write_text(paths_page(balance.find_paths("fuga_i", length=0.3)), encoding="utf-8")
-    drawn = "return document.querySelectorAll('#plane .heatmaplayer image').length"
-    dot = (
-        "return [...document.querySelectorAll('#plane .points path')].pop()"
-        ".getAttribute('transform')"
-    )
+    driver = request.getfixturevalue("browser")
+    text = paths_page(balance.find_paths("fuga_i", length=0.3))
+    drawn = "return document.querySelectorAll('#plane image.shade').length"
+    dot = "return document.querySelector('#plane .mark').getAttribute('transform')"
     choose = "byId(arguments[0]).value = arguments[1];"
     choose += "byId(arguments[0]).dispatchEvent(new Event('input'))"
-    with browser.started(tmp_path / "profile") as driver:
-        for width in (1280, 390):
-            screen = {"width": width, "height": 800, "deviceScaleFactor": 1}
-            narrow = {"mobile": width < 500}
-            driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen | narrow)
-            driver.get(page.as_uri())
-            browser.wait_until(driver, lambda view: view.execute_script(drawn) == 1)
-            start = driver.execute_script(dot)
-            driver.execute_script(choose, "time", "30")
-            browser.wait_until(driver, lambda view, at=start: view.execute_script(dot) != at)
-            middle = driver.execute_script(dot)
-            driver.execute_script(choose, "time", "45")
-            driver.execute_script(choose, "chosen", "1")
-            browser.wait_until(driver, lambda view, at=middle: view.execute_script(dot) != at)
-            assert driver.get_log("browser") == []
-            assert driver.execute_script("return document.documentElement.scrollWidth") <= width
+    for width in (1280, 390):
+        with helper.screen(driver, width):
+            helper.show(driver, tmp_path, text)
+            helper.wait_until(driver, lambda view: view.execute_script(drawn) == 1)
+            places = [driver.execute_script(dot)]
+            for name, value in (("time", "30"), ("time", "45"), ("chosen", "1")):
+                driver.execute_script(choose, name, value)
+                places.append(driver.execute_script(dot))
+            assert len(set(places)) == 4
+            assert helper.complaints(driver) == []
+            assert helper.too_wide(driver) == 0

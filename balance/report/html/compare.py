@@ -1,0 +1,62 @@
+"""HTML page of several design spaces: the linkages move side by side above a table of facts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from balance.report.data import Report, report_data
+from balance.report.html.render import html_table, render_page
+from balance.report.html.robot_shapes import robot_shapes
+from balance.report.html.scene import scene
+from balance.report.html.time_panels import linkage_names
+from balance.report.text.report import comparison_facts
+from balance.report.text.side_by_side import joined_facts
+
+__all__ = ["compare_page"]
+
+
+def compare_page(reports: Sequence[Report], meshes: bool = True) -> str:
+    """Render several design spaces as one HTML file.
+
+    The element ``report`` contains `report_data` of each.
+
+    Args:
+        reports: two or more design spaces.
+        meshes: whether to draw the shapes of the files that have any.
+    """
+    spaces = [report.space for report in reports]
+    names = linkage_names([space.linkage for space in spaces])
+    scenes = [
+        scene(space.linkage, space.motion, space.idle,
+              robot_shapes(space.linkage) if meshes else ())
+        for space in spaces
+    ]  # fmt: skip
+    rows = joined_facts([comparison_facts(report) for report in reports])
+    return render_page(
+        "compare.html",
+        title=" and ".join(names) if len(names) < 3 else f"{len(names)} linkages",
+        summary="Mass distributions for which the total momentum vanishes: "
+        + "; ".join(f"{name}: {space.nullity} dimensions of {space.rank + space.nullity}"
+                    for name, space in zip(names, spaces, strict=True)) + ".",
+        report=[report_data(report) for report in reports],
+        data={"scenes": scenes},
+        scripts=["compare"],
+        models="\n".join(_model(k, name) for k, name in enumerate(names)),
+        facts=html_table(
+            ["Fact", *map(escape, names)],
+            [[escape(label), *map(escape, cells)] for label, cells in rows],
+        ),
+    )  # fmt: skip
+
+
+def _model(k: int, name: str) -> str:
+    """Render the places for the drawing and the sliders of one linkage."""
+    label = escape(name)
+    return (
+        f'<section class="model">\n<h2>{label}</h2>\n<div class="canvas" id="plot{k}" '
+        f'role="group" aria-label="{label} in three dimensions: arrow keys turn it, plus and '
+        f'minus magnify"></div>\n<fieldset id="sliders{k}"><legend>Motion</legend></fieldset>\n'
+        f'<fieldset id="view{k}" class="view screen"><legend>Show</legend></fieldset>\n'
+        "</section>"
+    )

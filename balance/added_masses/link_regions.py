@@ -18,15 +18,18 @@ from balance.designs.mass_regions import BALL_RADIUS, ball_of, joint_points
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import COORDINATE_ROUND_OFF, LINK_LENGTH_ZERO
 from kinematics.errors import BodyError, UsageError
-from kinematics.model.linkage import GROUND
+from kinematics.model.linkage import GROUND, Notice
 from kinematics.urdf.robot_tree import pose_matrix
 from kinematics.urdf_elements.element import Element
 
-__all__ = ["COLLISION", "default_region", "regions_of", "wide_region"]
+__all__ = ["COLLISION", "default_region", "distant_regions", "regions_of", "wide_region"]
 
 Array = NDArray[np.float64]
 
 COLLISION = "collision"
+# Distance of a region from the joint of its link, in characteristic lengths of the linkage,
+# above which a notice asks whether it is given in metres.
+DISTANT = 20.0
 # Radius of the ball of a link by default, in lengths of the link.
 DEFAULT_RADIUS = 0.5
 # Points on a circle, and circles on a sphere, that stand for round collision elements. They
@@ -114,6 +117,30 @@ def wide_region(space: DesignSpace, body: int) -> Region:
     return ball_region(R.T @ (centre - origin), ball.radius * frame.length)
 
 
+def distant_regions(
+    space: DesignSpace, regions: Mapping[str, Region | str]
+) -> tuple[Notice, ...]:
+    """Return a notice for each given region that is far from its link, or far too large.
+
+    Args:
+        space: the design space.
+        regions: region of a body, or its text, by name; unknown names are left out.
+    """
+    limit, found = DISTANT * space.chain.frame.length, []
+    for name, given in regions.items():
+        if name not in space.bodies or (isinstance(given, str) and given.strip() == COLLISION):
+            continue
+        region = _region_of(space, space.bodies.index(name), given)
+        away = max(float(np.linalg.norm(region.centre)), region.size)
+        if away > limit:
+            text = (
+                f"the region of '{name}' reaches {away:.3g} m from the origin of the link, and "
+                f"the linkage is {space.chain.frame.length:.3g} m large: regions are in metres"
+            )
+            found.append(Notice("region_far", text))
+    return tuple(found)
+
+
 def _check_body(space: DesignSpace, name: str) -> None:
     """Raise BodyError for a name that is no body to which matter can be added."""
     if name in space.bodies:
@@ -122,6 +149,10 @@ def _check_body(space: DesignSpace, name: str) -> None:
     if place is not None and place.link == GROUND:
         problem = "is part of the ground, which does not move: matter there balances nothing"
         raise BodyError(space.source, name, problem, space.bodies)
+    for body in space.linkage.bodies:
+        if place is not None and body.link == place.link:
+            problem = f"is fixed to '{body.name}', and one body with it: name '{body.name}'"
+            raise BodyError(space.source, name, problem)
     raise BodyError(space.source, name, "carries no inertial parameters", space.bodies)
 
 

@@ -71,7 +71,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     add up to the number of parameters, they prove rank and nullity. Where floating point found
     other integers, the space is computed again with the exact ones, and the notice
     ``corrected`` names both. Poses are added while fresh poses leave momentum. Where exact
-    arithmetic is impossible, fresh poses alone decide the certainty.
+    arithmetic is impossible, fresh poses alone decide the certainty. See docs/theory/exact.md.
 
     Args:
         space: a design space from `design_space`.

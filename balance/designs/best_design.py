@@ -60,6 +60,9 @@ class Design:
         words: the verdict in one line.
         anywhere: the answer without balls, if there is no design with balls and the answer
             without them differs; None otherwise.
+        floor: least mass of a body that is not kept, kg, and its least second moment about its
+            centre of mass, kg m², that an objective other than the change was minimised with;
+            see `balance.designs.objectives`. None otherwise.
     """
 
     space: DesignSpace
@@ -76,6 +79,7 @@ class Design:
     residuals: DesignCheck | CertificateCheck | None
     words: str
     anywhere: Design | None = None
+    floor: tuple[float, float] | None = None
 
     @property
     def constraints(self) -> Constraints:
@@ -147,6 +151,7 @@ class Design:
             "multipliers": None if self.multipliers is None else self.multipliers.tolist(),
             "bodies": [_as_data(body) for body in self.bodies],
             "anywhere": self.anywhere.to_dict() if self.anywhere else None,
+            "floor": None if self.floor is None else list(self.floor),
         }
 
 
@@ -286,7 +291,7 @@ def _minimise(known: Design, constraints: Constraints) -> Design:
             margin = program.cone.least(best.P).min() / np.trace(P, axis1=1, axis2=2).sum()
             return replace(
                 known, z=z, value=best.value, margin=float(margin), residuals=check,
-                words=f"feasible: the design of the least {wanted}",
+                floor=best.floor, words=f"feasible: the design of the least {wanted}",
             )  # fmt: skip
     text = (
         f"undecided: there are designs, but the one of the least {wanted} was not found; ask "

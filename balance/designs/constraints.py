@@ -97,6 +97,12 @@ class Program(NamedTuple):
     fixed_masses: tuple[int, ...]
     residual: Array
 
+    @property
+    def bounded_below(self) -> bool:
+        """Whether kept bodies or least masses set the size of a design."""
+        kept = self.sized and len(self.free) < len(self.whole.blocks)
+        return kept or bool(self.fixed_masses) or any(sign > 0.0 for _, sign in self.limits)
+
 
 def constraints_of(
     space: DesignSpace, keep: Sequence[str], bounds: Mapping[str, tuple[float, float]],

@@ -84,7 +84,8 @@ def feasible(space: DesignSpace) -> Feasibility:
     """Decide whether a design space contains a physically realisable mass distribution.
 
     A distribution is realisable if all pseudo-inertias are positive definite. The
-    design found has the largest margin t with ``P_b ⪰ t`` and ``Σ tr P_b = 1``.
+    design found has the largest margin t with ``P_b ⪰ t`` and ``Σ tr P_b = 1``. Certificates:
+    docs/theory/feasibility.md.
 
     Args:
         space: a design space.

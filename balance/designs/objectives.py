@@ -11,9 +11,11 @@ rotor       trace of the inertia matrix seen by the coordinates of the motion   
 change      the log-det distance from the masses in the file; see `nearest`            none
 ==========  =====================================================================  =========
 
-in units of the chain and of the mean mass in the file. ε is 0.01, or half of the largest value
-that kept bodies and bounds allow. The traces add up to at most ten times the sum that the
-design of the largest margin has at this ε; with kept bodies or bounds, ten times its own sum.
+in units of the chain and of the mean mass in the file. ε is 1e-3 where kept bodies or least
+masses set the size of a design, and 0.01 where nothing else sets it, but at most half of the
+largest value that kept bodies and bounds allow. The traces add up to at most ten times the sum
+that the design of the largest margin has at this ε; with kept bodies or bounds, ten times its
+own sum.
 
 The least change depends neither on ε nor on that bound. Newton's method starts at the design
 that minimises the distance to second order, ``Σ_b tr((P0_b⁻¹ (P_b - P0_b))²)``, with F = P0.
@@ -40,8 +42,10 @@ __all__ = ["Objective", "Optimum", "minimise_objective", "rotor_weights"]
 Array = NDArray[np.float64]
 Objective = Literal["mass", "inertia", "rotor", "change"]
 
-# ε: distance of bodies from the boundary of the cone, in units of the mean mass in the file.
+# ε: distance of bodies from the boundary of the cone, in units of the mean mass in the file:
+# where it alone sets the size of a design, and where kept bodies or least masses do.
 BOUNDARY_DISTANCE = 1e-2
+SIZED_DISTANCE = 1e-3
 # Bound on the sum of all traces, over the least sum that this distance allows.
 TRACE_FACTOR = 10.0
 
@@ -53,10 +57,13 @@ class Optimum(NamedTuple):
         P: pseudo-inertias of the free bodies (free, k, k), in the coordinates of the chain
             and in kilograms.
         value: value of the objective, SI units; the change has no unit.
+        floor: the least mass of a free body, kg, and its least second moment about its centre
+            of mass in any direction, kg m²; None for the change.
     """
 
     P: Array
     value: float
+    floor: tuple[float, float] | None = None
 
 
 class _Goal(NamedTuple):
@@ -114,7 +121,8 @@ def minimise_objective(
     epsilon = BOUNDARY_DISTANCE
     trace_limit = TRACE_FACTOR * BOUNDARY_DISTANCE * largest / margin
     if program.sized:
-        epsilon = min(BOUNDARY_DISTANCE, 0.5 * margin * trace / largest)
+        own = SIZED_DISTANCE if program.bounded_below else BOUNDARY_DISTANCE
+        epsilon = min(own, 0.5 * margin * trace / largest)
         trace_limit = TRACE_FACTOR * trace
     v = _solve(program, cone, goal, epsilon * lower, trace_limit)
     if v is None:
@@ -122,7 +130,8 @@ def minimise_objective(
     if wanted == "change":
         return _least_change(program, cone, lower, v[:-1])
     value = float((goal.q @ v + goal.constant) * goal.scale)
-    return Optimum(program.unit * cone.at(v[:-1]), value)
+    floor = program.unit * epsilon
+    return Optimum(program.unit * cone.at(v[:-1]), value, (floor, floor * space.length**2))
 
 
 def _least_change(program: Program, cone: Cone, file: Array, start: Array) -> Optimum | None:

@@ -37,7 +37,7 @@ def describe_limits(constraints: Constraints) -> str:
 
 
 def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) -> str:
-    """Describe which bodies a certificate positive_weight, and a remedy.
+    """Describe the bodies to which a certificate gives weight, and what to do.
 
     Args:
         space: the design space.

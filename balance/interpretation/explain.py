@@ -89,6 +89,8 @@ class Explanation(NamedTuple):
 def explain(space: DesignSpace) -> Explanation:
     """Explain a design space: the inertia transfers of each joint, and what the loops add.
 
+    What each type of joint can transfer: docs/theory/transfers.md.
+
     Args:
         space: a design space.
 

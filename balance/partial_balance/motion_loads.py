@@ -20,16 +20,18 @@ from balance.added_masses.added_matter import symmetric_basis
 from balance.added_masses.regions import Region
 from balance.designs.pseudo_inertia_cone import given_parameters
 from balance.inertial_parameters.conversions import to_chain
+from balance.spaces.compute_space import design_space
 from balance.spaces.design_space import DesignSpace
 from balance.verification.joint_reactions import JointReactions, joint_reactions
 from balance.verification.shaking_wrench import Loads, load_regressors
 from balance.verification.trajectory import Trajectory
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.series import expand_from
-from kinematics.model.arrays import Chain
+from kinematics.model.arrays import Chain, freeze
+from kinematics.model.linkage import Linkage
 from kinematics.spatial.inertia import from_pseudo_inertia
 
-__all__ = ["AddedParameters", "MotionLoads", "motion_loads"]
+__all__ = ["AddedParameters", "MotionLoads", "input_inertia", "motion_loads"]
 
 Array = NDArray[np.float64]
 
@@ -234,3 +236,20 @@ def motion_loads(
         loads = load_regressors(chain, one.q / chain.units, ud, udd)
         found.append(MotionLoads(one, matter, matter.columns(loads.rate), loads.screws))
     return found
+
+
+def input_inertia(linkage: Linkage) -> dict[str, float]:
+    """Compute the inertia that each input feels at the reference pose.
+
+    It is the diagonal of the generalised inertia matrix: ``M_ww = Σ_b t_wᵀ M_b t_w`` with the
+    twists ``t_w`` of the bodies for a unit rate of the input.
+
+    Args:
+        linkage: an assembled linkage.
+
+    Returns:
+        kg m², for sliding inputs kg, by the name of the input.
+    """
+    space = design_space(linkage, balance="force", max_order=0)
+    found = freeze(AddedParameters.of(space, {}).input_inertia()[:, -1])
+    return dict(zip(linkage.inputs, found.tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""Results of a verification: loads along the motions, residuals, and the verdict."""
+"""Result of a verification: residuals over all motions, and the verdict."""
 
 from __future__ import annotations
 
@@ -11,76 +11,15 @@ from numpy.typing import NDArray
 from balance.motion_tolerances import AGREEMENT_RELATIVE, CONDITIONING_NOTICE
 from balance.options import Balance
 from balance.verification.crank_revolution import Crank
-from balance.verification.trajectory import Trajectory
+from balance.verification.run import PARTS, Run
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.wording import count_noun, html_facts, repr_lines
 
-__all__ = ["VERIFY_SCHEMA", "Run", "Verification"]
+__all__ = ["VERIFY_SCHEMA", "Verification"]
 
 Array = NDArray[np.float64]
 
 VERIFY_SCHEMA = "balance.verify/1"
-# Components of a wrench.
-PARTS = {"force": slice(3, 6), "moment": slice(0, 3)}
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """Loads along one motion; wrenches are ``[moment; force]`` in inertial axes, SI units.
-
-    Attributes:
-        trajectory: the motion.
-        shaking: base reaction from Pinocchio, about the inertial origin (N, 6).
-        own: the same from our own series (N, 6).
-        momentum: total momentum ``[ξ; p]`` from Pinocchio (N, 6).
-        middle: ``shaking`` with moments about the middle of the mechanism (N, 6).
-        rate_difference: ``shaking - own``, with moments about the middle (N, 6).
-        momentum_difference: momentum from Pinocchio minus ours, moments about the middle
-            (N, 6).
-        inertia: sum over the bodies of the sizes of their own inertia wrenches, moments
-            about the middle divided by the characteristic length (N,), newtons.
-        impulse: the same sum for their momenta (N,), newton seconds.
-        bearing: forces in the joints (N, n), newtons.
-        open: number of components of the loop wrenches that rigid bodies do not determine.
-    """
-
-    trajectory: Trajectory
-    shaking: Array
-    own: Array
-    momentum: Array
-    middle: Array
-    rate_difference: Array
-    momentum_difference: Array
-    inertia: Array
-    impulse: Array
-    bearing: Array
-    open: int
-
-    def sizes(self, part: str) -> Array:
-        """Compute the size of the shaking ``"force"``, or ``"moment"`` about the middle (N,).
-
-        Newtons or newton metres.
-        """
-        found: Array = np.linalg.norm(self.middle[:, PARTS[part]], axis=1)
-        return found
-
-    def peak(self, part: str) -> float:
-        """Compute the peak of the shaking ``"force"`` or ``"moment"``, N or N m."""
-        return float(self.sizes(part).max(initial=0.0))
-
-    def rms(self, part: str) -> float:
-        """Compute the root mean square over time of the shaking ``"force"`` or ``"moment"``."""
-        time = self.trajectory.time
-        mean = np.trapezoid(self.sizes(part) ** 2, time) / (time[-1] - time[0])
-        return float(np.sqrt(mean))
-
-    def __repr__(self) -> str:
-        """Two lines: the motion and its peaks."""
-        force, moment = self.peak("force"), self.peak("moment")
-        return repr_lines(
-            f"Run: {self.trajectory!r}",
-            f"shaking force {force:.3g} N, shaking moment {moment:.3g} N m",
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,9 +146,27 @@ class Verification:
         return max(self.force_residual, moment) <= self.tolerance
 
     @property
+    def conditioning(self) -> float:
+        """Least conditioning of the loops over all motions; 0 at a singularity."""
+        return min((run.trajectory.conditioning for run in self.runs), default=1.0)
+
+    @property
+    def decided(self) -> bool:
+        """Whether there is a verdict.
+
+        There is none if the programs disagree, or if the motions pass near a singularity and
+        at most samples no more is left to shake than the tolerance allows: round-off, which
+        a singularity amplifies, looks like that.
+        """
+        if not self.agreed or self.balanced or self.conditioning >= CONDITIONING_NOTICE:
+            return self.agreed
+        moment = self._median("moment") / self.length if self.balance == "dynamic" else 0.0
+        return self._relative(max(self._median("force"), moment)) > self.tolerance
+
+    @property
     def verdict(self) -> str:
-        """``"balanced"``, ``"not balanced"``, or ``"no verdict"`` if the programs disagree."""
-        if not self.agreed:
+        """``"balanced"``, ``"not balanced"``, or ``"no verdict"``; see `decided`."""
+        if not self.decided:
             return "no verdict"
         return "balanced" if self.balanced else "not balanced"
 
@@ -254,6 +211,10 @@ class Verification:
         sizes = (np.linalg.norm(getattr(run, name)[:, part], axis=1) for run in self.runs)
         return max((float(size.max(initial=0.0)) for size in sizes), default=0.0)
 
+    def _median(self, part: str) -> float:
+        """Compute the median over all samples of the shaking ``"force"`` or ``"moment"``."""
+        return float(np.median(np.concatenate([run.sizes(part) for run in self.runs])))
+
     def _largest(self, name: str) -> float:
         """Compute the largest entry of an attribute in all runs."""
         found = (float(getattr(run, name).max(initial=0.0)) for run in self.runs)
@@ -275,14 +236,15 @@ class Verification:
                 "wrenches are not determined by rigid bodies; bearing forces are those of "
                 "least norm"
             )
-        if (
-            min((run.trajectory.conditioning for run in self.runs), default=1.0)
-            < CONDITIONING_NOTICE
-        ):
+        if self.conditioning < CONDITIONING_NOTICE:
+            way_out = "" if self.decided else "; verify motions that stay clear of it"
             found.append(
                 "the motion passes near a singularity, where round-off is amplified: what "
-                "little is left to shake there may be no more than that"
+                f"little is left to shake there may be no more than that{way_out}"
             )
+        if self.balance == "dynamic" and self.decided and not self.balanced:
+            if self.force_residual <= self.tolerance:
+                found.append("the forces are balanced, the moment is not (--balance force)")
         if self.crank is not None and not self.crank.periodic:
             found.append(
                 f"one revolution of {self.crank.joint} does not bring all joints back: the "
@@ -300,7 +262,7 @@ class Verification:
             "file": self.linkage.source,
             "at": self.linkage.at,
             "balance": self.balance,
-            "balanced": self.balanced if self.agreed else None,
+            "balanced": self.balanced if self.decided else None,
             "tolerance": self.tolerance,
             "trajectories": len(self.runs),
             "samples": sum(run.trajectory.time.size for run in self.runs),

@@ -22,7 +22,8 @@ from balance.motion_tolerances import CONDITIONING_LEAST, SHAKING_RELATIVE
 from balance.options import Balance
 from balance.verification.crank_revolution import Crank, revolve_crank
 from balance.verification.joint_reactions import joint_reactions
-from balance.verification.result import Run, Verification
+from balance.verification.result import Verification
+from balance.verification.run import Run
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters, wrench_to_si
 from balance.verification.trajectory import Trajectory, drive, random_motions
 from kinematics.closure.joint_positions import input_chain

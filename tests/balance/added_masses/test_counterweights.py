@@ -227,6 +227,7 @@ BAD = {
     "region on the ground": (["--add", "l1", "--region", "base=ball(0,0,0,1)"], 3),
     "region of another": (["--add", "l1", "--region", "l2=ball(0,0,0,1)"], 2),
     "twice": (["--add", "l1,l1"], 2),
+    "twice apart": (["--add", "l1", "--add", "l1"], 2),
     "no name": (["--add", ","], 2),
     "empty ball": (["--add", "l1", "--region", "l1=ball(0,0,0,0)"], 2),
     "inside out": (["--add", "l1", "--region", "l1=box(1:0,0:1,0:1)"], 2),
@@ -327,3 +328,12 @@ def test_the_page_draws_regions_and_lumps(rod_arm):
     for name, region in found.regions.items():
         points = np.concatenate(outlines(region))
         assert np.abs(region.excess(region.to_unit(points))).max() <= 1e-12, name
+
+
+def test_links_may_be_named_one_by_one(capsys):
+    """What the second ``--add`` names is added to what the first does."""
+    printed = []
+    for words in (["--add", "crank,rocker"], ["--add", "crank", "--add", "rocker"]):
+        assert main(["design", "four_bar_general", "--balance", "force", *words, "--json"]) == 0
+        printed.append(capsys.readouterr().out)
+    assert printed[0] == printed[1]

@@ -12,6 +12,7 @@ from laws import altered
 from test_verify_command import run
 
 import kinematics
+from balance import design, design_space
 from balance.cli.main import main
 from balance.cli.verify import _speed
 from balance.verification.crank_revolution import STEPS, revolve_crank
@@ -159,6 +160,21 @@ def test_a_crank_turns_through_poses_where_branches_meet(tmp_path):
     coupler = way.q[:, [linkage.joints.index(j) for j in linkage.joints if j.name == "q2"]]
     assert np.abs(way.u + coupler - (way.u[0] + coupler[0])).max() < 1e-9
     assert found.agreed and any("singularity" in remark for remark in found.remarks)
+
+
+def test_what_a_flat_pose_amplifies_gives_no_verdict():
+    """A balanced antiparallelogram folds flat: its round-off there is no shaking."""
+    linkage = kinematics.load("four_bar_antiparallelogram")
+    masses = design(design_space(linkage)).z
+    found = verify(linkage, masses, speed=30.0)
+    assert found.agreed and not found.balanced and found.conditioning < 0.02
+    assert found.verdict == "no verdict" and found.to_dict()["balanced"] is None
+    assert any("stay clear" in remark for remark in found.remarks)
+
+
+def test_what_shakes_more_than_a_flat_pose_amplifies_is_not_balanced():
+    found = verify("four_bar_antiparallelogram", speed=30.0)
+    assert found.conditioning < 0.02 and found.verdict == "not balanced"
 
 
 def test_a_crank_whose_linkage_does_not_come_back(tmp_path):

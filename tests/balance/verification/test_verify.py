@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from covering import spread
 from figures import FIGURES
 from laws import altered, coordinates, displacement, placed, space, sums
 from motions import around, bodies, slope, states
@@ -42,7 +43,7 @@ def sizes(linkage, way, z):
     return chain.frame.length * np.linalg.norm(loads.rate, axis=2).sum(axis=1)
 
 
-@pytest.mark.parametrize("model", TWENTY)
+@pytest.mark.parametrize("model", spread(TWENTY, 2))
 def test_three_routes_agree(model):
     """Our series, Newton-Euler in Pinocchio, differences of the momentum in Pinocchio."""
     linkage = kinematics.load(model)

@@ -13,7 +13,8 @@ from test_verify_command import BALANCED, FEW, SHAKING, run
 
 import kinematics
 from balance.cli.main import main
-from balance.report.html.verification import panels, verification_page
+from balance.report.html.verification import panels
+from balance.report.html.verification_page import verification_page
 from balance.report.text.verification import verification_facts
 from balance.verification.to_pinocchio import verify, verify_second
 from balance.verification.trajectory import drive

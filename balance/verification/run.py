@@ -1,0 +1,77 @@
+"""Loads along one motion of a verification."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from balance.verification.trajectory import Trajectory
+from kinematics.wording import repr_lines
+
+__all__ = ["PARTS", "Run"]
+
+Array = NDArray[np.float64]
+
+# Components of a wrench.
+PARTS = {"force": slice(3, 6), "moment": slice(0, 3)}
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Loads along one motion; wrenches are ``[moment; force]`` in inertial axes, SI units.
+
+    Attributes:
+        trajectory: the motion.
+        shaking: base reaction from Pinocchio, about the inertial origin (N, 6).
+        own: the same from our own series (N, 6).
+        momentum: total momentum ``[ξ; p]`` from Pinocchio (N, 6).
+        middle: ``shaking`` with moments about the middle of the mechanism (N, 6).
+        rate_difference: ``shaking - own``, with moments about the middle (N, 6).
+        momentum_difference: momentum from Pinocchio minus ours, moments about the middle
+            (N, 6).
+        inertia: sum over the bodies of the sizes of their own inertia wrenches, moments
+            about the middle divided by the characteristic length (N,), newtons.
+        impulse: the same sum for their momenta (N,), newton seconds.
+        bearing: forces in the joints (N, n), newtons.
+        open: number of components of the loop wrenches that rigid bodies do not determine.
+    """
+
+    trajectory: Trajectory
+    shaking: Array
+    own: Array
+    momentum: Array
+    middle: Array
+    rate_difference: Array
+    momentum_difference: Array
+    inertia: Array
+    impulse: Array
+    bearing: Array
+    open: int
+
+    def sizes(self, part: str) -> Array:
+        """Compute the size of the shaking ``"force"``, or ``"moment"`` about the middle (N,).
+
+        Newtons or newton metres.
+        """
+        found: Array = np.linalg.norm(self.middle[:, PARTS[part]], axis=1)
+        return found
+
+    def peak(self, part: str) -> float:
+        """Compute the peak of the shaking ``"force"`` or ``"moment"``, N or N m."""
+        return float(self.sizes(part).max(initial=0.0))
+
+    def rms(self, part: str) -> float:
+        """Compute the root mean square over time of the shaking ``"force"`` or ``"moment"``."""
+        time = self.trajectory.time
+        mean = np.trapezoid(self.sizes(part) ** 2, time) / (time[-1] - time[0])
+        return float(np.sqrt(mean))
+
+    def __repr__(self) -> str:
+        """Two lines: the motion and its peaks."""
+        force, moment = self.peak("force"), self.peak("moment")
+        return repr_lines(
+            f"Run: {self.trajectory!r}",
+            f"shaking force {force:.3g} N, shaking moment {moment:.3g} N m",
+        )

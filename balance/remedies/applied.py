@@ -35,7 +35,7 @@ class AppliedRemedy:
         added_mass: kg; None unless feasible or partial, as for the next three.
         mass_ratio: added mass over that of the moving bodies in the file.
         input_inertia: inertia that each input feels, by its name, kg m² or kg; see
-            `balance.remedies.request.input_inertia`.
+            `balance.partial_balance.motion_loads.input_inertia`.
         inertia_ratio: their sum over the same sum of the file.
         new_links: links that the remedy adds, without counterweights.
         new_joints: joints and loops that it adds.

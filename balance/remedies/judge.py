@@ -8,9 +8,10 @@ from dataclasses import replace
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.certification.certify_space import certify
 from balance.motion_tolerances import SHAKING_RELATIVE
+from balance.partial_balance.motion_loads import input_inertia
 from balance.remedies.applied import AppliedRemedy, with_cost
 from balance.remedies.least_matter import least_matter
-from balance.remedies.request import RemedyRequest, freedoms_of, input_inertia
+from balance.remedies.request import RemedyRequest, freedoms_of
 from balance.remedies.variant import Variant
 from balance.spaces.compute_space import design_space
 from balance.verification.to_pinocchio import verify

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.partial_balance.budgets import partial
+from balance.partial_balance.motion_loads import input_inertia
 from balance.remedies.applied import AppliedRemedy, with_cost
-from balance.remedies.request import RemedyRequest, input_inertia
+from balance.remedies.request import RemedyRequest
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
 

@@ -12,18 +12,17 @@ from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
 from balance.designs.pseudo_inertia_cone import given_parameters
 from balance.options import Balance
-from balance.partial_balance.motion_loads import AddedParameters
+from balance.partial_balance.motion_loads import input_inertia
 from balance.spaces.compute_space import design_space
 from kinematics.errors import LinkageError, UsageError
 from kinematics.formats.robot_files import read_unassembled
-from kinematics.model.arrays import freeze
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
 from kinematics.urdf.edit_xml import read_source
 from kinematics.urdf.read_options import ReadOptions
 from kinematics.urdf_elements.element import Document
 
-__all__ = ["RemedyRequest", "freedoms_of", "input_inertia"]
+__all__ = ["RemedyRequest", "freedoms_of"]
 
 # Radius of rotors by default, in characteristic lengths of the linkage.
 ROTOR_RADIUS = 0.25
@@ -161,20 +160,3 @@ def freedoms_of(linkage: Linkage, motion: Sequence[str]) -> int:
     """
     restricted = motion_of(linkage, motion or None)
     return linkage.mobility if restricted is None else int(restricted.basis.shape[1])
-
-
-def input_inertia(linkage: Linkage) -> dict[str, float]:
-    """Compute the inertia that each input feels at the reference pose.
-
-    It is the diagonal of the generalised inertia matrix: ``M_ww = Σ_b t_wᵀ M_b t_w`` with the
-    twists ``t_w`` of the bodies for a unit rate of the input.
-
-    Args:
-        linkage: an assembled linkage.
-
-    Returns:
-        kg m², for sliding inputs kg, by the name of the input.
-    """
-    space = design_space(linkage, balance="force", max_order=0)
-    found = freeze(AddedParameters.of(space, {}).input_inertia()[:, -1])
-    return dict(zip(linkage.inputs, found.tolist(), strict=True))

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.inertial_parameters.conversions import to_chain
+from balance.interpretation.freedoms import reduced_echelon
 from balance.momentum.regressor import momentum_regressor
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import (
@@ -24,7 +25,6 @@ from balance.tolerances import (
     FRACTION_IN_TEXT,
     TERMS_RANK,
 )
-from kinematics.linalg.rational import echelon
 
 __all__ = ["InertiaNeed", "inertia_needs", "turning_ratios"]
 
@@ -78,8 +78,9 @@ def inertia_needs(space: DesignSpace) -> tuple[InertiaNeed, ...]:
     rank = int((sizes > TERMS_RANK).sum())
     # Combinations of the conditions with moments of inertia, and those without.
     with_spin, without = left[:, :rank].T @ rows, left[:, rank:].T @ rows
-    neat = echelon(with_spin[:, PLANAR - 1 :: PLANAR].tolist(), _largest)[0] if rank else []
-    factors = np.array(neat).reshape(-1, spins.shape[1])
+    factors = np.empty((0, spins.shape[1]))
+    if rank:
+        factors = reduced_echelon(with_spin[:, PLANAR - 1 :: PLANAR])
     mix = factors @ np.linalg.pinv(with_spin[:, PLANAR - 1 :: PLANAR])
     constants = _constants(space, mix @ with_spin, without)
     return tuple(
@@ -140,16 +141,6 @@ def _named(bodies: Sequence[str], row: Array) -> dict[str, float]:
     factors = [float(x) * whole for x in fractions] if whole > 1 else known.tolist()
     names = [name for name, x in zip(bodies, row, strict=True) if abs(x) > ECHELON_PIVOT]
     return dict(zip(names, factors, strict=True))
-
-
-def _largest(left: Sequence[Sequence[float]], pivots: Sequence[int]) -> tuple[int, int] | None:
-    """Find the next pivot; entries that are round-off are none."""
-    first = pivots[-1] + 1 if pivots else 0
-    for column in range(first, len(left[0]) if left else 0):
-        sizes = [abs(row[column]) for row in left]
-        if max(sizes) > ECHELON_PIVOT:
-            return sizes.index(max(sizes)), column
-    return None
 
 
 def _term(factor: float, name: str) -> str:

@@ -8,13 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from balance.motion_tolerances import SHAKING_RELATIVE
+from balance.partial_balance.motion_loads import input_inertia
 from balance.reactionless_paths.demand import Kept
 from balance.reactionless_paths.found_paths import ReactionlessPaths
 from balance.reactionless_paths.path import path_table, timed_path
 from balance.reactionless_paths.path_search import find_paths
-from balance.remedies.applied import AppliedRemedy, inertia_ratio, refused
+from balance.remedies.applied import AppliedRemedy, refused, with_cost
 from balance.remedies.judge import judge
-from balance.remedies.request import RemedyRequest, input_inertia
+from balance.remedies.request import RemedyRequest
 from balance.remedies.variant import Variant
 from balance.verification.to_pinocchio import verify
 from kinematics.model.linkage import Linkage
@@ -86,18 +87,16 @@ def _verified(
     if request.balance == "dynamic":
         residual = max(residual, checked.moment_residual)
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
-    felt = input_inertia(linkage)
     reason = (
         f"balanced along a path of {length:.3g} rad of the inputs, one of "
         f"{found.dimension} reactionless directions; a slider or cam must hold it"
     )
     good = residual <= SHAKING_RELATIVE
-    return AppliedRemedy(
+    done = AppliedRemedy(
         KEY, words, "feasible" if good else "undecided",
         reason if good else f"its path shakes by {residual:.1e} of the bodies' own inertia",
-        added_mass=added, mass_ratio=added / request.given_mass, input_inertia=felt,
-        inertia_ratio=inertia_ratio(request, felt), lost_freedoms=request.freedoms - 1,
-        residual=residual, urdf=urdf,
+        lost_freedoms=request.freedoms - 1, residual=residual, urdf=urdf,
         files={"path.csv": path_table(linkage, path)},
         details={"length": length, "choices": found.dimension},
     )  # fmt: skip
+    return with_cost(request, done, added, input_inertia(linkage))

@@ -23,8 +23,10 @@ from balance.remedies.wheels.wheels_on_base import (
     NoWheel,
     Wheel,
     balance_force,
+    fine_motion,
     has_momentum,
     make_wheel,
+    motion_columns,
     verify_with_wheels,
 )
 from balance.verification.crank_revolution import crank_limits, revolve_crank
@@ -68,7 +70,8 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
         request: the request.
 
     Returns:
-        The result; its files have the ratio and the pitch curves.
+        The result; its files have a random motion with the wheel, the ratio and the pitch
+        curves.
 
     Raises:
         NoWheel: the linkage is spatial or has several freedoms, its force cannot be balanced,
@@ -81,7 +84,8 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     limits = motion_of(linkage, request.motion or None)
     crank, rates = _crank_rates(linkage, limits)
     sweep, turns = _sweep(linkage, limits, crank, rates)
-    runs = [*random_motions(linkage, MOTIONS, seed=SEED, motion=limits)]
+    fine = fine_motion(linkage, limits)
+    runs = [fine, *random_motions(linkage, MOTIONS, seed=SEED, motion=limits)]
     if regular := sweep.conditioning > CONDITIONING_NOTICE:
         runs.append(sweep)
     _refuse_other_moments(linkage, runs)
@@ -91,7 +95,9 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     wheel = make_wheel(found.document, normal, point, table.inertia, radius)
     words = f"a wheel of {wheel.mass:.4g} kg on the base that {crank} drives at a varying ratio"
     blank = AppliedRemedy("passive_wheel", words, "undecided", "")
-    done, _ = verify_with_wheels(request, blank, found, [wheel], runs)
+    done, moved = verify_with_wheels(request, blank, found, [wheel], runs)
+    motion = motion_columns((*linkage.inputs, wheel.joint), moved[0])
+    done = replace(done, files={"motion.csv": table_bytes(motion)})
     at_start = drive(linkage, [0.0], [0.0 * rates], [rates], [0.0 * rates])
     h = float(momentum_along(linkage, at_start).total[0, :3] @ normal)
     done = _with_wheel(request, done, crank, h**2 / table.inertia)
@@ -113,7 +119,7 @@ def _with_tables(
         "singular": not regular, "drive": words, **_tables(table, curves),
         "peaks": {"at": "unit rate of the crank", **peaks},
     }  # fmt: skip
-    return replace(done, files=files, details=details)
+    return replace(done, files=done.files | files, details=details)
 
 
 def _refuse_several_freedoms(request: RemedyRequest) -> None:

@@ -18,8 +18,10 @@ from balance.remedies.wheels.wheels_on_base import (
     NoWheel,
     Wheel,
     balance_force,
+    fine_motion,
     has_momentum,
     make_wheel,
+    motion_columns,
     verify_with_wheels,
 )
 from balance.verification.trajectory import Trajectory, random_motions
@@ -46,7 +48,8 @@ def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
         request: the request.
 
     Returns:
-        The result; a file has time, inputs, and the wheels' motion at the greatest power.
+        The result; a file has time, inputs, and the wheels' motion at the greatest power, and
+        one a motion with the wheels for ``balance verify --csv``.
 
     Raises:
         NoWheel: the force cannot be balanced, or no moment is left.
@@ -61,7 +64,8 @@ def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
     blank = AppliedRemedy(
         "active_wheel", f"{count} of {mass:.4g} kg on the base, with motors", "undecided", ""
     )
-    done, moved = verify_with_wheels(request, blank, found, wheels, runs)
+    fine = fine_motion(found.linkage, limits)
+    done, (*moved, shown) = verify_with_wheels(request, blank, found, wheels, [*runs, fine])
     first = found.linkage.mobility
     peaks = [
         [w.peaks(one.ud[:, first + k], one.udd[:, first + k]) for k, w in enumerate(wheels)]
@@ -69,8 +73,10 @@ def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
     ]
     worst = max(range(len(moved)), key=lambda k: max(peak["power"] for peak in peaks[k]))
     table = _table(found.linkage.inputs, moved[worst], wheels)
+    names = *found.linkage.inputs, *(wheel.joint for wheel in wheels)
+    motion = motion_columns(names, shown)
     return replace(
-        done, files={"motion.csv": table_bytes(table)},
+        done, files={"drive.csv": table_bytes(table), "motion.csv": table_bytes(motion)},
         details={
             "wheels": [wheel.details() for wheel in wheels],
             "motions": [

@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.certification.certify_space import certify
 from balance.motion_tolerances import SHAKING_RELATIVE
+from balance.partial_balance.motion_loads import input_inertia
 from balance.remedies.applied import AppliedRemedy, RemedyVerdict, with_cost
 from balance.remedies.least_matter import least_matter
 from balance.remedies.momentum_along import Momentum, momentum_along
-from balance.remedies.request import RemedyRequest, input_inertia
+from balance.remedies.request import RemedyRequest
 from balance.remedies.variant import append_elements, free_name, names_taken
 from balance.remedies.wheels.varying_ratio import integrate
 from balance.spaces.compute_space import design_space
 from balance.verification.to_pinocchio import verify
-from balance.verification.trajectory import Trajectory, drive
+from balance.verification.trajectory import Trajectory, drive, random_motions
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
 from kinematics.urdf_elements import make_elements
@@ -28,11 +29,14 @@ from kinematics.urdf_elements.element import Document, Element
 from kinematics.urdf_elements.write_numbers import number_words
 
 __all__ = [
-    "ForceBalanced", "NoWheel", "Wheel", "balance_force", "make_wheel", "has_momentum",
-    "verify_with_wheels",
+    "ForceBalanced", "NoWheel", "Wheel", "balance_force", "fine_motion", "has_momentum",
+    "make_wheel", "motion_columns", "verify_with_wheels",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
+
+# Samples of a motion in a file: a spline through them has the velocities and accelerations.
+FILE_SAMPLES = 1001
 
 
 class NoWheel(Exception):
@@ -206,6 +210,29 @@ def _drive_wheels(
         columns[wheel.joint] = angle, speed, change
     u, ud, udd = (np.stack([columns[n][k] for n in whole.inputs], axis=1) for k in range(3))
     return drive(whole, trajectory.time, u, ud, udd)
+
+
+def fine_motion(linkage: Linkage, limits: Motion | None) -> Trajectory:
+    """Make a random motion of as many samples as its file needs.
+
+    Args:
+        linkage: the linkage without wheels.
+        limits: restriction of its inputs; None if they are free.
+    """
+    return next(random_motions(linkage, 1, FILE_SAMPLES, motion=limits))
+
+
+def motion_columns(inputs: Sequence[str], motion: Trajectory) -> dict[str, Array]:
+    """List the columns of a motion as ``balance verify --csv`` reads them.
+
+    Args:
+        inputs: names of all inputs, in the order of the motion.
+        motion: the motion.
+    """
+    columns = {"time": motion.time}
+    for rate, values in ("", motion.u), ("velocity ", motion.ud), ("acceleration ", motion.udd):
+        columns |= {f"{rate}{name}": values[:, k] for k, name in enumerate(inputs)}
+    return columns
 
 
 def verify_with_wheels(

@@ -67,7 +67,7 @@ def test_the_ratio_is_pinocchios_momentum_and_the_angle_its_integral():
     (found,) = apply_passive_wheel(request("four_bar_general"))
     assert found.verdict == "feasible" and found.residual <= 1e-9
     assert found.details["pitch_curves"] is None and "a cam" in found.details["drive"]
-    assert set(found.files) == {"ratio.csv"} and found.details["full_turn"]
+    assert set(found.files) == {"motion.csv", "ratio.csv"} and found.details["full_turn"]
     ratio = table(found.files["ratio.csv"])
     whole = kinematics.load(
         Document("whole.urdf", found.urdf), inputs=["u1", "balancing_wheel_joint"]
@@ -181,7 +181,7 @@ def test_a_motor_works_what_the_wheel_stores(model):
     (found,) = apply_active_wheel(asked)
     assert found.verdict == "feasible" and found.residual <= 1e-9
     (wheel,), (peaks,) = found.details["wheels"], found.details["peaks"]
-    J, motion = wheel["inertia"], table(found.files["motion.csv"])
+    J, motion = wheel["inertia"], table(found.files["drive.csv"])
     t, name = motion["time"], wheel["link"]
     speed, torque, power = (motion[f"{name} {x}"] for x in ("speed", "torque", "power"))
     base = balance_force(asked)

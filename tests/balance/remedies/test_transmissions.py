@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from covering import spread
 
 import balance
 import kinematics
@@ -89,7 +90,7 @@ def absolute_rotations(linkage, inputs):
     return {body.name: angles[body.link] for body in linkage.bodies}
 
 
-@pytest.mark.parametrize("model", ["four_bar_general", "five_bar"])
+@pytest.mark.parametrize("model", spread(("four_bar_general", "five_bar"), 2))
 @pytest.mark.parametrize("apply", BOTH)
 def test_exports_are_verified(model, apply):
     """Links and loops of the transmission stand in the file; Pinocchio finds it balanced."""

@@ -87,8 +87,8 @@ def draw_loads(axes, runs):
     axes[1].set_xlabel("time, s")
 
 
-def main():
-    """Compute the loads of both linkages and write the picture."""
+def picture():
+    """Compute the loads of both linkages; return the picture and a line of text."""
     linkages = {name: kinematics.load(model) for name, model in MODELS.items()}
     first = balance.verify(linkages["as drawn"], trajectories=1, seed=3)
     second = verify_second(first, linkages["balanced"])
@@ -100,10 +100,17 @@ def main():
             draw_linkage(part.subplots(), name, linkage)
         draw_loads(right.subplots(2, 1, sharex=True), runs)
 
+    line = (f"peak force {first.force:.3g} N and {second.force:.2g} N, "
+            f"peak moment {first.moment:.3g} N m and {second.moment:.2g} N m")  # fmt: skip
+    return image((9.0, 3.2), "svg", draw), line
+
+
+def main():
+    """Write the picture."""
     path = Path(__file__).with_name("shaking.svg")
-    path.write_bytes(image((9.0, 3.2), "svg", draw))
-    print(f"{path.name}: peak force {first.force:.3g} N and {second.force:.2g} N, "
-          f"peak moment {first.moment:.3g} N m and {second.moment:.2g} N m")  # fmt: skip
+    content, line = picture()
+    path.write_bytes(content)
+    print(f"{path.name}: {line}")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,138 @@
+"""Pages that are made from the code: the command line, JSON, exit codes, the Python API."""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import json
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import kinematics
+from balance.cli import exit_codes
+from balance.cli.main import _parser
+from balance.public_names import MODULES_OF_NAMES
+
+__all__ = ["api_pages", "command_pages", "copied_pages", "exit_code_page", "json_pages"]
+
+ROOT = Path(__file__).parents[2]
+Field = tuple[str, str]
+COPIES = {
+    "CHANGELOG.md": "changelog.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "urdf_models/README.md": "reference/gallery.md",
+}
+
+
+def copied_pages() -> dict[str, str]:
+    """Read the pages that live beside the code, by path on the site."""
+    texts = {path: (ROOT / name).read_text(encoding="utf-8") for name, path in COPIES.items()}
+    return {path: text.replace("](docs/", "](") for path, text in texts.items()}
+
+
+def command_pages() -> dict[str, str]:
+    """Print the help of every command, from its parser."""
+    page = "# Help of the commands\n\nWhat `balance COMMAND --help` prints; the options are "
+    page += "explained under [Command line](../command_line.md).\n"
+    for name, parser in _commands(_parser()):
+        page += f"\n## {name}\n\n```text\n{parser.format_help()}```\n"
+    return {"reference/command_help.md": page}
+
+
+def _commands(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """List a parser and the parsers of its commands, by their full names."""
+    yield parser.prog, parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for verb in dict.fromkeys(action.choices.values()):
+                yield from _commands(verb)
+
+
+def exit_code_page() -> dict[str, str]:
+    """Make a table of the exit codes from the sentence that `balance --help` ends with."""
+    words = re.sub(r" \([^)]*\)", "", exit_codes.EXPLANATION)
+    rows = re.findall(r"(\d+) ([^,.]+)", words)
+    table = "".join(f"| {code} | {text.strip()} |\n" for code, text in rows)
+    page = "# Exit codes\n\n| code | meaning |\n|---|---|\n" + table
+    page += "\nA negative verdict is an answer: not balanced, no design, a pose that is not "
+    page += "reached. With codes 2 and 3 one line on standard error names the element and the "
+    page += "remedy, and `--json` prints nothing. `BALANCE_DEBUG=1` prints the traceback of a "
+    page += "defect.\n"
+    return {"reference/exit_codes.md": page}
+
+
+def json_pages() -> dict[str, str]:
+    """Describe the objects that `--json` prints, from their schemas."""
+    page = "# JSON\n\n`--json` prints one object on standard output. Each has a schema, and "
+    page += (
+        "its field `schema` names the schema and its version, which changes when the meaning "
+    )
+    page += "of a field changes. The schemas come with the package, in `balance/schemas/`.\n"
+    files = {}
+    for path in sorted((ROOT / "balance" / "schemas").glob("*.json")):
+        text = path.read_text(encoding="utf-8")
+        files[f"reference/{path.name}"] = text
+        page += _schema_section(path.name, json.loads(text))
+    return {"reference/json.md": page, **files}
+
+
+def _schema_section(name: str, schema: dict) -> str:
+    """Describe one schema: its title, and a table of its fields."""
+    section = f"\n## {schema['title']}\n\n{schema['description']} [Schema]({name}).\n"
+    fields = dict(_fields(schema, schema, "", ()))
+    rows = "".join(f"| `{key}` | {_cell(text)} |\n" for key, text in fields.items())
+    return section + (f"\n| field | meaning |\n|---|---|\n{rows}" if rows else "")
+
+
+def _fields(part: dict, schema: dict, path: str, seen: tuple[str, ...]) -> Iterator[Field]:
+    """List the fields below a part of a schema that are described, with their paths."""
+    reference = part.get("$ref", "")
+    if reference.startswith("#/$defs/") and reference not in seen:
+        found = schema["$defs"][reference.removeprefix("#/$defs/")]
+        yield from _fields(found, schema, path, (*seen, reference))
+    for key, value in part.get("properties", {}).items():
+        if isinstance(value, bool):
+            continue
+        inner = f"{path}.{key}" if path else key
+        if "description" in value:
+            yield inner, value["description"]
+        yield from _fields(value, schema, inner, seen)
+    if isinstance(part.get("items"), dict):
+        yield from _fields(part["items"], schema, f"{path}[]", seen)
+    for choice in ("oneOf", "anyOf", "allOf"):
+        for value in part.get(choice, ()):
+            yield from _fields(value, schema, path, seen)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")
+
+
+def api_pages() -> dict[str, str]:
+    """List the public names of both packages, a page for each of their parts."""
+    names = {name: f"balance.{home}" for name, home in MODULES_OF_NAMES.items()}
+    names |= {
+        name: f"kinematics.{home}" for name, home in kinematics._HOMES.items() if name[0] != "_"
+    }
+    names["compile"] = "kinematics.compiled.background"
+    parts = defaultdict(list)
+    for name, module in sorted(names.items(), key=lambda item: item[0].lower()):
+        package, part = module.split(".")[:2]
+        parts[package, part].append(f"{module}.{name}")
+    return {
+        f"reference/api/{package}_{part}.md": _api_page(package, part, members)
+        for (package, part), members in sorted(parts.items())
+    }
+
+
+def _api_page(package: str, part: str, members: list[str]) -> str:
+    """Title, first line of the part's docstring, and the public names."""
+    path = ROOT / package / part / "__init__.py"
+    path = path if path.exists() else path.parent.with_suffix(".py")
+    words = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    imported = ", ".join(sorted(member.split(".")[-1] for member in members))
+    page = f"# {part.replace('_', ' ').capitalize()}\n\n{words.splitlines()[0]}\n\n"
+    page += f"`from {package} import {imported}`\n"
+    return page + "".join(f"\n::: {member}\n" for member in members)

@@ -21,6 +21,13 @@ The space of balanced mass distributions:
 - ``Exact``: ranks by exact arithmetic
 - ``Proof``: lower bounds on rank and nullity that add up to the number of parameters
 
+Many geometries of a model:
+
+- ``sweep``: compute quantities of a model in many geometries
+- ``read_study``: read what varies and what is computed from a TOML file
+- ``Study``: a model, what varies in it, what must hold, and what is computed
+- ``SweepTable``: result of ``sweep``, column by column
+
 Decoupling, inertia on a base that moves:
 
 - ``decoupling``: balanced distributions that keep the inertia on the base constant
@@ -86,6 +93,25 @@ Shaking in motion:
 - ``verify``: whether a linkage shakes its base, by Pinocchio and by our own series
 - ``Trajectory``: a motion sampled in time
 - ``Verification``: the verdict of ``verify`` and what it rests on
+
+Links that bend, in the plane:
+
+- ``simulate_flexible``: simulate a linkage of which named links bend, and its shaking
+- ``supported_modes``: bending modes of a beam, free or on supports
+- ``free_modes``: bending modes of a free beam, to full precision
+- ``support_points``: points and weights on which a beam shakes its mount in no low mode
+- ``similar_arm``: the counter-arm that bends like an arm
+- ``compare_arms``: conditions under which two arms bend alike
+- ``Arm``: a beam clamped on a hub, with a body at its tip
+- ``Beam``: a uniform beam
+- ``Clamp``: a clamp of a beam
+- ``EndBody``: a body at the end of a beam
+- ``FlexibleSimulation``: result of ``simulate_flexible``
+- ``FreeMode``: a mode of a free beam
+- ``Similarity``: result of ``compare_arms``
+- ``Support``: a pin of a beam, or a whippletree
+- ``SupportPoints``: result of ``support_points``
+- ``SupportedModes``: result of ``supported_modes``
 
 On a base that floats, or stands on springs:
 
@@ -165,6 +191,18 @@ if TYPE_CHECKING:
     from balance.dynamic_equivalence.pure_inertia import PureInertia, pure_inertia
     from balance.exact.modular_ranks import Exact
     from balance.exact.proof import Proof
+    from balance.flexible.beam import Beam
+    from balance.flexible.free_modes import FreeMode, free_modes
+    from balance.flexible.linkage_motion import FlexibleSimulation, simulate_flexible
+    from balance.flexible.similarity import Arm, Similarity, compare_arms, similar_arm
+    from balance.flexible.support_points import SupportPoints, support_points
+    from balance.flexible.supported_modes import (
+        Clamp,
+        EndBody,
+        Support,
+        SupportedModes,
+        supported_modes,
+    )
     from balance.floating_base.base import FloatingBase
     from balance.floating_base.result import FloatingBaseMotion
     from balance.floating_base.simulate import simulate_floating_base
@@ -208,12 +246,16 @@ if TYPE_CHECKING:
         RotorSet,
         fewest_rotors,
     )
-    from balance.search.many_geometries import ManySpaces, design_space_many
+    from balance.search.many_geometries import design_space_many
+    from balance.search.many_spaces import ManySpaces
     from balance.spaces.certainty import Certainty
     from balance.spaces.compute_space import design_space
     from balance.spaces.design_space import DesignSpace
     from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
     from balance.spaces.save import SpaceRecord, load_space, save_space
+    from balance.sweeps.study import Study, read_study
+    from balance.sweeps.sweep import sweep
+    from balance.sweeps.sweep_table import SweepTable
     from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
     from balance.synthesis.pantograph import PantographMasses
     from balance.synthesis.synthesize import synthesize
@@ -224,95 +266,27 @@ if TYPE_CHECKING:
     from balance.verification.trajectory import Trajectory
 
 __all__ = [
-    "AppliedRemedy",
-    "BalancingFamily",
-    "Base",
-    "BodyInertia",
-    "BuildableMasses",
-    "Certainty",
-    "CertificateCheck",
-    "CertifiedSpace",
-    "Counterweights",
-    "Decoupling",
-    "Design",
-    "DesignCheck",
-    "DesignSpace",
-    "ElasticFrame",
-    "Exact",
-    "Explanation",
-    "Feasibility",
-    "FewestRotors",
-    "FloatingBase",
-    "FloatingBaseMotion",
-    "Freedom",
-    "ManySpaces",
-    "Meeting",
-    "MomentumMap",
-    "MomentumTaylor",
-    "PantographMasses",
-    "ParetoFront",
-    "PartialBalance",
-    "PoseBalance",
-    "Primitive",
-    "Proof",
-    "PureInertia",
-    "ReactionNullSpace",
-    "ReactionlessPath",
-    "ReactionlessPaths",
-    "Region",
-    "RemedyComparison",
-    "RotorSet",
-    "ScrewLine",
-    "SpaceRecord",
-    "Synthesis",
-    "SynthesizedMechanism",
-    "Trajectory",
-    "Transfer",
-    "Verification",
-    "balance_pose",
-    "balancing_family",
-    "buildable_masses",
-    "certify",
-    "check_certificate",
-    "check_design",
-    "common_normal",
-    "compare_remedies",
-    "counterweights",
-    "decoupling",
-    "design",
-    "design_space",
-    "design_space_many",
-    "distance_to_rank_drop",
-    "exact_ranks",
-    "explain",
-    "feasible",
-    "fewest_rotors",
-    "find_paths",
-    "load_space",
-    "locked_inertia",
-    "mass_properties",
-    "meeting",
-    "momentum_lines",
-    "momentum_map",
-    "momentum_matrix",
-    "momentum_regressor",
-    "momentum_taylor",
-    "momentum_wrenches",
-    "parameters",
-    "pareto",
-    "partial",
-    "pseudo_inertia",
-    "pure_inertia",
-    "reaction_null_space",
-    "save_space",
-    "screw_figure",
-    "shaking",
-    "simulate_floating_base",
-    "synthesize",
-    "timed_path",
-    "verify",
-    "violations",
-]
+    "AppliedRemedy", "Arm", "BalancingFamily", "Base", "Beam", "BodyInertia", "BuildableMasses",
+    "Certainty", "CertificateCheck", "CertifiedSpace", "Clamp", "Counterweights", "Decoupling",
+    "Design", "DesignCheck", "DesignSpace", "ElasticFrame", "EndBody", "Exact", "Explanation",
+    "Feasibility", "FewestRotors", "FlexibleSimulation", "FloatingBase", "FloatingBaseMotion",
+    "FreeMode", "Freedom", "ManySpaces", "Meeting", "MomentumMap", "MomentumTaylor",
+    "PantographMasses", "ParetoFront", "PartialBalance", "PoseBalance", "Primitive", "Proof",
+    "PureInertia", "ReactionNullSpace", "ReactionlessPath", "ReactionlessPaths", "Region",
+    "RemedyComparison", "RotorSet", "ScrewLine", "Similarity", "SpaceRecord", "Study",
+    "Support", "SupportPoints", "SupportedModes", "SweepTable", "Synthesis",
+    "SynthesizedMechanism", "Trajectory", "Transfer", "Verification", "balance_pose",
+    "balancing_family", "buildable_masses", "certify", "check_certificate", "check_design",
+    "common_normal", "compare_arms", "compare_remedies", "counterweights", "decoupling",
+    "design", "design_space", "design_space_many", "distance_to_rank_drop", "exact_ranks",
+    "explain", "feasible", "fewest_rotors", "find_paths", "free_modes", "load_space",
+    "locked_inertia", "mass_properties", "meeting", "momentum_lines", "momentum_map",
+    "momentum_matrix", "momentum_regressor", "momentum_taylor", "momentum_wrenches",
+    "parameters", "pareto", "partial", "pseudo_inertia", "pure_inertia", "reaction_null_space",
+    "read_study", "save_space", "screw_figure", "shaking", "similar_arm", "simulate_flexible",
+    "simulate_floating_base", "support_points", "supported_modes", "sweep", "synthesize",
+    "timed_path", "verify", "violations",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> object:

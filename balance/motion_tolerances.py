@@ -14,7 +14,9 @@ __all__ = [
     "MASS_MATRIX_SINGULAR", "MOMENTS_EQUAL", "MOMENTUM_NULL", "MOTION_RETURN", "ON_LOCAL_CURVE",
     "PATH_CONDITIONING", "PATH_EDGE_RATE", "PATH_MOMENTUM", "PATH_STEP_ERROR",
     "RATE_RESIDUAL_RELATIVE", "RELATION_RESIDUAL", "REVOLUTION_RETURN", "SHAKING_RELATIVE",
-    "SYNTHESIS_ANGLE_MET", "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM", "SYNTHESIS_SINGULAR",
+    "SWEEP_BRANCH_DISTANCE", "SWEEP_CLOSED", "SWEEP_DAMPING", "SWEEP_FREE_DAMPING",
+    "SWEEP_NEWTON_DONE", "SYNTHESIS_ANGLE_MET", "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM",
+    "SYNTHESIS_SINGULAR",
 ]  # fmt: skip
 
 # --- verification
@@ -111,3 +113,17 @@ SYNTHESIS_LINK_FLAT = 0.05
 SYNTHESIS_ANGLE_MET = 1e-10
 # Momentum of a synthesised mechanism, relative to the sum of that of its bodies.
 SYNTHESIS_MOMENTUM = 1e-10
+
+# --- sweeps
+
+# Distance of a closed pose from Newton's first step, over the length of that step: up to this
+# the geometry is on the branch of the one before.
+SWEEP_BRANCH_DISTANCE = 0.3
+# Mismatch of closed loops, in radians and characteristic lengths.
+SWEEP_CLOSED = 1e-11
+# Largest entry of a Newton step after which the next one is round-off.
+SWEEP_NEWTON_DONE = 1e-8
+# Damping of the normal equations over the mean of their diagonal: of dependent joints, which
+# the loops determine, and of all joints, some of which are free.
+SWEEP_DAMPING = 1e-14
+SWEEP_FREE_DAMPING = 1e-9

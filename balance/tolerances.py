@@ -110,8 +110,9 @@ SWEEP_REGULAR = 1e-2
 # Rates of joints over the fastest: below this a joint may be idle, and a geometry is passed to
 # `design_space`.
 SWEEP_SLOWEST = 1e-5
-# Smallest pivot of the conditions over the largest: below this a geometry is passed to
-# `design_space`.
+# Smallest pivot of the conditions over the largest: below this the smallest singular value may
+# leave a doubt, and is computed; a geometry whose conditions are not of full column rank is
+# passed to `design_space`.
 SWEEP_PIVOT_CLEAR = 1e-6
 # Deviation of a unit axis from length 1, from the normal of a plane, or of a screw from having
 # no pitch: up to this it is rounded.

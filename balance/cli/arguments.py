@@ -11,8 +11,8 @@ from balance.atomic_files import check_outputs, is_stream
 from kinematics.errors import LinkageError
 
 __all__ = [
-    "MAX_ERROR_LENGTH", "Parser", "Verbs", "check_files", "page_path", "picture_path",
-    "read_streams", "describe_defect",
+    "MAX_ERROR_LENGTH", "Parser", "Verbs", "add_meshes_option", "check_files", "page_path",
+    "picture_path", "read_streams", "describe_defect",
 ]  # fmt: skip
 
 # Options of all commands that name output files.
@@ -23,7 +23,7 @@ OUTPUTS = {
 # Options that name models.
 MODELS = ("model", "against")
 # Options that name other input files.
-INPUTS = ("loops", "csv", "path", "masses")
+INPUTS = ("loops", "csv", "path", "masses", "study", "results")
 
 # The commands of a parser, as `argparse` types them.
 Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
@@ -38,25 +38,38 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str], namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse arguments; refuse ``--option=--``, which Python 3.11 parses as a list.
+        """Parse arguments; refuse what is left over, with the usage of this very command.
+
+        Refuse ``--option=--`` too, which Python 3.11 parses as a list.
 
         Args:
             args: words of the command line.
             namespace: object for the values; a new one by default.
 
         Returns:
-            The values, and the words that no option takes.
+            The values, and no words: all are taken.
         """
         for name in (word[:-3] for word in args if word.startswith("--")
                      and word.endswith("=--")):  # fmt: skip
             self.error(f"argument {name}: expected one argument")
-        return super().parse_known_args(args, namespace)
+        found, left = super().parse_known_args(args, namespace)
+        if left:
+            self.error(f"unrecognized arguments: {' '.join(left)}")
+        return found, left
 
     def error(self, message: str) -> NoReturn:
         """End the command with code 2."""
         from kinematics.error_text import clean
 
         super().error(clean(message, MAX_ERROR_LENGTH))
+
+
+def add_meshes_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option that leaves the shapes of the file out of a page."""
+    parser.add_argument(
+        "--no-meshes", action="store_true",
+        help="leave the shapes of the file (<visual>) out of the page, which is smaller then",
+    )  # fmt: skip
 
 
 def read_streams(arguments: argparse.Namespace) -> None:
@@ -71,15 +84,20 @@ def read_streams(arguments: argparse.Namespace) -> None:
     """
     named = {role: getattr(arguments, role, None) for role in ("model", "against")}
     models = {role: model for role, model in named.items() if model is not None}
+    others = getattr(arguments, "others", [])
     if not models:
         return
     from kinematics.urdf.input_streams import read_stream, stream_identity
 
-    streams = [stream for model in models.values() if (stream := stream_identity(model))]
+    every = [*models.values(), *others]
+    streams = [stream for model in every if (stream := stream_identity(model))]
     if len(set(streams)) < len(streams):
-        arguments.refuse("--against: both models come from the same stream: give two files")
+        word = "--against: both" if not others else "two"
+        arguments.refuse(f"{word} models come from the same stream: give two files")
     for role, model in models.items():
         setattr(arguments, role, read_stream(model) or model)
+    if others:
+        arguments.others = [read_stream(model) or model for model in others]
 
 
 def check_files(arguments: argparse.Namespace) -> None:
@@ -96,10 +114,11 @@ def check_files(arguments: argparse.Namespace) -> None:
     from kinematics.urdf.loop_file import loop_file_of
 
     inputs = [given[name] for name in INPUTS if name in given]
-    for name in MODELS:
+    models = [given[name] for name in MODELS if name in given]
+    for model in (*models, *getattr(arguments, "others", ())):
         # Reading the model raises the error later.
         with suppress(LinkageError, OSError, ValueError):
-            path = str(find(given[name])) if name in given else ""
+            path = str(find(model)) if model else ""
             inputs += [path, *filter(None, [loop_file_of(path)])] if path else []
     check_outputs(outputs, inputs, arguments.force)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
@@ -40,7 +41,10 @@ def add_matter_options(parser: argparse.ArgumentParser, purpose: str) -> None:
         parser: the parser of a command.
         purpose: help of ``--add``.
     """
-    parser.add_argument("--add", type=_link_names, default=[], metavar="L1,L2", help=purpose)
+    parser.add_argument(
+        "--add", action=_AddNames, type=_link_names, default=[], metavar="L1,L2",
+        help=f"{purpose}; repeatable",
+    )  # fmt: skip
     parser.add_argument(
         "--region", action="append", type=_link_region, default=[], metavar="L=SHAPE",
         help="where matter may be added, metres in the link frame: ball(x,y,z,r), "
@@ -88,6 +92,7 @@ def run_counterweights(arguments: argparse.Namespace) -> Outcome:
         LinkageError: the file, the linkage, a link or a region cannot be used.
     """
     from balance.added_masses.counterweights import counterweights
+    from balance.added_masses.link_regions import distant_regions
 
     with spinner("finding the least matter that balances"):
         space = certified_space(arguments)
@@ -98,10 +103,10 @@ def run_counterweights(arguments: argparse.Namespace) -> Outcome:
     from balance.report.text.counterweights import counterweights_text
 
     code = {"feasible": DONE, "infeasible": NEGATIVE}.get(found.verdict, UNDECIDED)
+    notices = (*space.warnings, *distant_regions(space, dict(arguments.region)))
     return Outcome(
-        code, found.to_dict, lambda: counterweights_text(found), notices=space.warnings,
-        remark=remark,
-    )  # fmt: skip
+        code, found.to_dict, lambda: counterweights_text(found), notices=notices, remark=remark
+    )
 
 
 def _write_files(arguments: argparse.Namespace, found: Counterweights) -> str:
@@ -125,7 +130,24 @@ def _write_files(arguments: argparse.Namespace, found: Counterweights) -> str:
 
         contents.append(counterweights_page(found).encode())
     write_all_atomic(zip(paths, contents, strict=True))
-    return ""
+    return f"written: {', '.join(paths)}" if paths else ""
+
+
+class _AddNames(argparse.Action):
+    """Collect names over repeated options, each once."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[str] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Append the names of one option."""
+        names = [*getattr(namespace, self.dest), *(values or ())]
+        if len(set(names)) < len(names):
+            raise argparse.ArgumentError(self, "a link is named twice: name each once")
+        setattr(namespace, self.dest, names)
 
 
 def _link_names(text: str) -> list[str]:

@@ -146,11 +146,10 @@ def _write_files(arguments: argparse.Namespace, found: Design) -> str:
 
         contents.append(design_page(found).encode())
     write_all_atomic(zip(paths, contents, strict=True))
-    return (
-        f"to {_checked_claim(arguments)}: {_verify_command(arguments, found)}"
-        if arguments.out
-        else ""
-    )
+    if not arguments.out:
+        return f"written: {arguments.html}" if paths else ""
+    check = f"to {_checked_claim(arguments)}: {_verify_command(arguments, found)}"
+    return f"written: {', '.join(paths)}; {check}"
 
 
 def _checked_claim(arguments: argparse.Namespace) -> str:

@@ -21,7 +21,9 @@ from balance.cli.arguments import (
     describe_defect,
     read_streams,
 )
+from balance.cli.completion import SHELLS
 from balance.cli.design import add_design
+from balance.cli.discover import add_discover
 from balance.cli.exit_codes import (
     DEFECT,
     DONE,
@@ -37,6 +39,7 @@ from balance.cli.outcome import Outcome
 from balance.cli.paths import add_paths
 from balance.cli.remedies import add_remedies
 from balance.cli.report import add_report
+from balance.cli.sweep import add_sweep
 from balance.cli.synthesize import add_synthesize
 from balance.cli.verify import add_verify
 from kinematics.compiled.background import compile_mode
@@ -121,16 +124,33 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+class _Completion(argparse.Action):
+    """Action that prints the script with which a shell completes words."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, _: object, shell: object, *__: object
+    ) -> None:
+        """End the command with code 0."""
+        from balance.cli.completion import completion_script
+
+        print(completion_script(parser, str(shell)))
+        parser.exit()
+
+
 def _parser() -> argparse.ArgumentParser:
     """Build the parser with all commands."""
     parser = Parser(
         prog="balance", description="Dynamic balance of linkages.", epilog=EXPLANATION
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
+    parser.add_argument(
+        "--completion", action=_Completion, choices=SHELLS,
+        help="print a script with which a shell completes commands and options, and exit",
+    )  # fmt: skip
     verbs = parser.add_subparsers(metavar="command", required=True)
     for add_command in (
         add_report, add_verify, add_design, add_remedies, add_flex, add_motion,
-        add_paths, add_synthesize, add_models,
+        add_paths, add_sweep, add_discover, add_synthesize, add_models,
     ):  # fmt: skip
         add_command(verbs)
     return parser

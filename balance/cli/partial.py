@@ -102,12 +102,14 @@ def run_partial(arguments: argparse.Namespace) -> Outcome:
     """
     front = _front(arguments)
     remark = _write_files(arguments, front)
+    from balance.added_masses.link_regions import distant_regions
     from balance.report.text.partial import partial_text
 
     best = front.designs[-1]
     return Outcome(
         CODES[best.verdict], front.to_dict, lambda: partial_text(front),
-        notices=front.notices, remark=remark,
+        notices=(*front.notices, *distant_regions(best.space, dict(arguments.region))),
+        remark=remark,
     )  # fmt: skip
 
 
@@ -158,7 +160,7 @@ def _write_files(arguments: argparse.Namespace, front: ParetoFront) -> str:
 
         contents.append((arguments.plot, front_picture(front, arguments.plot[-3:].lower())))
     write_all_atomic(contents)
-    return ""
+    return f"written: {', '.join(path for path, _ in contents)}" if contents else ""
 
 
 def _cap(text: str) -> tuple[str, float]:

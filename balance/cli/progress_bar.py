@@ -17,29 +17,37 @@ PATIENCE = 2.0
 
 
 @contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(what: str, rate: bool = False) -> Iterator[Callable[[int, int], None]]:
     """Show a progress bar with the remaining time on a terminal after `PATIENCE`.
 
-    The function that it yields takes the number of steps done and of all steps.
+    The function that it yields takes the number of steps done and of all steps. What its first
+    call says was done before.
 
     Args:
         what: what is counted, in the plural.
+        rate: whether to show how many are done in a second.
     """
     start, shown = monotonic(), ExitStack()
     bar: Progress | None = None
+    before: int | None = None
 
     def advance(done: int, total: int) -> None:
-        nonlocal bar
+        nonlocal bar, before
+        before = done if before is None else before
         if bar is None and monotonic() - start > PATIENCE:
             from rich.console import Console
             from rich.progress import Progress
 
             console = Console(stderr=True)
             bar = Progress(console=console, transient=True, disable=not console.is_terminal)
-            bar.add_task(what)
+            bar.add_task(what, completed=before, total=total)
             shown.enter_context(bar)
         if bar is not None:
-            bar.update(bar.task_ids[0], completed=done, total=total, refresh=True)
+            speed = (done - before) / (monotonic() - start)
+            text = f"{what}, {speed:,.0f} a second" if rate else what
+            bar.update(
+                bar.task_ids[0], completed=done, total=total, description=text, refresh=True
+            )
 
     with shown:
         yield advance

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, page_path
+from balance.cli.arguments import Verbs, add_meshes_option, page_path
 from balance.cli.exit_codes import DONE, UNDECIDED
 from balance.cli.model_options import add_model_options, certified_space
 from balance.cli.number_arguments import whole_number
 from balance.cli.outcome import Outcome
+from balance.cli.several_models import (
+    add_other_models,
+    compared,
+    each_model,
+    named_notices,
+)
 from balance.cli.spinner import spinner
 from kinematics.errors import ExactError
 
@@ -36,6 +42,7 @@ def add_report(verbs: Verbs) -> None:
         "of the design space, order by order.",
     )
     add_model_options(parser)
+    add_other_models(parser)
     parser.set_defaults(run=_run)
     parser.add_argument(
         "--max-order", type=whole_number(0, 50, "an order"), metavar="K",
@@ -58,6 +65,7 @@ def add_report(verbs: Verbs) -> None:
         "--html", type=page_path, metavar="FILE.html",
         help="write a page with the moving linkage and all of this; it needs no network",
     )  # fmt: skip
+    add_meshes_option(parser)
     parser.add_argument(
         "--write-closed", metavar="FILE",
         help="write the URDF file at the pose at which its loops close",
@@ -74,29 +82,78 @@ def add_report(verbs: Verbs) -> None:
 
 def _run(arguments: argparse.Namespace) -> Outcome:
     """Compute the design space and the results of the options, and write the files."""
+    if arguments.others:
+        return _run_several(arguments)
     with spinner("finding the mass distributions that balance"):
-        space = certified_space(arguments)
-        exact = None
-        if arguments.exact:
-            space, exact = _add_exact_ranks(space)
-        report = _describe(space, exact, arguments)
-        file_notices = _write_files(arguments, report)
+        answer = _answer(arguments)
+        file_notices = _write_files(arguments, answer.report)
     from balance.report.data import report_data
     from balance.report.text.report import report_for_terminal, report_text
 
+    report = answer.report
+    if not arguments.explain:
+        report = report._replace(explanation=None)
+    return Outcome(
+        answer.code, lambda: report_data(report), lambda: report_text(report),
+        lambda: report_for_terminal(report), (*answer.notices, *file_notices),
+    )  # fmt: skip
+
+
+def _run_several(arguments: argparse.Namespace) -> Outcome:
+    """Compute the design spaces of several models, and write their page."""
+    if arguments.write_closed is not None:
+        arguments.refuse("--write-closed: not with several models")
+    with spinner("finding the mass distributions that balance"):
+        answers = [_answer(one) for one in each_model(arguments)]
+        reports = [answer.report for answer in answers]
+        if arguments.html is not None:
+            from balance.report.html.compare import compare_page
+
+            page = compare_page(reports, not arguments.no_meshes)
+            write_all_atomic([(arguments.html, page.encode())])
+
+    def data() -> object:
+        from balance.report.data import report_data
+
+        return compared("report", [report_data(report) for report in reports])
+
+    def text() -> str:
+        from balance.report.text.report import comparison_facts
+        from balance.report.text.side_by_side import side_by_side
+
+        return side_by_side([comparison_facts(report) for report in reports])
+
+    notices = [
+        notice
+        for answer in answers
+        for notice in named_notices(answer.report.space.linkage, answer.notices)
+    ]
+    return Outcome(max(answer.code for answer in answers), data, text, notices=notices)
+
+
+class _Answer(NamedTuple):
+    """The answer on one model: the report, the exit code, and notices."""
+
+    report: Report
+    code: int
+    notices: tuple[Notice, ...]
+
+
+def _answer(arguments: argparse.Namespace) -> _Answer:
+    """Compute the design space of one model and the results of the options."""
+    space = certified_space(arguments)
+    exact = None
+    if arguments.exact:
+        space, exact = _add_exact_ranks(space)
+    report = _describe(space, exact, arguments)
     answers = [space, *([report.decoupling.freed] if report.decoupling else [])]
     missing = [notice for answer in answers for notice in _missing_certainty(answer, arguments)]
-    notices = (*space.warnings, *(exact.notices if exact else ()), *file_notices, *missing)
     complete = arguments.max_order is not None or all(answer.settled for answer in answers)
     answered = exact is not None or not arguments.exact
     doubtful = any(answer.doubts for answer in answers)
     sure = complete and answered and not doubtful and not missing
-    if not arguments.explain:
-        report = report._replace(explanation=None)
-    return Outcome(
-        DONE if sure else UNDECIDED, lambda: report_data(report), lambda: report_text(report),
-        lambda: report_for_terminal(report), notices,
-    )  # fmt: skip
+    notices = (*space.warnings, *(exact.notices if exact else ()), *missing)
+    return _Answer(report, DONE if sure else UNDECIDED, notices)
 
 
 def _add_exact_ranks(space: CertifiedSpace) -> tuple[CertifiedSpace, Exact | None]:
@@ -177,7 +234,8 @@ def _write_files(arguments: argparse.Namespace, report: Report) -> tuple[Notice,
     if page is not None:
         from balance.report.html.report import report_page
 
-        contents.append((page, report_page(report).encode()))
+        text = report_page(report, not arguments.no_meshes)
+        contents.append((page, text.encode()))
     write_all_atomic(contents)
     return tuple(notices)
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from balance.atomic_files import write_all_atomic
-from balance.cli.arguments import Verbs, page_path, picture_path
+from balance.cli.arguments import Verbs, add_meshes_option, page_path, picture_path
 from balance.cli.both_readings import solve_both_readings
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.floating_base import (
@@ -21,12 +22,13 @@ from balance.cli.model_options import add_model_options, load_model
 from balance.cli.number_arguments import whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
+from balance.cli.several_models import add_other_models, compared, named_notices
+from balance.cli.two_results import TwoResults
 
 if TYPE_CHECKING:
     from balance.verification.result import Verification
-    from kinematics.model.linkage import Notice
 
-__all__ = ["Verified", "add_verify"]
+__all__ = ["add_verify"]
 
 # Default number of random motions.
 TRAJECTORIES = 10
@@ -36,34 +38,6 @@ SPEED_UNITS = {
     **dict.fromkeys(("hz", "1/s", "rev/s"), 2.0 * math.pi),
 }  # fmt: skip
 NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?"
-
-
-class Verified(NamedTuple):
-    """Result of the command.
-
-    Attributes:
-        first: the verification of the linkage.
-        second: the verification of a second linkage; None without one.
-    """
-
-    first: Verification
-    second: Verification | None
-
-    @property
-    def notices(self) -> tuple[Notice, ...]:
-        """Notices of both linkages."""
-        return (*self.first.notices, *(self.second.notices if self.second else ()))
-
-    def to_dict(self) -> dict[str, object]:
-        """Return plain data for JSON."""
-        against = self.second.to_dict() if self.second else None
-        return self.first.to_dict() | {"against": against}
-
-    def text(self) -> str:
-        """Write plain text; a second linkage has a column of its own."""
-        from balance.report.text.verification import verification_text
-
-        return verification_text(self.first, self.second)
 
 
 def add_verify(verbs: Verbs) -> None:
@@ -77,6 +51,7 @@ def add_verify(verbs: Verbs) -> None:
         "--spatial changes nothing here.",
     )
     add_model_options(parser)
+    add_other_models(parser)
     parser.set_defaults(run=_run)
     parser.add_argument(
         "--trajectories", type=whole_number(1, 10_000), metavar="N",
@@ -107,8 +82,9 @@ def add_verify(verbs: Verbs) -> None:
     )
     parser.add_argument(
         "--html", type=page_path, metavar="FILE.html",
-        help="write a page with the curves; it needs no network",
+        help="write a page on which the linkage moves beside the curves; it needs no network",
     )  # fmt: skip
+    add_meshes_option(parser)
     parser.add_argument(
         "--table", metavar="FILE.csv",
         help="write the plotted motion: time, inputs, and the shaking force and moment of the "
@@ -122,15 +98,46 @@ def _run(arguments: argparse.Namespace) -> Outcome:
     if arguments.base != "fixed":
         return run_floating_base(arguments)
     with progress_bar("motions") as advance:
-        found = _verify(arguments, advance)
-    code = DONE if found.first.balanced else NEGATIVE
-    if not found.first.agreed:
-        code = UNDECIDED
-    return Outcome(code, found.to_dict, found.text, notices=found.notices)
+        every = _verify(arguments, advance)
+    if arguments.others:
+        return _compare(every)
+    found = TwoResults(every[0], every[1] if len(every) > 1 else None)
+
+    def text() -> str:
+        from balance.report.text.verification import verification_text
+
+        return verification_text(found.first, found.second)
+
+    return Outcome(_code(found.first), found.to_dict, text, notices=found.notices)
 
 
-def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) -> Verified:
-    """Verify one or two linkages and write the files of the options.
+def _code(found: Verification) -> int:
+    """Return the exit code of a verification."""
+    if not found.decided:
+        return UNDECIDED
+    return DONE if found.balanced else NEGATIVE
+
+
+def _compare(found: Sequence[Verification]) -> Outcome:
+    """Set the verifications of several models side by side; the worst exit code counts."""
+
+    def data() -> object:
+        return compared("verify", [one.to_dict() | {"against": None} for one in found])
+
+    def text() -> str:
+        from balance.report.text.side_by_side import side_by_side
+        from balance.report.text.verification import verification_facts
+
+        return side_by_side([verification_facts(one) for one in found])
+
+    notices = [notice for one in found for notice in named_notices(one.linkage, one.notices)]
+    return Outcome(max(map(_code, found)), data, text, notices=notices)
+
+
+def _verify(
+    arguments: argparse.Namespace, advance: Callable[[int, int], None]
+) -> list[Verification]:
+    """Verify all linkages and write the files of the options.
 
     Args:
         arguments: the options.
@@ -153,16 +160,18 @@ def _verify(arguments: argparse.Namespace, advance: Callable[[int, int], None]) 
             along = [from_csv(linkage, arguments.csv, motion_of(linkage, arguments.motion))]
         return verify(linkage, along=along, **options)
 
-    def verify_second(angles: str) -> Verification:
+    def verify_other(model: str, angles: str) -> Verification:
         from balance.verification.to_pinocchio import verify_second
 
-        return verify_second(first, load_model(arguments, angles, arguments.against), **options)
+        return verify_second(first, load_model(arguments, angles, model), **options)
 
     first = solve_both_readings(verify_first, arguments.angles)
-    found = Verified(
+    others = [arguments.against] if arguments.against else arguments.others
+    found = [
         first,
-        solve_both_readings(verify_second, arguments.angles) if arguments.against else None,
-    )
+        *(solve_both_readings(partial(verify_other, model), arguments.angles)
+          for model in others),
+    ]  # fmt: skip
     _write_files(found, arguments)
     return found
 
@@ -173,8 +182,12 @@ def _refuse_exclusive_options(arguments: argparse.Namespace) -> None:
     for name in ("trajectories", "seed"):
         if arguments.speed is not None and getattr(arguments, name) is not None:
             arguments.refuse(f"--{name}: not with --speed, whose one motion is not random")
-    if arguments.table is not None and arguments.against is not None:
-        arguments.refuse("--table: not with --against; write a table for each linkage")
+    if arguments.others and arguments.against is not None:
+        arguments.refuse("--against: not with several models; name it among them")
+    if arguments.others and arguments.base != "fixed":
+        arguments.refuse("--base: not with several models; --against compares two")
+    if arguments.table is not None and (arguments.against is not None or arguments.others):
+        arguments.refuse("--table: not with a second linkage; write a table for each")
 
 
 def _options(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -190,24 +203,26 @@ def _options(arguments: argparse.Namespace) -> dict[str, Any]:
     return options
 
 
-def _write_files(found: Verified, arguments: argparse.Namespace) -> None:
+def _write_files(found: Sequence[Verification], arguments: argparse.Namespace) -> None:
     """Write the files of the options."""
     from balance.report.html.verification import (
-        verification_page,
         verification_picture,
         verification_table,
     )
 
-    both = [found.first, *([found.second] if found.second else [])]
     contents = []
     if arguments.plot:
         contents.append(
-            (arguments.plot, verification_picture(both, arguments.plot[-3:].lower()))
+            (arguments.plot, verification_picture(found, arguments.plot[-3:].lower()))
         )
     if arguments.html:
-        contents.append((arguments.html, verification_page(both).encode()))
+        from balance.report.html.verification_page import verification_page
+
+        contents.append(
+            (arguments.html, verification_page(found, not arguments.no_meshes).encode())
+        )
     if arguments.table:
-        contents.append((arguments.table, verification_table(found.first).encode()))
+        contents.append((arguments.table, verification_table(found[0]).encode()))
     write_all_atomic(contents)
 
 

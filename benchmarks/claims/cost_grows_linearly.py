@@ -129,5 +129,6 @@ class SerialChain:
 class CoupledFourBars(SerialChain):
     """Coupled four-bars with one input; the loop matrix is factorised within its skyline."""
 
+    slow = True
     params = (("four-bars",),)
     claims = (("track_exponent_in_bodies", 1.3), *SerialChain.claims[1:])

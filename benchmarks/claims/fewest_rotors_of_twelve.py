@@ -30,6 +30,7 @@ def _conditions(seed: int) -> RotorConditions:
 class FewestRotorsOfTwelve:
     """Two loops of seven links."""
 
+    slow = True
     params = ((12,),)
     claims = (("time_search", "time_programs", 1.0), ("track_undecided", 0.5))
 

@@ -159,6 +159,7 @@ class ColdFourBar(_Cold):
 class ColdThreeRsr(_Cold):
     """The linkage of the README, whole and on its plane of symmetry."""
 
+    slow = True
     params = (("three_rsr",), ("three_rsr", "--motion", "u2=u3"))
     claims = (
         ("track_first", 7), ("track_first", "track_imports", 5), ("track_difference", 0),
@@ -168,6 +169,7 @@ class ColdThreeRsr(_Cold):
 class ColdParallelRobots(_Cold):
     """Six loops or three legs of four bars."""
 
+    slow = True
     runs = 3
     params = (("delta",), ("stewart_6ups",))
     claims = (

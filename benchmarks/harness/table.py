@@ -54,6 +54,7 @@ KERNELS = (
     "stewart_6ups 2 8",
 )  # fmt: skip
 MANY = ("four_bar_general any", "four_bar_kite kites")
+MANY_POSES = "time_all_poses/time_heyoka_at_each"
 HEYOKA, DESIGN_SPACES = "time_ours/time_heyoka", "design spaces of 4R, 5R, 3-RSR, 4-RRR"
 
 LINES = (
@@ -63,6 +64,10 @@ LINES = (
          _of(TAYLOR, ("five_bar 5", "five_bar 7"), HEYOKA), 1.5),
     Line("6R along a line, order 10", "heyoka, geometry at run time",
          _of(TAYLOR, ("six_r 10",), HEYOKA), 1.0),
+    Line("five-bar IK, order 10, 1000 poses in one call", "heyoka, batched jets",
+         _of(TAYLOR, ("five_bar 10",), MANY_POSES), 0.8),
+    Line("6R along a line, order 10, 1000 poses", "heyoka, geometry at run time",
+         _of(TAYLOR, ("six_r 10",), MANY_POSES), 0.8),
     Line("five-bar, order 10", "daceypy",
          _of(TAYLOR, ("five_bar 10",), "time_ours/time_daceypy"), 1 / 90),
     Line("five-bar, order 10", "Kronecker tensors, NumPy",
@@ -86,9 +91,9 @@ LINES = (
     Line("exponent in order, both", "itself",
          _of(COST, ("serial", "four-bars"), "track_exponent_in_order"), 2.1),
     Line("many four-bar design spaces, one core", "kernel alone in C",
-         _of("many_geometries", MANY, "time_one_core/time_kernels_in_c"), 5.0),
+         _of("many_geometries", MANY, "time_one_core/time_kernels_in_c"), 2.5),
     Line("the same, two cores", "one core",
-         _of("many_geometries", MANY, "time_two_cores/time_one_core"), 1 / 1.8),
+         _of("many_geometries", MANY, "time_two_cores/time_one_core"), 1 / 1.9),
 )  # fmt: skip
 
 

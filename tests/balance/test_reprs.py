@@ -34,6 +34,40 @@ def results_of_poses_and_bases(linkage, space):
     ]  # fmt: skip
 
 
+def results_of_beams(linkage):
+    """Those of links that bend."""
+    beam = balance.Beam(0.1, 0.0045, 0.024)
+    arm = balance.Arm(beam, 0.01)
+    other = balance.Arm(balance.Beam(0.05, 1e-3, 0.01, 1e6, 1e6), 0.02)
+    pin = balance.Support((0.0,))
+    bends = ["coupler=EI:1,rhoA:1"]
+    return [
+        (beam, "EI 0.0045"), (other.beam, "EA 1e+06 N"), (arm, "tip of 0.01 kg"),
+        (balance.compare_arms(arm, other), "not similar: 6, 8"),
+        (balance.free_modes(40)[-1], " …"), (balance.support_points(4), "4 points"),
+        (balance.supported_modes(beam, [pin], 9), "9 modes"), (pin, "weights=(1.0,)"),
+        (balance.Clamp(0.0), "point=0.0"), (balance.EndBody(1.0), "mass=1.0"),
+        (balance.simulate_flexible(linkage, bends, duration=0.01, samples=3), "bends: coupler"),
+    ]  # fmt: skip
+
+
+def results_of_kinematics(linkage, motion):
+    """Those of the package below."""
+    return [
+        (linkage, "four_bar_antiparallelogram: 3 bodies, 4 joints, 1 loop"),
+        (linkage.joints[0], "u1: revolute"), (linkage.bodies[0], "crank: "),
+        (linkage.loops[0], "welded to"), (linkage.chain, "planar, 4 joints, 1 loop"),
+        (linkage.chain.frame, "length"), (next(iter(linkage.places.values())), "origin"),
+        (kinematics.Motion.free(["u1", "u2"]), "2 free"),
+        (kinematics.Motion.parse("a=b", ["a", "b"]), "a=b"),
+        (kinematics.Notice("code", "text"), "code"),
+        (kinematics.ScrewJoint("j", "base", "arm"), "revolute from base to arm"),
+        (motion, "order 3"),
+        (kinematics.taylor_motion_many(linkage, [[0.0] * 4], 3), "1 pose, order 3"),
+        (twist_axis(linkage.joints[1].screw), "pitch 0 m"),
+    ]  # fmt: skip
+
+
 def results():
     """An instance of every class of results, and words that its repr must hold."""
     linkage = kinematics.load("four_bar_antiparallelogram")
@@ -54,8 +88,12 @@ def results():
     rotors = balance.fewest_rotors(none)
     places = [(0.3, 0.1, 0.2), (0.1, 0.4, -0.7)]
     synthesis = balance.synthesize(places, -0.5, moving=0.2 - 0.1j)
+    varied = {"coupler.length": [0.9, 0.95]}
+    study = balance.Study.from_tables({"parameters": varied}, linkage)
     return [
-        *results_of_poses_and_bases(linkage, space),
+        (study, "2 geometries"), (balance.sweep(linkage, varied), "columns coupler.length"),
+        *results_of_poses_and_bases(linkage, space), *results_of_beams(linkage),
+        *results_of_kinematics(linkage, motion),
         (synthesis, "feasible: 1 mechanism"), (synthesis.mechanisms[0], "confirmed"),
         (balance.PantographMasses(*[0.5] * 13), "3 kg"),
         (rotors, "2"), (rotors.sets[0], "u1"),
@@ -63,15 +101,6 @@ def results():
         (remedies, "infeasible: own_masses"), (remedies.results[1], "kg added, input inertia"),
         (front, "four_bar_general"), (front.designs[0], "of the shaking in the file"),
         (balance.ElasticFrame(9, 1, 9, 1), "9"),
-        (linkage, "four_bar_antiparallelogram: 3 bodies, 4 joints, 1 loop"),
-        (linkage.joints[0], "u1: revolute"), (linkage.bodies[0], "crank: "),
-        (linkage.loops[0], "welded to"), (linkage.chain, "planar, 4 joints, 1 loop"),
-        (linkage.chain.frame, "length"), (next(iter(linkage.places.values())), "origin"),
-        (kinematics.Motion.free(["u1", "u2"]), "2 free"),
-        (kinematics.Motion.parse("a=b", ["a", "b"]), "a=b"),
-        (kinematics.Notice("code", "text"), "code"),
-        (kinematics.ScrewJoint("j", "base", "arm"), "revolute from base to arm"),
-        (motion, "order 3"), (twist_axis(linkage.joints[1].screw), "pitch 0 m"),
         (space, "rank 7 of 12 planar parameters"), (space, "verified: balanced at"),
         (space, "ranks by order 3, 6, 7"), (record_of(space), "nullity 5 = 4 serial + 1 par"),
         (open_space, "estimated: by floating-point arithmetic alone"),

@@ -157,9 +157,15 @@ def from_linkages(linkage):
         "reaction_null_space": lambda: balance.reaction_null_space(linkage, q).singular_values,
         "screw_figure": lambda: len(balance.screw_figure(linkage, q).axes),
         "shaking": lambda: balance.shaking(linkage, q, one, one),
+        "simulate_flexible": lambda: (
+            balance.simulate_flexible(
+                linkage, ["coupler=EI:1,rhoA:1"], duration=0.01, samples=3
+            ).force
+        ),
         "simulate_floating_base": lambda: balance.simulate_floating_base(
             linkage, balance.FloatingBase(1, 1), duration=0.01
         ).samples[0],
+        "sweep": lambda: balance.sweep(linkage, {"coupler.length": [0.9]})["rank"],
         "timed_path": lambda: balance.timed_path(linkage, path).q,
         "verify": lambda: balance.verify(linkage, trajectories=1, samples=8).force,
     }

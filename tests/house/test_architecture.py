@@ -33,6 +33,7 @@ kinematics.warmup
 
 balance.tolerances balance.motion_tolerances balance.public_names
 balance.options balance.atomic_files balance.json_text
+balance.result_files
 balance.flexible
 balance.inertial_parameters
 balance.momentum
@@ -45,6 +46,7 @@ balance.designs balance.verification balance.taylor_poses
 balance.added_masses balance.dynamic_equivalence balance.floating_base
 balance.instantaneous
 balance.partial_balance
+balance.sweeps balance.discovery
 balance.reactionless_paths
 balance.remedies balance.synthesis
 balance.report

@@ -12,6 +12,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from covering import ALL_CASES
 
 from benchmarks import __main__ as runner
 from benchmarks import profiles
@@ -39,8 +40,12 @@ def claims() -> dict[str, float]:
 
 @pytest.mark.parametrize("name", runner.CLAIMS)
 def test_every_method_runs_for_its_first_parameters(name):
+    """Those that take long run with ``ALL_CASES=1`` only."""
     left_out = []
     for cls in runner.classes(name):
+        if getattr(cls, "slow", False) and not ALL_CASES:
+            left_out.append(f"{cls.__name__} takes long")
+            continue
         bench = cls()
         if hasattr(bench, "runs"):
             bench.runs = 1

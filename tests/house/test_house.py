@@ -27,10 +27,10 @@ FILE_LINES, FUNCTION_LINES = 350, 60
 
 # Slow to load, or not installed everywhere: only the functions that use them import them.
 LAZY = {
-    "clarabel", "example_robot_data", "matplotlib", "mujoco", "pinocchio", "plotly", "rich",
-    "scipy", "yourdfpy",
+    "clarabel", "distributed", "example_robot_data", "matplotlib", "mujoco", "pinocchio",
+    "pyarrow", "rich", "scipy", "trimesh", "yourdfpy",
 }  # fmt: skip
-NOT_FOR_REPORT = ("pinocchio", "plotly", "matplotlib", "clarabel")
+NOT_FOR_REPORT = ("pinocchio", "trimesh", "matplotlib", "clarabel", "balance.flexible")
 
 Function = (ast.FunctionDef, ast.AsyncFunctionDef)
 Definition = (*Function, ast.ClassDef)

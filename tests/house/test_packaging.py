@@ -247,7 +247,7 @@ def test_no_call_that_only_posix_has():
 def guesses_encoding(node: ast.AST) -> bool:
     """Whether a call opens text without saying how it is encoded."""
     name = called(node)
-    if name == "os.open":  # bytes, always
+    if name in ("os.open", "ResultsFile.open"):  # bytes, always
         return False
     if name != "open" and not name.endswith((".open", ".read_text", ".write_text")):
         return False

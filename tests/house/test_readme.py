@@ -43,9 +43,10 @@ def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     """All that are shown exist, and all that exist are described."""
     section = README.split("## On the command line")[1].split("##")[0]
     flex = (["flex", kind] for kind in ("modes", "supports", "similar", "simulate"))
+    files = ([verb, k] for verb in ("sweep", "discover") for k in ("run", "show", "export"))
     for verb in (
         ["report"], ["verify"], ["design"], ["remedies"], *flex, ["motion"], ["paths"],
-        ["synthesize"], [],
+        *files, ["synthesize"], [],
     ):  # fmt: skip
         assert main([*verb, "--help"]) == 0
     known = set(re.findall(r"--[a-z][a-z-]*", capsys.readouterr().out))

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from covering import spread
 from figures import DESIGNS, FIGURES, Figure
 from reference import (
     Decision,
@@ -49,7 +50,7 @@ def moved(mechanism: Mechanism, reach: float, motion: tuple[str, ...] = (), seed
     return q, velocities(mechanism, q, basis)
 
 
-@pytest.mark.parametrize("figure", FIGURES, ids=str)
+@pytest.mark.parametrize("figure", spread(FIGURES, 2, 1), ids=str)
 def test_design_space_has_its_size(figure: Figure):
     """Stacked over random finite poses, the conditions have the final rank."""
     decision = rank_over_poses(
@@ -60,7 +61,7 @@ def test_design_space_has_its_size(figure: Figure):
         assert figure.nullity == figure.serial + figure.parallel
 
 
-@pytest.mark.parametrize("figure", FIGURES, ids=str)
+@pytest.mark.parametrize("figure", spread(FIGURES, 3, 0), ids=str)
 def test_rank_grows_order_by_order(figure: Figure):
     """The conditions up to each order have the rank of the table, and then two plateaus."""
     decisions = ranks_by_order(

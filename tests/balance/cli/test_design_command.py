@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from covering import spread
 from figures import FIGURES
 from jsonschema import Draft202012Validator, ValidationError
 from sidecar_text import PAIR
@@ -71,8 +72,7 @@ def options(row):
             "--balance", row.balance]  # fmt: skip
 
 
-@pytest.mark.parametrize("row", [row for row in FIGURES if not row.model.endswith("rational")],
-                         ids=str)  # fmt: skip
+@pytest.mark.parametrize("row", spread(FIGURES, 3, 2), ids=str)
 def test_a_design_is_balanced_and_verified(row, tmp_path, capsys):
     """Written into the file, it passes the report and Pinocchio; else nothing is written."""
     out = tmp_path / "out.urdf"

@@ -50,6 +50,41 @@ def test_similar_arms(capsys, tmp_path):
     assert "similar" in capsys.readouterr().out
 
 
+BLOCK = "pitch:0.1,mass:0.02,length:0.12,breadth:0.02"
+
+
+def test_translators(capsys, tmp_path):
+    """Equal translators on both sides are in perfect balance; the answer is drawn and told."""
+    picture = tmp_path / "shaking.svg"
+    words = ["similar", "--arm", ARM, "--against", ARM, "--translator", BLOCK]
+    words += ["--moment", "0.1,0.002,0.004", "--both-hubs", "--plot", str(picture)]
+    code, found = run(capsys, *words)
+    one = found["translator"]
+    assert code == 0 and found["motion"] is None and picture.stat().st_size > 1000
+    assert one["blocks"][0] == one["blocks"][1] and one["both_hubs"]
+    assert one["displacement"][1] > 1e-6 and one["alone"]["peak_force"] > 1e-4
+    assert one["pair"]["peak_force"] < 1e-8 < 1e-2 * one["pair"]["peak_moment"]
+    assert main(["flex", *words]) == 0
+    assert "half of it on each hub" in capsys.readouterr().out
+
+
+def test_modes_are_enough_for_the_supports(capsys, caplog):
+    """A warning of fewer than twice the supports: the first modes do not shake the mount."""
+    for more, told in (([], False), (["--modes", "6"], True), (["--modes", "8"], False)):
+        words = ["simulate", "four_bar_kite", "--flex", "coupler=EI:50,rhoA:1,supports:4"]
+        assert main(["flex", *words, "--duration", "0.01", "--samples", "2", *more]) == 0
+        assert ("few_modes" in caplog.text) == told
+        assert f", {more[1] if more else 10} modes" in capsys.readouterr().out
+        caplog.clear()
+
+
+def test_a_wrong_word_shows_the_usage_of_its_command(capsys):
+    assert main(["flex", "modes", "--no-such"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0].startswith("usage: balance flex modes ")
+    assert lines[-1] == "balance flex modes: error: unrecognized arguments: --no-such"
+
+
 def test_a_linkage_of_the_gallery(capsys, tmp_path):
     page, picture = tmp_path / "page.html", tmp_path / "shaking.svg"
     words = ["simulate", "four_bar_kite", "--flex", "coupler=rect(0.02,0.02),steel", *FAST]
@@ -74,6 +109,9 @@ def test_a_linkage_of_the_gallery(capsys, tmp_path):
         (["supports", "0"], 2, "from 1 to 40"),
         (["similar", "--arm", ARM, "--scale", "0"], 2, "not a positive number"),
         (["similar", "--arm", ARM, "--scale", "1", "--plot", "x.png"], 2, "add --spin"),
+        (["similar", "--arm", ARM, "--scale", "1", "--translator", BLOCK], 2, "go together"),
+        (["similar", "--arm", ARM, "--scale", "1", "--both-hubs"], 2, "needs --translator"),
+        (["similar", "--arm", ARM, "--scale", "1", "--translator", "pitch:1"], 2, "missing"),
         (["simulate", "no_such", "--flex", "a=EI:1,rhoA:1"], 3, "no such file"),
         (["simulate", "five_bar", "--flex", "nobody=EI:1,rhoA:1"], 3, "'nobody'"),
         (["simulate", "five_bar", "--flex", "x=EI:-1,rhoA:1"], 2, "not a positive number"),

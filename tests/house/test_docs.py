@@ -1,0 +1,115 @@
+"""The documentation: each page shows what happens, and the site builds without a warning.
+
+Pages run first, one test each, and leave their files for the site, which is built from them.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+from code_blocks import code_blocks, run_page
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.glob("**/*.md"))
+TEXTS = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in PAGES}
+# What a browser would load from elsewhere.
+LOADED = re.compile(
+    r'<(?:script|img|link rel="\w*(?:stylesheet|icon)")[^>]*(?:src|href)="(?:https?:)?//'
+)
+NEEDS_MKDOCS = pytest.mark.skipif(
+    not all(map(find_spec, ("material", "mkdocstrings", "jupytext", "latex2mathml"))),
+    reason="the extra docs is not installed",
+)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The folder in which pages run, and from which the site is built."""
+    return tmp_path_factory.mktemp("docs")
+
+
+@pytest.mark.parametrize("page", [name for name, text in TEXTS.items() if code_blocks(text)])
+def test_a_page_shows_what_happens(page, made):
+    folder = made / page.removesuffix(".md")
+    folder.mkdir(parents=True)
+    run_page(TEXTS[page], folder)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "```sh\nbalance models\n```\n\n```text\nfour_bar_general\n```\n",
+        "```sh\nbalance no_such_command\n```\n",
+        "```sh\nbalance design four_bar_general\n```\n",
+        "    balance report no_such_model\n",
+        "```python\nprint(1.5)\n```\n\n```text\n1.6\n```\n",
+        "```python\nprint(11)\n```\n\n```text\n12\n```\n",
+        "```xml\n<robot>\n```\n",
+        "```cobol\nSTOP RUN.\n```\n",
+    ],
+)
+def test_a_wrong_page_is_found(wrong, tmp_path):
+    with pytest.raises((AssertionError, SyntaxError)):
+        run_page(wrong, tmp_path)
+
+
+@NEEDS_MKDOCS
+def test_the_site_builds_without_a_warning_and_a_network(made, tmp_path, monkeypatch, caplog):
+    """Strict: links, anchors, pages of the navigation, docstrings."""
+    from mkdocs.commands.build import build
+    from mkdocs.config import load_config
+
+    monkeypatch.setenv("DOCS_FOLDER", str(made))
+    monkeypatch.setenv("NO_MKDOCS_2_WARNING", "1")
+    monkeypatch.chdir(ROOT)
+    config = load_config(str(ROOT / "mkdocs.yml"), site_dir=str(tmp_path), strict=True)
+    build(config)
+    assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
+    pages = {path: path.read_text(encoding="utf-8") for path in tmp_path.glob("**/*.html")}
+    assert len(pages) > len(PAGES)
+    assert not [path for path, text in pages.items() if LOADED.search(text)]
+    assert "<math" in pages[tmp_path / "theory" / "momentum.html"]
+
+
+@NEEDS_MKDOCS
+def test_notebooks_hold_the_blocks_of_their_pages():
+    import jupytext
+    from notebooks import notebook
+
+    for page, text in TEXTS.items():
+        wanted = [block for block in code_blocks(text) if block.language != "text"]
+        if not page.startswith("tutorials/") or not wanted:
+            continue
+        cells = [
+            cell["source"]
+            for cell in jupytext.reads(notebook(text), "ipynb").cells
+            if cell["cell_type"] == "code"
+        ]
+        assert len(cells) == len(wanted), page
+        for cell, block in zip(cells, wanted, strict=True):
+            lines = [line for line in cell.splitlines() if not line.startswith("%%")]
+            assert lines == block.text.splitlines(), f"{page}, line {block.line}"
+
+
+def curves(picture):
+    """Points of all lines in an SVG picture."""
+    paths = re.findall(r'<g id="line2d_\d+">\s*<path d="([^"]*)"', picture)
+    return [np.array(re.findall(r"-?\d+\.\d+", path), float) for path in paths]
+
+
+def test_the_picture_of_the_readme_is_current(monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.syspath_prepend(str(DOCS))
+    drawn = curves(import_module("make_picture").picture()[0].decode())
+    kept = curves((DOCS / "shaking.svg").read_text(encoding="utf-8"))
+    assert len(drawn) == len(kept) > 40
+    # A hundredth of a point cannot be seen, and other versions draw so.
+    assert all(one.shape == two.shape for one, two in zip(drawn, kept, strict=True))
+    assert max(abs(one - two).max() for one, two in zip(drawn, kept, strict=True)) < 0.01

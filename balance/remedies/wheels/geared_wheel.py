@@ -119,7 +119,7 @@ def _with_tables(
         "singular": not regular, "drive": words, **_tables(table, curves),
         "peaks": {"at": "unit rate of the crank", **peaks},
     }  # fmt: skip
-    return replace(done, files=done.files | files, details=details)
+    return replace(done, files={**done.files, **files}, details=details)
 
 
 def _refuse_several_freedoms(request: RemedyRequest) -> None:

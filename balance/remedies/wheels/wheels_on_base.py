@@ -23,6 +23,7 @@ from balance.spaces.compute_space import design_space
 from balance.verification.to_pinocchio import verify
 from balance.verification.trajectory import Trajectory, drive, random_motions
 from kinematics.model.linkage import Linkage
+from kinematics.model.motion import Motion
 from kinematics.model_gallery import load
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Document, Element

@@ -281,7 +281,7 @@ def test_no_condition_is_below_one():
         slides = [ScrewJoint(name, "base", "slider", screw=screw) for name in ("u", "q")]
         linkage = from_screws(slides[:1], slides[1:], inputs=["u"])
         one = taylor_motion(linkage, order=2).condition
-        (many,) = taylor_motion_many(linkage, [[0.0]], order=2).condition
+        (many,) = taylor_motion_many(linkage, [[0.0, 0.0]], order=2).condition
         assert one >= 1.0 and many >= 1.0 and max(one, many) < 1.0 + 1e-12
 
 

@@ -236,7 +236,7 @@ def test_columns_are_one_motion(name):
         assert relative(other[k], (-1.7) ** k * one[k]) < 1e-12
 
 
-@pytest.mark.parametrize("name", kinematics.gallery())
+@pytest.mark.parametrize("name", spread(list(kinematics.gallery()), 3))
 def test_residuals_are_round_off(name):
     """The loops of the gallery can follow at every order, overconstrained or not."""
     linkage = kinematics.load(name)
@@ -249,7 +249,7 @@ def test_residuals_are_round_off(name):
         assert (series.residual <= 1e-12 * np.maximum(sizes, 1.0)).all()
 
 
-@pytest.mark.parametrize("name", kinematics.gallery())
+@pytest.mark.parametrize("name", spread(list(kinematics.gallery()), 3))
 def test_twists_belong_to_the_rates(name):
     """``T_w = Σ s_j C_jw`` over the joints below a link, and ``V = Σ_w T_w δ_w``.
 

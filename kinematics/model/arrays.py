@@ -149,7 +149,8 @@ class Chain:
         The table of the loop matrix and the workspaces of equal sizes do not depend on them.
 
         Args:
-            columns: joint rates of the independent joints for each column (n, w).
+            columns: joint rates of the independent joints for each column (n, w). Column by
+                column, they move no links but those in ``moves``, which stays.
         """
         found = replace(self, columns=freeze(columns))
         found.structure.made[_make_envelope] = self.envelope

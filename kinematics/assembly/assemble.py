@@ -188,7 +188,9 @@ def moving_chain(
     if problem := _motion_problem(linkage, motion):
         text = ", ".join(motion.relations)
         raise MotionError(text, problem, linkage.inputs, linkage.source)
-    full = arrange_loops(linkage)
+    # Where no joint is idle, the arrays of the linkage have all of them.
+    whole = linkage.spatial_chain.joints.size == len(linkage.joints)
+    full = linkage.spatial_chain if whole else arrange_loops(linkage)
     independent = linkage.positions_of(motion.inputs)
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     moved = move_chain(full, independent, scaled)

@@ -227,12 +227,12 @@ def _gauss_newton(
     geometry = LaneGeometry(*(array.copy() for array in geometry))
     alive = np.arange(len(geometry.points))
     for _ in range(STEPS):
-        if not alive.size:
-            break
         here = geometry.take(alive)
         found = far_conditions(structure, here)
         alive, here = alive[found.usable], here.take(found.usable)
         found = take_conditions(found, found.usable)
+        if not alive.size:
+            break
         step = _pseudo_step(*_stacked(structure, here, found, nullity))
         largest = np.abs(step).max(axis=1)
         geometry.put(
@@ -242,6 +242,8 @@ def _gauss_newton(
             ),
         )
         alive = alive[largest > STILL]
+        if not alive.size:
+            break
     return geometry
 
 

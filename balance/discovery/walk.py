@@ -96,8 +96,21 @@ def conditions_at(
     usable = found.gaps <= CLOSED
     M = lane_momentum_rows(structure, found)
     M[~usable] = 0.0
-    U, values, Vt = np.linalg.svd(M, full_matrices=False)
+    U, values, Vt = _decompose(M, usable)
     return LaneConditions(found, U, values, Vt, usable)
+
+
+def _decompose(M: Array, usable: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Compute singular values; a lane whose iteration does not converge becomes unusable."""
+    try:
+        return np.linalg.svd(M, full_matrices=False)
+    except np.linalg.LinAlgError:
+        for lane in range(len(M)):
+            try:
+                np.linalg.svd(M[lane], full_matrices=False)
+            except np.linalg.LinAlgError:
+                M[lane], usable[lane] = 0.0, False
+        return np.linalg.svd(M, full_matrices=False)
 
 
 def generic_nullity(structure: TopologyArrays, geometry: LaneGeometry) -> int:

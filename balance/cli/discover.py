@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import argparse
 import logging
-from collections.abc import Callable
 from time import monotonic
+from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, Verbs
+from balance.cli.arguments import Parser, Verbs, page_path
+from balance.cli.discover_walk import add_walk
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.number_arguments import positive_number, whole_number
 from balance.cli.outcome import Outcome
-from balance.cli.progress_bar import progress_bar
+from balance.cli.progress_bar import Advance, progress_bar
+from kinematics.wording import count_noun
+
+if TYPE_CHECKING:
+    from balance.discovery.results import FamilyTally
 
 __all__ = ["add_discover"]
 
@@ -36,6 +41,7 @@ def add_discover(verbs: Verbs) -> None:
     _add_run(kinds)
     _add_show(kinds)
     _add_export(kinds)
+    add_walk(kinds)
 
 
 def _run(arguments: argparse.Namespace) -> Outcome:
@@ -96,7 +102,7 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
         LinkageError: there is no such topology, the file cannot be used, or workers fail.
     """
     from balance.discovery.job import DiscoveryJob
-    from balance.discovery.results import found_in
+    from balance.discovery.results import FamilyTally, found_in
     from balance.discovery.topologies import topology
     from balance.report.text.discovery import search_data, search_text
     from balance.result_files.results_file import ResultsFile
@@ -106,15 +112,16 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
     path = arguments.out or f"{graph.name.replace(' ', '_')}.db"
     open_file = ResultsFile.resume if arguments.resume else ResultsFile.create
     with open_file(path, job) as file:
-        begin = monotonic()
+        begin, tally = monotonic(), FamilyTally(file)
         try:
             with progress_bar("walks", True) as advance:
-                _walk_all(arguments, job, file, advance)
+                _walk_all(arguments, job, file, tally, advance)
         except _TimeIsUp:
-            rows = file.computed()[0]
+            rows, count = file.computed()[0], tally.count(at_once=True)
             logger.warning(
-                "time is up after %d of %d walks; --resume goes on from there", rows, file.rows
-            )
+                "time is up after %d of %d walks, with %s; --resume goes on from there",
+                rows, file.rows, count_noun(count, "family"),
+            )  # fmt: skip
         except KeyboardInterrupt:
             logger.warning("%s keeps the walks so far; --resume goes on from there", path)
             raise
@@ -127,7 +134,8 @@ def _walk_all(
     arguments: argparse.Namespace,
     job: object,
     file: object,
-    advance: Callable[[int, int], None],
+    tally: FamilyTally,
+    advance: Advance,
 ) -> None:
     """Compute the chunks that the file lacks, as long as the time lasts.
 
@@ -139,7 +147,7 @@ def _walk_all(
     end = None if arguments.seconds is None else monotonic() + arguments.seconds
 
     def progress(done: int, total: int) -> None:
-        advance(done, total)
+        advance(done, total, f"{count_noun(tally.count(), 'family')} so far")
         if end is not None and done < total and monotonic() > end:
             raise _TimeIsUp
 
@@ -163,6 +171,11 @@ def _add_show(kinds: Verbs) -> None:
         "--tried", type=whole_number(0, MAX_MEMBERS), default=TRIED, metavar="N",
         help=f"random members of each family to look for masses for (default {TRIED})",
     )  # fmt: skip
+    parser.add_argument(
+        "--html", type=page_path, metavar="FILE.html",
+        help="write a page with a table of the families and a moving member of each; it needs "
+        "no network",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(compute=_show, refuse=parser.error, force=False)
 
@@ -171,7 +184,8 @@ def _show(arguments: argparse.Namespace) -> Outcome:
     """Examine the families of a file.
 
     Raises:
-        LinkageError: the file cannot be read, or is not that of a search.
+        LinkageError: the file cannot be read, is not that of a search, or the page cannot be
+            written.
     """
     from balance.discovery.results import examine, found_in
     from balance.report.text.discovery import families_data, search_data, search_text
@@ -188,6 +202,12 @@ def _show(arguments: argparse.Namespace) -> Outcome:
             )
             advance(len(examined), len(found.families))
     families_data(data, examined)
+    if arguments.html is not None:
+        from balance.atomic_files import write_all_atomic
+        from balance.report.html.families import families_page
+
+        page = families_page(found.job, data, examined)
+        write_all_atomic([(arguments.html, page.encode())])
     code = DONE if found.families else NEGATIVE
     return Outcome(code, lambda: data, lambda: search_text(data, found.job.topology))
 

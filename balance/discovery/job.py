@@ -17,7 +17,7 @@ from balance.discovery.polish import polish, walk_again
 from balance.discovery.starts import random_starts
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 from balance.discovery.topologies import Topology, topology
-from balance.discovery.walk import ARRIVED, generic_nullity, walk_to_special
+from balance.discovery.walk import ARRIVED, Watcher, generic_nullity, walk_to_special
 from balance.result_files.chunk_job import Column, chunk_size
 from kinematics.errors import UsageError
 from kinematics.version import __version__
@@ -112,9 +112,18 @@ class DiscoveryJob:
         """
         count = chunk_size(chunk, self.rows, self.chunk_rows)
         first = chunk * self.chunk_rows
-        start = random_starts(self.structure, self.seed, range(first, first + count))
-        walks = walk_to_special(self.structure, start, self.generic)
-        rows = _Rows(count)
+        return self.walk(range(first, first + count))
+
+    def walk(self, numbers: range, watch: Watcher | None = None) -> Mapping[str, Any]:
+        """Walk from some starts, and judge the ends: the columns of their rows.
+
+        Args:
+            numbers: numbers of the starts.
+            watch: called with the steps of the walks; see `walk_to_special`.
+        """
+        start = random_starts(self.structure, self.seed, numbers)
+        walks = walk_to_special(self.structure, start, self.generic, watch=watch)
+        rows = _Rows(len(numbers))
         arrived = np.flatnonzero(walks.ratio <= ARRIVED)
         rows.outcome[arrived] = "lost at a node"
         again, kept = walk_again(self.structure, walks.geometry.take(arrived), self.generic)

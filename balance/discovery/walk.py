@@ -14,6 +14,7 @@ or change its pose, do not change s; λ keeps them small.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -28,12 +29,13 @@ from balance.discovery.lane_motion import (
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 
 __all__ = [
-    "ARRIVED", "LaneConditions", "Walks", "conditions_at", "generic_nullity", "put_conditions",
-    "take_conditions", "walk_to_special",
+    "ARRIVED", "LaneConditions", "Walks", "Watcher", "conditions_at", "generic_nullity",
+    "put_conditions", "take_conditions", "walk_to_special",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Watcher = Callable[[IntArray, LaneGeometry, Array], None]
 
 # Way of the fastest joint and number of poses on each curve.
 REACH, POSES = 0.6, 9
@@ -150,6 +152,7 @@ def walk_to_special(
     nullity: int,
     *,
     reach: float = REACH,
+    watch: Watcher | None = None,
 ) -> Walks:
     """Walk from each start to a geometry of larger nullity, as far as that goes.
 
@@ -158,6 +161,8 @@ def walk_to_special(
         start: the starts.
         nullity: that of most geometries.
         reach: way of the fastest joint at the poses, radians.
+        watch: called with the lanes of each step that is kept, their new geometries and their
+            singular values (lanes, p).
 
     Returns:
         The ends; a walk has arrived if its ratio is at most `ARRIVED`.
@@ -186,6 +191,8 @@ def walk_to_special(
         moved = alive[fell]
         geometry.put(moved, tried.take(fell))
         ratio[moved] = _ratio(new, kept)[fell]
+        if watch is not None and moved.size:
+            watch(moved, tried.take(fell), new.values[fell])
         if fell.any():
             fresh = _step_terms(structure, tried.take(fell), take_conditions(new, fell), kept)
             terms[0][fell], terms[1][fell] = fresh

@@ -6,12 +6,17 @@ from typing import Any
 
 from balance.discovery.export import ExportedMember
 from balance.discovery.families import Family
+from balance.discovery.motion_range import MotionRange
+from balance.discovery.quantities import quantities_of
 from balance.discovery.results import Found, FoundFamily
 from balance.discovery.topologies import Topology
 from balance.result_files.results_file import ResultsFile
 from kinematics.wording import count_noun
 
-__all__ = ["families_data", "member_data", "member_text", "search_data", "search_text"]
+__all__ = [
+    "SCHEMA", "families_data", "member_data", "member_text", "motion_data", "motion_words",
+    "search_data", "search_facts", "search_text",
+]  # fmt: skip
 
 SCHEMA = "balance.discover/1"
 Data = dict[str, Any]
@@ -41,9 +46,11 @@ def search_data(
 
 def _family_data(number: int, family: Family) -> Data:
     """Collect the facts on a family."""
+    quantities = quantities_of(family.topology)
+    words = [relation.words(quantities) for relation in family.members[0].relations]
     return {
         "family": number, "nullity": family.nullity, "parallel": family.parallel,
-        "codimension": family.codimension, "relations": list(family.relations),
+        "codimension": family.codimension, "relations": list(family.relations), "words": words,
         "implied": list(family.implied),
         "complete": family.complete, "members": len(family.members),
         "starts": [member.start for member in family.members[:10]],
@@ -62,7 +69,36 @@ def families_data(data: Data, examined: list[FoundFamily]) -> Data:
         entry["tried"] = more.confirmation.members
         entry["serial"] = more.serial
         entry["verdicts"] = more.verdicts
+        entry["motion"] = motion_data(more.motion)
     return data
+
+
+def motion_data(found: MotionRange | None) -> Data | None:
+    """Collect the facts on a range of motion; None if there is none."""
+    if found is None:
+        return None
+    return {
+        "joint": found.joint, "low": found.low, "high": found.high, "full": found.full,
+        "ends": list(found.ends),
+    }  # fmt: skip
+
+
+def motion_words(motion: Data | None) -> str:
+    """Say a range of motion in words.
+
+    Args:
+        motion: from `motion_data`.
+    """
+    if motion is None:
+        return "several degrees of freedom; no range was computed"
+    if motion["full"]:
+        return f"{motion['joint']} turns fully"
+    low, high = (f"{motion[k]:.0f}°".replace("-", "−") for k in ("low", "high"))
+    size = f"{motion['high'] - motion['low']:.0f}°"
+    ends = [end for end in motion["ends"] if end]
+    kinds = " and ".join(dict.fromkeys(f"a {end}" for end in ends))
+    until = f", to {kinds}" if kinds else ""
+    return f"{motion['joint']} from {low} to {high} ({size}){until}"
 
 
 def search_text(data: Data, topology: Topology) -> str:
@@ -72,11 +108,17 @@ def search_text(data: Data, topology: Topology) -> str:
         data: from `search_data`.
         topology: its graph.
     """
-    return "\n".join([*_head(data, topology), *_table(data)]) + "\n"
+    head = [f"{label:<14}{value}" for label, value in search_facts(data, topology)]
+    return "\n".join([*head, *_table(data)]) + "\n"
 
 
-def _head(data: Data, topology: Topology) -> list[str]:
-    """Write the facts on the search, label by label."""
+def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
+    """List the facts on a search: labels and values.
+
+    Args:
+        data: from `search_data`.
+        topology: its graph.
+    """
     joints = ", ".join(
         f"{chr(65 + k)} {kind} {a}-{b}" for k, (kind, a, b) in enumerate(topology.edges)
     )
@@ -89,7 +131,7 @@ def _head(data: Data, topology: Topology) -> list[str]:
     ]  # fmt: skip
     if "seconds" in data:
         pairs.append(("time", f"{data['seconds']:.1f} s"))
-    return [f"{label:<14}{value}" for label, value in pairs]
+    return pairs
 
 
 def _table(data: Data) -> list[str]:
@@ -116,6 +158,8 @@ def _family_lines(entry: Data) -> list[str]:
         lines.append(f"  confirmed by {entry['confirmed']} of {entry['tried']} random members")
         verdicts = ", ".join(f"{n} {name}" for name, n in entry["verdicts"].items())
         lines.append(f"  masses: {verdicts or 'not tried'}")
+        which = "a member with masses" if "feasible" in entry["verdicts"] else "a member"
+        lines.append(f"  motion of {which}: {motion_words(entry['motion'])}")
     return lines
 
 

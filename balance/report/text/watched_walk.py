@@ -1,0 +1,67 @@
+"""Data and text of ``balance discover walk``: the steps of one walk."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from balance.discovery.quantities import quantities_of
+from balance.discovery.watch import WatchedWalk
+from balance.report.text.discovery import SCHEMA
+
+__all__ = ["walk_data", "walk_facts", "walk_text"]
+
+Data = dict[str, Any]
+
+
+def walk_data(walk: WatchedWalk) -> Data:
+    """Collect the facts on a walk.
+
+    Args:
+        walk: the walk.
+    """
+    quantities = quantities_of(walk.job.topology)
+    return {
+        "schema": SCHEMA, "what": "walk", "topology": walk.job.name, "seed": walk.job.seed,
+        "start": walk.start, "outcome": walk.outcome, "generic": walk.job.generic,
+        "nullity": walk.nullity, "codimension": walk.codimension,
+        "relations": [relation.text(quantities) for relation in walk.relations],
+        "words": [relation.words(quantities) for relation in walk.relations],
+        "polished": walk.polished, "ratios": walk.ratios.tolist(),
+        "points": walk.geometry.points.tolist(), "axes": walk.geometry.axes.tolist(),
+    }  # fmt: skip
+
+
+def walk_facts(data: Data) -> list[tuple[str, str]]:
+    """List the facts on a walk: labels and values.
+
+    Args:
+        data: from `walk_data`.
+    """
+    end = data["outcome"]
+    if end == "special":
+        end = (
+            f"special: nullity {data['nullity']} instead of {data['generic']}, "
+            f"codimension {data['codimension']}"
+        )
+    steps = len(data["ratios"]) - 1 - data["polished"]
+    pairs = [
+        ("topology", data["topology"]), ("start", f"{data['start']}, seed {data['seed']}"),
+        ("steps", f"{steps}{', and the polished end' if data['polished'] else ''}"),
+        ("end", end),
+    ]  # fmt: skip
+    return pairs + [("relation", text) for text in data["relations"]]
+
+
+def walk_text(data: Data) -> str:
+    """Write the facts on a walk and its singular values as plain text.
+
+    Args:
+        data: from `walk_data`.
+    """
+    lines = [f"{label:<14}{value}" for label, value in walk_facts(data)]
+    lines += ["", "    step  s_min/s_max"]
+    last = len(data["ratios"]) - 1
+    for k, ratio in enumerate(data["ratios"]):
+        name = "polished" if data["polished"] and k == last else str(k)
+        lines.append(f"{name:>8}  {ratio:.2e}")
+    return "\n".join(lines) + "\n"

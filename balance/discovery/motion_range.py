@@ -27,7 +27,9 @@ Array = NDArray[np.float64]
 WAY, POSES = 6.0 * np.pi, 960
 # Opening of a loop up to which a pose counts.
 CLOSED = 1e-9
-TURN = 2.0 * np.pi
+# A joint that turns by a little more than this turns fully; one that meets the same singularity
+# at either end turns by this.
+TURN = 2.0 * np.pi + 0.01
 
 DEAD_POINT, MEETING = "dead point", "meeting of motions"
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from balance.discovery.to_linkage import joint_places, to_linkage
 from balance.discovery.watch import WatchedWalk
 from balance.report.html.plot_style import short
-from balance.report.html.render import bullets, facts_list, render_page
+from balance.report.html.render import facts_list, render_page
 from balance.report.html.scene import scene
 from balance.report.text.watched_walk import walk_data, walk_facts
 
@@ -39,9 +39,8 @@ def walk_page(walk: WatchedWalk) -> str:
         summary=_summary(report),
         report=report,
         data={"walk": _frames(walk)},
-        scripts=["curves", "walk"],
+        scripts=["walk"],
         facts=facts_list(walk_facts(report)),
-        words=bullets(report["words"]) if report["words"] else "",
     )
 
 

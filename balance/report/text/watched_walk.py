@@ -49,7 +49,8 @@ def walk_facts(data: Data) -> list[tuple[str, str]]:
         ("steps", f"{steps}{', and the polished end' if data['polished'] else ''}"),
         ("end", end),
     ]  # fmt: skip
-    return pairs + [("relation", text) for text in data["relations"]]
+    told = zip(data["relations"], data["words"], strict=True)
+    return pairs + [("relation", f"{text}: {words}") for text, words in told]
 
 
 def walk_text(data: Data) -> str:

@@ -26,8 +26,12 @@ function valueAt(at) {
   return Math.exp(logs[0] + share * (logs[1] - logs[0]));
 }
 
-const start = linkage(walk.scene, stage.frame).links;
-stage.layers.push((pose) => [lines("start", start, pose, {color: GHOST, width: 2, dash: "dash"})]);
+/** What is drawn: the geometry of the start, dashed, behind that of the step. */
+const start = linkage(walk.scene, stage.frame).links, drawn = stage.traces.bind(stage);
+stage.traces = () => [
+  lines("start", Number(place.value) ? start : new Lines(), stage.rest, {color: GHOST, width: 2, dash: "dash"}),
+  ...drawn(),
+];
 stage.named.joints = walk.scene.joints.map((joint) => joint.name);
 
 function putStep(at) {

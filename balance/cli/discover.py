@@ -16,7 +16,9 @@ from balance.cli.progress_bar import Advance, progress_bar
 from kinematics.wording import count_noun
 
 if TYPE_CHECKING:
+    from balance.discovery.job import DiscoveryJob
     from balance.discovery.results import FamilyTally
+    from balance.result_files.results_file import ResultsFile
 
 __all__ = ["add_discover"]
 
@@ -132,12 +134,12 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
 
 def _walk_all(
     arguments: argparse.Namespace,
-    job: object,
-    file: object,
+    job: DiscoveryJob,
+    file: ResultsFile,
     tally: FamilyTally,
     advance: Advance,
 ) -> None:
-    """Compute the chunks that the file lacks, as long as the time lasts.
+    """Compute the chunks that the file lacks, one at least, as long as the time lasts.
 
     Raises:
         _TimeIsUp: chunks are left.
@@ -145,13 +147,14 @@ def _walk_all(
     from balance.result_files.chunk_runs import run_chunks
 
     end = None if arguments.seconds is None else monotonic() + arguments.seconds
+    before = file.computed()[0]
 
     def progress(done: int, total: int) -> None:
         advance(done, total, f"{count_noun(tally.count(), 'family')} so far")
-        if end is not None and done < total and monotonic() > end:
+        if end is not None and before < done < total and monotonic() > end:
             raise _TimeIsUp
 
-    run_chunks(job, file, workers=arguments.workers, progress=progress)  # type: ignore[arg-type]
+    run_chunks(job, file, workers=arguments.workers, progress=progress)
 
 
 def _add_show(kinds: Verbs) -> None:

@@ -50,7 +50,7 @@ def whole(tmp_path_factory):
     return found
 
 
-def test_short_runs_give_the_families_of_one_run(tmp_path, capsys, whole):
+def test_short_runs_give_the_families_of_one_run(tmp_path, capsys, caplog, whole):
     """Each run is stopped after its first chunk, and tells so with the families so far."""
     path, runs = tmp_path / "pieces.db", 0
     words = [*WORDS, "--out", str(path), "--resume", "--workers", "0", "--seconds", "1e-9"]
@@ -58,12 +58,12 @@ def test_short_runs_give_the_families_of_one_run(tmp_path, capsys, whole):
     while True:
         runs += 1
         main([*words, "--json"])
-        out, err = capsys.readouterr()
-        data = json.loads(out)
+        data = json.loads(capsys.readouterr().out)
         counts.append(len(data["families"]))
         if data["walked"] == STARTS:
             break
-        assert f"time is up after {data['walked']} of {STARTS} walks, with {counts[-1]} " in err
+        said = f"time is up after {data['walked']} of {STARTS} walks, with {counts[-1]} "
+        assert said in caplog.text
         assert runs < 10
     assert runs > 2 and families(path) == whole
     assert counts == sorted(counts) and counts[-1] == len(whole)

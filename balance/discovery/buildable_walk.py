@@ -1,13 +1,14 @@
 """The walk to geometries that balance with masses that can be built.
 
-The margin of feasibility is 0 wherever nothing can be built, and has no gradient. The momentum that
-the best buildable masses leave has one:
+The margin of feasibility is 0 wherever nothing can be built, and has no gradient. The momentum
+that the best buildable masses leave has one:
 
     y = argmin |M z|   over   P_b(z) ⪰ ε,  Σ_b tr P_b = 1        (a cone program)
     r = M y / s_max,   D = ∂(M y)/∂g / s_max,   J = (1 - Q Qᵀ) D,
 
 where Q spans ``M Z`` and Z the directions in which the masses may change: those that keep the
-total and, to first order, the cones that are active at y. Steps are those of `balance.discovery.walk`.
+total and, to first order, the cones that are active at y. Steps are those of
+`balance.discovery.walk`.
 """
 
 from __future__ import annotations
@@ -32,12 +33,12 @@ from balance.discovery.walk import (
     take_conditions,
 )
 
-__all__ = ["NEAR", "BuildableResidual", "margins", "walk_to_buildable"]
+__all__ = ["BuildableResidual", "walk_to_buildable"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# A walk has arrived if the momentum of the best masses falls below this; polishing does the rest.
+# A walk has arrived if the momentum of the best masses falls below this, and is polished then.
 NEAR = 1e-6
 # Part of the largest singular value below which a change of the masses changes nothing.
 CHANGES_NOTHING = 1e-9
@@ -109,7 +110,7 @@ def walk_to_buildable(
         reach: way of the fastest joint at the poses, radians.
 
     Returns:
-        The ends; a walk has arrived if its ratio is at most `NEAR`.
+        The ends; a walk has arrived if its ratio is at most 1e-6.
     """
     cones = mass_cones(structure)
 

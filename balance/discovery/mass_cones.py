@@ -1,8 +1,8 @@
 """Masses that can be built: the cones of pseudo-inertias over all parameters of a topology.
 
-A distribution z of mass can be built if ``P_b(z) ≻ 0`` for all bodies b. Masses are scaled so that
-total mass and inertia, ``Σ_b tr P_b``, are 1; lengths by the size of the linkage. In the plane the
-cone of a body is ``m > 0, m J > |mc|²`` (see `balance.designs.pseudo_inertia_cone`).
+A distribution z of mass can be built if ``P_b(z) ≻ 0`` for all bodies b. Masses are scaled so
+that total mass and inertia, ``Σ_b tr P_b``, are 1; lengths by the size of the linkage. In the
+plane the cone of a body is ``m > 0, m J > |mc|²`` (see `balance.designs.pseudo_inertia_cone`).
 """
 
 from __future__ import annotations
@@ -21,11 +21,12 @@ __all__ = ["CAN_BE_BUILT", "LeastMomentum", "MassCones", "mass_cones"]
 
 Array = NDArray[np.float64]
 
-# Least eigenvalue of each pseudo-inertia in a walk, times the number of bodies: the share of the
-# total mass and inertia that a body cannot do without.
-LEAST_SHARE = 0.03
-# Margin above which masses can be built; that of a solver which finds none is below 1e-8.
-CAN_BE_BUILT = 1e-6
+# Least eigenvalue of each pseudo-inertia in a walk, times the number of bodies. Walks from 300
+# four-bars and 150 Watt linkages: 0.02 stops most on their way, 0.0003 lets many end where
+# links vanish.
+LEAST_SHARE = 0.002
+# Margin above which masses can be built; where none can, the solver reaches 1e-10.
+CAN_BE_BUILT = 1e-8
 # A cone is active if its least eigenvalue exceeds the limit by less than this.
 ACTIVE = 1e-6
 
@@ -95,7 +96,7 @@ class MassCones(NamedTuple):
         return np.asarray(Vt[int(np.sum(values > 1e-9 * values[0])) :].T)
 
     def _fixed(self, P: Array, blocks: Array, least: float) -> Array:
-        """Compute the gradients of the active constraints of one body (constraints, unknowns)."""
+        """Compute the gradients of the active constraints of one body (n, unknowns)."""
         if not self.planar:
             values, Q = np.linalg.eigh(P - least * np.eye(len(P)))
             V = Q[:, values < ACTIVE]
@@ -125,7 +126,11 @@ class MassCones(NamedTuple):
         cone = Cone(np.einsum("bnij,nk->bkij", self.blocks, basis), n, self.planar)
         unit = np.tile(cone.rows(np.eye(cone.size)), len(self.blocks))
         rows = np.zeros((1 + len(unit), n + 1))
-        rows[0, :n], rows[1:, :n], rows[1:, n] = self.total @ basis, cone.stack_rows(cone.blocks), -unit
+        rows[0, :n], rows[1:, :n], rows[1:, n] = (
+            self.total @ basis,
+            cone.stack_rows(cone.blocks),
+            -unit,
+        )
         found = solve_conic(
             np.append(np.zeros(n), -1.0), rows, np.append(-1.0, 0.0 * unit),
             [ConstraintBlock("zero", 1)] + [cone.part] * len(self.blocks),

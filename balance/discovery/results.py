@@ -74,7 +74,7 @@ def found_in(file: ResultsFile) -> Found:
     found = (
         (
             int(table["row"][k]), geometry_of_text(table["geometry"][k]),
-            int(table["nullity"][k]), int(table["codimension"][k]),
+            int(table["nullity"][k]), int(table["codimension"][k]), float(table["margin"][k]),
         )
         for k in special
     )  # fmt: skip

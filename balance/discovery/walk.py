@@ -8,8 +8,8 @@ V. Pereyra, 1973):
 
     J = (1 - U' U'ᵀ) D,     (Jᵀ J + λ) δ = -Jᵀ s u       (Levenberg-Marquardt)
 
-A step is kept if ``s / s_max`` falls (`descend`, for any such number). Directions that only move, turn or scale the linkage,
-or change its pose, do not change s; λ keeps them small.
+A step is kept if ``s / s_max`` falls. Directions that only move, turn or scale the linkage, or
+change its pose, do not change s; λ keeps them small. `descend` does this for any such number.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from balance.discovery.lane_motion import (
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 
 __all__ = [
-    "ARRIVED", "REACH", "LaneConditions", "Measured", "SmallestValue", "Walks",
+    "REACH", "LaneConditions", "Measured", "SmallestValue", "Walks",
     "conditions_at", "descend", "generic_nullity", "put_conditions", "step_terms",
     "take_conditions", "walk_to_special",
 ]  # fmt: skip
@@ -74,13 +74,15 @@ class Walks:
 
     Attributes:
         geometry: where they ended.
-        ratio: smallest kept singular value over the largest (lanes,).
+        ratio: smallest kept singular value over the largest, or what else was to fall (lanes,).
         steps: number of steps tried (lanes,).
+        arrived: whether the ratio fell far enough (lanes,).
     """
 
     geometry: LaneGeometry
     ratio: Array
     steps: IntArray
+    arrived: NDArray[np.bool_]
 
 
 def conditions_at(
@@ -131,7 +133,8 @@ class Measured(Protocol):
     """
 
     @property
-    def ratio(self) -> Array: ...
+    def ratio(self) -> Array:
+        """See above."""
 
     def terms(self, lanes: IntArray) -> tuple[Array, Array]:
         """Compute ``Jᵀ J`` and ``Jᵀ r`` of some lanes, where r is a vector of that length."""
@@ -164,7 +167,9 @@ class SmallestValue:
         """Compute ``Jᵀ J`` and ``Jᵀ s u``; see `Measured`."""
         found, kept = take_conditions(self.found, lanes), self.kept
         here = self.geometry.take(lanes)
-        D = momentum_rates(self.structure, here, found.poses, found.Vt[:, kept : kept + 1])[:, 0]
+        D = momentum_rates(self.structure, here, found.poses, found.Vt[:, kept : kept + 1])[
+            :, 0
+        ]
         return step_terms(
             D, found.U[:, :, :kept], found.values[:, kept, None] * found.U[:, :, kept]
         )
@@ -199,7 +204,7 @@ def walk_to_special(
         reach: way of the fastest joint at the poses, radians.
 
     Returns:
-        The ends; a walk has arrived if its ratio is at most `ARRIVED`.
+        The ends; a walk has arrived if its ratio is at most 1e-9.
     """
     kept = structure.unknowns - nullity - 1
 
@@ -255,7 +260,7 @@ def descend(
         best, since = np.where(better, ratio, best), np.where(better, 0, since + 1)
         on = (ratio[alive] > arrived) & (since[alive] < PATIENCE) & (damping[alive] < 1e6)
         alive, terms = alive[on], (terms[0][on], terms[1][on])
-    return Walks(geometry, ratio, steps)
+    return Walks(geometry, ratio, steps, ratio <= arrived)
 
 
 def take_conditions(

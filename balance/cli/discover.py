@@ -67,6 +67,10 @@ def _add_run(kinds: Verbs) -> None:
         'joints in a plane connect, as "0-1 1-2 2-3 0-3", where 0 is the ground',
     )  # fmt: skip
     parser.add_argument(
+        "--buildable", action="store_true",
+        help="walk to geometries that balance with masses that can be built",
+    )  # fmt: skip
+    parser.add_argument(
         "--starts", type=whole_number(1, MAX_STARTS), default=STARTS, metavar="N",
         help=f"number of walks (default {STARTS})",
     )  # fmt: skip
@@ -110,7 +114,7 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
     from balance.result_files.results_file import ResultsFile
 
     graph = topology(arguments.topology)
-    job = DiscoveryJob(graph.name, arguments.starts, arguments.seed)
+    job = DiscoveryJob(graph.name, arguments.starts, arguments.seed, arguments.buildable)
     path = arguments.out or f"{graph.name.replace(' ', '_')}.db"
     open_file = ResultsFile.resume if arguments.resume else ResultsFile.create
     with open_file(path, job) as file:

@@ -29,6 +29,10 @@ def add_walk(kinds: Verbs) -> None:
         help="the topology, as for 'balance discover run'",
     )  # fmt: skip
     parser.add_argument(
+        "--buildable", action="store_true",
+        help="a walk of a search for geometries that balance with masses that can be built",
+    )  # fmt: skip
+    parser.add_argument(
         "--seed", type=whole_number(0, MAX_SEED), default=1, metavar="N",
         help="seed of the search (default 1)",
     )  # fmt: skip
@@ -60,7 +64,8 @@ def _walk(arguments: argparse.Namespace) -> Outcome:
     from kinematics.errors import UsageError
 
     graph, start = topology(arguments.topology), arguments.start
-    job = DiscoveryJob(graph.name, TRIED if start is None else start + 1, arguments.seed)
+    count = TRIED if start is None else start + 1
+    job = DiscoveryJob(graph.name, count, arguments.seed, arguments.buildable)
     if start is None:
         start = first_special_start(job)
     if start < 0:

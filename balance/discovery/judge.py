@@ -28,7 +28,7 @@ INDEPENDENT = 1e-8
 
 OUTCOMES = (
     "special", "short link", "joints coincide", "idle joint", "explained by one loop",
-    "not exact", "lost at a node", "not arrived",
+    "cannot be built", "not exact", "lost at a node", "not arrived",
 )  # fmt: skip
 """What becomes of a walk."""
 

@@ -8,6 +8,7 @@ the family: the number of equations that the geometry fulfils.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,15 +17,17 @@ from numpy.typing import NDArray
 from balance.discovery.lane_motion import momentum_rates
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 from balance.discovery.walk import (
-    ARRIVED,
     LaneConditions,
+    Walks,
     conditions_at,
     put_conditions,
     take_conditions,
-    walk_to_special,
 )
 
-__all__ = ["Ends", "decide_special", "far_conditions", "geometry_at", "polish", "walk_again"]
+__all__ = [
+    "AGAIN", "Ends", "decide_special", "design_bases", "far_conditions", "geometry_at",
+    "polish", "walk_again",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -71,6 +74,13 @@ class Ends:
     clear: Flags
     special: Flags
 
+    def take(self, lanes: IntArray) -> Ends:
+        """Select lanes by indices."""
+        return Ends(
+            self.geometry.take(lanes), self.nullity[lanes], self.codimension[lanes],
+            self.dropped[lanes], self.gap[lanes], self.clear[lanes], self.special[lanes],
+        )  # fmt: skip
+
 
 def geometry_at(
     structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, pose: IntArray
@@ -100,7 +110,7 @@ def _far_poses(structure: TopologyArrays) -> int:
 
 
 def walk_again(
-    structure: TopologyArrays, geometry: LaneGeometry, generic: int
+    structure: TopologyArrays, geometry: LaneGeometry, walk: Callable[[LaneGeometry], Walks]
 ) -> tuple[LaneGeometry, IntArray]:
     """Walk on from a pose away from the first one; the lanes that arrive there too.
 
@@ -109,7 +119,7 @@ def walk_again(
     Args:
         structure: the topology.
         geometry: ends of walks that have arrived.
-        generic: nullity of most geometries.
+        walk: walks on, with poses up to `AGAIN` away.
 
     Returns:
         The geometries, and the numbers of their lanes.
@@ -123,9 +133,8 @@ def walk_again(
     moved = geometry_at(structure, geometry, found, pose).take(found.usable)
     if not found.usable.any():
         return moved, lanes[:0]
-    again = walk_to_special(structure, moved, generic, reach=AGAIN)
-    arrived = again.ratio <= ARRIVED
-    return again.geometry.take(arrived), lanes[found.usable][arrived]
+    again = walk(moved)
+    return again.geometry.take(again.arrived), lanes[found.usable][again.arrived]
 
 
 def far_conditions(
@@ -267,6 +276,18 @@ def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: i
         J, _ = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
         codimension[own], special[own] = _codimension(J)
     return Ends(geometry, nullity, codimension, dropped, gap, clear, special)
+
+
+def design_bases(structure: TopologyArrays, ends: Ends) -> list[Array]:
+    """Compute an orthonormal basis of the design space of each geometry.
+
+    Args:
+        structure: the topology.
+        ends: special geometries.
+    """
+    found = far_conditions(structure, ends.geometry, clearly=True)
+    kept = structure.unknowns - ends.nullity
+    return [np.asarray(Vt[k:].T) for Vt, k in zip(found.Vt, kept.tolist(), strict=True)]
 
 
 def _agrees(

@@ -73,7 +73,7 @@ class FoundFamily:
 def _shown(family: Family, confirmation: FamilyConfirmation, buildable: int) -> LaneGeometry:
     """Choose the member to show, in one lane."""
     if buildable < 0:
-        return family.members[0].geometry
+        return max(family.members, key=lambda member: member.margin > 0.0).geometry
     return confirmation.geometry.take(slice(buildable, buildable + 1))
 
 
@@ -94,7 +94,7 @@ def found_in(file: ResultsFile) -> Found:
     found = (
         (
             int(table["row"][k]), geometry_of_text(table["geometry"][k]),
-            int(table["nullity"][k]), int(table["codimension"][k]),
+            int(table["nullity"][k]), int(table["codimension"][k]), float(table["margin"][k]),
         )
         for k in special
     )  # fmt: skip

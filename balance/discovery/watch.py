@@ -11,7 +11,6 @@ from balance.discovery.families import relations_of
 from balance.discovery.job import DiscoveryJob, geometry_of_text
 from balance.discovery.polish import polish
 from balance.discovery.relations import GeometryRelation
-from balance.discovery.starts import random_starts
 from balance.discovery.structure import LaneGeometry
 from balance.discovery.walk import conditions_at
 from balance.result_files.chunk_job import chunk_size
@@ -33,6 +32,8 @@ class WatchedWalk:
         geometry: the geometries, a lane for each: the start, one after each step, and the
             polished end, if the walk has arrived.
         values: singular values of the momentum rows of each, over the largest (steps, p).
+        falling: what the walk lowers, at the start and after each step: the ratio, or the
+            momentum of the best masses that can be built.
         polished: whether the last geometry is the polished end.
         outcome: what became of the walk; one of `balance.discovery.judge.OUTCOMES`.
         nullity: dimension of the design space at the end; -1 if it has not arrived.
@@ -44,6 +45,7 @@ class WatchedWalk:
     start: int
     geometry: LaneGeometry
     values: Array
+    falling: Array
     polished: bool
     outcome: str
     nullity: int
@@ -71,36 +73,32 @@ def watch_walk(job: DiscoveryJob, start: int) -> WatchedWalk:
     Raises:
         UsageError: the linkage cannot move at the start.
     """
-    first = random_starts(job.structure, job.seed, range(start, start + 1))
-    begin = conditions_at(job.structure, first)
-    if not begin.usable[0]:
-        raise UsageError(
-            f"start {start}: the linkage loses its way at once; take another start"
-        )
-    steps, values = [first], [begin.values]
+    steps: list[LaneGeometry] = []
+    falling: list[float] = []
 
     def watch(_: IntArray, geometry: LaneGeometry, found: Array) -> None:
         steps.append(geometry)
-        values.append(found)
+        falling.append(float(found[0]))
 
-    rows = job.walk(range(start, start + 1), watch)
-    special = rows["outcome"][0] == "special"
-    polished = False
-    if special:
+    rows = job.rows_of(range(start, start + 1), watch)
+    if not steps:
+        raise UsageError(
+            f"start {start}: the linkage loses its way at once; take another start"
+        )
+    polished, relations = False, []
+    if rows["outcome"][0] == "special":
         ends = polish(job.structure, steps[-1], job.generic)
         polished = bool(ends.special[0])
         if polished:
             steps.append(ends.geometry)
-            values.append(conditions_at(job.structure, ends.geometry).values)
-    relations: list[GeometryRelation] = []
-    if special:
         end = geometry_of_text(rows["geometry"][0])
         relations = relations_of(job.topology, job.structure, end)[0][1]
-    spectra = np.concatenate(values)
+    geometry = LaneGeometry(*(np.concatenate(a) for a in zip(*steps, strict=True)))
+    values = conditions_at(job.structure, geometry).values
     return WatchedWalk(
-        job, start, LaneGeometry(*(np.concatenate(a) for a in zip(*steps, strict=True))),
-        spectra / spectra[:, :1], polished, str(rows["outcome"][0]), int(rows["nullity"][0]),
-        int(rows["codimension"][0]), tuple(relations),
+        job, start, geometry, values / values[:, :1], np.array(falling), polished,
+        str(rows["outcome"][0]), int(rows["nullity"][0]), int(rows["codimension"][0]),
+        tuple(relations),
     )  # fmt: skip
 
 
@@ -116,7 +114,7 @@ def first_special_start(job: DiscoveryJob) -> int:
     for chunk in range(-(-job.rows // job.chunk_rows)):
         first = chunk * job.chunk_rows
         count = chunk_size(chunk, job.rows, job.chunk_rows)
-        outcomes = job.walk(range(first, first + count))["outcome"]
+        outcomes = job.rows_of(range(first, first + count))["outcome"]
         if "special" in outcomes:
             return first + outcomes.index("special")
     return -1

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 # Lower end of the axis of singular values: round-off.
 LOWEST = 1e-17
-INK, SOFT = "#0a5ea8", "#8d97a3"
+INK, SOFT, WARM = "#0a5ea8", "#8d97a3", "#b8550a"
 
 
 def walk_page(walk: WatchedWalk) -> str:
@@ -90,18 +90,20 @@ def _corners(drawing: dict[str, Any], points: Array, origin: list[int]) -> list[
 def _chart(walk: WatchedWalk) -> dict[str, Any]:
     """Build traces and layout of the singular values over the steps."""
     steps = list(range(len(walk.ratios)))
-    lines = [("s_min / s_max", walk.kept, INK, 2.5)]
-    if walk.kept > 0:
-        lines.append(("the next larger one", walk.kept - 1, SOFT, 1.5))
+    lines = [("s_min / s_max", walk.ratios, INK, 2.5)]
+    if walk.job.buildable:
+        lines.append(("momentum of the best masses", walk.falling, WARM, 1.5))
+    elif walk.kept > 0:
+        lines.append(("the next larger one", walk.values[:, walk.kept - 1], SOFT, 1.5))
     traces = [
-        {"type": "scatter", "mode": "lines+markers", "name": name, "x": steps,
-         "y": np.maximum(walk.values[:, k], LOWEST).tolist(),
+        {"type": "scatter", "mode": "lines+markers", "name": name, "x": steps[: len(y)],
+         "y": np.maximum(y, LOWEST).tolist(),
          "line": {"color": color, "width": width}, "marker": {"color": color, "size": 6}}
-        for name, k, color, width in lines
+        for name, y, color, width in lines
     ]  # fmt: skip
     layout = {
         "hovermode": "x", "xaxis": {"title": {"text": "step"}},
-        "yaxis": {"title": {"text": "singular value over the largest"}, "type": "log",
+        "yaxis": {"title": {"text": "over the largest"}, "type": "log",
                   "range": [float(np.log10(LOWEST)), 0.0]},
     }  # fmt: skip
     return {"data": traces, "layout": layout}

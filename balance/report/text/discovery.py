@@ -36,6 +36,7 @@ def search_data(
     data = {
         "schema": SCHEMA, "what": what, "file": file.path, "topology": found.job.name,
         "starts": file.rows, "walked": file.computed()[0], "seed": found.job.seed,
+        "buildable": found.job.buildable,
         "nullity": found.job.generic, "outcomes": found.outcomes,
         "families": [_family_data(k, f) for k, f in enumerate(found.families, 1)],
     }  # fmt: skip
@@ -53,6 +54,7 @@ def _family_data(number: int, family: Family) -> Data:
         "codimension": family.codimension, "relations": list(family.relations), "words": words,
         "implied": list(family.implied),
         "complete": family.complete, "members": len(family.members),
+        "buildable": sum(member.margin > 0.0 for member in family.members),
         "starts": [member.start for member in family.members[:10]],
     }  # fmt: skip
 
@@ -126,7 +128,8 @@ def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
     walked = f"{data['walked']} of {data['starts']}, seed {data['seed']}"
     pairs = [
         ("topology", data["topology"]), ("joints", f"{joints} (link 0 is the ground)"),
-        ("walks", walked), ("ends", outcomes or "none yet"),
+        ("walks", walked + ", to masses that can be built" * data["buildable"]),
+        ("ends", outcomes or "none yet"),
         ("elsewhere", f"most geometries have nullity {data['nullity']}"),
     ]  # fmt: skip
     if "seconds" in data:
@@ -147,7 +150,8 @@ def _family_lines(entry: Data) -> list[str]:
     head = (
         f"family {entry['family']}: nullity {entry['nullity']}, {entry['parallel']} more than "
         f"elsewhere; codimension {entry['codimension']}; "
-        f"{count_noun(entry['members'], 'walk')}"
+        f"{count_noun(entry['members'], 'walk')}, {entry['buildable']} to masses that can be "
+        "built"
     )
     lines = [head, *(f"  {relation}" for relation in entry["relations"])]
     lines += [f"  and so {relation}" for relation in entry["implied"]]

@@ -12,6 +12,8 @@ __all__ = ["walk_data", "walk_facts", "walk_text"]
 
 Data = dict[str, Any]
 
+BUILDABLE = ", to masses that can be built"
+
 
 def walk_data(walk: WatchedWalk) -> Data:
     """Collect the facts on a walk.
@@ -22,11 +24,13 @@ def walk_data(walk: WatchedWalk) -> Data:
     quantities = quantities_of(walk.job.topology)
     return {
         "schema": SCHEMA, "what": "walk", "topology": walk.job.name, "seed": walk.job.seed,
-        "start": walk.start, "outcome": walk.outcome, "generic": walk.job.generic,
+        "buildable": walk.job.buildable, "start": walk.start, "outcome": walk.outcome,
+        "generic": walk.job.generic,
         "nullity": walk.nullity, "codimension": walk.codimension,
         "relations": [relation.text(quantities) for relation in walk.relations],
         "words": [relation.words(quantities) for relation in walk.relations],
         "polished": walk.polished, "ratios": walk.ratios.tolist(),
+        "falling": walk.falling.tolist(),
         "points": walk.geometry.points.tolist(), "axes": walk.geometry.axes.tolist(),
     }  # fmt: skip
 
@@ -44,8 +48,9 @@ def walk_facts(data: Data) -> list[tuple[str, str]]:
             f"codimension {data['codimension']}"
         )
     steps = len(data["ratios"]) - 1 - data["polished"]
+    start = f"{data['start']}, seed {data['seed']}" + BUILDABLE * data["buildable"]
     pairs = [
-        ("topology", data["topology"]), ("start", f"{data['start']}, seed {data['seed']}"),
+        ("topology", data["topology"]), ("start", start),
         ("steps", f"{steps}{', and the polished end' if data['polished'] else ''}"),
         ("end", end),
     ]  # fmt: skip
@@ -60,9 +65,12 @@ def walk_text(data: Data) -> str:
         data: from `walk_data`.
     """
     lines = [f"{label:<14}{value}" for label, value in walk_facts(data)]
-    lines += ["", "    step  s_min/s_max"]
+    more = "  momentum" if data["buildable"] else ""
+    lines += ["", f"    step  s_min/s_max{more}"]
     last = len(data["ratios"]) - 1
     for k, ratio in enumerate(data["ratios"]):
         name = "polished" if data["polished"] and k == last else str(k)
-        lines.append(f"{name:>8}  {ratio:.2e}")
+        told = more and k < len(data["falling"])
+        momentum = f"     {data['falling'][k]:.2e}" if told else ""
+        lines.append(f"{name:>8}  {ratio:.2e}{momentum}")
     return "\n".join(lines) + "\n"

@@ -27,7 +27,11 @@ def searched(name, starts, seed=1):
             outcomes.append(fate)
             if fate == "special":
                 where = geometry_of_text(rows["geometry"][k])
-                numbers = int(rows["nullity"][k]), int(rows["codimension"][k])
+                numbers = (
+                    int(rows["nullity"][k]),
+                    int(rows["codimension"][k]),
+                    rows["margin"][k],
+                )
                 found.append((chunk * job.chunk_rows + k, where, *numbers))
     return job, outcomes, group_members(job.topology, job.structure, job.generic, found)
 

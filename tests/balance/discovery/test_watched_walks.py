@@ -25,6 +25,8 @@ def test_the_values_are_those_of_the_geometries(watched):
     again = conditions_at(watched.job.structure, watched.geometry).values
     ratios = again[:, watched.kept] / again[:, 0]
     np.testing.assert_allclose(ratios, watched.ratios, rtol=1e-6, atol=1e-14)
+    steps = watched.ratios[: len(watched.falling)]
+    np.testing.assert_allclose(watched.falling, steps, rtol=1e-6, atol=1e-14)
 
 
 def test_the_next_singular_value_does_not_vanish(watched):
@@ -35,13 +37,13 @@ def test_the_next_singular_value_does_not_vanish(watched):
 def test_watching_changes_nothing(watched):
     numbers = range(watched.start, watched.start + 1)
     seen = []
-    alone = watched.job.walk(numbers)
-    again = watched.job.walk(numbers, lambda lanes, _, values: seen.append(lanes))
+    alone = watched.job.rows_of(numbers)
+    again = watched.job.rows_of(numbers, lambda lanes, _, values: seen.append(lanes))
     assert alone["geometry"] == again["geometry"] and alone["outcome"] == ["special"]
-    assert len(seen) == len(watched.ratios) - 1 - watched.polished
+    assert len(seen) == len(watched.falling) == len(watched.ratios) - watched.polished
     chunk = watched.job.compute(0)
     assert chunk["outcome"][watched.start] == watched.outcome
-    assert chunk["steps"][watched.start] >= len(seen)
+    assert chunk["steps"][watched.start] >= len(seen) - 1
 
 
 def test_the_start_that_is_found_is_the_first(watched):
@@ -51,7 +53,7 @@ def test_the_start_that_is_found_is_the_first(watched):
 
 def test_the_relations_hold_at_the_end(watched):
     """Opposite or neighbouring links are equal, by the distances of the joints themselves."""
-    text = watched.job.walk(range(watched.start, watched.start + 1))["geometry"][0]
+    text = watched.job.rows_of(range(watched.start, watched.start + 1))["geometry"][0]
     for points in (geometry_of_text(text).points[0], watched.geometry.points[-1]):
         sites = points[[watched.job.structure.origin.tolist().index(k) for k in range(4)]]
         ab, bc, cd, da = np.sqrt(np.sum((sites - np.roll(sites, -1, axis=0)) ** 2, axis=1))
@@ -65,3 +67,11 @@ def test_a_walk_that_does_not_arrive_has_no_relations():
     found = watch_walk(job, outcomes.index("not arrived"))
     assert (found.outcome, found.nullity, found.relations) == ("not arrived", -1, ())
     assert not found.polished and found.ratios[-1] > ARRIVED
+
+
+def test_a_walk_to_masses_that_can_be_built():
+    """What it lowers falls at each step; the singular value need not."""
+    job = DiscoveryJob("four-bar", 50, buildable=True)
+    found = watch_walk(job, first_special_start(job))
+    assert (np.diff(found.falling) < 0.0).all() and found.falling[-1] < 1e-5
+    assert found.ratios[-1] < 1e-14 and found.outcome == "special"

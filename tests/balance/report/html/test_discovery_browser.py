@@ -39,7 +39,7 @@ def search():
     rows = job.compute(0)
     found = [
         (k, geometry_of_text(rows["geometry"][k]), int(rows["nullity"][k]),
-         int(rows["codimension"][k]))
+         int(rows["codimension"][k]), float(rows["margin"][k]))
         for k, outcome in enumerate(rows["outcome"]) if outcome == "special"
     ]  # fmt: skip
     families = group_members(job.topology, job.structure, job.generic, found)[:1]

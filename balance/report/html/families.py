@@ -11,7 +11,7 @@ from balance.discovery.results import FoundFamily
 from balance.discovery.to_linkage import to_linkage
 from balance.report.html.render import facts_list, html_table, render_page
 from balance.report.html.scene import scene
-from balance.report.text.discovery import motion_words, search_facts
+from balance.report.text.discovery import range_words, search_facts
 from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
 from kinematics.wording import count_noun
@@ -77,7 +77,7 @@ def _row(entry: dict[str, Any]) -> list[str]:
         f"{entry['nullity']} ({entry['nullity'] - entry['parallel']} elsewhere)",
         str(entry["codimension"]),
         f"{entry['confirmed']} of {entry['tried']} random ones confirm it",
-        escape(_verdict(entry["verdicts"])), escape(motion_words(entry["motion"])),
+        escape(_verdict(entry["verdicts"])), escape(range_words(entry["motion"])),
     ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from balance.result_files.results_file import ResultsFile
 from kinematics.wording import count_noun
 
 __all__ = [
-    "SCHEMA", "families_data", "member_data", "member_text", "motion_data", "motion_words",
+    "SCHEMA", "families_data", "member_data", "member_text", "range_words",
     "search_data", "search_facts", "search_text",
 ]  # fmt: skip
 
@@ -71,11 +71,11 @@ def families_data(data: Data, examined: list[FoundFamily]) -> Data:
         entry["tried"] = more.confirmation.members
         entry["serial"] = more.serial
         entry["verdicts"] = more.verdicts
-        entry["motion"] = motion_data(more.motion)
+        entry["motion"] = _range_data(more.motion)
     return data
 
 
-def motion_data(found: MotionRange | None) -> Data | None:
+def _range_data(found: MotionRange | None) -> Data | None:
     """Collect the facts on a range of motion; None if there is none."""
     if found is None:
         return None
@@ -85,11 +85,11 @@ def motion_data(found: MotionRange | None) -> Data | None:
     }  # fmt: skip
 
 
-def motion_words(motion: Data | None) -> str:
+def range_words(motion: Data | None) -> str:
     """Say a range of motion in words.
 
     Args:
-        motion: from `motion_data`.
+        motion: from `families_data`.
     """
     if motion is None:
         return "several degrees of freedom; no range was computed"
@@ -163,7 +163,7 @@ def _family_lines(entry: Data) -> list[str]:
         verdicts = ", ".join(f"{n} {name}" for name, n in entry["verdicts"].items())
         lines.append(f"  masses: {verdicts or 'not tried'}")
         which = "a member with masses" if "feasible" in entry["verdicts"] else "a member"
-        lines.append(f"  motion of {which}: {motion_words(entry['motion'])}")
+        lines.append(f"  motion of {which}: {range_words(entry['motion'])}")
     return lines
 
 

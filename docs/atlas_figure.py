@@ -40,7 +40,7 @@ def member_figure(graph: Topology, structure: TopologyArrays, geometry: LaneGeom
             parts.append(_foot(at[k]))
     for k, (kind, _, _) in enumerate(graph.edges):
         parts.append(_slide(at[k], geometry, sites[k]) if kind == "P" else _joint(at[k], kind))
-    parts += _letters(at)
+    parts += _letters(at, graph)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
         f'width="{WIDTH}" height="{HEIGHT}">\n' + "\n".join(parts) + "\n</svg>\n"
@@ -105,17 +105,22 @@ def _slide(point: Array, geometry: LaneGeometry, joint: int) -> str:
     )
 
 
-def _letters(at: Array) -> list[str]:
+def _letters(at: Array, graph: Topology) -> list[str]:
     """Write the letters of the joints, away from the middle; those in one place together."""
-    named: dict[tuple[float, float], str] = {}
+    named: dict[tuple[float, float], list[int]] = {}
     for k, point in enumerate(at):
-        place = (round(float(point[0]), 1), round(float(point[1]), 1))
-        named[place] = named[place] + ", " + chr(65 + k) if place in named else chr(65 + k)
+        named.setdefault((round(float(point[0]), 1), round(float(point[1]), 1)), []).append(k)
     middle, out = at.mean(axis=0), []
-    for place, text in named.items():
+    for place, joints in named.items():
         off = np.array(place) - middle
         off = off / (np.sqrt(off @ off) or 1.0) * 15.0
+        kinds = {graph.edges[k][0] for k in joints}
+        if "P" in kinds:
+            off = np.array([0.0, -30.0 if off[1] < 0 else 32.0])
+        elif any(0 in graph.edges[k][1:] for k in joints):
+            off = np.array([14.0 if off[0] >= 0 else -14.0, -3.0])
         x, y = place[0] + off[0], place[1] + off[1] + 4.5
+        text = ", ".join(chr(65 + k) for k in joints)
         out.append(
             f'<text x="{x:.1f}" y="{y:.1f}" font-family="serif" font-size="14" '
             f'text-anchor="middle" fill="{INK}">{text}</text>'

@@ -1,7 +1,7 @@
 """Make the atlas of special geometries: ``docs/atlas.md`` and its figures.
 
-``python docs/make_atlas.py --work FOLDER`` searches every topology, keeps the results in FOLDER,
-from which an interrupted run goes on, and writes ``docs/atlas.md`` and ``docs/atlas/*.svg``.
+``python docs/make_atlas.py --work FOLDER`` searches every topology, keeps the results in
+FOLDER, from which an interrupted run goes on, and writes ``docs/atlas.md`` and its figures.
 Seeds are fixed, so that another run finds the same. What is known about who described a family
 first is in `atlas_sources`.
 """

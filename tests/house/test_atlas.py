@@ -22,7 +22,7 @@ def make_atlas(monkeypatch):
 
 
 def test_a_chapter_names_what_is_known(make_atlas, tmp_path):
-    """Of the four-bar: kite and antiparallelogram, with their figures, the same when made again."""
+    """Of the four-bar: kite and antiparallelogram; again, text and figures are the same."""
     entry = make_atlas.Chapter("four-bar", "Four-bar", 100, 0)
     text, figures = make_atlas.chapter(entry, tmp_path, 0)
     assert "antiparallelogram: R. Ricard" in text and "kite: R. Ricard" in text

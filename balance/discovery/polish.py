@@ -40,14 +40,19 @@ AGAIN = 1.0
 # How often the way is halved if it crosses a meeting of motions.
 HALVINGS = 3
 STEPS = 10
+# How often a decision moves on to a pose that is farther from a node.
+AWAY = 2
 # Singular values up to this part of the largest are taken for the drop, at first.
 DROP = 1e-5
 # Singular values of an exact drop over the largest, and those above the gap.
 EXACT, KEPT = 1e-14, 1e-7
+# Those of an exact drop over the whole way, which round-off spoils more. Near a special geometry
+# they are small on a short way: with lengths off by 7e-4 1e-14, but 3e-11 on the whole one.
+WIDE = 3e-13
 # Singular values of J that count, relative to the largest.
 CHANGES = 1e-7
 # Those that count for the codimension, and those that clearly do not.
-COUNTED, NOT_COUNTED = 1e-6, 1e-10
+COUNTED, NOT_COUNTED = 1e-8, 3e-11
 STILL = 1e-11
 
 
@@ -255,25 +260,41 @@ def _gauss_newton(
 
 
 def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: int) -> Ends:
-    """Decide nullity and codimension of geometries, here and from another pose.
+    """Decide nullity and codimension of geometries, away from nodes and from another pose.
 
     Args:
         structure: the topology.
         geometry: the linkages.
         generic: nullity of most geometries.
     """
+    given = geometry
+    for _ in range(AWAY):
+        geometry = _away(structure, geometry)
     found = far_conditions(structure, geometry, clearly=True)
     nullity = np.where(found.usable, count_dropped(found.values, EXACT), -1)
     dropped, gap = _around(found.values, nullity)
     clear = found.usable & (gap >= KEPT)
     special = clear & (nullity > generic)
+    wide = far_conditions(structure, geometry)
+    special &= wide.usable & (_around(wide.values, nullity)[0] <= WIDE)
     special &= _agrees(structure, geometry, found, nullity)
     codimension = np.full(len(nullity), -1)
     for number in np.unique(nullity[special]).tolist():
         own = np.flatnonzero(special & (nullity == number))
         J, _ = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
         codimension[own], special[own] = _codimension(J)
-    return Ends(geometry, nullity, codimension, dropped, gap, clear, special)
+    return Ends(given, nullity, codimension, dropped, gap, clear, special)
+
+
+def _away(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:
+    """Take the pose with the largest determinant of S as the reference pose."""
+    found = far_conditions(structure, geometry)
+    regular = np.abs(np.linalg.det(np.nan_to_num(found.poses.S)))
+    moved = geometry_at(structure, geometry, found, np.argmax(regular, axis=1))
+    own = np.flatnonzero(found.usable)
+    geometry = LaneGeometry(*(array.copy() for array in geometry))
+    geometry.put(own, moved.take(own))
+    return geometry
 
 
 def design_bases(structure: TopologyArrays, ends: Ends) -> list[Array]:

@@ -16,6 +16,7 @@ from balance.discovery.buildable_walk import walk_to_buildable
 from balance.discovery.judge import judge_geometries
 from balance.discovery.mass_cones import CAN_BE_BUILT, mass_cones
 from balance.discovery.polish import AGAIN, Ends, design_bases, polish, walk_again
+from balance.discovery.splits import motion_splits
 from balance.discovery.starts import random_starts
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 from balance.discovery.topologies import Topology, topology
@@ -176,7 +177,8 @@ class _Rows:
         if not lanes.size:
             return
         ends = polish(job.structure, geometry, job.generic)
-        self.outcome[lanes] = "not exact"
+        split = motion_splits(job.structure, ends.geometry) & ~ends.special
+        self.outcome[lanes] = np.where(split, "motion splits", "not exact")
         own = np.flatnonzero(ends.special)
         if not own.size:
             return

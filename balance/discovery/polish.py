@@ -46,8 +46,8 @@ AWAY = 2
 DROP = 1e-5
 # Singular values of an exact drop over the largest, and those above the gap.
 EXACT, KEPT = 1e-14, 1e-7
-# Those of an exact drop over the whole way, which round-off spoils more. Near a special geometry
-# they are small on a short way: with lengths off by 7e-4 1e-14, but 3e-11 on the whole one.
+# Those of an exact drop over the whole way, which round-off spoils more. Near a special
+# geometry they are small on a short way: with lengths off by 7e-4 1e-14, but 3e-11 on the whole.
 WIDE = 3e-13
 # Singular values of J that count, relative to the largest.
 CHANGES = 1e-7

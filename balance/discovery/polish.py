@@ -47,7 +47,7 @@ DROP = 1e-5
 # Singular values of an exact drop over the largest, and those above the gap.
 EXACT, KEPT = 1e-14, 1e-7
 # Those of an exact drop over the whole way, which round-off spoils more. Near a special
-# geometry they are small on a short way: with lengths off by 7e-4 1e-14, but 3e-11 on the whole.
+# geometry they are small on a short way: 1e-14 with lengths off by 7e-4, 3e-11 on the whole.
 WIDE = 3e-13
 # Singular values of J that count, relative to the largest.
 CHANGES = 1e-7
@@ -246,6 +246,8 @@ def _gauss_newton(
         here = geometry.take(alive)
         found = far_conditions(structure, here)
         alive, here = alive[found.usable], here.take(found.usable)
+        if not alive.size:
+            break
         found = take_conditions(found, found.usable)
         step = _pseudo_step(*_stacked(structure, here, found, nullity))
         largest = np.abs(step).max(axis=1)

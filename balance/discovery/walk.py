@@ -236,7 +236,7 @@ def descend(
     found = measure(geometry)
     ratio = found.ratio
     alive = np.flatnonzero(np.isfinite(ratio))
-    terms = found.terms(alive)
+    terms = found.terms(alive) if alive.size else (np.zeros((0, 1, 1)), np.zeros((0, 1)))
     for _ in range(STEPS):
         if not alive.size:
             break

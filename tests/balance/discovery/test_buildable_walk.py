@@ -14,7 +14,7 @@ from balance.discovery.starts import random_starts
 from balance.discovery.to_linkage import to_linkage
 from balance.discovery.topologies import topology
 from balance.discovery.walk import LaneConditions, conditions_at
-from tests.helpers.four_bars import four_bar_lanes, mirrored
+from tests.helpers.planted import four_bar_lanes, mirrored
 
 ROOT = np.sqrt(2.0)
 
@@ -47,7 +47,7 @@ def margin_of(corners):
 
 @pytest.mark.parametrize("kind", ["antiparallelogram", "kite about AC", "kite about BD"])
 def test_masses_can_be_built_if_the_base_is_longer_than_root_2(kind):
-    """The base over the other length, by the cones of the walk and by the verdict of designs."""
+    """The base over the other length, by the cones of the walk and by verdicts of designs."""
     for base in (0.6, 0.8, 1.3, 1.40, 1.413, 1.4155, 1.43, 1.6, 2.5):
         nullity, margin, linkage = margin_of(corners_of(kind, base))
         assert nullity == 5

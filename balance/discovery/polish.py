@@ -192,6 +192,26 @@ def _stacked(
     return J.reshape(len(J), -1, J.shape[-1]), r.reshape(len(r), -1)
 
 
+def _weighted(
+    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, nullity: int
+) -> Array:
+    """Compute J with the rows of each pose times the determinant of S, over its largest one.
+
+    Near a node the joints move fast if the geometry changes, by one over that determinant, and
+    the rows of a single pose would hide all others.
+    """
+    weights = np.abs(np.linalg.det(found.poses.S))
+    weights = weights / weights.max(axis=1, keepdims=True)
+    rows = found.U.shape[1] // weights.shape[1]
+    weights = np.repeat(weights, rows, axis=1)[..., None]
+    M = weights * found.U @ (found.values[..., None] * found.Vt)
+    kept = structure.unknowns - nullity
+    U = np.linalg.svd(M, full_matrices=False)[0][:, None, :, :kept]
+    D = weights[:, None] * momentum_rates(structure, geometry, found.poses, found.Vt[:, kept:])
+    J = D - U @ (np.swapaxes(U, -1, -2) @ D)
+    return np.asarray(J.reshape(len(J), -1, J.shape[-1]))
+
+
 def _pseudo_step(J: Array, r: Array) -> Array:
     """Compute ``-J⁺ r`` by the eigenvectors of ``Jᵀ J``."""
     transposed = np.swapaxes(J, 1, 2)
@@ -283,7 +303,7 @@ def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: i
     codimension = np.full(len(nullity), -1)
     for number in np.unique(nullity[special]).tolist():
         own = np.flatnonzero(special & (nullity == number))
-        J, _ = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
+        J = _weighted(structure, geometry.take(own), take_conditions(found, own), number)
         codimension[own], special[own] = _codimension(J)
     return Ends(given, nullity, codimension, dropped, gap, clear, special)
 

@@ -47,7 +47,7 @@ def four_bar_lanes(corners: Points) -> tuple[Topology, TopologyArrays, LaneGeome
 
 
 def similar_ternaries(rng: np.random.Generator, parallel: bool) -> Points:
-    """A Stephenson III linkage: ADG and BCE are similar, and GF, FE turn with AB, DC or against.
+    """A Stephenson III linkage: ADG and BCE are similar; GF, FE turn with AB and DC, or not.
 
     With ``g = AG / AD`` as complex numbers, ``GE = (1 - g) AB + g DC`` at all poses. So a dyad
     of these two vectors reaches from G to E at all poses; its mirror image has equal lengths.

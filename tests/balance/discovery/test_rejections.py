@@ -114,7 +114,7 @@ CARRIED = "0-1 0-2 0-3 1-4 2-4 3-4 0-5 5-6 6-7 0-7"
 def carried(rng, parallel):
     """Joints of three cranks with the link that they carry, and of a four-bar."""
     feet, crank = rng.standard_normal((3, 2)) @ (1, 1j), np.exp(6.0j * rng.random())
-    tips = feet + crank * (1.0 if parallel else 1.0 + 0.3 * rng.random(3))
+    tips = feet + (crank if parallel else np.exp(6.0j * rng.random(3)))
     return [*feet, *tips, *_quadrangle(rng)]
 
 

@@ -25,8 +25,7 @@ from balance.discovery.walk import (
 )
 
 __all__ = [
-    "AGAIN", "Ends", "decide_special", "design_bases", "far_conditions", "geometry_at",
-    "polish", "walk_again",
+    "AGAIN", "Ends", "decide_special", "far_conditions", "geometry_at", "polish", "walk_again",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -192,26 +191,6 @@ def _stacked(
     return J.reshape(len(J), -1, J.shape[-1]), r.reshape(len(r), -1)
 
 
-def _weighted(
-    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, nullity: int
-) -> Array:
-    """Compute J with the rows of each pose times the determinant of S, over its largest one.
-
-    Near a node the joints move fast if the geometry changes, by one over that determinant, and
-    the rows of a single pose would hide all others.
-    """
-    weights = np.abs(np.linalg.det(found.poses.S))
-    weights = weights / weights.max(axis=1, keepdims=True)
-    rows = found.U.shape[1] // weights.shape[1]
-    weights = np.repeat(weights, rows, axis=1)[..., None]
-    M = weights * found.U @ (found.values[..., None] * found.Vt)
-    kept = structure.unknowns - nullity
-    U = np.linalg.svd(M, full_matrices=False)[0][:, None, :, :kept]
-    D = weights[:, None] * momentum_rates(structure, geometry, found.poses, found.Vt[:, kept:])
-    J = D - U @ (np.swapaxes(U, -1, -2) @ D)
-    return np.asarray(J.reshape(len(J), -1, J.shape[-1]))
-
-
 def _pseudo_step(J: Array, r: Array) -> Array:
     """Compute ``-J⁺ r`` by the eigenvectors of ``Jᵀ J``."""
     transposed = np.swapaxes(J, 1, 2)
@@ -289,9 +268,10 @@ def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: i
         geometry: the linkages.
         generic: nullity of most geometries.
     """
-    given = geometry
+    poses = [geometry]
     for _ in range(AWAY):
-        geometry = _away(structure, geometry)
+        poses.append(_away(structure, poses[-1]))
+    geometry = poses[-1]
     found = far_conditions(structure, geometry, clearly=True)
     nullity = np.where(found.usable, count_dropped(found.values, EXACT), -1)
     dropped, gap = _around(found.values, nullity)
@@ -301,11 +281,28 @@ def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: i
     special &= wide.usable & (_around(wide.values, nullity)[0] <= WIDE)
     special &= _agrees(structure, geometry, found, nullity)
     codimension = np.full(len(nullity), -1)
-    for number in np.unique(nullity[special]).tolist():
-        own = np.flatnonzero(special & (nullity == number))
-        J = _weighted(structure, geometry.take(own), take_conditions(found, own), number)
-        codimension[own], special[own] = _codimension(J)
-    return Ends(given, nullity, codimension, dropped, gap, clear, special)
+    for here in poses:
+        own = np.flatnonzero(special)
+        counts, sure = _codimensions(structure, here.take(own), nullity[own])
+        codimension[own] = np.maximum(codimension[own], np.where(sure, counts, -1))
+    special &= codimension >= 0
+    return Ends(poses[0], nullity, codimension, dropped, gap, clear, special)
+
+
+def _codimensions(
+    structure: TopologyArrays, geometry: LaneGeometry, nullity: IntArray
+) -> tuple[IntArray, Flags]:
+    """Compute the rank of J at one pose of each linkage, and whether it is clear there."""
+    counts, sure = np.zeros(len(nullity), int), np.zeros(len(nullity), bool)
+    if not len(nullity):
+        return counts, sure
+    found = far_conditions(structure, geometry, clearly=True)
+    for number in np.unique(nullity).tolist():
+        own = np.flatnonzero(found.usable & (nullity == number))
+        if own.size:
+            J, _ = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
+            counts[own], sure[own] = _codimension(J)
+    return counts, sure
 
 
 def _away(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:
@@ -317,18 +314,6 @@ def _away(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:
     geometry = LaneGeometry(*(array.copy() for array in geometry))
     geometry.put(own, moved.take(own))
     return geometry
-
-
-def design_bases(structure: TopologyArrays, ends: Ends) -> list[Array]:
-    """Compute an orthonormal basis of the design space of each geometry.
-
-    Args:
-        structure: the topology.
-        ends: special geometries.
-    """
-    found = far_conditions(structure, ends.geometry, clearly=True)
-    kept = structure.unknowns - ends.nullity
-    return [np.asarray(Vt[k:].T) for Vt, k in zip(found.Vt, kept.tolist(), strict=True)]
 
 
 def _agrees(

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.discovery.lane_motion import momentum_rates
-from balance.discovery.mass_cones import LeastMomentum, MassCones, mass_cones
+from balance.discovery.mass_cones import CAN_BE_BUILT, LeastMomentum, MassCones, mass_cones
+from balance.discovery.polish import Ends, far_conditions
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 from balance.discovery.walk import (
     REACH,
@@ -34,7 +35,7 @@ from balance.discovery.walk import (
     take_conditions,
 )
 
-__all__ = ["BuildableResidual", "walk_to_buildable"]
+__all__ = ["BuildableResidual", "margins", "walk_to_buildable"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -125,3 +126,21 @@ def walk_to_buildable(
         return BuildableResidual(structure, geometry, found, cones)
 
     return descend(structure, start, measure, NEAR, watch)
+
+
+def margins(structure: TopologyArrays, ends: Ends) -> list[float]:
+    """Compute how well the masses of special geometries can be built.
+
+    Args:
+        structure: the topology.
+        ends: the geometries.
+
+    Returns:
+        For each the largest t with ``P_b ⪰ t`` for balanced masses of total mass and inertia 1;
+        0 if there are none.
+    """
+    cones = mass_cones(structure)
+    found = far_conditions(structure, ends.geometry, clearly=True)
+    kept = structure.unknowns - ends.nullity
+    out = [cones.margin(Vt[k:].T) for Vt, k in zip(found.Vt, kept.tolist(), strict=True)]
+    return [margin if margin > CAN_BE_BUILT else 0.0 for margin in out]

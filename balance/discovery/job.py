@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.discovery.buildable_walk import walk_to_buildable
+from balance.discovery.buildable_walk import margins, walk_to_buildable
 from balance.discovery.judge import judge_geometries
-from balance.discovery.mass_cones import CAN_BE_BUILT, mass_cones
-from balance.discovery.polish import AGAIN, Ends, design_bases, polish, walk_again
+from balance.discovery.polish import AGAIN, polish, walk_again
+from balance.discovery.splits import motion_splits
 from balance.discovery.starts import random_starts
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 from balance.discovery.topologies import Topology, topology
@@ -157,20 +157,6 @@ class DiscoveryJob:
             return walk_to_buildable(self.structure, start, reach=reach, watch=watch)
         return walk_to_special(self.structure, start, self.generic, reach=reach, watch=watch)
 
-    def margins(self, ends: Ends) -> list[float]:
-        """Compute how well the masses of special geometries can be built.
-
-        Args:
-            ends: the geometries.
-
-        Returns:
-            For each the largest t with ``P_b ⪰ t`` for masses of total mass and inertia 1; 0 if
-            there are none.
-        """
-        cones = mass_cones(self.structure)
-        found = [cones.margin(basis) for basis in design_bases(self.structure, ends)]
-        return [margin if margin > CAN_BE_BUILT else 0.0 for margin in found]
-
 
 class _Rows:
     """Rows of a chunk that are filled in as walks are judged."""
@@ -187,14 +173,15 @@ class _Rows:
         if not lanes.size:
             return
         ends = polish(job.structure, geometry, job.generic)
-        self.outcome[lanes] = "not exact"
+        split = motion_splits(job.structure, ends.geometry) & ~ends.special
+        self.outcome[lanes] = np.where(split, "motion splits", "not exact")
         own = np.flatnonzero(ends.special)
         if not own.size:
             return
         ends = ends.take(own)
         special, to = ends.geometry, lanes[own]
         self.outcome[to] = judge_geometries(job.topology, job.structure, special)
-        self.margin[to] = job.margins(ends)
+        self.margin[to] = margins(job.structure, ends)
         if job.buildable:
             fine = self.outcome[to] == "special"
             self.outcome[to[fine & (self.margin[to] == 0.0)]] = "cannot be built"

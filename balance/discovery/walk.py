@@ -255,7 +255,7 @@ def descend(
     found = measure(geometry)
     ratio = found.ratio
     alive = np.flatnonzero(np.isfinite(ratio))
-    terms = found.terms(alive)
+    terms = found.terms(alive) if alive.size else (np.zeros((0, 1, 1)), np.zeros((0, 1)))
     if watch is not None and alive.size:
         watch(alive, geometry.take(alive), ratio[alive])
     for _ in range(STEPS):

@@ -70,11 +70,13 @@ CHAPTERS = (
 )
 
 
-def search(folder: Path, job: DiscoveryJob, workers: int) -> Found:
-    """Run a search, or go on with its file; return what it found."""
+def search(folder: Path, job: DiscoveryJob, workers: int, kept: bool) -> Found:
+    """Run a search, or go on with its file, or take that as it is; return what it found."""
     kind = "buildable" if job.buildable else "any"
-    with ResultsFile.resume(folder / f"{job.name}_{kind}_{job.starts}.db", job) as file:
-        run_chunks(job, file, workers=workers)
+    path = folder / f"{job.name}_{kind}_{job.starts}.db"
+    with ResultsFile.open(path) if kept else ResultsFile.resume(path, job) as file:
+        if not kept:
+            run_chunks(job, file, workers=workers)
         return found_in(file)
 
 
@@ -96,7 +98,8 @@ def coupler_of(graph: Topology) -> int:
 
 def least_mass(job: DiscoveryJob, found: FoundFamily) -> str:
     """Compute the least mass of the drawn member whose coupler has 1 kg, as words."""
-    if not found.verdicts.get("feasible"):
+    known = found.confirmation.agreed == found.confirmation.members
+    if not known or not found.verdicts.get("feasible"):
         return ""
     coupler = f"link{coupler_of(job.topology)}"
     try:
@@ -143,12 +146,14 @@ def _lengths(graph: Topology) -> list[tuple[int, int]]:
     return [pair for x in range(graph.links) for pair in combinations(graph.joints_of(x), 2)]
 
 
-def chapter(entry: Chapter, folder: Path, workers: int) -> tuple[str, dict[str, bytes]]:
+def chapter(
+    entry: Chapter, folder: Path, workers: int, kept: bool = False
+) -> tuple[str, dict[str, bytes]]:
     """Search one topology; return its text and figures."""
     jobs = [DiscoveryJob(entry.name, entry.starts, SEED)]
     if entry.buildable:
         jobs.append(DiscoveryJob(entry.name, entry.buildable, SEED, buildable=True))
-    searches = [search(folder, job, workers) for job in jobs]
+    searches = [search(folder, job, workers, kept) for job in jobs]
     job, graph = jobs[0], jobs[0].topology
     lines = [f"## {entry.title}", "", *_facts(searches), ""]
     figures = {}
@@ -182,6 +187,17 @@ def _facts(searches: list[Found]) -> list[str]:
     return lines
 
 
+def _masses(found: FoundFamily) -> str:
+    """Say for how many members masses can be built: random ones, if these are members."""
+    members = found.family.members
+    if found.confirmation.agreed < found.confirmation.members or not found.family.complete:
+        good = sum(member.margin > 0.0 for member in members)
+        return f"can be built for {good} of {len(members)} members that walks found"
+    tried = sum(found.verdicts.values())
+    good = found.verdicts.get("feasible", 0)
+    return f"can be built for {good} of {tried} random members"
+
+
 def _family_lines(job: DiscoveryJob, found: FoundFamily) -> list[str]:
     """Write one family as a table of two columns."""
     family = found.family
@@ -190,8 +206,6 @@ def _family_lines(job: DiscoveryJob, found: FoundFamily) -> list[str]:
     relations = "<br>".join(family.relations) or "none that is simple"
     if not family.complete:
         relations += f"<br>and {family.codimension - len(family.relations)} not explained"
-    tried = sum(found.verdicts.values())
-    feasible = found.verdicts.get("feasible", 0)
     rows = [
         ("relations", relations),
         ("nullity", f"{family.nullity}, {family.parallel} more than elsewhere"),
@@ -199,7 +213,7 @@ def _family_lines(job: DiscoveryJob, found: FoundFamily) -> list[str]:
         ("walks that ended in it", str(len(family.members))),
         ("random members that confirm it",
          f"{found.confirmation.agreed} of {found.confirmation.members}"),
-        ("masses", f"{feasible} of {tried} members can be built" if tried else "not tried"),
+        ("masses", _masses(found)),
         ("least mass", least_mass(job, found)),
         ("motion of the member drawn", range_words(entry["motion"])),
         ("first described by", first_described(job.topology, family)),
@@ -213,6 +227,10 @@ def main() -> None:
     parser.add_argument("--work", type=Path, required=True, help="folder of the searches")
     parser.add_argument("--out", type=Path, default=DOCS, help="folder of atlas.md")
     parser.add_argument("--workers", type=int, default=1, help="processes (0: this one alone)")
+    parser.add_argument(
+        "--kept", action="store_true",
+        help="take the searches in the folder as they are, by whatever version",
+    )  # fmt: skip
     parser.add_argument("--only", nargs="*", help="names of topologies; all by default")
     words = parser.parse_args()
     words.work.mkdir(parents=True, exist_ok=True)
@@ -220,7 +238,7 @@ def main() -> None:
     texts, figures = [HEAD], {}
     for entry in CHAPTERS:
         if not words.only or entry.name in words.only:
-            text, drawn = chapter(entry, words.work, words.workers)
+            text, drawn = chapter(entry, words.work, words.workers, words.kept)
             texts.append(text)
             figures |= drawn
     texts.append(SOURCES)

@@ -36,6 +36,8 @@ SEED = 1
 # Random members that confirm the relations, and those that masses are looked for.
 MEMBERS, TRIED = 100, 20
 HEAVIEST = 1e4  # kg, of the coupler
+# Part of the random members that are special if the relations describe the family.
+CONFIRMED = 0.9
 
 
 @dataclass(frozen=True)
@@ -98,8 +100,7 @@ def coupler_of(graph: Topology) -> int:
 
 def least_mass(job: DiscoveryJob, found: FoundFamily) -> str:
     """Compute the least mass of the drawn member whose coupler has 1 kg, as words."""
-    known = found.confirmation.agreed == found.confirmation.members
-    if not known or not found.verdicts.get("feasible"):
+    if not found.verdicts.get("feasible"):
         return ""
     coupler = f"link{coupler_of(job.topology)}"
     try:
@@ -156,19 +157,31 @@ def chapter(
     searches = [search(folder, job, workers, kept) for job in jobs]
     job, graph = jobs[0], jobs[0].topology
     lines = [f"## {entry.title}", "", *_facts(searches), ""]
-    figures = {}
-    listed = families_of(searches)
-    for number, (_, family) in enumerate(listed, 1):
-        found = examine(job, family, members=MEMBERS, tried=TRIED)
+    figures: dict[str, bytes] = {}
+    listed = [
+        examine(job, family, members=MEMBERS, tried=TRIED)
+        for _, family in families_of(searches)
+    ]
+    for number, found in enumerate(filter(described, listed), 1):
         name = f"{entry.name.replace('-', '_')}_{number}.svg"
         figures[name] = member_figure(graph, job.structure, found.shown).encode()
         lines += [f"### {entry.title}, family {number}", ""]
         lines += [f"![A member of family {number} of {entry.title}](atlas/{name})", ""]
         lines += [*_family_lines(job, found), ""]
-    if not listed:
+    others = [found.family for found in listed if not described(found)]
+    if others:
+        ends = ", ".join(f"{count_noun(len(f.members), 'walk')} to {f.nullity}" for f in others)
+        lines += [f"No simple relations describe the ends of others, by nullity: {ends}.", ""]
+    if not figures:
         lines += ["No family was found.", ""]
-    print(f"{entry.title}: {count_noun(len(listed), 'family')}", flush=True)
+    print(f"{entry.title}: {count_noun(len(figures), 'family')}", flush=True)
     return "\n".join(lines), figures
+
+
+def described(found: FoundFamily) -> bool:
+    """Whether the relations describe a family: nearly all random members are special."""
+    agreed, members = found.confirmation.agreed, found.confirmation.members
+    return found.family.complete and members > 0 and agreed >= CONFIRMED * members
 
 
 def _facts(searches: list[Found]) -> list[str]:
@@ -183,19 +196,8 @@ def _facts(searches: list[Found]) -> list[str]:
     for found in searches:
         to = "to masses that can be built" if found.job.buildable else "to any special geometry"
         ends = ", ".join(f"{count} {name}" for name, count in found.outcomes.items())
-        lines += ["", f"{found.job.starts} walks {to}: {ends}."]
+        lines += ["", f"{sum(found.outcomes.values())} walks {to}: {ends}."]
     return lines
-
-
-def _masses(found: FoundFamily) -> str:
-    """Say for how many members masses can be built: random ones, if these are members."""
-    members = found.family.members
-    if found.confirmation.agreed < found.confirmation.members or not found.family.complete:
-        good = sum(member.margin > 0.0 for member in members)
-        return f"can be built for {good} of {len(members)} members that walks found"
-    tried = sum(found.verdicts.values())
-    good = found.verdicts.get("feasible", 0)
-    return f"can be built for {good} of {tried} random members"
 
 
 def _family_lines(job: DiscoveryJob, found: FoundFamily) -> list[str]:
@@ -203,17 +205,15 @@ def _family_lines(job: DiscoveryJob, found: FoundFamily) -> list[str]:
     family = found.family
     data = {"families": [{}]}
     (entry,) = families_data(data, [found])["families"]
-    relations = "<br>".join(family.relations) or "none that is simple"
-    if not family.complete:
-        relations += f"<br>and {family.codimension - len(family.relations)} not explained"
+    good = found.verdicts.get("feasible", 0)
     rows = [
-        ("relations", relations),
+        ("relations", "<br>".join(family.relations)),
         ("nullity", f"{family.nullity}, {family.parallel} more than elsewhere"),
         ("codimension", str(family.codimension)),
         ("walks that ended in it", str(len(family.members))),
         ("random members that confirm it",
          f"{found.confirmation.agreed} of {found.confirmation.members}"),
-        ("masses", _masses(found)),
+        ("masses", f"can be built for {good} of {TRIED} random members"),
         ("least mass", least_mass(job, found)),
         ("motion of the member drawn", range_words(entry["motion"])),
         ("first described by", first_described(job.topology, family)),

@@ -172,7 +172,7 @@ def chapter(
     if others:
         ends = ", ".join(f"{count_noun(len(f.members), 'walk')} to {f.nullity}" for f in others)
         lines += [f"No simple relations describe the ends of others, by nullity: {ends}.", ""]
-    if not figures:
+    if not listed:
         lines += ["No family was found.", ""]
     print(f"{entry.title}: {count_noun(len(figures), 'family')}", flush=True)
     return "\n".join(lines), figures

@@ -123,7 +123,8 @@ def _assemble_at_pose(
     Returns:
         The linkage, whether its axes look rounded, and whether a singular pose is near.
     """
-    chain, parts = arrange_loops(draft), split_components(draft)
+    chain = arrange_loops(draft)
+    parts = split_components(draft, whole=chain)
     free, spectra = component_freedoms(parts, len(draft.joints))
     mobility = free.shape[1]
     if mobility == 0:
@@ -192,7 +193,7 @@ def moving_chain(
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     moved = move_chain(full, independent, scaled)
     if idle is None:
-        idle, _ = _find_idle_joints(linkage, moved, split_components(linkage))
+        idle, _ = _find_idle_joints(linkage, moved, split_components(linkage, whole=full))
     reduced, flat = reduce_to_plane(moved, idle)
     return reduced if spatial else flat
 

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import argparse
 import logging
-from collections.abc import Callable
 from time import monotonic
+from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, Verbs
+from balance.cli.arguments import Parser, Verbs, page_path
+from balance.cli.discover_walk import add_walk
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.number_arguments import positive_number, whole_number
 from balance.cli.outcome import Outcome
-from balance.cli.progress_bar import progress_bar
+from balance.cli.progress_bar import Advance, progress_bar
+from kinematics.wording import count_noun
+
+if TYPE_CHECKING:
+    from balance.discovery.job import DiscoveryJob
+    from balance.discovery.results import FamilyTally
+    from balance.result_files.results_file import ResultsFile
 
 __all__ = ["add_discover"]
 
@@ -36,6 +43,7 @@ def add_discover(verbs: Verbs) -> None:
     _add_run(kinds)
     _add_show(kinds)
     _add_export(kinds)
+    add_walk(kinds)
 
 
 def _run(arguments: argparse.Namespace) -> Outcome:
@@ -57,6 +65,10 @@ def _add_run(kinds: Verbs) -> None:
         help="four-bar, slider-crank, geared-five-bar, watt1, watt2, stephenson1, stephenson2, "
         "stephenson3, spherical-four-bar, r-u-s-r, 3-rsr, or the pairs of links that revolute "
         'joints in a plane connect, as "0-1 1-2 2-3 0-3", where 0 is the ground',
+    )  # fmt: skip
+    parser.add_argument(
+        "--buildable", action="store_true",
+        help="walk to geometries that balance with masses that can be built",
     )  # fmt: skip
     parser.add_argument(
         "--starts", type=whole_number(1, MAX_STARTS), default=STARTS, metavar="N",
@@ -96,25 +108,26 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
         LinkageError: there is no such topology, the file cannot be used, or workers fail.
     """
     from balance.discovery.job import DiscoveryJob
-    from balance.discovery.results import found_in
+    from balance.discovery.results import FamilyTally, found_in
     from balance.discovery.topologies import topology
     from balance.report.text.discovery import search_data, search_text
     from balance.result_files.results_file import ResultsFile
 
     graph = topology(arguments.topology)
-    job = DiscoveryJob(graph.name, arguments.starts, arguments.seed)
+    job = DiscoveryJob(graph.name, arguments.starts, arguments.seed, arguments.buildable)
     path = arguments.out or f"{graph.name.replace(' ', '_')}.db"
     open_file = ResultsFile.resume if arguments.resume else ResultsFile.create
     with open_file(path, job) as file:
-        begin = monotonic()
+        begin, tally = monotonic(), FamilyTally(file)
         try:
             with progress_bar("walks", True) as advance:
-                _walk_all(arguments, job, file, advance)
+                _walk_all(arguments, job, file, tally, advance)
         except _TimeIsUp:
-            rows = file.computed()[0]
+            rows, count = file.computed()[0], tally.count(at_once=True)
             logger.warning(
-                "time is up after %d of %d walks; --resume goes on from there", rows, file.rows
-            )
+                "time is up after %d of %d walks, with %s; --resume goes on from there",
+                rows, file.rows, count_noun(count, "family"),
+            )  # fmt: skip
         except KeyboardInterrupt:
             logger.warning("%s keeps the walks so far; --resume goes on from there", path)
             raise
@@ -125,11 +138,12 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
 
 def _walk_all(
     arguments: argparse.Namespace,
-    job: object,
-    file: object,
-    advance: Callable[[int, int], None],
+    job: DiscoveryJob,
+    file: ResultsFile,
+    tally: FamilyTally,
+    advance: Advance,
 ) -> None:
-    """Compute the chunks that the file lacks, as long as the time lasts.
+    """Compute the chunks that the file lacks, one at least, as long as the time lasts.
 
     Raises:
         _TimeIsUp: chunks are left.
@@ -137,13 +151,14 @@ def _walk_all(
     from balance.result_files.chunk_runs import run_chunks
 
     end = None if arguments.seconds is None else monotonic() + arguments.seconds
+    before = file.computed()[0]
 
     def progress(done: int, total: int) -> None:
-        advance(done, total)
-        if end is not None and done < total and monotonic() > end:
+        advance(done, total, f"{count_noun(tally.count(), 'family')} so far")
+        if end is not None and before < done < total and monotonic() > end:
             raise _TimeIsUp
 
-    run_chunks(job, file, workers=arguments.workers, progress=progress)  # type: ignore[arg-type]
+    run_chunks(job, file, workers=arguments.workers, progress=progress)
 
 
 def _add_show(kinds: Verbs) -> None:
@@ -163,6 +178,11 @@ def _add_show(kinds: Verbs) -> None:
         "--tried", type=whole_number(0, MAX_MEMBERS), default=TRIED, metavar="N",
         help=f"random members of each family to look for masses for (default {TRIED})",
     )  # fmt: skip
+    parser.add_argument(
+        "--html", type=page_path, metavar="FILE.html",
+        help="write a page with a table of the families and a moving member of each; it needs "
+        "no network",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(compute=_show, refuse=parser.error, force=False)
 
@@ -171,7 +191,8 @@ def _show(arguments: argparse.Namespace) -> Outcome:
     """Examine the families of a file.
 
     Raises:
-        LinkageError: the file cannot be read, or is not that of a search.
+        LinkageError: the file cannot be read, is not that of a search, or the page cannot be
+            written.
     """
     from balance.discovery.results import examine, found_in
     from balance.report.text.discovery import families_data, search_data, search_text
@@ -188,6 +209,12 @@ def _show(arguments: argparse.Namespace) -> Outcome:
             )
             advance(len(examined), len(found.families))
     families_data(data, examined)
+    if arguments.html is not None:
+        from balance.atomic_files import write_all_atomic
+        from balance.report.html.families import families_page
+
+        page = families_page(found.job, data, examined)
+        write_all_atomic([(arguments.html, page.encode())])
     code = DONE if found.families else NEGATIVE
     return Outcome(code, lambda: data, lambda: search_text(data, found.job.topology))
 

@@ -28,8 +28,9 @@ from kinematics.urdf_elements.element import Document
 
 __all__ = ["ExportedMember", "export_member"]
 
-# Random members that are tried for masses, and rational ones next to those that can be built.
-DRAWN, ROUNDED = 150, 40
+# Members found by walks and random ones that are tried for masses, and rational ones next to
+# those that can be built.
+OWN, DRAWN, ROUNDED = 10, 150, 40
 TRAJECTORIES = 5
 
 
@@ -63,7 +64,9 @@ def export_member(job: DiscoveryJob, family: Family, seed: int = 1) -> ExportedM
     Raises:
         LinkageError: no member can be read as a linkage.
     """
-    members = random_members(job.structure, family, DRAWN, np.random.default_rng([seed, 2]))
+    drawn = random_members(job.structure, family, DRAWN, np.random.default_rng([seed, 2]))
+    found = [m.geometry for m in sorted(family.members, key=lambda m: -m.margin)[:OWN]]
+    members = LaneGeometry(*(np.concatenate(a) for a in zip(*found, drawn, strict=True)))
     best = None
     for geometry, rational in _candidates(job, family, members):
         linkage, verdict = _judge(job, family, geometry)

@@ -54,6 +54,7 @@ class Member:
         geometry: the geometry, in one lane.
         nullity: dimension of its design space.
         codimension: number of equations that it fulfils.
+        margin: how well its masses can be built; 0 if none can.
         relations: independent relations that hold.
         held: all relations of simple forms that hold.
         key: what all members of its family have in common.
@@ -63,6 +64,7 @@ class Member:
     geometry: LaneGeometry
     nullity: int
     codimension: int
+    margin: float
     relations: tuple[GeometryRelation, ...]
     held: tuple[GeometryRelation, ...]
     key: Key
@@ -131,7 +133,7 @@ def group_members(
     topology: Topology,
     structure: TopologyArrays,
     generic: int,
-    found: Iterable[tuple[int, LaneGeometry, int, int]],
+    found: Iterable[tuple[int, LaneGeometry, int, int, float]],
 ) -> tuple[Family, ...]:
     """Group special geometries to families, the largest first.
 
@@ -139,15 +141,18 @@ def group_members(
         topology: the graph.
         structure: its arrays.
         generic: nullity of most geometries.
-        found: number of the start, geometry in one lane, nullity and codimension of each.
+        found: number of the start, geometry in one lane, nullity, codimension and margin of
+            each.
     """
     quantities, groups = quantities_of(topology), defaultdict(list)
     images = _images(topology, quantities)
-    for start, geometry, nullity, codimension in found:
+    for start, geometry, nullity, codimension, margin in found:
         held, chosen = relations_of(topology, structure, geometry)[0]
         key = (nullity, codimension, _canonical(held, chosen, images))
         groups[key].append(
-            Member(start, geometry, nullity, codimension, tuple(chosen), tuple(held), key)
+            Member(
+                start, geometry, nullity, codimension, margin, tuple(chosen), tuple(held), key
+            )
         )
     families = []
     for (nullity, codimension, _), members in groups.items():

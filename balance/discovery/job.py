@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.discovery.buildable_walk import margins, walk_to_buildable
 from balance.discovery.judge import judge_geometries
-from balance.discovery.polish import polish, walk_again
+from balance.discovery.polish import AGAIN, polish, walk_again
+from balance.discovery.splits import motion_splits
 from balance.discovery.starts import random_starts
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 from balance.discovery.topologies import Topology, topology
-from balance.discovery.walk import ARRIVED, generic_nullity, walk_to_special
+from balance.discovery.walk import REACH, Walks, Watcher, generic_nullity, walk_to_special
 from balance.result_files.chunk_job import Column, chunk_size
 from kinematics.errors import UsageError
 from kinematics.version import __version__
@@ -30,11 +32,12 @@ CHUNK_ROWS = 50
 # Random geometries by which the nullity of most geometries is found.
 SAMPLE = 16
 # Version of the method: results of another one are not mixed with these.
-METHOD = 1
+METHOD = 2
 
 COLUMNS = (
     Column("outcome", "text"), Column("nullity", "integer"), Column("codimension", "integer"),
-    Column("ratio", "real"), Column("steps", "integer"), Column("geometry", "text"),
+    Column("margin", "real"), Column("ratio", "real"), Column("steps", "integer"),
+    Column("geometry", "text"),
 )  # fmt: skip
 
 
@@ -46,11 +49,13 @@ class DiscoveryJob:
         name: the topology; see `balance.discovery.topologies.topology`.
         starts: number of walks.
         seed: seed of the starts.
+        buildable: whether to walk to geometries that masses balance which can be built.
     """
 
     name: str
     starts: int
     seed: int = 1
+    buildable: bool = False
 
     kind = "discovery"
     columns = COLUMNS
@@ -68,7 +73,9 @@ class DiscoveryJob:
         """
         try:
             data = json.loads(text)
-            return cls(data["topology"], int(data["starts"]), int(data["seed"]))
+            return cls(
+                data["topology"], int(data["starts"]), int(data["seed"]), data["buildable"]
+            )
         except (ValueError, KeyError, TypeError):
             raise UsageError("the file holds no search for special geometries") from None
 
@@ -81,7 +88,7 @@ class DiscoveryJob:
     def description(self) -> str:
         """JSON text from which the job can be built again."""
         data = {"topology": self.name, "starts": self.starts, "seed": self.seed}
-        return json.dumps({**data, "method": METHOD})
+        return json.dumps({**data, "buildable": self.buildable, "method": METHOD})
 
     @property
     def digest(self) -> str:
@@ -112,19 +119,43 @@ class DiscoveryJob:
         """
         count = chunk_size(chunk, self.rows, self.chunk_rows)
         first = chunk * self.chunk_rows
-        start = random_starts(self.structure, self.seed, range(first, first + count))
-        walks = walk_to_special(self.structure, start, self.generic)
-        rows = _Rows(count)
-        arrived = np.flatnonzero(walks.ratio <= ARRIVED)
+        return self.rows_of(range(first, first + count))
+
+    def rows_of(self, numbers: range, watch: Watcher | None = None) -> Mapping[str, Any]:
+        """Walk from some starts, and judge the ends: the columns of their rows.
+
+        Args:
+            numbers: numbers of the starts.
+            watch: told of the steps of the first walks; see `balance.discovery.walk.descend`.
+        """
+        walks = self.walk(random_starts(self.structure, self.seed, numbers), watch=watch)
+        rows = _Rows(len(numbers))
+        arrived = np.flatnonzero(walks.arrived)
         rows.outcome[arrived] = "lost at a node"
-        again, kept = walk_again(self.structure, walks.geometry.take(arrived), self.generic)
+        again, kept = walk_again(
+            self.structure, walks.geometry.take(arrived), lambda ends: self.walk(ends, AGAIN)
+        )
         rows.fill(self, arrived[kept], again)
         ratio = np.where(np.isfinite(walks.ratio), walks.ratio, np.nan)
         return {
             "outcome": rows.outcome.tolist(), "nullity": rows.nullity,
-            "codimension": rows.codimension, "ratio": ratio, "steps": walks.steps,
-            "geometry": rows.text,
+            "codimension": rows.codimension, "margin": rows.margin, "ratio": ratio,
+            "steps": walks.steps, "geometry": rows.text,
         }  # fmt: skip
+
+    def walk(
+        self, start: LaneGeometry, reach: float = REACH, watch: Watcher | None = None
+    ) -> Walks:
+        """Walk as the search does.
+
+        Args:
+            start: the starts.
+            reach: way of the fastest joint at the poses, radians.
+            watch: told of each step; see `balance.discovery.walk.descend`.
+        """
+        if self.buildable:
+            return walk_to_buildable(self.structure, start, reach=reach, watch=watch)
+        return walk_to_special(self.structure, start, self.generic, reach=reach, watch=watch)
 
 
 class _Rows:
@@ -134,6 +165,7 @@ class _Rows:
         """Start with walks that have not arrived."""
         self.outcome = np.full(count, "not arrived", dtype=object)
         self.nullity, self.codimension = np.full(count, -1), np.full(count, -1)
+        self.margin = np.full(count, np.nan)
         self.text = [""] * count
 
     def fill(self, job: DiscoveryJob, lanes: IntArray, geometry: LaneGeometry) -> None:
@@ -141,15 +173,20 @@ class _Rows:
         if not lanes.size:
             return
         ends = polish(job.structure, geometry, job.generic)
-        self.outcome[lanes] = "not exact"
+        split = motion_splits(job.structure, ends.geometry) & ~ends.special
+        self.outcome[lanes] = np.where(split, "motion splits", "not exact")
         own = np.flatnonzero(ends.special)
         if not own.size:
             return
-        special = ends.geometry.take(own)
-        self.outcome[lanes[own]] = judge_geometries(job.topology, job.structure, special)
-        self.nullity[lanes[own]] = ends.nullity[own]
-        self.codimension[lanes[own]] = ends.codimension[own]
-        for k, row in enumerate(lanes[own].tolist()):
+        ends = ends.take(own)
+        special, to = ends.geometry, lanes[own]
+        self.outcome[to] = judge_geometries(job.topology, job.structure, special)
+        self.margin[to] = margins(job.structure, ends)
+        if job.buildable:
+            fine = self.outcome[to] == "special"
+            self.outcome[to[fine & (self.margin[to] == 0.0)]] = "cannot be built"
+        self.nullity[to], self.codimension[to] = ends.nullity, ends.codimension
+        for k, row in enumerate(to.tolist()):
             points, axes = special.points[k].tolist(), special.axes[k].tolist()
             self.text[row] = json.dumps({"points": points, "axes": axes})
 

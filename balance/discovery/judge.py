@@ -27,8 +27,9 @@ EQUAL = 1e-8
 INDEPENDENT = 1e-8
 
 OUTCOMES = (
-    "special", "short link", "joints coincide", "idle joint", "explained by one loop",
-    "not exact", "lost at a node", "not arrived",
+    "special", "short link", "joints coincide", "idle joint", "idle link",
+    "link does not turn", "motion splits", "explained by one loop", "explained by a part",
+    "cannot be built", "not exact", "lost at a node", "not arrived",
 )  # fmt: skip
 """What becomes of a walk."""
 
@@ -58,10 +59,12 @@ def judge_geometries(
             out.append("joints coincide")
         elif _idle(found, lane):
             out.append("idle joint")
-        elif explained_by_loops(topology, structure, geometry, found, lane):
-            out.append("explained by one loop")
         else:
-            out.append("special")
+            out.append(
+                _still(topology, structure, found, lane)
+                or explained(topology, structure, geometry, found, lane)
+                or "special"
+            )
     return out
 
 
@@ -114,6 +117,28 @@ def _idle(found: LaneConditions, lane: int) -> bool:
     return bool(rates.min() <= IDLE * rates.max())
 
 
+def _still(
+    topology: Topology, structure: TopologyArrays, found: LaneConditions, lane: int
+) -> str:
+    """Tell whether a link is at rest, or does not turn and explains the drop by that alone.
+
+    The moment of inertia of a link that does not turn has no momentum: one dimension for each
+    such link, beyond those that slide on the ground in all geometries of the topology.
+    """
+    H = found.poses.H[lane][:, structure.bodies]
+    moved = np.abs(H - H[:1]).max(axis=0)
+    size = 1.0 if structure.spherical else np.abs(H[..., :-1, -1]).max()
+    if np.any(moved.max(axis=(1, 2)) <= IDLE * max(size, 1.0)):
+        return "idle link"
+    still = moved[:, :-1, :-1].max(axis=(1, 2)) <= IDLE
+    still[[link - 1 for link in topology.sliding_links]] = False
+    nullity = int(np.sum(found.values[lane] <= 1e-12 * found.values[lane, 0]))
+    serial = len(topology.edges) + len(topology.sliding_links)
+    if topology.space == "plane" and still.any() and nullity - serial <= still.sum():
+        return "link does not turn"
+    return ""
+
+
 def special_loop(lengths: Array) -> bool:
     """Whether a four-bar is a kite, parallelogram or antiparallelogram.
 
@@ -126,17 +151,17 @@ def special_loop(lengths: Array) -> bool:
     return any(max(abs(x), abs(y)) <= same for x, y in pairs)
 
 
-def explained_by_loops(
+def explained(
     topology: Topology,
     structure: TopologyArrays,
     geometry: LaneGeometry,
     found: LaneConditions,
     lane: int,
-) -> bool:
-    """Whether transfers at joints, and single loops, explain the whole design space.
+) -> str:
+    """Tell whether transfers at joints, and parts, explain the whole design space.
 
     The masses in question must be on the links of one loop of four links that would be special
-    by itself.
+    by itself, or on those of a part with the ground that moves by itself.
 
     Args:
         topology: the graph.
@@ -144,22 +169,37 @@ def explained_by_loops(
         geometry: the linkages.
         found: their conditions.
         lane: which of them.
+
+    Returns:
+        ``"explained by one loop"``, ``"explained by a part"`` or nothing.
     """
     if topology.space != "plane" or len(structure.ends) < 2:
-        return False
+        return ""
     points = site_geometry(structure, geometry).points[lane]
     rank = int(np.sum(found.values[lane] > 1e-12 * found.values[lane, 0]))
     N = found.Vt[lane, rank:].T
     spaces = [_serial(topology, points)]
+
+    def on_links(links: tuple[int, ...]) -> Array:
+        outside = [link - 1 for link in range(1, topology.links) if link not in links]
+        rows = N.reshape(-1, 4, N.shape[1])[outside].reshape(-1, N.shape[1])
+        return np.asarray(N @ _null(rows))
+
     for links, joints in topology.four_link_loops():
         corners = points[list(joints)]
         lengths = np.sqrt(np.sum((corners - np.roll(corners, 1, axis=0)) ** 2, axis=1))
         if all(topology.edges[j][0] == "R" for j in joints) and special_loop(lengths):
-            outside = [link - 1 for link in range(1, topology.links) if link not in links]
-            rows = N.reshape(-1, 4, N.shape[1])[outside].reshape(-1, N.shape[1])
-            spaces.append(N @ _null(rows))
+            spaces.append(on_links(links))
+    if _span(spaces) >= N.shape[1]:
+        return "explained by one loop"
+    spaces += [on_links(links) for links in topology.moving_parts()]
+    return "explained by a part" if _span(spaces) >= N.shape[1] else ""
+
+
+def _span(spaces: list[Array]) -> int:
+    """Compute the dimension that columns span together."""
     values = np.linalg.svd(np.concatenate(spaces, axis=1), compute_uv=False)
-    return int(np.sum(values > INDEPENDENT * values[0])) >= N.shape[1]
+    return int(np.sum(values > INDEPENDENT * values[0]))
 
 
 def _serial(topology: Topology, points: Array) -> Array:

@@ -22,7 +22,9 @@ from numpy.typing import NDArray
 
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 
-__all__ = ["Poses", "follow_curves", "momentum_rates", "lane_momentum_rows"]
+__all__ = [
+    "Poses", "follow_curves", "freedoms", "lane_momentum_rows", "momentum_rates",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -30,6 +32,8 @@ Array = NDArray[np.float64]
 NEWTON_STEPS = 3
 # The determinant of S over its largest one, below which a pose is near a meeting of motions.
 NEAR_NODE = 0.03
+# Newton steps of least norm, and singular values of the loops that count as zero.
+CLOSING_STEPS, SMALL = 12, 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -305,3 +309,41 @@ def _twist_rates(structure: TopologyArrays, poses: Poses, eta: Array, twists: Ar
     return np.einsum("bj,lpjdc,lpjw->lpbwdc", paths, ds, poses.C) + np.einsum(
         "bj,lpjd,lpjwc->lpbwdc", paths, poses.carried, dC
     )
+
+
+def freedoms(
+    structure: TopologyArrays, screws: Array, q: Array, step: Array
+) -> tuple[Array, NDArray[np.int64]]:
+    """Step along the part of a direction in which the loops can move, and count freedoms there.
+
+    Args:
+        structure: the topology.
+        screws: joint screws at the reference pose (lanes, joints, dim).
+        q: joint positions of closed loops (lanes, joints).
+        step: change of the joint positions (joints,).
+
+    Returns:
+        Positions with loops closed again by steps of least norm, and the number of freedoms;
+        0 where the loops cannot be closed.
+    """
+    lanes, n = q.shape
+    none = np.zeros((lanes, 1, 0, n))
+
+    def loops(q: Array) -> tuple[Array, Array]:
+        _, H, carried = _displace(structure, screws, q[:, None])
+        S = _constraints(structure, carried, none)[:, 0]
+        wrong = np.zeros((lanes, S.shape[1]))
+        gaps = _openings(structure, H)[:, 0]
+        wrong[:, : gaps.shape[1]] = gaps
+        return S, wrong
+
+    S, wrong = loops(q)
+    inverse = np.linalg.pinv(S, rcond=SMALL)
+    q = q + step - (inverse @ (S @ step)[..., None])[..., 0]
+    for _ in range(CLOSING_STEPS):
+        S, wrong = loops(q)
+        q = q - (np.linalg.pinv(S, rcond=SMALL) @ wrong[..., None])[..., 0]
+    S, wrong = loops(q)
+    values = np.linalg.svd(S, compute_uv=False)
+    rank = np.sum(values > SMALL * values[:, :1], axis=1)
+    return q, np.where(np.abs(wrong).max(axis=1) < 1e-10, n - rank, 0)

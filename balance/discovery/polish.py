@@ -8,6 +8,7 @@ the family: the number of equations that the geometry fulfils.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,15 +17,16 @@ from numpy.typing import NDArray
 from balance.discovery.lane_motion import momentum_rates
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 from balance.discovery.walk import (
-    ARRIVED,
     LaneConditions,
+    Walks,
     conditions_at,
     put_conditions,
     take_conditions,
-    walk_to_special,
 )
 
-__all__ = ["Ends", "decide_special", "far_conditions", "geometry_at", "polish", "walk_again"]
+__all__ = [
+    "AGAIN", "Ends", "decide_special", "far_conditions", "geometry_at", "polish", "walk_again",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -37,14 +39,19 @@ AGAIN = 1.0
 # How often the way is halved if it crosses a meeting of motions.
 HALVINGS = 3
 STEPS = 10
+# How often a decision moves on to a pose that is farther from a node.
+AWAY = 2
 # Singular values up to this part of the largest are taken for the drop, at first.
 DROP = 1e-5
 # Singular values of an exact drop over the largest, and those above the gap.
 EXACT, KEPT = 1e-14, 1e-7
+# Those of an exact drop over the whole way, which round-off spoils more. Near a special
+# geometry they are small on a short way: 1e-14 with lengths off by 7e-4, 3e-11 on the whole.
+WIDE = 3e-13
 # Singular values of J that count, relative to the largest.
 CHANGES = 1e-7
 # Those that count for the codimension, and those that clearly do not.
-COUNTED, NOT_COUNTED = 1e-6, 1e-10
+COUNTED, NOT_COUNTED = 1e-8, 3e-11
 STILL = 1e-11
 
 
@@ -70,6 +77,13 @@ class Ends:
     gap: Array
     clear: Flags
     special: Flags
+
+    def take(self, lanes: IntArray) -> Ends:
+        """Select lanes by indices."""
+        return Ends(
+            self.geometry.take(lanes), self.nullity[lanes], self.codimension[lanes],
+            self.dropped[lanes], self.gap[lanes], self.clear[lanes], self.special[lanes],
+        )  # fmt: skip
 
 
 def geometry_at(
@@ -100,7 +114,7 @@ def _far_poses(structure: TopologyArrays) -> int:
 
 
 def walk_again(
-    structure: TopologyArrays, geometry: LaneGeometry, generic: int
+    structure: TopologyArrays, geometry: LaneGeometry, walk: Callable[[LaneGeometry], Walks]
 ) -> tuple[LaneGeometry, IntArray]:
     """Walk on from a pose away from the first one; the lanes that arrive there too.
 
@@ -109,7 +123,7 @@ def walk_again(
     Args:
         structure: the topology.
         geometry: ends of walks that have arrived.
-        generic: nullity of most geometries.
+        walk: walks on, with poses up to `AGAIN` away.
 
     Returns:
         The geometries, and the numbers of their lanes.
@@ -123,9 +137,8 @@ def walk_again(
     moved = geometry_at(structure, geometry, found, pose).take(found.usable)
     if not found.usable.any():
         return moved, lanes[:0]
-    again = walk_to_special(structure, moved, generic, reach=AGAIN)
-    arrived = again.ratio <= ARRIVED
-    return again.geometry.take(arrived), lanes[found.usable][arrived]
+    again = walk(moved)
+    return again.geometry.take(again.arrived), lanes[found.usable][again.arrived]
 
 
 def far_conditions(
@@ -227,12 +240,14 @@ def _gauss_newton(
     geometry = LaneGeometry(*(array.copy() for array in geometry))
     alive = np.arange(len(geometry.points))
     for _ in range(STEPS):
-        if not alive.size:
-            break
         here = geometry.take(alive)
         found = far_conditions(structure, here)
         alive, here = alive[found.usable], here.take(found.usable)
+        if not alive.size:
+            break
         found = take_conditions(found, found.usable)
+        if not alive.size:
+            break
         step = _pseudo_step(*_stacked(structure, here, found, nullity))
         largest = np.abs(step).max(axis=1)
         geometry.put(
@@ -242,29 +257,65 @@ def _gauss_newton(
             ),
         )
         alive = alive[largest > STILL]
+        if not alive.size:
+            break
     return geometry
 
 
 def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: int) -> Ends:
-    """Decide nullity and codimension of geometries, here and from another pose.
+    """Decide nullity and codimension of geometries, away from nodes and from another pose.
 
     Args:
         structure: the topology.
         geometry: the linkages.
         generic: nullity of most geometries.
     """
+    poses = [geometry]
+    for _ in range(AWAY):
+        poses.append(_away(structure, poses[-1]))
+    geometry = poses[-1]
     found = far_conditions(structure, geometry, clearly=True)
     nullity = np.where(found.usable, count_dropped(found.values, EXACT), -1)
     dropped, gap = _around(found.values, nullity)
     clear = found.usable & (gap >= KEPT)
     special = clear & (nullity > generic)
+    wide = far_conditions(structure, geometry)
+    special &= wide.usable & (_around(wide.values, nullity)[0] <= WIDE)
     special &= _agrees(structure, geometry, found, nullity)
     codimension = np.full(len(nullity), -1)
-    for number in np.unique(nullity[special]).tolist():
-        own = np.flatnonzero(special & (nullity == number))
-        J, _ = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
-        codimension[own], special[own] = _codimension(J)
-    return Ends(geometry, nullity, codimension, dropped, gap, clear, special)
+    for here in poses:
+        own = np.flatnonzero(special)
+        counts, sure = _codimensions(structure, here.take(own), nullity[own])
+        codimension[own] = np.maximum(codimension[own], np.where(sure, counts, -1))
+    special &= codimension >= 0
+    return Ends(poses[0], nullity, codimension, dropped, gap, clear, special)
+
+
+def _codimensions(
+    structure: TopologyArrays, geometry: LaneGeometry, nullity: IntArray
+) -> tuple[IntArray, Flags]:
+    """Compute the rank of J at one pose of each linkage, and whether it is clear there."""
+    counts, sure = np.zeros(len(nullity), int), np.zeros(len(nullity), bool)
+    if not len(nullity):
+        return counts, sure
+    found = far_conditions(structure, geometry, clearly=True)
+    for number in np.unique(nullity).tolist():
+        own = np.flatnonzero(found.usable & (nullity == number))
+        if own.size:
+            J, _ = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
+            counts[own], sure[own] = _codimension(J)
+    return counts, sure
+
+
+def _away(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:
+    """Take the pose with the largest determinant of S as the reference pose."""
+    found = far_conditions(structure, geometry)
+    regular = np.abs(np.linalg.det(np.nan_to_num(found.poses.S)))
+    moved = geometry_at(structure, geometry, found, np.argmax(regular, axis=1))
+    own = np.flatnonzero(found.usable)
+    geometry = LaneGeometry(*(array.copy() for array in geometry))
+    geometry.put(own, moved.take(own))
+    return geometry
 
 
 def _agrees(

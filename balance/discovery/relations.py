@@ -80,6 +80,62 @@ class GeometryRelation(NamedTuple):
                 return " = ".join(" + ".join(f"{x}²" for x in side) for side in (left, right))
         return f"{' + '.join(left)} = {' + '.join(right)}"
 
+    def words(self, quantities: tuple[InvariantQuantity, ...]) -> str:
+        """Say the relation in words, with the names of the quantities."""
+        left = [quantities[k].text for k in self.left]
+        right = [quantities[k].text for k in self.right]
+        own = quantities[self.left[0]]
+        a, b, c = (*(chr(65 + j) for j in own.joints), "")[:3]
+        match self.kind:
+            case "zero":
+                return f"{b} slides in line with {a}"
+            case "straight":
+                return f"{b}, {a} and {c} are in line"
+            case "right":
+                return f"{'the arc ' * (own.kind == 'arc')}{left[0]} is a right angle"
+            case "supplement":
+                return f"the arcs {left[0]} and {right[0]} add up to a straight angle"
+            case "same angle":
+                return f"{left[0]} and {right[0]} are equal"
+            case "opposite angle":
+                return f"{left[0]} and {right[0]} are equal, one mirrored"
+            case "same function" | "opposite function":
+                opposite = "opposite of the " * (self.kind == "opposite function")
+                one, other = (
+                    f"corner {letters[2]} over corner {letters[0]} in the loop {letters}"
+                    for letters in _loops(quantities, (*self.left, *self.right))
+                )
+                return f"{one} has the {opposite}{own.kind} of {other}"
+            case "product":
+                return _ratio_words(left, right)
+            case "squares":
+                return (
+                    f"the squares over {_and(left)} and those over {_and(right)} add up alike"
+                )
+            case "sum":
+                return f"{_and(left)} together are as long as {_and(right)} together"
+        return f"{_and([*left, *right])} are equally long"
+
+
+def _loops(quantities: tuple[InvariantQuantity, ...], chosen: tuple[int, ...]) -> Iterator[str]:
+    """Yield the letters of the joints around loops."""
+    for k in chosen:
+        yield "".join(chr(65 + j) for j in quantities[k].joints)
+
+
+def _and(names: list[str]) -> str:
+    """Join names."""
+    return f"twice {names[0]}" if len(set(names)) < len(names) else " and ".join(names)
+
+
+def _ratio_words(left: list[str], right: list[str]) -> str:
+    """Say that two products are equal."""
+    if left[0] == left[1]:
+        return f"{left[0]} is the geometric mean of {right[0]} and {right[1]}"
+    if right[0] == right[1]:
+        return f"{right[0]} is the geometric mean of {left[0]} and {left[1]}"
+    return f"{left[0]} is to {right[0]} as {right[1]} is to {left[1]}"
+
 
 def _product(names: list[str]) -> str:
     """Write a product of names; a square if they are the same."""

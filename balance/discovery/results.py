@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
@@ -13,15 +14,19 @@ from balance.designs.feasibility import feasible
 from balance.discovery.confirm import FamilyConfirmation, confirm
 from balance.discovery.families import Family, group_members
 from balance.discovery.job import DiscoveryJob, geometry_of_text
+from balance.discovery.motion_range import MotionRange, motion_range
+from balance.discovery.structure import LaneGeometry
 from balance.discovery.to_linkage import to_linkage
 from balance.result_files.results_file import ResultsFile
 from balance.spaces.compute_space import design_space
 from kinematics.errors import LinkageError, UsageError
 
-__all__ = ["Found", "FoundFamily", "examine", "found_in"]
+__all__ = ["FamilyTally", "Found", "FoundFamily", "examine", "found_in"]
 
 # Random members of a family that confirm its relations, and those that are tried for masses.
 MEMBERS, TRIED = 100, 20
+# Pause between two counts of families, over the duration of a count.
+TALLY_PAUSE = 20.0
 
 
 class Found(NamedTuple):
@@ -48,6 +53,8 @@ class FoundFamily:
         serial: dimension of the serial part in the members that were tried.
         verdicts: number of members tried for masses, by verdict.
         buildable: number of the first random member that can be built; -1 if none was found.
+        motion: range of motion of the member that is shown; None if it has several degrees of
+            freedom.
     """
 
     family: Family
@@ -55,6 +62,19 @@ class FoundFamily:
     serial: int
     verdicts: dict[str, int]
     buildable: int
+    motion: MotionRange | None
+
+    @property
+    def shown(self) -> LaneGeometry:
+        """A member that can be built, if one was found: random, or else that of a walk."""
+        return _shown(self.family, self.confirmation, self.buildable)
+
+
+def _shown(family: Family, confirmation: FamilyConfirmation, buildable: int) -> LaneGeometry:
+    """Choose the member to show, in one lane."""
+    if buildable < 0:
+        return max(family.members, key=lambda member: member.margin > 0.0).geometry
+    return confirmation.geometry.take(slice(buildable, buildable + 1))
 
 
 def found_in(file: ResultsFile) -> Found:
@@ -74,12 +94,37 @@ def found_in(file: ResultsFile) -> Found:
     found = (
         (
             int(table["row"][k]), geometry_of_text(table["geometry"][k]),
-            int(table["nullity"][k]), int(table["codimension"][k]),
+            int(table["nullity"][k]), int(table["codimension"][k]), float(table["margin"][k]),
         )
         for k in special
     )  # fmt: skip
     families = group_members(job.topology, job.structure, job.generic, found)
     return Found(job, dict(Counter(table["outcome"].tolist()).most_common()), families)
+
+
+class FamilyTally:
+    """Counts the families in a file while walks are added to it.
+
+    Counting groups all that was found, so it is repeated only after 20 times its own duration.
+    """
+
+    def __init__(self, file: ResultsFile) -> None:
+        """Start with the walks that the file has."""
+        self._file = file
+        self._known, self._next = 0, 0.0
+
+    def count(self, *, at_once: bool = False) -> int:
+        """Return the number of families.
+
+        Args:
+            at_once: whether to count now in any case.
+        """
+        begin = monotonic()
+        if at_once or begin >= self._next:
+            self._known = len(found_in(self._file).families)
+            end = monotonic()
+            self._next = end + TALLY_PAUSE * (end - begin)
+        return self._known
 
 
 def examine(
@@ -116,4 +161,6 @@ def examine(
             buildable = number
         if progress is not None:
             progress(number + 1, count)
-    return FoundFamily(family, confirmation, serial, dict(verdicts), buildable)
+    shown = _shown(family, confirmation, buildable)
+    motion = motion_range(job.topology, job.structure, shown)
+    return FoundFamily(family, confirmation, serial, dict(verdicts), buildable, motion)

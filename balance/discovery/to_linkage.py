@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,15 +12,43 @@ from balance.discovery.topologies import Topology
 from kinematics.building.screw_joints import ScrewJoint, from_screws
 from kinematics.model.linkage import Linkage
 
-__all__ = ["to_linkage"]
+__all__ = ["joint_places", "to_linkage"]
 
 Array = NDArray[np.float64]
 
 KINDS = {"R": "revolute", "P": "prismatic", "U": "universal", "S": "spherical"}
 
 
+def joint_places(
+    topology: Topology, structure: TopologyArrays, geometry: LaneGeometry
+) -> Array:
+    """Choose a point on the axis of each joint (lanes, joints, 3), apart from each other.
+
+    On a sphere, where all axes meet, the points are at distance 1; a slider is at the next
+    joint.
+
+    Args:
+        topology: the graph.
+        structure: its arrays.
+        geometry: the linkages.
+    """
+    if structure.spherical:
+        return geometry.axes.copy()
+    points, first = geometry.points.copy(), structure.origin.tolist()
+    for j in np.flatnonzero(structure.sliding).tolist():
+        slide = topology.edges[first[j]]
+        beside = [k for k in topology.joints_of(slide[2]) if topology.edges[k][0] != "P"]
+        if beside:
+            points[:, j] = geometry.points[:, first.index(beside[0])]
+    return points
+
+
 def to_linkage(
-    topology: Topology, structure: TopologyArrays, geometry: LaneGeometry, lane: int = 0
+    topology: Topology,
+    structure: TopologyArrays,
+    geometry: LaneGeometry,
+    lane: int = 0,
+    inputs: Sequence[str] | None = None,
 ) -> Linkage:
     """Build the linkage of one geometry; its joints are named A, B, C … as the relations are.
 
@@ -27,6 +57,7 @@ def to_linkage(
         structure: its arrays.
         geometry: the linkages.
         lane: which of them.
+        inputs: names of the joints that drive it; by default a well-conditioned set.
 
     Raises:
         LinkageError: the linkage does not move, or its coordinates cannot be chosen.
@@ -36,6 +67,7 @@ def to_linkage(
     named: dict[int, str] = {}
     ends = set(structure.ends[:, 0].tolist())
     reached = {0}
+    places = joint_places(topology, structure, geometry.take(slice(lane, lane + 1)))[0]
     for k in dict.fromkeys(structure.origin.tolist()):
         kind, a, b = topology.edges[k]
         own = np.flatnonzero(structure.origin == k)
@@ -50,7 +82,7 @@ def to_linkage(
         named[k] = chr(ord("A") + k)
         joint = ScrewJoint(
             named[k], f"link{known}" if known else "ground", f"link{new}" if new else "ground",
-            axes[0] if kind != "S" else (1.0, 0.0, 0.0), geometry.points[lane, own[0]],
+            axes[0] if kind != "S" else (1.0, 0.0, 0.0), places[own[0]],
             KINDS[kind], axis2=second,
         )  # fmt: skip
         (loops if closes else tree).append(joint)
@@ -58,4 +90,4 @@ def to_linkage(
         side = loops if chr(ord("A") + a) in {joint.name for joint in loops} else tree
         place = [joint.name for joint in side].index(named[a])
         side[place] = side[place]._replace(mimic=(named[b], ratio))
-    return from_screws(tree, loops, name=topology.name.replace(" ", "_"))
+    return from_screws(tree, loops, inputs=inputs, name=topology.name.replace(" ", "_"))

@@ -80,6 +80,38 @@ class Topology:
                     found.append((links, tuple(joint[pair] for pair in pairs)))
         return found
 
+    def moving_parts(self) -> list[tuple[int, ...]]:
+        """List sets of five or more links with the ground whose joints leave one freedom.
+
+        Each is a part of a planar linkage with revolute joints that moves by itself.
+        """
+        found = []
+        for count in range(5, self.links):
+            for others in combinations(range(1, self.links), count - 1):
+                links = {0, *others}
+                inner = [{a, b} for _, a, b in self.edges if {a, b} <= links]
+                if 3 * (count - 1) - 2 * len(inner) == 1 and _connected(links, inner):
+                    found.append((0, *others))
+        return found
+
+    @property
+    def sliding_links(self) -> set[int]:
+        """Links that slide on the ground, or on one another from there: they never turn."""
+        reached = {0}
+        for _ in self.edges:
+            pairs = [{a, b} for kind, a, b in self.edges if kind == "P"]
+            reached |= {x for pair in pairs for x in pair if pair & reached}
+        return reached - {0}
+
+
+def _connected(links: set[int], pairs: list[set[int]]) -> bool:
+    """Tell whether pairs connect all links with the ground, each by two joints at least."""
+    reached = {0}
+    for _ in links:
+        reached |= {x for pair in pairs for x in pair if pair & reached}
+    ends = [x for pair in pairs for x in pair]
+    return reached == links and all(ends.count(x) > 1 for x in links)
+
 
 def _revolute(*links: tuple[int, int]) -> tuple[Edge, ...]:
     return tuple(("R", a, b) for a, b in links)

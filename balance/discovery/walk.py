@@ -8,13 +8,15 @@ V. Pereyra, 1973):
 
     J = (1 - U' U'ᵀ) D,     (Jᵀ J + λ) δ = -Jᵀ s u       (Levenberg-Marquardt)
 
-A step is kept if ``s / s_max`` falls. Directions that only move, turn or scale the linkage,
-or change its pose, do not change s; λ keeps them small.
+A step is kept if ``s / s_max`` falls. Directions that only move, turn or scale the linkage, or
+change its pose, do not change s; λ keeps them small. `descend` does this for any such number.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +30,14 @@ from balance.discovery.lane_motion import (
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 
 __all__ = [
-    "ARRIVED", "LaneConditions", "Walks", "conditions_at", "generic_nullity", "put_conditions",
+    "REACH", "LaneConditions", "Measured", "SmallestValue", "Walks", "Watcher",
+    "conditions_at", "descend", "generic_nullity", "put_conditions", "step_terms",
     "take_conditions", "walk_to_special",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Watcher = Callable[[IntArray, LaneGeometry, Array], None]
 
 # Way of the fastest joint and number of poses on each curve.
 REACH, POSES = 0.6, 9
@@ -71,13 +75,15 @@ class Walks:
 
     Attributes:
         geometry: where they ended.
-        ratio: smallest kept singular value over the largest (lanes,).
+        ratio: smallest kept singular value over the largest, or what else was to fall (lanes,).
         steps: number of steps tried (lanes,).
+        arrived: whether the ratio fell far enough (lanes,).
     """
 
     geometry: LaneGeometry
     ratio: Array
     steps: IntArray
+    arrived: NDArray[np.bool_]
 
 
 def conditions_at(
@@ -96,8 +102,21 @@ def conditions_at(
     usable = found.gaps <= CLOSED
     M = lane_momentum_rows(structure, found)
     M[~usable] = 0.0
-    U, values, Vt = np.linalg.svd(M, full_matrices=False)
+    U, values, Vt = _decompose(M, usable)
     return LaneConditions(found, U, values, Vt, usable)
+
+
+def _decompose(M: Array, usable: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Compute singular values; a lane whose iteration does not converge becomes unusable."""
+    try:
+        return np.linalg.svd(M, full_matrices=False)
+    except np.linalg.LinAlgError:
+        for lane in range(len(M)):
+            try:
+                np.linalg.svd(M[lane], full_matrices=False)
+            except np.linalg.LinAlgError:
+                M[lane], usable[lane] = 0.0, False
+        return np.linalg.svd(M, full_matrices=False)
 
 
 def generic_nullity(structure: TopologyArrays, geometry: LaneGeometry) -> int:
@@ -113,22 +132,74 @@ def generic_nullity(structure: TopologyArrays, geometry: LaneGeometry) -> int:
     return int(np.median(counts))
 
 
-def _step_terms(
-    structure: TopologyArrays, geometry: LaneGeometry, found: LaneConditions, kept: int
-) -> tuple[Array, Array]:
-    """Compute ``Jᵀ J`` and ``Jᵀ s u`` of the singular value with index ``kept``."""
-    D = momentum_rates(structure, geometry, found.poses, found.Vt[:, kept : kept + 1])[:, 0]
-    others = found.U[:, :, :kept]
-    J = D - others @ (np.swapaxes(others, 1, 2) @ D)
-    transposed = np.swapaxes(J, 1, 2)
-    right = transposed @ (found.values[:, kept, None] * found.U[:, :, kept])[..., None]
-    return transposed @ J, right[..., 0]
-
-
 def _limit(steps: Array) -> Array:
     """Shorten steps so that no component exceeds the largest step."""
     largest = np.max(np.abs(steps), axis=1, keepdims=True)
     return np.asarray(steps * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300)))
+
+
+class Measured(Protocol):
+    """What a walk lets fall, at some geometries.
+
+    Attributes:
+        ratio: a number that vanishes where a walk is to end (lanes,); infinite where loops do
+            not stay closed.
+    """
+
+    @property
+    def ratio(self) -> Array:
+        """See above."""
+
+    def terms(self, lanes: IntArray) -> tuple[Array, Array]:
+        """Compute ``Jᵀ J`` and ``Jᵀ r`` of some lanes, where r is a vector of that length."""
+
+
+@dataclass(frozen=True, eq=False)
+class SmallestValue:
+    """The smallest singular value that most geometries keep, over the largest.
+
+    Attributes:
+        structure: the topology.
+        geometry: the linkages.
+        found: their conditions.
+        kept: index of the singular value.
+    """
+
+    structure: TopologyArrays
+    geometry: LaneGeometry
+    found: LaneConditions
+    kept: int
+
+    @property
+    def ratio(self) -> Array:
+        """The value over the largest (lanes,)."""
+        values = self.found.values
+        with np.errstate(all="ignore"):
+            return np.where(self.found.usable, values[:, self.kept] / values[:, 0], np.inf)
+
+    def terms(self, lanes: IntArray) -> tuple[Array, Array]:
+        """Compute ``Jᵀ J`` and ``Jᵀ s u``; see `Measured`."""
+        found, kept = take_conditions(self.found, lanes), self.kept
+        here = self.geometry.take(lanes)
+        D = momentum_rates(self.structure, here, found.poses, found.Vt[:, kept : kept + 1])[
+            :, 0
+        ]
+        return step_terms(
+            D, found.U[:, :, :kept], found.values[:, kept, None] * found.U[:, :, kept]
+        )
+
+
+def step_terms(D: Array, others: Array, r: Array) -> tuple[Array, Array]:
+    """Compute ``Jᵀ J`` and ``Jᵀ r`` with ``J = (1 - Q Qᵀ) D``.
+
+    Args:
+        D: derivatives of the momentum of fixed masses (lanes, rows, changes).
+        others: orthonormal columns Q that a change of the masses spans (lanes, rows, n).
+        r: the momentum (lanes, rows).
+    """
+    J = D - others @ (np.swapaxes(others, 1, 2) @ D)
+    transposed = np.swapaxes(J, 1, 2)
+    return transposed @ J, (transposed @ r[..., None])[..., 0]
 
 
 def walk_to_special(
@@ -137,6 +208,7 @@ def walk_to_special(
     nullity: int,
     *,
     reach: float = REACH,
+    watch: Watcher | None = None,
 ) -> Walks:
     """Walk from each start to a geometry of larger nullity, as far as that goes.
 
@@ -145,50 +217,73 @@ def walk_to_special(
         start: the starts.
         nullity: that of most geometries.
         reach: way of the fastest joint at the poses, radians.
+        watch: told of each step; see `descend`.
 
     Returns:
-        The ends; a walk has arrived if its ratio is at most `ARRIVED`.
+        The ends; a walk has arrived if its ratio is at most 1e-9.
     """
     kept = structure.unknowns - nullity - 1
+
+    def measure(geometry: LaneGeometry) -> Measured:
+        found = conditions_at(structure, geometry, reach)
+        return SmallestValue(structure, geometry, found, kept)
+
+    return descend(structure, start, measure, ARRIVED, watch)
+
+
+def descend(
+    structure: TopologyArrays,
+    start: LaneGeometry,
+    measure: Callable[[LaneGeometry], Measured],
+    arrived: float,
+    watch: Watcher | None = None,
+) -> Walks:
+    """Let a number fall by steps of Levenberg and Marquardt.
+
+    Args:
+        structure: the topology.
+        start: the starts.
+        measure: computes the number at geometries.
+        arrived: where a walk ends.
+        watch: called at the start, and after each step, with the lanes that kept it, their
+            geometries, and the number there.
+    """
     geometry = LaneGeometry(*(array.copy() for array in structure.normalise(start)))
     lanes = len(geometry.points)
-    damping, ratio = np.full(lanes, 1e-2), np.full(lanes, np.inf)
+    damping = np.full(lanes, 1e-2)
     best, since, steps = np.full(lanes, np.inf), np.zeros(lanes, int), np.zeros(lanes, int)
-    found = conditions_at(structure, geometry, reach)
-    alive = np.flatnonzero(found.usable)
-    ratio[alive] = _ratio(found, kept)[alive]
-    found = take_conditions(found, alive)
-    terms = _step_terms(structure, geometry.take(alive), found, kept)
+    found = measure(geometry)
+    ratio = found.ratio
+    alive = np.flatnonzero(np.isfinite(ratio))
+    terms = found.terms(alive) if alive.size else (np.zeros((0, 1, 1)), np.zeros((0, 1)))
+    if watch is not None and alive.size:
+        watch(alive, geometry.take(alive), ratio[alive])
     for _ in range(STEPS):
+        if not alive.size:
+            break
         A, b = terms
         scale = np.einsum("lcc->l", A) / A.shape[1]
         eye = np.eye(A.shape[1]) * (damping[alive] * scale + 1e-300)[:, None, None]
         step = _limit(-np.linalg.solve(A + eye, b[..., None])[..., 0])
         tried = structure.change(geometry.take(alive), step)
-        new = conditions_at(structure, tried, reach)
-        fell = new.usable & (_ratio(new, kept) < ratio[alive])
+        new = measure(tried)
+        there = new.ratio
+        fell = there < ratio[alive]
         steps[alive] += 1
         less, more = np.maximum(damping[alive] / 5.0, 1e-12), 4.0 * damping[alive]
         damping[alive] = np.where(fell, less, more)
         moved = alive[fell]
         geometry.put(moved, tried.take(fell))
-        ratio[moved] = _ratio(new, kept)[fell]
+        ratio[moved] = there[fell]
+        if watch is not None and moved.size:
+            watch(moved, tried.take(fell), there[fell])
         if fell.any():
-            fresh = _step_terms(structure, tried.take(fell), take_conditions(new, fell), kept)
-            terms[0][fell], terms[1][fell] = fresh
+            terms[0][fell], terms[1][fell] = new.terms(np.flatnonzero(fell))
         better = ratio < SLOW * best
         best, since = np.where(better, ratio, best), np.where(better, 0, since + 1)
-        on = (ratio[alive] > ARRIVED) & (since[alive] < PATIENCE) & (damping[alive] < 1e6)
+        on = (ratio[alive] > arrived) & (since[alive] < PATIENCE) & (damping[alive] < 1e6)
         alive, terms = alive[on], (terms[0][on], terms[1][on])
-        if not alive.size:
-            break
-    return Walks(geometry, ratio, steps)
-
-
-def _ratio(found: LaneConditions, kept: int) -> Array:
-    """Compute the smallest kept singular value over the largest (lanes,)."""
-    with np.errstate(all="ignore"):
-        return np.asarray(found.values[:, kept] / found.values[:, 0])
+    return Walks(geometry, ratio, steps, ratio <= arrived)
 
 
 def take_conditions(

@@ -26,6 +26,7 @@ BASE = ("--base", "free", "--base-mass", "3", "--base-inertia", "1", "--duration
 WITHOUT_MODEL = (
     "models", "synthesize", "flex modes", "flex supports", "flex similar", "sweep run",
     "sweep show", "sweep export", "discover run", "discover show", "discover export",
+    "discover walk",
 )  # fmt: skip
 # What commands below ``flex`` and ``sweep`` need beside an option, unless that is it.
 NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
@@ -44,6 +45,7 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "discover show": (("{search}",), ("--members", "5"), ("--tried", "1")),
     "discover export": (("{search}",), ("--family", "1"), ("--out", "{folder}/a.urdf")),
+    "discover walk": (("--topology", "slider-crank"), ("--start", "2")),
 }  # fmt: skip
 
 
@@ -89,6 +91,8 @@ GOOD: dict[str, list[str]] = {
     "discover run --seed": ["2"], "discover run --seconds": ["60"],
     "discover run --out": ["{folder}/b.db"], "discover run --workers": ["0"],
     "discover show --members": ["3"], "discover show --tried": ["2"],
+    "discover walk --topology": ["four-bar"], "discover walk --start": ["1"],
+    "discover walk --seed": ["2"],
     "discover export --family": ["1"], "discover export --out": ["{folder}/b.urdf"],
     "sweep run --out": ["{folder}/a.db"], "sweep run --workers": ["2"],
     "sweep run --dask": ["local"], "sweep show --sort": ["rank"],

@@ -125,6 +125,8 @@ def meant(words: list[str], found: dict[str, Any]) -> int:
     if verb in ("models", "flex", "sweep"):
         return 0
     if verb == "discover":
+        if found["what"] == "walk":
+            return 0 if found["outcome"] == "special" else 1
         if found["what"] != "export":
             return 0 if found["families"] else 1
         return {"feasible": 0, "infeasible": 1, "undecided": 4}[found["verdict"]]

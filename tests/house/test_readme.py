@@ -44,6 +44,7 @@ def test_the_options_of_the_documents_are_those_of_the_commands(capsys):
     section = README.split("## On the command line")[1].split("##")[0]
     flex = (["flex", kind] for kind in ("modes", "supports", "similar", "simulate"))
     files = ([verb, k] for verb in ("sweep", "discover") for k in ("run", "show", "export"))
+    files = [*files, ["discover", "walk"]]
     for verb in (
         ["report"], ["verify"], ["design"], ["remedies"], *flex, ["motion"], ["paths"],
         *files, ["synthesize"], [],

@@ -28,6 +28,8 @@ NEEDS = {
     "controls": ("stage",),
     "drawing": ("controls",),
     "motion": ("stage", "chart"),
+    "walk": ("stage", "chart"),
+    "families": ("controls",),
     "verify": ("stage", "chart"),
     "compare": ("controls",),
 }

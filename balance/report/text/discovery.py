@@ -6,12 +6,17 @@ from typing import Any
 
 from balance.discovery.export import ExportedMember
 from balance.discovery.families import Family
+from balance.discovery.motion_range import MotionRange
+from balance.discovery.quantities import quantities_of
 from balance.discovery.results import Found, FoundFamily
 from balance.discovery.topologies import Topology
 from balance.result_files.results_file import ResultsFile
 from kinematics.wording import count_noun
 
-__all__ = ["families_data", "member_data", "member_text", "search_data", "search_text"]
+__all__ = [
+    "SCHEMA", "families_data", "member_data", "member_text", "range_words",
+    "search_data", "search_facts", "search_text",
+]  # fmt: skip
 
 SCHEMA = "balance.discover/1"
 Data = dict[str, Any]
@@ -31,6 +36,7 @@ def search_data(
     data = {
         "schema": SCHEMA, "what": what, "file": file.path, "topology": found.job.name,
         "starts": file.rows, "walked": file.computed()[0], "seed": found.job.seed,
+        "buildable": found.job.buildable,
         "nullity": found.job.generic, "outcomes": found.outcomes,
         "families": [_family_data(k, f) for k, f in enumerate(found.families, 1)],
     }  # fmt: skip
@@ -41,11 +47,14 @@ def search_data(
 
 def _family_data(number: int, family: Family) -> Data:
     """Collect the facts on a family."""
+    quantities = quantities_of(family.topology)
+    words = [relation.words(quantities) for relation in family.members[0].relations]
     return {
         "family": number, "nullity": family.nullity, "parallel": family.parallel,
-        "codimension": family.codimension, "relations": list(family.relations),
+        "codimension": family.codimension, "relations": list(family.relations), "words": words,
         "implied": list(family.implied),
         "complete": family.complete, "members": len(family.members),
+        "buildable": sum(member.margin > 0.0 for member in family.members),
         "starts": [member.start for member in family.members[:10]],
     }  # fmt: skip
 
@@ -62,7 +71,36 @@ def families_data(data: Data, examined: list[FoundFamily]) -> Data:
         entry["tried"] = more.confirmation.members
         entry["serial"] = more.serial
         entry["verdicts"] = more.verdicts
+        entry["motion"] = _range_data(more.motion)
     return data
+
+
+def _range_data(found: MotionRange | None) -> Data | None:
+    """Collect the facts on a range of motion; None if there is none."""
+    if found is None:
+        return None
+    return {
+        "joint": found.joint, "low": found.low, "high": found.high, "full": found.full,
+        "ends": list(found.ends),
+    }  # fmt: skip
+
+
+def range_words(motion: Data | None) -> str:
+    """Say a range of motion in words.
+
+    Args:
+        motion: from `families_data`.
+    """
+    if motion is None:
+        return "several degrees of freedom; no range was computed"
+    if motion["full"]:
+        return f"{motion['joint']} turns fully"
+    low, high = (f"{motion[k]:.0f}°".replace("-", "−") for k in ("low", "high"))
+    size = f"{motion['high'] - motion['low']:.0f}°"
+    ends = [end for end in motion["ends"] if end]
+    kinds = " and ".join(dict.fromkeys(f"a {end}" for end in ends))
+    until = f", to {kinds}" if kinds else ""
+    return f"{motion['joint']} from {low} to {high} ({size}){until}"
 
 
 def search_text(data: Data, topology: Topology) -> str:
@@ -72,11 +110,17 @@ def search_text(data: Data, topology: Topology) -> str:
         data: from `search_data`.
         topology: its graph.
     """
-    return "\n".join([*_head(data, topology), *_table(data)]) + "\n"
+    head = [f"{label:<14}{value}" for label, value in search_facts(data, topology)]
+    return "\n".join([*head, *_table(data)]) + "\n"
 
 
-def _head(data: Data, topology: Topology) -> list[str]:
-    """Write the facts on the search, label by label."""
+def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
+    """List the facts on a search: labels and values.
+
+    Args:
+        data: from `search_data`.
+        topology: its graph.
+    """
     joints = ", ".join(
         f"{chr(65 + k)} {kind} {a}-{b}" for k, (kind, a, b) in enumerate(topology.edges)
     )
@@ -84,12 +128,13 @@ def _head(data: Data, topology: Topology) -> list[str]:
     walked = f"{data['walked']} of {data['starts']}, seed {data['seed']}"
     pairs = [
         ("topology", data["topology"]), ("joints", f"{joints} (link 0 is the ground)"),
-        ("walks", walked), ("ends", outcomes or "none yet"),
+        ("walks", walked + ", to masses that can be built" * data["buildable"]),
+        ("ends", outcomes or "none yet"),
         ("elsewhere", f"most geometries have nullity {data['nullity']}"),
     ]  # fmt: skip
     if "seconds" in data:
         pairs.append(("time", f"{data['seconds']:.1f} s"))
-    return [f"{label:<14}{value}" for label, value in pairs]
+    return pairs
 
 
 def _table(data: Data) -> list[str]:
@@ -105,7 +150,8 @@ def _family_lines(entry: Data) -> list[str]:
     head = (
         f"family {entry['family']}: nullity {entry['nullity']}, {entry['parallel']} more than "
         f"elsewhere; codimension {entry['codimension']}; "
-        f"{count_noun(entry['members'], 'walk')}"
+        f"{count_noun(entry['members'], 'walk')}, {entry['buildable']} to masses that can be "
+        "built"
     )
     lines = [head, *(f"  {relation}" for relation in entry["relations"])]
     lines += [f"  and so {relation}" for relation in entry["implied"]]
@@ -116,6 +162,8 @@ def _family_lines(entry: Data) -> list[str]:
         lines.append(f"  confirmed by {entry['confirmed']} of {entry['tried']} random members")
         verdicts = ", ".join(f"{n} {name}" for name, n in entry["verdicts"].items())
         lines.append(f"  masses: {verdicts or 'not tried'}")
+        which = "a member with masses" if "feasible" in entry["verdicts"] else "a member"
+        lines.append(f"  motion of {which}: {range_words(entry['motion'])}")
     return lines
 
 

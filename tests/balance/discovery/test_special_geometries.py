@@ -8,21 +8,16 @@ from balance.discovery.judge import judge_geometries
 from balance.discovery.lane_motion import follow_curves, lane_momentum_rows, momentum_rates
 from balance.discovery.polish import decide_special
 from balance.discovery.starts import random_starts
-from balance.discovery.structure import LaneGeometry
 from balance.discovery.to_linkage import to_linkage
 from balance.discovery.topologies import TOPOLOGIES, topology
 from balance.discovery.walk import generic_nullity
+from tests.helpers.planted import four_bar_lanes, mirrored
 
 # Of most geometries: figures of the design document, and of transfers at joints.
 NULLITY = {
     "four-bar": 4, "slider-crank": 5, "watt1": 7, "watt2": 7, "stephenson1": 7,
     "stephenson2": 7, "stephenson3": 7, "3-rsr": 27,
 }  # fmt: skip
-
-
-def reflected(points, through, along):
-    """Points mirrored in a line, as complex numbers."""
-    return through + along * np.conj((points - through) / along)
 
 
 def planted(kind, count, seed, off=0.0):
@@ -33,35 +28,21 @@ def planted(kind, count, seed, off=0.0):
         A, B, C = rng.standard_normal((3, 2)) @ (1, 1j)
         D = A + C - B
         if kind == "kite":
-            D = reflected(B, A, C - A)
+            D = mirrored(B, A, C - A)
         if kind == "antiparallelogram":
-            D = reflected(D, A, C - A)
+            D = mirrored(D, A, C - A)
         if off:
             D = A + (D - A) * (1 + off * rng.choice((-1, 1)))
         corners = np.array([A, B, C, D])
         apart = abs(corners[:, None] - corners)[np.triu_indices(4, 1)]
         if apart.min() > 0.35 * apart.max():
             found.append(corners)
-    points = np.zeros((count, 4, 3))
-    points[..., 0], points[..., 1] = np.real(found), np.imag(found)
-    return points
+    return np.array(found)
 
 
-def four_bar(points):
-    """TopologyArrays and geometries of four-bars with joints A, B, C, D."""
-    graph = topology("four-bar")
-    structure = graph.structure()
-    axes = np.tile(np.eye(3)[2], (len(points), 4, 1))
-    return (
-        graph,
-        structure,
-        structure.normalise(LaneGeometry(points[:, structure.origin], axes)),
-    )
-
-
-def accepted(points):
+def accepted(corners):
     """Which four-bars are taken for special, and their nullities."""
-    graph, structure, geometry = four_bar(points)
+    graph, structure, geometry = four_bar_lanes(corners)
     ends = decide_special(structure, geometry, 4)
     fates = np.array(judge_geometries(graph, structure, geometry))
     return ends.special & (fates == "special"), ends.nullity
@@ -94,9 +75,9 @@ def test_four_bars_at_a_meeting_of_motions_are_rejected():
     """In line: at this pose the conditions are nearly dependent, whatever the lengths."""
     rng = np.random.default_rng(6)
     lengths = rng.uniform(0.5, 1.5, (40, 3)).cumsum(axis=1)
-    points = np.zeros((40, 4, 3))
-    points[:, 1:, 0] = lengths
-    points[:, 2, 1] = 1e-7
+    points = np.zeros((40, 4), complex)
+    points[:, 1:] = lengths
+    points[:, 2] += 1e-7j
     special, _ = accepted(points)
     assert not special.any()
 

@@ -1,0 +1,76 @@
+"""Data and text of ``balance discover walk``: the steps of one walk."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from balance.discovery.quantities import quantities_of
+from balance.discovery.watch import WatchedWalk
+from balance.report.text.discovery import SCHEMA
+
+__all__ = ["walk_data", "walk_facts", "walk_text"]
+
+Data = dict[str, Any]
+
+BUILDABLE = ", to masses that can be built"
+
+
+def walk_data(walk: WatchedWalk) -> Data:
+    """Collect the facts on a walk.
+
+    Args:
+        walk: the walk.
+    """
+    quantities = quantities_of(walk.job.topology)
+    return {
+        "schema": SCHEMA, "what": "walk", "topology": walk.job.name, "seed": walk.job.seed,
+        "buildable": walk.job.buildable, "start": walk.start, "outcome": walk.outcome,
+        "generic": walk.job.generic,
+        "nullity": walk.nullity, "codimension": walk.codimension,
+        "relations": [relation.text(quantities) for relation in walk.relations],
+        "words": [relation.words(quantities) for relation in walk.relations],
+        "polished": walk.polished, "ratios": walk.ratios.tolist(),
+        "falling": walk.falling.tolist(),
+        "points": walk.geometry.points.tolist(), "axes": walk.geometry.axes.tolist(),
+    }  # fmt: skip
+
+
+def walk_facts(data: Data) -> list[tuple[str, str]]:
+    """List the facts on a walk: labels and values.
+
+    Args:
+        data: from `walk_data`.
+    """
+    end = data["outcome"]
+    if end == "special":
+        end = (
+            f"special: nullity {data['nullity']} instead of {data['generic']}, "
+            f"codimension {data['codimension']}"
+        )
+    steps = len(data["ratios"]) - 1 - data["polished"]
+    start = f"{data['start']}, seed {data['seed']}" + BUILDABLE * data["buildable"]
+    pairs = [
+        ("topology", data["topology"]), ("start", start),
+        ("steps", f"{steps}{', and the polished end' if data['polished'] else ''}"),
+        ("end", end),
+    ]  # fmt: skip
+    told = zip(data["relations"], data["words"], strict=True)
+    return pairs + [("relation", f"{text}: {words}") for text, words in told]
+
+
+def walk_text(data: Data) -> str:
+    """Write the facts on a walk and its singular values as plain text.
+
+    Args:
+        data: from `walk_data`.
+    """
+    lines = [f"{label:<14}{value}" for label, value in walk_facts(data)]
+    more = "  momentum" if data["buildable"] else ""
+    lines += ["", f"    step  s_min/s_max{more}"]
+    last = len(data["ratios"]) - 1
+    for k, ratio in enumerate(data["ratios"]):
+        name = "polished" if data["polished"] and k == last else str(k)
+        told = more and k < len(data["falling"])
+        momentum = f"     {data['falling'][k]:.2e}" if told else ""
+        lines.append(f"{name:>8}  {ratio:.2e}{momentum}")
+    return "\n".join(lines) + "\n"

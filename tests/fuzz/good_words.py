@@ -85,6 +85,7 @@ GOOD: dict[str, list[str]] = {
     "--translator": [BLOCK, "--moment", "1e-3,0.001,0.002"],
     "--moment": ["1e-3,0.001,0.002", "--translator", BLOCK],
     "--both-hubs": ["--moment", "1e-3,0.001,0.002", "--translator", BLOCK],
+    "discover run --buildable": [], "discover run --model": ["slider_crank"],
     "discover run --topology": ["four-bar"], "discover run --starts": ["4"],
     "discover run --seed": ["2"], "discover run --seconds": ["60"],
     "discover run --out": ["{folder}/b.db"], "discover run --workers": ["0"],

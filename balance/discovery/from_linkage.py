@@ -65,7 +65,7 @@ def _axis(axes: Array, joint: int, origin: NDArray[np.int64]) -> Array:
 
 
 def _graph(linkage: Linkage) -> tuple[list[Edge], list[Array], list[Array]]:
-    """List edges, and points and axes (joints, 3) of each; links are numbered from the ground."""
+    """List edges, and points and axes (joints, 3) of each; link 0 is the ground."""
     ends = {loop.end: loop.successor for loop in linkage.loops}
     number = {GROUND: 0}
     edges: list[Edge] = []

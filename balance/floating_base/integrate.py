@@ -80,7 +80,11 @@ def _advance(
     equations: BaseEquations, times: list[float], states: list[Array], stop: float,
     tolerances: Array, step: float | None, duration: float,
 ) -> float:  # fmt: skip
-    """Integrate up to a stop, append all steps, and return the length of the next one."""
+    """Integrate up to a stop, append all steps, and return the length of the next one.
+
+    The last step may be cut short to end at the stop: what the solver proposes after it is then
+    no measure of the motion, and the longest of the proposals before and after it counts.
+    """
     from scipy.integrate import DOP853
 
     now = times[-1]
@@ -89,7 +93,9 @@ def _advance(
         equations, now, states[-1], stop, rtol=BASE_STEP_RELATIVE, atol=tolerances,
         max_step=duration / FEWEST_STEPS, first_step=first,
     )  # fmt: skip
+    proposed = 0.0
     while solver.status == "running":
+        proposed = float(solver.h_abs)
         try:
             solver.step()
         except PoseError as error:
@@ -103,7 +109,7 @@ def _advance(
             )
         times.append(float(solver.t))
         states.append(solver.y.copy())
-    return float(solver.h_abs)
+    return max(proposed, float(solver.h_abs))
 
 
 def integrate_at(

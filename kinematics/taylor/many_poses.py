@@ -156,6 +156,7 @@ def taylor_motion_many(
         _put_columns(found, chain.joints, coefficients[part])
     coefficients[~(condition < CLOSURE_CONDITION)] = np.nan
     coefficients[:, 0] = q
+    np.maximum(condition, 1.0, out=condition)  # round-off leaves less of one equation
     for result in coefficients, condition:
         result.flags.writeable = False
     return ManyTaylorMotions(

@@ -324,8 +324,8 @@ def taylor_motion(
         )
     coefficients = _to_si(found, chain, scales, table, len(linkage.joints))
     return TaylorMotion(
-        linkage, motion, names_of(linkage.joints), table.exponents, coefficients, condition,
-        chain, scales,
+        linkage, motion, names_of(linkage.joints), table.exponents, coefficients,
+        max(condition, 1.0), chain, scales,
     )  # fmt: skip
 
 

@@ -71,7 +71,7 @@ def _caption(found: ReactionlessPaths, shaded: bool) -> str:
     field = (
         "; strokes are the directions with the least momentum, and the shade is the smallest "
         "singular value of the momentum matrix over the bodies' own momenta, of those that do "
-        "not vanish everywhere: the darker a pose, the quieter"
+        "not vanish everywhere (scale on the right): 0 means that there is a path"
     )
     return f"{text}{field * shaded}."
 

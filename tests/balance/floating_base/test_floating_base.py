@@ -13,7 +13,7 @@ from covering import ALL_CASES
 import kinematics
 from balance import FloatingBase, parameters, simulate_floating_base
 from balance.verification.given_motions import rest_to_rest
-from balance.verification.input_paths import SinePath, SteadyPath
+from balance.verification.input_paths import SinePath, SplinePath, SteadyPath
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import LinkageError, MotionError, PoseError, UsageError
 
@@ -167,6 +167,16 @@ def test_a_base_on_a_spring_swings_as_a_pendulum_of_mass():
     assert found.frequencies == pytest.approx((omega / 2 / np.pi,) * 2, rel=1e-9)
     expected = 0.1 * np.sin(omega * found.time) / omega
     assert np.allclose(found.samples.displacement[:, 0], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("samples", [21, 51, 101])
+def test_a_table_of_any_number_of_samples(samples):
+    """Pieces of a spline that end a hair after a step: the base returns with the inputs."""
+    time = np.linspace(0.0, 1.0, samples)
+    path = SplinePath.through(time, 0.5 * (1.0 - np.cos(2.0 * np.pi * time))[:, None])
+    found = simulate_floating_base("four_bar_general", BASE, along=path)
+    assert found.verdict == "the base moves" and found.rotation > 1e-3
+    assert found.momentum_drift < 1e-9
 
 
 def test_drift_is_noticed(monkeypatch):

@@ -12,7 +12,7 @@ from laws import altered, relative, resized
 from partials import Grid, multi_indices
 
 import kinematics
-from kinematics import taylor_motion
+from kinematics import ScrewJoint, from_screws, taylor_motion, taylor_motion_many
 from kinematics.assembly.assemble import assemble
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.closure.series import expand
@@ -272,6 +272,17 @@ def test_what_is_almost_a_kite_does_not_pass_through_its_fold(tmp_path):
     for share in (1.01, 1.05):
         with pytest.raises(PoseError, match="give a nearer pose"):
             motion.polish([share * edge])
+
+
+def test_no_condition_is_below_one():
+    """Loops of one equation have condition 1, which round-off may not lower."""
+    for angle in np.linspace(0.1, 3.0, 40):
+        screw = [0.0, 0.0, 0.0, np.cos(angle), np.sin(angle), 0.0]
+        slides = [ScrewJoint(name, "base", "slider", screw=screw) for name in ("u", "q")]
+        linkage = from_screws(slides[:1], slides[1:], inputs=["u"])
+        one = taylor_motion(linkage, order=2).condition
+        (many,) = taylor_motion_many(linkage, [[0.0, 0.0]], order=2).condition
+        assert one >= 1.0 and many >= 1.0 and max(one, many) < 1.0 + 1e-12
 
 
 def test_points_are_checked():

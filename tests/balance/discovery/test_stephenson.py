@@ -40,7 +40,7 @@ def test_the_engine_agrees_with_the_poses(family, nullity):
 
 @pytest.mark.parametrize(("family", "nullity"), BOTH)
 def test_four_relations_describe_both(family, nullity):
-    """Two equal angles make the ternary links similar; the dyad is as long as the cranks ask."""
+    """Two equal angles make the ternary links similar; the dyad follows the cranks."""
     structure, geometry = lanes_of(GRAPH, planted_corners(family, 4, 6))
     quantities = quantities_of(GRAPH)
     for _, chosen in relations_of(GRAPH, structure, geometry):

@@ -78,6 +78,16 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: place.get(item.path.stem, len(PLAIN)))
 
 
+def pytest_collection_finish():
+    """Refuse files of tests that run kernels at their import: every process would compile them.
+
+    Let a fixture or a cached function do what they do.
+    """
+    compiler = sys.modules.get("kinematics.compiled.numba_compiler")
+    if found := compiler and compiler.compiled_kernels():
+        raise pytest.UsageError(f"these kernels run when tests are imported: {found}")
+
+
 def pytest_xdist_auto_num_workers(config):
     """Up to four processes for a folder; tests of files that are named run in this one."""
     named = all(".py" in argument for argument in config.args)

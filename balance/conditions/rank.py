@@ -71,7 +71,7 @@ class Conditions(NamedTuple):
         """
         count = known.shape[1]
         factor, permutation, _, _ = updated_factor(
-            np.empty((0, count)), known, np.arange(count), tolerance, 1.0
+            np.empty((0, count)), _plain(known), np.arange(count), tolerance, 1.0
         )
         s = len(factor)
         columns = permutation[s:].copy()
@@ -102,7 +102,7 @@ class Conditions(NamedTuple):
 
     def append(self, rows: Array) -> Conditions:
         """Append conditions, given as rows (any leading shape, unknowns last)."""
-        block = rows.reshape(-1, self.known.shape[1])
+        block = _plain(rows.reshape(-1, self.known.shape[1]))
         factor, permutation, scale, remainder = updated_factor(
             self.factor, block, self.columns, self.tolerance, self.scale
         )
@@ -117,7 +117,7 @@ class Conditions(NamedTuple):
 
     def contains(self, rows: Array) -> bool:
         """Decide whether rows that were not used follow from these conditions."""
-        block = rows.reshape(-1, self.known.shape[1])
+        block = _plain(rows.reshape(-1, self.known.shape[1]))
         return self.complete or bool(
             rows_follow(
                 self.factor, self.permutation, block, self.columns, self.tolerance, self.scale
@@ -128,6 +128,11 @@ class Conditions(NamedTuple):
         """Compute the null space of the conditions."""
         basis = known_and_null_space(self.known, self.factor, self.permutation, self.columns).T
         return Decision(self, freeze(basis))
+
+
+def _plain(rows: Array) -> Array:
+    """Copy rows as the one layout for which kernels are compiled."""
+    return np.array(rows, dtype=np.float64, order="C")
 
 
 @dataclass(frozen=True, eq=False)

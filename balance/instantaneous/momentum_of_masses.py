@@ -23,7 +23,7 @@ from balance.instantaneous.momentum_kernels import (
 )
 from balance.verification.shaking_wrench import mass_parameters, wrench_to_si
 from kinematics.closure.joint_positions import input_chain, joint_positions
-from kinematics.model.arrays import Chain, read_only
+from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
 
@@ -90,10 +90,13 @@ class MassedChain(NamedTuple):
         return h
 
     def _fill(self, fill: Callable[..., None], q: Array, *out: Array) -> None:
-        """Run a kernel on poses, with a workspace that the chain keeps."""
+        """Run a kernel on poses, with a workspace that the chain keeps.
+
+        Positions are writable, as those that kernels find: all call one compiled version.
+        """
         chain = self.chain
         workspace = chain.borrow(("momenta",), lambda: pose_workspace(chain))
-        positions = read_only(np.ascontiguousarray(q, dtype=np.float64))
+        positions = np.array(q, dtype=np.float64, order="C")
         fill(chain.walked, chain.links, self.z, positions, workspace, *out)
         chain.give_back(("momenta",), workspace)
 

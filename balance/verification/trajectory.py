@@ -259,7 +259,8 @@ def _track(
     closure, conditioning = 0.0, 1.0
     reference_pivot = loop_pivot(chain, chain.screws)
     # Predict along one direction only: the expansion has far fewer numbers.
-    narrow = replace(chain, moves=freeze(chain.moves.any(axis=1, keepdims=True), np.bool_))
+    moves = freeze(chain.moves.any(axis=1, keepdims=True), np.bool_)
+    narrow = replace(chain, columns=freeze(chain.columns[:, :1]), moves=moves)
     steps = zip(u / scale, ud / scale, udd / scale, strict=True)
     for k, (now, speed, change) in enumerate(steps):
         advance = u[min(k + 1, len(u) - 1)] / scale - now
@@ -273,7 +274,7 @@ def _track(
         q[k], qd[k], qdd[k] = pose.q, C[0] @ speed, C[0] @ change + C[1] @ speed
         closure = max(closure, forward_kinematics(chain, pose.q).error)
         remaining = length
-        line = replace(narrow, columns=freeze((chain.columns @ direction)[:, None]))
+        line = narrow.with_columns((chain.columns @ direction)[:, None])
         for _ in range(MAX_STEPS):
             if remaining == 0.0:
                 break

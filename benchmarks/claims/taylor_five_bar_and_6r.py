@@ -121,14 +121,14 @@ class FirstCall:
 
     params = (("five_bar", 7),)
     claims = (("track_ours", "track_heyoka", 1.2),)
-    count = 5
+    runs = 5
 
     def setup(self, job: str, order: int) -> None:
         library("heyoka")
 
     def _seconds(self, task: tuple[str, str], order: int) -> np.ndarray:
         code = FIRST.format(before=task[0], call=task[1].format(order=order))
-        return np.array([float(python("-c", code)) for _ in range(self.count)])
+        return np.array([float(python("-c", code)) for _ in range(self.runs)])
 
     def track_ours(self, job: str, order: int) -> np.ndarray:
         """Seconds from the assembled linkage; kernels from the disk cache."""

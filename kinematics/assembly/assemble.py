@@ -123,7 +123,8 @@ def _assemble_at_pose(
     Returns:
         The linkage, whether its axes look rounded, and whether a singular pose is near.
     """
-    chain, parts = arrange_loops(draft), split_components(draft)
+    chain = arrange_loops(draft)
+    parts = split_components(draft, whole=chain)
     free, spectra = component_freedoms(parts, len(draft.joints))
     mobility = free.shape[1]
     if mobility == 0:
@@ -187,12 +188,14 @@ def moving_chain(
     if problem := _motion_problem(linkage, motion):
         text = ", ".join(motion.relations)
         raise MotionError(text, problem, linkage.inputs, linkage.source)
-    full = arrange_loops(linkage)
+    # Where no joint is idle, the arrays of the linkage have all of them.
+    whole = linkage.spatial_chain.joints.size == len(linkage.joints)
+    full = linkage.spatial_chain if whole else arrange_loops(linkage)
     independent = linkage.positions_of(motion.inputs)
     scaled = np.linalg.qr(motion.basis / full.units[independent, None])[0]
     moved = move_chain(full, independent, scaled)
     if idle is None:
-        idle, _ = _find_idle_joints(linkage, moved, split_components(linkage))
+        idle, _ = _find_idle_joints(linkage, moved, split_components(linkage, whole=full))
     reduced, flat = reduce_to_plane(moved, idle)
     return reduced if spatial else flat
 

@@ -18,7 +18,7 @@ from kinematics.closure.newton_kernels import (
     solve_closure,
 )
 from kinematics.closure.series import Series, expand_from
-from kinematics.model.arrays import Chain, read_only
+from kinematics.model.arrays import Chain
 from kinematics.spatial.displacements import place_links
 
 __all__ = [
@@ -105,7 +105,7 @@ def follow_ray(
         chain.walked,
         start,
         C,
-        read_only(ray),
+        np.array(ray, dtype=np.float64),  # writable, as in kernels that call this one
         longest_step,
         q,
         H,

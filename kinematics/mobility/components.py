@@ -45,7 +45,9 @@ class Component(NamedTuple):
 
     def with_columns(self, whole: Chain) -> Chain:
         """Choose the joints and columns that are independent in the whole chain for its own."""
-        own = np.flatnonzero(~np.isin(self.joints, whole.dependent))
+        independent = np.ones(whole.parent.size, dtype=bool)
+        independent[whole.dependent] = False
+        own = np.flatnonzero(independent[self.joints])
         joints = self.joints[own]
         ratio = whole.units[joints] / self.chain.units[own]
         basis = ratio[:, None] * whole.columns[joints]
@@ -78,7 +80,10 @@ class Component(NamedTuple):
 
 
 def split_components(
-    draft: UnassembledLinkage, locked: frozenset[int] = frozenset()
+    draft: UnassembledLinkage,
+    locked: frozenset[int] = frozenset(),
+    *,
+    whole: Chain | None = None,
 ) -> list[Component]:
     """Split a linkage into its components.
 
@@ -86,12 +91,19 @@ def split_components(
         draft: the linkage.
         locked: numbers of joints that are kept out of them, as if they were rigid; with a
             joint its mimic joints.
+        whole: its arrays, from `kinematics.model.chain.arrange_loops`, if they are at hand.
 
     Raises:
         MobilityError: a component is too small for double precision, beside its distance from
             the ground.
     """
-    groups = [[j for j in x if j not in locked] for x in clusters(arrange_loops(draft))]
+    whole = arrange_loops(draft) if whole is None else whole
+    groups = [[j for j in x if j not in locked] for x in clusters(whole)]
+    moving = all(loop.end != loop.successor for loop in draft.loops)
+    if moving and groups == [list(range(len(draft.joints)))]:
+        part = replace(draft, places={}, displaced=None, other_poses=())
+        _check_size(part)
+        return [Component(whole.joints, part, whole, tuple(range(len(draft.loops))))]
     return [component_of(draft, group) for group in groups if group]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -142,6 +142,21 @@ class Chain:
     def envelope(self) -> IntArray:
         """Envelope table of the loop matrix; see `kinematics.linalg.skyline_qr`."""
         return self.once(_make_envelope)
+
+    def with_columns(self, columns: Array) -> Chain:
+        """Return the chain with other columns, for motions of the same joints.
+
+        The table of the loop matrix and the workspaces of equal sizes do not depend on them.
+
+        Args:
+            columns: joint rates of the independent joints for each column (n, w). Column by
+                column, they move no links but those in ``moves``, which stays.
+        """
+        found = replace(self, columns=freeze(columns))
+        found.structure.made[_make_envelope] = self.envelope
+        if columns.shape == self.columns.shape:
+            found.structure.workspaces = self.structure.workspaces
+        return found
 
     @cached_property
     def walked(self) -> tuple[NDArray[Any], ...]:

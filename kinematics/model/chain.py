@@ -167,19 +167,20 @@ def move_chain(chain: Chain, independent: IntArray, basis: Array) -> Chain:
         The chain with w columns; all other joints are dependent.
     """
     n = chain.parent.size
-    dependent = np.setdiff1d(np.arange(n), independent)
+    depends = np.ones(n, dtype=bool)
+    depends[independent] = False
     columns = np.zeros((n, basis.shape[1]))
     columns[independent] = basis
     active = columns != 0.0
     for group in clusters(chain):
-        active[np.intersect1d(group, dependent)] = active[group].any(axis=0)
+        active[[j for j in group if depends[j]]] = active[group].any(axis=0)
     moves = active.copy()
     for j in range(n):
         if chain.parent[j] >= 0:
             moves[j] |= moves[chain.parent[j]]
     return replace(
         chain,
-        dependent=freeze(dependent, np.int64),
+        dependent=freeze(np.flatnonzero(depends), np.int64),
         columns=freeze(columns),
         moves=freeze(moves, np.bool_),
     )

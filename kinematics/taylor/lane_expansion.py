@@ -209,20 +209,21 @@ def _fill_degree_1(columns, equations, dependent, S, P, rates):
 
 
 @kernel(reference_counting=False)
-def _put_coefficients(rates, units, out):
+def _put_coefficients(rates, units, joints, out):
     """Write the coefficients of the poses in use, some monomials of one pose after the other.
 
     Args:
         rates: in; joint rates (monomials, n, lanes).
         units: in; a factor of every coefficient (monomials, n).
-        out: out; (poses, monomials, n).
+        joints: in; column of each joint in the result (n,).
+        out: out; (poses, monomials, columns).
     """
     M, n = units.shape
     for first in range(0, M, MONOMIALS_AT_ONCE):
         for pose in range(out.shape[0]):
             for t in range(first, min(first + MONOMIALS_AT_ONCE, M)):
                 for j in range(n):
-                    out[pose, t, j] = rates[t, j, pose] * units[t, j]
+                    out[pose, t, joints[j]] = rates[t, j, pose] * units[t, j]
 
 
 def _lanes_kernel(dim):
@@ -230,7 +231,7 @@ def _lanes_kernel(dim):
     space = 3 if dim == 6 else 2
 
     @kernel(reference_counting=False)
-    def expand(whole, real, screws, units, out, conditions, work):
+    def expand(whole, real, screws, units, numbers, out, conditions, work):
         """Compute the coefficients of the joint positions at all poses.
 
         Args:
@@ -238,7 +239,9 @@ def _lanes_kernel(dim):
             real: in; columns (n, width), then mimic relations (g, n), flat.
             screws: in; joint screws (poses, n, 6 or 3).
             units: in; a factor of the rates ``Dq`` in every coefficient (monomials, n).
-            out: out; coefficients beyond the constant (poses, monomials, n).
+            numbers: in; column of each joint in the result (n,).
+            out: in, zeros, and out; coefficients beyond the constant (poses, monomials,
+                columns).
             conditions: out; condition number of the equations at each pose (poses,).
             work: workspace, as from `expansion_lanes`.
         """
@@ -299,7 +302,7 @@ def _lanes_kernel(dim):
             used = min(VECTOR_WIDTH, screws.shape[0] - block)
             for lane in range(used):
                 conditions[block + lane] = condition[0, lane]
-            _put_coefficients(rates, units, out[block : block + used])
+            _put_coefficients(rates, units, numbers, out[block : block + used])
 
     return expand
 

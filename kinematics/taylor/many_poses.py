@@ -30,9 +30,6 @@ __all__ = ["ManyTaylorMotions", "taylor_motion_many"]
 
 Array = NDArray[np.float64]
 
-# Poses whose coefficients are computed before they are copied, while they are in the cache.
-BLOCK = 128
-
 
 @dataclass(frozen=True, eq=False)
 class ManyTaylorMotions:
@@ -149,11 +146,9 @@ def taylor_motion_many(
     condition = np.empty(len(q))
     expand = planar_lanes if chain.planar else spatial_lanes
     work = expansion_lanes(layout, chain.screws.shape[1])
-    for start in range(0, len(q), BLOCK):
-        part = slice(start, min(start + BLOCK, len(q)))
-        found = np.zeros((part.stop - start, *layout.shape))
-        expand(layout.whole, layout.real, screws[part], units, found, condition[part], work)
-        _put_columns(found, chain.joints, coefficients[part])
+    expand(
+        layout.whole, layout.real, screws, units, chain.joints, coefficients, condition, work
+    )
     coefficients[~(condition < CLOSURE_CONDITION)] = np.nan
     coefficients[:, 0] = q
     np.maximum(condition, 1.0, out=condition)  # round-off leaves less of one equation
@@ -162,18 +157,6 @@ def taylor_motion_many(
     return ManyTaylorMotions(
         linkage, motion, names_of(linkage.joints), table.exponents, coefficients, condition
     )
-
-
-def _put_columns(found: Array, joints: IntArray, wanted: Array) -> None:
-    """Copy coefficients of the joints that move; those of idle joints stay.
-
-    Joints in a row are copied as one slice, which is much faster than one by one.
-    """
-    start = 0
-    for row in np.split(joints, np.flatnonzero(np.diff(joints) > 1) + 1):
-        stop = start + row.size
-        wanted[..., row[0] : row[-1] + 1] = found[..., start:stop]
-        start = stop
 
 
 def _check_shape(linkage: Linkage, poses: ArrayLike, chain: Chain) -> Array:

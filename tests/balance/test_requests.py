@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from covering import spread
 from laws import altered
 from urdf_text import UNIT_INERTIA, joint, link, saved
 
@@ -172,7 +173,10 @@ def from_linkages(linkage):
 
 
 def test_a_linkage_may_be_named():
-    """A path, a name and a linkage give the same; anything else is told what is expected."""
+    """A path, a name and a linkage give the same; anything else is told what is expected.
+
+    Functions are given a name or a path in turn, or each of them.
+    """
     path = kinematics.gallery()["four_bar_general"]
     name = "four_bar_general"
     ways = (kinematics.load(name), name, str(path), path)
@@ -183,8 +187,9 @@ def test_a_linkage_may_be_named():
         and {"linkage", "model"} & inspect.signature(function).parameters.keys()
     }  # fmt: skip
     assert taking == functions[0].keys()
-    for name in taking:
-        expected, *others = (calls[name]() for calls in functions)
+    for turn, name in enumerate(sorted(taking)):
+        expected = functions[0][name]()
+        others = [calls[name]() for calls in spread(functions[1:], 3, turn % 3)]
         assert all(np.array_equal(expected, other) for other in others), name
         for wrong in (5, None, [path]):
             with pytest.raises(TypeError, match=r"expected a kinematics.Linkage, a path, the"):

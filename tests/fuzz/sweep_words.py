@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import balance
 from balance.discovery.job import DiscoveryJob
@@ -34,10 +36,16 @@ def sweep_files(words: Sequence[str], folder: Path) -> dict[str, Path]:
         with ResultsFile.create(results, job) as file:
             run_chunks(job, file, workers=0)
     if "{search}" in words:
-        walks = DiscoveryJob("slider-crank", 30)
-        with ResultsFile.resume(search, walks) as file:
-            run_chunks(walks, file, workers=0)
+        job = DiscoveryJob("slider-crank", 30)
+        with ResultsFile.create(search, job) as file:
+            file.write_chunk(0, walks())
     return {"study": study, "results": results, "search": search}
+
+
+@cache
+def walks() -> Mapping[str, Any]:
+    """What the walks of the search find; they fit into one chunk."""
+    return DiscoveryJob("slider-crank", 30).compute(0)
 
 
 def sweep_words(rng: random.Random, folder: Path, odd: Sequence[str]) -> list[str]:

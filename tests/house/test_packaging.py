@@ -122,7 +122,7 @@ def replace(old, new, plain=os.replace):
 os.replace = replace
 pathlib.Path("here-ASKED").touch()
 while len(list(pathlib.Path().glob("here-*"))) < 4:
-    time.sleep(0.001)
+    time.sleep(0.02)
 print(inner(ASKED))
 """
 

@@ -9,6 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from covering import spread
 from figures import FIGURES, Figure
 from laws import known
 from spent import spent
@@ -59,7 +60,7 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize("model", kinematics.gallery())
+@pytest.mark.parametrize("model", spread(list(kinematics.gallery()), 3))
 def test_a_report_reads_its_file_once_and_computes_its_space_once(model, monkeypatch, capsys):
     """Opened files are counted by the system, spaces by the geometry they belong to."""
     path = str(kinematics.gallery()[model])

@@ -1,5 +1,7 @@
 """Momentum stays the same on the way to pure inertias and back; what stays has a reason."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from covering import number_of_cases
@@ -30,10 +32,11 @@ def random_linkage(rng):
     return from_screws(joints, closing), [*joints, *closing]
 
 
-def random_linkages(count):
-    """So many linkages without rigid parts, with their joints and random numbers."""
+@cache
+def random_linkages():
+    """Fifty linkages without rigid parts, with their joints and random numbers, or 200."""
     rng, found = np.random.default_rng(23), []
-    while len(found) < count:
+    while len(found) < number_of_cases(50, 200):
         try:
             linkage, joints = random_linkage(rng)
         except (MobilityError, OpenLoopError):
@@ -43,12 +46,9 @@ def random_linkages(count):
     return found
 
 
-LINKAGES = random_linkages(200)
-
-
 def test_pure_inertias_come_back_from_masses_at_joints():
-    """200 linkages: inertias and masses moved at joints; the inertias are found again."""
-    for linkage, joints, rng in LINKAGES[:: number_of_cases(4, 1)]:
+    """Inertias and masses moved at joints; the inertias are found again."""
+    for linkage, joints, rng in random_linkages():
         names = [body.name for body in linkage.bodies]
         g = rng.uniform(-1, 1, len(names))
         z = np.outer(g, 0.5 * (rod([1, 0, 0]) + rod([0, 1, 0])))
@@ -72,8 +72,8 @@ def test_pure_inertias_come_back_from_masses_at_joints():
 
 
 def test_any_masses_keep_their_momentum():
-    """200 linkages with random masses: what stays, stays with the same momentum."""
-    for linkage, _, rng in LINKAGES[:: number_of_cases(4, 1)]:
+    """Random masses: what stays, stays with the same momentum."""
+    for linkage, _, rng in random_linkages():
         z = np.array([
             parameters(rng.uniform(0.5, 2), [*rng.uniform(-1, 1, 2), 0], 0.3 * np.eye(3))
             for _ in linkage.bodies

@@ -76,7 +76,7 @@ def test_serial_and_parallel_freedoms_span_the_space(figure):
     assert sizes.size == found.nullity and sizes[-1] > 1e-6
 
 
-@pytest.mark.parametrize("figure", FIGURES, ids=str)
+@pytest.mark.parametrize("figure", spread(FIGURES, 2, 0), ids=str)
 def test_transfer_freedoms_span_the_transfers(figure):
     found, _ = freed(figure)
     for transfer in found.transfers:

@@ -11,6 +11,7 @@ from hashlib import sha256
 
 import numpy as np
 import pytest
+from covering import spread
 from figures import FIGURES
 from laws import coordinates, known
 
@@ -25,7 +26,7 @@ SHARED = (
 ).split()
 
 
-@pytest.mark.parametrize("figure", FIGURES, ids=str)
+@pytest.mark.parametrize("figure", spread(FIGURES, 3, 0), ids=str)
 def test_a_saved_space_comes_back(figure, tmp_path):
     found = known(figure)
     balance.save_space(found, tmp_path / "space.npz")

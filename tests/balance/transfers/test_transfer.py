@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from covering import number_of_cases
 from drafts import axis_edge, linked
 from laws import outside, unit_vector
 from opened import Graph, serials
@@ -12,7 +13,7 @@ from balance import design_space
 from balance.inertial_parameters.conversions import from_chain
 from kinematics.assembly.assemble import assemble
 
-SEEDS = range(60)
+SEEDS = range(number_of_cases(20, 60))
 # Dimension of the transfers across a joint whose axis is parallel to every axis of rotation
 # below it, and across one where it is not. (J. J. de Jong, PhD thesis, University of Twente,
 # Table 5.1; there a planar joint has the row of a prismatic one, but its rotation takes the

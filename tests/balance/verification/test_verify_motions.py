@@ -34,7 +34,9 @@ def test_the_plotted_motion_has_the_peak_that_is_told(model, seed, decides, othe
         for part, rows in parts.items()
     }
     worst = {part: int(np.argmax(sizes)) for part, sizes in peaks.items()}
-    assert found.plotted == worst[decides] != worst[other] and found.plotted != 0
+    assert found.plotted == worst[decides] != 0
+    # The largest round-off, where the force is balanced, may be in any motion.
+    assert found.plotted != worst[other] or max(peaks[other]) < 1e-9
     # The curves that are drawn have the peaks that are told.
     _, force, moment, _ = panels(found)
     drawn = {"force": force.lines, "moment": moment.lines}

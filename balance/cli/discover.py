@@ -60,11 +60,17 @@ def _add_run(kinds: Verbs) -> None:
         description="Walks from random starts. Results that were written stay, however the run "
         "ends. Exits with 0 if a family was found, 1 if none was.",
     )
-    parser.add_argument(
-        "--topology", required=True, metavar="NAME",
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument(
+        "--model", metavar="MODEL",
+        help="take the topology of this model, begin with its geometry, and go on from "
+        "random changes of it; a path, or a name from 'balance models'",
+    )  # fmt: skip
+    where.add_argument(
+        "--topology", metavar="NAME",
         help="four-bar, slider-crank, geared-five-bar, watt1, watt2, stephenson1, stephenson2, "
-        "stephenson3, spherical-four-bar, r-u-s-r, 3-rsr, or the pairs of links that revolute "
-        'joints in a plane connect, as "0-1 1-2 2-3 0-3", where 0 is the ground',
+        "stephenson3, spherical-four-bar, r-u-s-r, 3-rsr, or the pairs of links that joints "
+        'connect, as "0-1 1-2 2-3 P0-3", where 0 is the ground and P a sliding joint',
     )  # fmt: skip
     parser.add_argument(
         "--buildable", action="store_true",
@@ -83,7 +89,9 @@ def _add_run(kinds: Verbs) -> None:
         help="stop after this time; --resume goes on from there",
     )  # fmt: skip
     parser.add_argument(
-        "--out", metavar="FILE.db", help="file of the results (default: TOPOLOGY.db)"
+        "--out",
+        metavar="FILE.db",
+        help="file of the results (default: NAME.db)",
     )
     parser.add_argument(
         "--resume", action="store_true",
@@ -107,15 +115,12 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
     Raises:
         LinkageError: there is no such topology, the file cannot be used, or workers fail.
     """
-    from balance.discovery.job import DiscoveryJob
     from balance.discovery.results import FamilyTally, found_in
-    from balance.discovery.topologies import topology
     from balance.report.text.discovery import search_data, search_text
     from balance.result_files.results_file import ResultsFile
 
-    graph = topology(arguments.topology)
-    job = DiscoveryJob(graph.name, arguments.starts, arguments.seed, arguments.buildable)
-    path = arguments.out or f"{graph.name.replace(' ', '_')}.db"
+    job, name = _job(arguments)
+    path = arguments.out or f"{name}.db"
     open_file = ResultsFile.resume if arguments.resume else ResultsFile.create
     with open_file(path, job) as file:
         begin, tally = monotonic(), FamilyTally(file)
@@ -133,7 +138,30 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
             raise
         data = search_data(file, found_in(file), monotonic() - begin)
     code = DONE if data["families"] else NEGATIVE
-    return Outcome(code, lambda: data, lambda: search_text(data, graph))
+    return Outcome(code, lambda: data, lambda: search_text(data, job.topology))
+
+
+def _job(arguments: argparse.Namespace) -> tuple[DiscoveryJob, str]:
+    """Describe the search of the options, and name its file.
+
+    Raises:
+        LinkageError: there is no such topology, or the model is no linkage to start from.
+    """
+    from balance.discovery.from_linkage import from_linkage
+    from balance.discovery.job import DiscoveryJob, text_of_geometry
+    from balance.discovery.topologies import topology
+    from kinematics.model_gallery import load
+
+    origin = ""
+    if arguments.model is None:
+        graph = topology(arguments.topology)
+        name = graph.name.replace(":", "").replace(" ", "_")
+    else:
+        linkage = load(arguments.model)
+        graph, own = from_linkage(linkage)
+        name, origin = linkage.name, text_of_geometry(own)
+    some = arguments.starts, arguments.seed
+    return DiscoveryJob(graph.name, *some, arguments.buildable, origin), name
 
 
 def _walk_all(

@@ -16,7 +16,7 @@ from balance.discovery.buildable_walk import margins, walk_to_buildable
 from balance.discovery.judge import judge_geometries
 from balance.discovery.polish import AGAIN, polish, walk_again
 from balance.discovery.splits import motion_splits
-from balance.discovery.starts import random_starts
+from balance.discovery.starts import random_starts, starts_near
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 from balance.discovery.topologies import Topology, topology
 from balance.discovery.walk import REACH, Walks, Watcher, generic_nullity, walk_to_special
@@ -24,7 +24,7 @@ from balance.result_files.chunk_job import Column, chunk_size
 from kinematics.errors import UsageError
 from kinematics.version import __version__
 
-__all__ = ["DiscoveryJob", "geometry_of_text"]
+__all__ = ["DiscoveryJob", "geometry_of_text", "text_of_geometry"]
 
 IntArray = NDArray[np.int64]
 
@@ -50,12 +50,15 @@ class DiscoveryJob:
         starts: number of walks.
         seed: seed of the starts.
         buildable: whether to walk to geometries that masses balance which can be built.
+        origin: a geometry as text, see `text_of_geometry`; walks start from it and near it.
+            By default they start anywhere.
     """
 
     name: str
     starts: int
     seed: int = 1
     buildable: bool = False
+    origin: str = ""
 
     kind = "discovery"
     columns = COLUMNS
@@ -74,8 +77,9 @@ class DiscoveryJob:
         try:
             data = json.loads(text)
             return cls(
-                data["topology"], int(data["starts"]), int(data["seed"]), data["buildable"]
-            )
+                data["topology"], int(data["starts"]), int(data["seed"]), data["buildable"],
+                data["origin"],
+            )  # fmt: skip
         except (ValueError, KeyError, TypeError):
             raise UsageError("the file holds no search for special geometries") from None
 
@@ -88,7 +92,8 @@ class DiscoveryJob:
     def description(self) -> str:
         """JSON text from which the job can be built again."""
         data = {"topology": self.name, "starts": self.starts, "seed": self.seed}
-        return json.dumps({**data, "buildable": self.buildable, "method": METHOD})
+        more = {"buildable": self.buildable, "origin": self.origin, "method": METHOD}
+        return json.dumps({**data, **more})
 
     @property
     def digest(self) -> str:
@@ -128,7 +133,7 @@ class DiscoveryJob:
             numbers: numbers of the starts.
             watch: told of the steps of the first walks; see `balance.discovery.walk.descend`.
         """
-        walks = self.walk(random_starts(self.structure, self.seed, numbers), watch=watch)
+        walks = self.walk(self.start(numbers), watch=watch)
         rows = _Rows(len(numbers))
         arrived = np.flatnonzero(walks.arrived)
         rows.outcome[arrived] = "lost at a node"
@@ -142,6 +147,17 @@ class DiscoveryJob:
             "codimension": rows.codimension, "margin": rows.margin, "ratio": ratio,
             "steps": walks.steps, "geometry": rows.text,
         }  # fmt: skip
+
+    def start(self, numbers: range) -> LaneGeometry:
+        """Draw starts.
+
+        Args:
+            numbers: their numbers; 0 is the origin, if there is one.
+        """
+        if self.origin:
+            own = geometry_of_text(self.origin)
+            return starts_near(self.structure, own, self.seed, numbers)
+        return random_starts(self.structure, self.seed, numbers)
 
     def walk(
         self, start: LaneGeometry, reach: float = REACH, watch: Watcher | None = None
@@ -187,8 +203,13 @@ class _Rows:
             self.outcome[to[fine & (self.margin[to] == 0.0)]] = "cannot be built"
         self.nullity[to], self.codimension[to] = ends.nullity, ends.codimension
         for k, row in enumerate(to.tolist()):
-            points, axes = special.points[k].tolist(), special.axes[k].tolist()
-            self.text[row] = json.dumps({"points": points, "axes": axes})
+            self.text[row] = text_of_geometry(special.take(slice(k, k + 1)))
+
+
+def text_of_geometry(geometry: LaneGeometry) -> str:
+    """Write a geometry in one lane as JSON text."""
+    points, axes = geometry.points[0].tolist(), geometry.axes[0].tolist()
+    return json.dumps({"points": points, "axes": axes})
 
 
 def geometry_of_text(text: str) -> LaneGeometry:

@@ -304,7 +304,9 @@ def _codimensions(
         if own.size:
             J, _ = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
             counts[own], sure[own] = _codimension(J)
-    return counts, sure
+    # Place, size and pose are no equations: more is what round-off leaves.
+    same = 4 if structure.planar else 3 if structure.spherical else 7
+    return counts, sure & (counts <= len(structure.shifts) - same - structure.width)
 
 
 def _away(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:

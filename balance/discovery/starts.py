@@ -1,4 +1,4 @@
-"""Random starts: joints anywhere, so that every start is assembled."""
+"""Starts: joints anywhere, or near those of a linkage, so that every start is assembled."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from numpy.typing import NDArray
 
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 
-__all__ = ["random_starts"]
+__all__ = ["random_starts", "starts_near"]
 
 Array = NDArray[np.float64]
+
+# Least and largest size of the random changes of a linkage, over its size.
+NEAREST, FARTHEST = 0.01, 1.0
 
 
 def random_starts(structure: TopologyArrays, seed: int, numbers: range) -> LaneGeometry:
@@ -23,6 +26,27 @@ def random_starts(structure: TopologyArrays, seed: int, numbers: range) -> LaneG
     drawn = [_draw(structure, np.random.default_rng([seed, number])) for number in numbers]
     points, axes = (np.stack(arrays) for arrays in zip(*drawn, strict=True))
     return structure.normalise(LaneGeometry(points, axes))
+
+
+def starts_near(
+    structure: TopologyArrays, own: LaneGeometry, seed: int, numbers: range
+) -> LaneGeometry:
+    """Change a linkage by random amounts, from a hundredth of its size to all of it.
+
+    Args:
+        structure: the topology.
+        own: the linkage, in one lane.
+        seed: seed of all starts.
+        numbers: numbers of the starts; 0 is the linkage itself.
+    """
+    count = len(structure.shifts)
+    steps = []
+    for number in numbers:
+        rng = np.random.default_rng([seed, number])
+        size = NEAREST * (FARTHEST / NEAREST) ** rng.random()
+        steps.append((number > 0) * size * rng.standard_normal(count))
+    many = LaneGeometry(*(np.repeat(array, len(steps), axis=0) for array in own))
+    return structure.change(many, np.stack(steps))
 
 
 def _draw(structure: TopologyArrays, rng: np.random.Generator) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ Kinds are R (revolute) and P (prismatic), in space also U (universal) and S (sph
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations, permutations
@@ -21,6 +22,8 @@ __all__ = ["TOPOLOGIES", "Edge", "Topology", "edge_list", "topology"]
 Array = NDArray[np.float64]
 Edge = tuple[str, int, int]
 
+# Most links of a topology from a list of edges.
+MOST = 10
 DEGREES = {"R": 1, "P": 1, "U": 2, "S": 3}
 
 
@@ -161,37 +164,51 @@ TOPOLOGIES = {
 }  # fmt: skip
 
 
+EDGE = re.compile(r"([RPUS]?)(\d+)-(\d+)")
+
+
 def topology(name: str) -> Topology:
-    """Return a topology by name, or from a list of edges as ``0-1 1-2 2-3 0-3``.
+    """Return a topology by name, or from a list of edges as ``0-1 1-2 2-3 P0-3``.
 
     Args:
-        name: one of `TOPOLOGIES`, or pairs of links of revolute joints in a plane.
+        name: one of `TOPOLOGIES`, or edges; see `edge_list`.
 
     Raises:
         UsageError: there is none of this name.
     """
     if name in TOPOLOGIES:
         return TOPOLOGIES[name]
-    if "-" in name and all(part.replace("-", "").isdigit() for part in name.split()):
+    if name.split() and EDGE.fullmatch(name.split()[-1]):
         return edge_list(name)
     names = ", ".join(TOPOLOGIES)
     raise UsageError(f"no topology {name!r}: one of {names}, or '0-1 1-2 2-3 0-3'")
 
 
 def edge_list(text: str) -> Topology:
-    """Read a planar graph of revolute joints from pairs of links.
+    """Read a graph from the pairs of links that its joints connect.
 
     Args:
-        text: pairs as ``0-1 1-2 2-3 0-3``; links are numbered from 0, the ground.
+        text: pairs as ``0-1 1-2 2-3 P0-3``; links are numbered from 0, the ground. Joints are
+            revolute; a letter P before a pair stands for a prismatic one. ``sphere:`` or
+            ``space:`` may come first; in space there are also universal joints, U, and
+            spherical ones, S.
 
     Raises:
         UsageError: a pair is no pair, or the links are not all connected.
     """
-    pairs = [tuple(map(int, part.split("-"))) for part in text.split()]
-    if not all(len(pair) == 2 and pair[0] != pair[1] for pair in pairs):
-        raise UsageError(f"{text!r} is no list of pairs of links, as 0-1 1-2 2-3 0-3")
-    edges = tuple(("R", min(pair), max(pair)) for pair in pairs)
-    found = Topology(text, edges)
+    words = text.split()
+    space = words.pop(0)[:-1] if words[0] in ("sphere:", "space:") else "plane"
+    pairs = [EDGE.fullmatch(word) for word in words]
+    read = [(m[1] or "R", int(m[2]), int(m[3])) for m in pairs if m is not None]
+    kinds = {"plane": "RP", "sphere": "R", "space": "RPUS"}[space]
+    if len(read) < len(pairs) or any(a == b or kind not in kinds for kind, a, b in read):
+        raise UsageError(f"{text!r} is no list of pairs of links, as 0-1 1-2 2-3 P0-3")
+    if max(max(a, b) for _, a, b in read) >= MOST:
+        raise UsageError(f"{text!r} has more than {MOST} links, the ground included")
+    if len({frozenset(ends) for _, *ends in read}) < len(read):
+        raise UsageError(f"{text!r} connects two links by two joints")
+    edges = tuple((kind, min(a, b), max(a, b)) for kind, a, b in read)
+    found = Topology(text, edges, space)
     reached = {0}
     for _ in edges:
         reached |= {x for _, a, b in edges for x in (a, b) if {a, b} & reached}

@@ -52,6 +52,7 @@ NEEDED: dict[str, tuple[tuple[str, ...], ...]] = {
 def needed(verb: str, given: Collection[str]) -> list[str]:
     """What a command needs beside the options that are given."""
     without = {*given, *["--scale"] * ("--against" in given)}
+    without |= {"--topology"} if "--model" in given else set()
     return [word for words in NEEDED.get(verb, ()) if words[0] not in without for word in words]
 
 
@@ -87,6 +88,7 @@ GOOD: dict[str, list[str]] = {
     "--translator": [BLOCK, "--moment", "1e-3,0.001,0.002"],
     "--moment": ["1e-3,0.001,0.002", "--translator", BLOCK],
     "--both-hubs": ["--moment", "1e-3,0.001,0.002", "--translator", BLOCK],
+    "discover run --model": ["slider_crank"],
     "discover run --topology": ["four-bar"], "discover run --starts": ["4"],
     "discover run --seed": ["2"], "discover run --seconds": ["60"],
     "discover run --out": ["{folder}/b.db"], "discover run --workers": ["0"],

@@ -36,7 +36,7 @@ def search_data(
     data = {
         "schema": SCHEMA, "what": what, "file": file.path, "topology": found.job.name,
         "starts": file.rows, "walked": file.computed()[0], "seed": found.job.seed,
-        "buildable": found.job.buildable,
+        "buildable": found.job.buildable, "near": bool(found.job.origin),
         "nullity": found.job.generic, "outcomes": found.outcomes,
         "families": [_family_data(k, f) for k, f in enumerate(found.families, 1)],
     }  # fmt: skip
@@ -129,6 +129,7 @@ def search_facts(data: Data, topology: Topology) -> list[tuple[str, str]]:
     pairs = [
         ("topology", data["topology"]), ("joints", f"{joints} (link 0 is the ground)"),
         ("walks", walked + ", to masses that can be built" * data["buildable"]),
+        ("starts", "the model and changes of it" if data["near"] else "anywhere"),
         ("ends", outcomes or "none yet"),
         ("elsewhere", f"most geometries have nullity {data['nullity']}"),
     ]  # fmt: skip

@@ -13,7 +13,6 @@ from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.number_arguments import positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import Advance, progress_bar
-from kinematics.wording import count_noun
 
 if TYPE_CHECKING:
     from balance.discovery.job import DiscoveryJob
@@ -118,6 +117,7 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
     from balance.discovery.results import FamilyTally, found_in
     from balance.report.text.discovery import search_data, search_text
     from balance.result_files.results_file import ResultsFile
+    from kinematics.wording import count_noun
 
     job, name = _job(arguments)
     path = arguments.out or f"{name}.db"
@@ -177,6 +177,7 @@ def _walk_all(
         _TimeIsUp: chunks are left.
     """
     from balance.result_files.chunk_runs import run_chunks
+    from kinematics.wording import count_noun
 
     end = None if arguments.seconds is None else monotonic() + arguments.seconds
     before = file.computed()[0]

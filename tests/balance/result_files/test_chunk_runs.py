@@ -92,7 +92,8 @@ def test_what_a_chunk_is_refused_for_is_told(tmp_path, where):
         with ResultsFile.create(tmp_path / f"{number}.db", job) as file:
             with pytest.raises((LinkageError, RuntimeError)) as caught:
                 run_chunks(job, file, **where)
-            assert file.computed()[0] >= 64 * 2
+            # A busy scheduler may report the refusal before the chunks that went before it.
+            assert file.computed()[0] >= (64 if "dask" in where else 64 * 2)
         if number == 0:
             assert str(caught.value) == "chunk 3 is not wanted"
             assert not isinstance(caught.value, UsageError)

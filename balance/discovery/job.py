@@ -32,7 +32,7 @@ CHUNK_ROWS = 50
 # Random geometries by which the nullity of most geometries is found.
 SAMPLE = 16
 # Version of the method: results of another one are not mixed with these.
-METHOD = 2
+METHOD = 3
 
 COLUMNS = (
     Column("outcome", "text"), Column("nullity", "integer"), Column("codimension", "integer"),

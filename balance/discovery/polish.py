@@ -53,6 +53,8 @@ CHANGES = 1e-7
 # Those that count for the codimension, and those that clearly do not.
 COUNTED, NOT_COUNTED = 1e-8, 3e-11
 STILL = 1e-11
+# Longest step that is left at a special geometry: 6e-6 beside a parallelogram off by 3e-5.
+SETTLED = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,28 +287,31 @@ def decide_special(structure: TopologyArrays, geometry: LaneGeometry, generic: i
     codimension = np.full(len(nullity), -1)
     for here in poses:
         own = np.flatnonzero(special)
-        counts, sure = _codimensions(structure, here.take(own), nullity[own])
+        counts, sure, settled = _codimensions(structure, here.take(own), nullity[own])
         codimension[own] = np.maximum(codimension[own], np.where(sure, counts, -1))
+        special[own] &= settled
     special &= codimension >= 0
     return Ends(poses[0], nullity, codimension, dropped, gap, clear, special)
 
 
 def _codimensions(
     structure: TopologyArrays, geometry: LaneGeometry, nullity: IntArray
-) -> tuple[IntArray, Flags]:
-    """Compute the rank of J at one pose of each linkage, and whether it is clear there."""
-    counts, sure = np.zeros(len(nullity), int), np.zeros(len(nullity), bool)
+) -> tuple[IntArray, Flags, Flags]:
+    """Compute the rank of J at one pose, whether it is clear, and whether no step is left."""
+    counts, (sure, settled) = np.zeros(len(nullity), int), np.zeros((2, len(nullity)), bool)
     if not len(nullity):
-        return counts, sure
+        return counts, sure, settled
     found = far_conditions(structure, geometry, clearly=True)
     for number in np.unique(nullity).tolist():
         own = np.flatnonzero(found.usable & (nullity == number))
         if own.size:
-            J, _ = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
+            J, r = _stacked(structure, geometry.take(own), take_conditions(found, own), number)
             counts[own], sure[own] = _codimension(J)
+            settled[own] = np.abs(_pseudo_step(J, r)).max(axis=1) <= SETTLED
     # Place, size and pose are no equations: more is what round-off leaves.
     same = 4 if structure.planar else 3 if structure.spherical else 7
-    return counts, sure & (counts <= len(structure.shifts) - same - structure.width)
+    sure &= counts <= len(structure.shifts) - same - structure.width
+    return counts, sure, settled | ~found.usable
 
 
 def _away(structure: TopologyArrays, geometry: LaneGeometry) -> LaneGeometry:

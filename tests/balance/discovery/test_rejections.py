@@ -7,6 +7,7 @@ from balance.discovery.judge import judge_geometries
 from balance.discovery.polish import decide_special
 from balance.discovery.splits import motion_splits
 from balance.discovery.starts import random_starts
+from balance.discovery.structure import LaneGeometry
 from balance.discovery.topologies import topology
 from balance.discovery.walk import generic_nullity
 from tests.helpers.covering import number_of_cases
@@ -78,6 +79,25 @@ def test_near_ones_at_a_node_are_rejected(bend):
     corners = np.stack([0.0 * B, B, C, 0.0 * B + b], axis=1)
     _, _, accepted = judged("four-bar", corners)
     assert not accepted.any()
+
+
+def test_a_loop_beside_a_flat_parallelogram_is_rejected():
+    """Off by 3e-5, sums of lengths equal: its momentum vanishes to 1e-16, but a step is left.
+
+    A walk of Stephenson III ended there. Lengths 0.92248, 1.30817, 0.92251, 1.30814.
+    """
+    points = np.zeros((1, 7, 3))
+    points[0, :, :2] = [
+        [-0.3097804439022615, -0.3872054259423171], [0.3574882134454598, 0.24976506155497208],
+        [0.3853960533727609, 1.5576127481152788], [0.36413935039439793, -0.08053108783153105],
+        [-0.29363708639987895, -0.7887197822626427],
+        [-0.28194246052071026, 0.9206730374277718],
+        [-0.221663626389768, -1.4715945510615316],
+    ]  # fmt: skip
+    axes = np.broadcast_to([0.0, 0.0, 1.0], points.shape).copy()
+    structure = topology("stephenson3").structure()
+    ends = decide_special(structure, LaneGeometry(points, axes), 7)
+    assert ends.dropped[0] < 1e-14 and ends.gap[0] > 1e-7 and not ends.special[0]
 
 
 @pytest.mark.parametrize("family", ["kite", "antiparallelogram", "parallelogram"])

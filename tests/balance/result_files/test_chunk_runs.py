@@ -164,6 +164,8 @@ def test_an_interrupt_reaches_the_writer_alone(tmp_path):
         writer = subprocess.Popen(
             [sys.executable, str(COMMAND), str(path), "2"], env=os.environ | ENVIRONMENT,
             stderr=subprocess.PIPE, text=True, start_new_session=True,
+            # A shell starts what runs in the background with interrupts ignored.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )  # fmt: skip
         while covered(path) == 0 and writer.poll() is None:
             time.sleep(0.01)

@@ -273,7 +273,7 @@ def test_play_moves_the_last_slider(browser, pages):
     play.click()
     wait_until(
         browser,
-        lambda page: "controls" and page.execute_script("return controls.values[0]") > 0.3,
+        lambda page: abs(page.execute_script("return controls.values[0]") - np.radians(10)) > 0.1,
     )
     assert play.text == "Stop"
     play.click()

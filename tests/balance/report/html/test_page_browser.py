@@ -271,10 +271,8 @@ def test_play_moves_the_last_slider(browser, pages):
     slide(browser, 0, 10)
     play = one(browser, ".play")
     play.click()
-    wait_until(
-        browser,
-        lambda page: abs(page.execute_script("return controls.values[0]") - np.radians(10)) > 0.1,
-    )
+    moved = "return Math.abs(controls.values[0] - Math.PI / 18) > 0.1"
+    wait_until(browser, lambda page: page.execute_script(moved))
     assert play.text == "Stop"
     play.click()
     settle(browser)

@@ -213,8 +213,8 @@ class PoseError(LinkageError):
     """A pose that the linkage cannot take."""
 
 
-class SynthesisError(LinkageError):
-    """Positions, pivots or masses from which no mechanism can be synthesised.
+class _RemediedError(LinkageError):
+    """A fault with its remedy.
 
     Attributes:
         problem: the fault.
@@ -225,6 +225,10 @@ class SynthesisError(LinkageError):
         """Compose ``problem; remedy``."""
         self.problem, self.remedy = problem, remedy
         super().__init__(f"{problem}; {remedy}")
+
+
+class SynthesisError(_RemediedError):
+    """Positions, pivots or masses from which no mechanism can be synthesised."""
 
 
 class UnreachedError(PoseError):
@@ -252,15 +256,5 @@ class UnreachedError(PoseError):
         )
 
 
-class WorkerError(LinkageError):
-    """Processes or machines that cannot compute what they were given.
-
-    Attributes:
-        problem: the fault.
-        remedy: how to correct it.
-    """
-
-    def __init__(self, problem: str, remedy: str) -> None:
-        """Compose ``problem; remedy``."""
-        self.problem, self.remedy = problem, remedy
-        super().__init__(f"{problem}; {remedy}")
+class WorkerError(_RemediedError):
+    """Processes or machines that cannot compute what they were given."""

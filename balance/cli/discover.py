@@ -7,12 +7,13 @@ import logging
 from time import monotonic
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, Verbs, page_path
+from balance.cli.arguments import Verbs, page_path
 from balance.cli.discover_walk import add_walk
 from balance.cli.exit_codes import DONE, NEGATIVE, UNDECIDED
 from balance.cli.number_arguments import positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import Advance, progress_bar
+from balance.cli.subcommands import add_group
 
 if TYPE_CHECKING:
     from balance.discovery.job import DiscoveryJob
@@ -31,24 +32,17 @@ MEMBERS, TRIED, MAX_MEMBERS = 100, 20, 10_000
 
 def add_discover(verbs: Verbs) -> None:
     """Add the command ``discover`` to the parser."""
-    parser = verbs.add_parser(
+    kinds = add_group(
+        verbs,
         "discover",
         help="a search for geometries that balance where others do not",
         description="Walks from random geometries of a topology to special ones, whose design "
         "space is larger, and groups these to families by the relations that they fulfil.",
     )
-    parser.set_defaults(run=_run)
-    kinds = parser.add_subparsers(metavar="what", required=True, parser_class=Parser)
     _add_run(kinds)
     _add_show(kinds)
     _add_export(kinds)
     add_walk(kinds)
-
-
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Run one of the commands below ``discover``."""
-    outcome: Outcome = arguments.compute(arguments)
-    return outcome
 
 
 def _add_run(kinds: Verbs) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from balance.cli.arguments import Parser, Verbs, page_path, picture_path
+from balance.cli.arguments import Verbs, page_path, picture_path
 from balance.cli.exit_codes import DONE
 from balance.cli.flex_arguments import beam_of, drive_of, support_position
 from balance.cli.flex_output import add_output, kind_of, write_file
@@ -13,29 +13,23 @@ from balance.cli.model_options import add_model_options, load_model
 from balance.cli.number_arguments import finite_number, positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
+from balance.cli.subcommands import add_group
 
 __all__ = ["add_flex"]
 
 
 def add_flex(verbs: Verbs) -> None:
     """Add the command ``flex`` to the parser."""
-    parser = verbs.add_parser(
+    kinds = add_group(
+        verbs,
         "flex",
         help="links that bend: modes, supports, similar counter-arms, simulation",
         description="Dynamic balance of mechanisms with links that bend, in the plane.",
     )
-    parser.set_defaults(run=_run)
-    kinds = parser.add_subparsers(metavar="what", required=True, parser_class=Parser)
     _add_modes(kinds)
     _add_supports(kinds)
     add_similar(kinds)
     _add_simulate(kinds)
-
-
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Run one of the commands below ``flex``."""
-    outcome: Outcome = arguments.compute(arguments)
-    return outcome
 
 
 def _add_modes(kinds: Verbs) -> None:

@@ -8,11 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from balance.cli.arguments import Parser, Verbs
+from balance.cli.arguments import Verbs
 from balance.cli.exit_codes import DONE
 from balance.cli.number_arguments import whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
+from balance.cli.subcommands import add_group
 from balance.cli.sweep_show import add_show
 
 if TYPE_CHECKING:
@@ -29,23 +30,16 @@ EXPORTS = (".csv", ".parquet")
 
 def add_sweep(verbs: Verbs) -> None:
     """Add the command ``sweep`` to the parser."""
-    parser = verbs.add_parser(
+    kinds = add_group(
+        verbs,
         "sweep",
         help="a study of many geometries, kept in a file",
         description="Computes a study of many geometries, chunk by chunk, into one file, from "
         "which an interrupted run goes on.",
     )
-    parser.set_defaults(run=_run)
-    kinds = parser.add_subparsers(metavar="what", required=True, parser_class=Parser)
     _add_run(kinds)
     add_show(kinds)
     _add_export(kinds)
-
-
-def _run(arguments: argparse.Namespace) -> Outcome:
-    """Run one of the commands below ``sweep``."""
-    outcome: Outcome = arguments.compute(arguments)
-    return outcome
 
 
 def _add_run(kinds: Verbs) -> None:

@@ -39,6 +39,7 @@ from balance.cli import (
     paths,
     remedies,
     report,
+    subcommands,
     sweep,
     synthesize,
     verify,
@@ -203,8 +204,8 @@ def test_what_nobody_foresaw_exits_with_70(verb, error, monkeypatch):
     def broken(arguments):
         raise error
 
-    monkeypatch.setattr(COMMANDS[verb], "_run", broken)
     first = {"flex": ["modes"], "sweep": ["show", "a.db"], "discover": ["show", "a.db"]}
+    monkeypatch.setattr(subcommands if verb in first else COMMANDS[verb], "_run", broken)
     model = ["five_bar"] * (verb not in WITHOUT_MODEL)
     words = [verb, *first.get(verb, model), "--json"]
     words += POSITIONS * (verb == "synthesize")

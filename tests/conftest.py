@@ -1,7 +1,4 @@
-"""One BLAS thread, processes for the whole suite, and robots as files.
-
-The matrices are small, and sums keep their order on every machine.
-"""
+"""Processes for the whole suite, and robots as files."""
 
 from __future__ import annotations
 
@@ -14,12 +11,6 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-
-# BLAS reads these when NumPy loads, and pytest loads this file before any test.
-for name in ("OPENBLAS", "OMP", "MKL", "BLIS"):
-    os.environ[f"{name}_NUM_THREADS"] = "1"
-os.environ["VECLIB_MAXIMUM_THREADS"] = "1"
-
 
 # Files of tests that need no kernels. They come first, while all kernels are compiled.
 PLAIN = (
@@ -119,6 +110,6 @@ def read(robot):
 @pytest.fixture
 def copy(tmp_path):
     """A copy of what is behind `kinematics.compiled.jit`, with kernels of one line."""
-    from small_package import make_packages
+    from tests.support.small_package import make_packages
 
     return make_packages(tmp_path / "site")

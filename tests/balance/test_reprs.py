@@ -6,7 +6,6 @@ import inspect
 
 import numpy as np
 import pytest
-from laws import coordinates
 
 import balance
 import kinematics
@@ -14,6 +13,7 @@ from balance.spaces.save import record_of
 from balance.taylor_poses.prediction import Predictions, predict
 from kinematics.assembly.tool_frame import tool
 from kinematics.spatial.screws import twist_axis
+from tests.support.laws import coordinates
 
 
 def results_of_poses_and_bases(linkage, space):

@@ -7,9 +7,6 @@ import re
 
 import numpy as np
 import pytest
-from covering import spread
-from laws import altered
-from urdf_text import UNIT_INERTIA, joint, link, saved
 
 import balance
 import kinematics
@@ -19,6 +16,9 @@ from balance.report.text.report import report_text
 from kinematics import Motion
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, FileError, MotionError, PoseError
+from tests.support.covering import spread
+from tests.support.laws import altered
+from tests.support.urdf_text import UNIT_INERTIA, joint, link, saved
 
 
 def test_one_relation_may_come_without_a_list():

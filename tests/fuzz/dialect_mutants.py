@@ -12,9 +12,8 @@ from functools import cache
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from mutant_elements import KINDS, NAMES, NUMBERS, ODD_NUMBERS, ODD_TYPES, typo
-
 from kinematics import gallery
+from tests.fuzz.mutant_elements import KINDS, NAMES, NUMBERS, ODD_NUMBERS, ODD_TYPES, typo
 
 Tree = ElementTree.Element
 

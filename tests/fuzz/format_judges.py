@@ -10,15 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from xml.etree import ElementTree
 
-from dialect_mutants import dialect_mutant
-from mjcf_mutants import mjcf_mutant
-from sdf_mutants import sdf_mutant
-
 from kinematics.errors import FileError
 from kinematics.formats.robot_files import read_robot, read_unassembled
 from kinematics.model.linkage import UnassembledLinkage
 from kinematics.urdf.read_options import ReadOptions, RobotFile
 from kinematics.urdf_elements.element import Document, Element
+from tests.fuzz.dialect_mutants import dialect_mutant
+from tests.fuzz.mjcf_mutants import mjcf_mutant
+from tests.fuzz.sdf_mutants import sdf_mutant
 
 __all__ = ["JUDGES", "judge_dialect", "judge_mjcf", "judge_sdf"]
 

@@ -1,6 +1,6 @@
 """Mutants of good files: every one is refused in one line, or read as a second reader does.
 
-``python tests/fuzz/fuzz.py --cases 100000 --seed 0`` runs as many cases as it is told; a seed
+``python -m tests.fuzz.fuzz --cases 100000 --seed 0`` runs as many cases as it is told; a seed
 stands for the cases that follow it, so that ``--seed 4711 --cases 1`` is one case again.
 """
 
@@ -17,21 +17,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-_PATHS = [str(ROOT / name) for name in ("", "tests/helpers", "tests/independent")]
-sys.path[:0] = [path for path in _PATHS if path not in sys.path]
-
-from comparison import SMALL, closed, compare, compare_closed  # noqa: E402
-from mutants import Mutant, mutant  # noqa: E402
-from second_reading import read  # noqa: E402
-from second_words import Strange  # noqa: E402
-from time_limit import time_limit  # noqa: E402
-
-from balance import design_space  # noqa: E402
-from kinematics.assembly.assemble import assemble  # noqa: E402
-from kinematics.errors import FileError, LinkageError  # noqa: E402
-from kinematics.formats.robot_files import read_unassembled  # noqa: E402
-from kinematics.urdf.read_options import ReadOptions  # noqa: E402
+from balance import design_space
+from kinematics.assembly.assemble import assemble
+from kinematics.errors import FileError, LinkageError
+from kinematics.formats.robot_files import read_unassembled
+from kinematics.urdf.read_options import ReadOptions
+from tests.fuzz.mutants import Mutant, mutant
+from tests.independent.second_reading import read
+from tests.independent.second_words import Strange
+from tests.support.comparison import SMALL, closed, compare, compare_closed
+from tests.support.time_limit import time_limit
 
 # Seconds after which a case hangs.
 LIMIT = 60.0

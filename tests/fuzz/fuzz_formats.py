@@ -1,6 +1,6 @@
 """Read mutants of other formats, and of the dialects of URDF, from the command line.
 
-``python tests/fuzz/fuzz_formats.py sdf --cases 20000 --seed 0`` runs as many cases as it is
+``python -m tests.fuzz.fuzz_formats sdf --cases 20000 --seed 0`` runs as many cases as it is
 told; formats are ``dialects``, ``mjcf`` and ``sdf``. URDF itself has `tests/fuzz/fuzz.py`. A
 case that ends the process is the last in ``--log``.
 """
@@ -14,12 +14,8 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-_PATHS = [str(ROOT / name) for name in ("", "tests/helpers", "tests/independent")]
-sys.path[:0] = [path for path in _PATHS if path not in sys.path]
-
-from format_judges import JUDGES  # noqa: E402
-from time_limit import time_limit  # noqa: E402
+from tests.fuzz.format_judges import JUDGES
+from tests.support.time_limit import time_limit
 
 __all__ = ["run"]
 

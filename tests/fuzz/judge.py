@@ -11,11 +11,11 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
-from exactly import determinant, modulo
-from modular_rows import conditions
 
 from balance.exact.chain import ExactChain, loops_are_regular
 from balance.exact.modular import eliminate
+from tests.independent.exactly import determinant, modulo
+from tests.support.modular_rows import conditions
 
 # Another prime than those of proofs; orders at which what a transfer does must vanish.
 OTHER = 1073741723

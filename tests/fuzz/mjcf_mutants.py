@@ -8,9 +8,8 @@ from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
-from mjcf_text import STYLES, Unwritable, four_bar, mjcf_text, random_tree
-
 from kinematics import gallery
+from tests.support.mjcf_text import STYLES, Unwritable, four_bar, mjcf_text, random_tree
 
 __all__ = ["mjcf_mutant"]
 

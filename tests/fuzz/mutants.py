@@ -14,10 +14,9 @@ from functools import cache
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from mutant_bytes import TEXTS, YAMLS
-from mutant_elements import ELEMENTS
-
 from kinematics import gallery
+from tests.fuzz.mutant_bytes import TEXTS, YAMLS
+from tests.fuzz.mutant_elements import ELEMENTS
 
 Tree = ElementTree.Element
 

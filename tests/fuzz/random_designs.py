@@ -1,6 +1,6 @@
 """Random questions about designs: each verdict is checked by a route that shares nothing.
 
-``python tests/fuzz/random_designs.py --cases 1500 --seed 0`` asks as many as it is told; a seed
+``python -m tests.fuzz.random_designs --cases 1500 --seed 0`` asks as many as it is told; a seed
 stands for the cases that follow it. Momentum is that of `reference` at finite poses closed by
 its own Newton method, cones, bounds and balls are written out here once more, and what the
 product leaves undecided is put to solvers of its own.
@@ -9,7 +9,6 @@ product leaves undecided is put to solvers of its own.
 from __future__ import annotations
 
 import argparse
-import os
 import random
 import sys
 import tempfile
@@ -21,23 +20,17 @@ from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
-# BLAS reads it when NumPy loads; the matrices are small.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-ROOT = Path(__file__).resolve().parents[2]
-_PATHS = [str(ROOT / name) for name in ("", "tests/helpers", "tests/independent")]
-sys.path[:0] = [path for path in _PATHS if path not in sys.path]
+import numpy as np
 
-import balls  # noqa: E402
-import numpy as np  # noqa: E402
-import reference  # noqa: E402
-from second_solvers import second_opinion  # noqa: E402
-from shapes import functional, matrix, outside  # noqa: E402
-from small_linkages import small_linkage  # noqa: E402
-
-import kinematics  # noqa: E402
-from balance import design_space  # noqa: E402
-from balance.designs.best_design import Design, design  # noqa: E402
-from kinematics.errors import LinkageError  # noqa: E402
+import kinematics
+from balance import design_space
+from balance.designs.best_design import Design, design
+from kinematics.errors import LinkageError
+from tests.independent import reference
+from tests.independent.second_solvers import second_opinion
+from tests.support import balls
+from tests.support.shapes import functional, matrix, outside
+from tests.support.small_linkages import small_linkage
 
 MODELS = (
     "four_bar_general four_bar_kite four_bar_kite_balanced four_bar_antiparallelogram "

@@ -1,6 +1,6 @@
 """Random requests to the command line: exit codes mean what they say, and JSON is strict.
 
-``python tests/fuzz/random_requests.py --cases 5000 --seed 0`` runs as many as it is told; a
+``python -m tests.fuzz.random_requests --cases 5000 --seed 0`` runs as many as it is told; a
 seed stands for the cases that follow it, so that ``--seed 4711 --cases 1`` is one case again.
 """
 
@@ -10,7 +10,6 @@ import argparse
 import io
 import json
 import logging
-import os
 import random
 import shlex
 import sys
@@ -23,16 +22,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-# BLAS reads it when NumPy loads; the matrices are small.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-ROOT = Path(__file__).resolve().parents[2]
-_PATHS = [str(ROOT / name) for name in ("", "tests/helpers", "tests/independent")]
-sys.path[:0] = [path for path in _PATHS if path not in sys.path]
+from jsonschema import Draft202012Validator
 
-from fuzz import written  # noqa: E402
-from jsonschema import Draft202012Validator  # noqa: E402
-from mutants import mutant  # noqa: E402
-from request_words import (  # noqa: E402
+import balance
+from balance.cli.main import main as run_command
+from kinematics import gallery
+from tests.fuzz.fuzz import written
+from tests.fuzz.mutants import mutant
+from tests.fuzz.request_words import (
     ODD,
     POSITIONS,
     WITHOUT_MODEL,
@@ -43,13 +40,9 @@ from request_words import (  # noqa: E402
     options,
     parsers,
 )
-from small_linkages import small_linkage  # noqa: E402
-from sweep_words import sweep_words  # noqa: E402
-from time_limit import time_limit  # noqa: E402
-
-import balance  # noqa: E402
-from balance.cli.main import main as run_command  # noqa: E402
-from kinematics import gallery  # noqa: E402
+from tests.fuzz.sweep_words import sweep_words
+from tests.support.small_linkages import small_linkage
+from tests.support.time_limit import time_limit
 
 LEVELS = ("estimated", "verified", "proved")
 # Seconds after which a request hangs.

@@ -13,11 +13,10 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from good_words import ARMS, BLOCK, GOOD, MASSES, POSITIONS, WITHOUT_MODEL, needed
-
 import kinematics
 from balance.cli.main import _parser
 from kinematics.errors import LinkageError
+from tests.fuzz.good_words import ARMS, BLOCK, GOOD, MASSES, POSITIONS, WITHOUT_MODEL, needed
 
 __all__ = [
     "GOOD",

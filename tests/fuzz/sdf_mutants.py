@@ -10,10 +10,9 @@ import random
 from functools import cache
 from xml.etree import ElementTree
 
-from mutant_elements import NAMES, NUMBERS, ODD_NUMBERS, typo
-from sdf_text import STYLES, sdf_of
-
 from kinematics import gallery
+from tests.fuzz.mutant_elements import NAMES, NUMBERS, ODD_NUMBERS, typo
+from tests.support.sdf_text import STYLES, sdf_of
 
 TEXTS = ("pose", "xyz", "mass", "ixx", "multiplier", "offset", "screw_thread_pitch")
 REFERENCES = ("relative_to", "expressed_in", "attached_to")

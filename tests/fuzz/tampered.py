@@ -5,7 +5,7 @@ is replaced in turn by one that cannot be there. *Altered* at random: `judge.why
 whether the proof is false now. One that it does not find false is not counted, such as a
 transfer of twice the parameters, or another minor that does not vanish.
 
-``python tests/fuzz/tampered.py --cases 3000`` tries so many of each of ten models, and prints
+``python -m tests.fuzz.tampered --cases 3000`` tries so many of each of ten models, and prints
 how many were false and accepted, which must be none, and how many were still true.
 """
 
@@ -17,20 +17,15 @@ import sys
 from collections import Counter
 from copy import deepcopy
 from fractions import Fraction
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-_PATHS = [str(ROOT / name) for name in ("", "tests/helpers", "tests/independent")]
-sys.path[:0] = [path for path in _PATHS if path not in sys.path]
+import numpy as np
 
-import numpy as np  # noqa: E402
-from checker import check  # noqa: E402
-from checker_form import CHAIN, PIVOT, TRANSFER  # noqa: E402
-from judge import why_false  # noqa: E402
-from proofs import accepted, proof_of, sealed  # noqa: E402
-
-import kinematics  # noqa: E402
-from balance import design_space  # noqa: E402
+import kinematics
+from balance import design_space
+from tests.fuzz.judge import why_false
+from tests.independent.checker import check
+from tests.independent.checker_form import CHAIN, PIVOT, TRANSFER
+from tests.support.proofs import accepted, proof_of, sealed
 
 MODELS = (
     ("four_bar_general", "dynamic"), ("slider_crank", "force"), ("rusr", "dynamic"),

@@ -1,14 +1,15 @@
 """Mutants of other formats are read, refused in one line or told of: never silently open.
 
-More of them: ``python tests/fuzz/fuzz_formats.py dialects --cases 20000``, or ``ALL_CASES=1``.
+More of them: ``python -m tests.fuzz.fuzz_formats dialects --cases 20000``, or ``ALL_CASES=1``.
 """
 
 import pytest
-from covering import number_of_cases
-from dialect_mutants import dialect_mutant
-from fuzz_formats import run
-from mjcf_mutants import mjcf_mutant
-from sdf_mutants import sdf_mutant
+
+from tests.fuzz.dialect_mutants import dialect_mutant
+from tests.fuzz.fuzz_formats import run
+from tests.fuzz.mjcf_mutants import mjcf_mutant
+from tests.fuzz.sdf_mutants import sdf_mutant
+from tests.support.covering import number_of_cases
 
 # Number of cases, and the least share of each way to end.
 CASES = {

@@ -1,23 +1,23 @@
 """Mutants of the gallery: refused in one line, or read as the standard library reads them.
 
-More of them: ``python tests/fuzz/fuzz.py --cases 100000``; a thousand with ``ALL_CASES=1``.
+More of them: ``python -m tests.fuzz.fuzz --cases 100000``; a thousand with ``ALL_CASES=1``.
 """
 
 import resource
 from pathlib import Path
 
 import pytest
-from comparison import compare
-from covering import number_of_cases
-from fuzz import run, written
-from mutants import mutant
-from second_reading import read
-from second_words import Strange
-from time_limit import Hang, time_limit
 
 from kinematics import gallery
 from kinematics.formats.robot_files import read_unassembled
 from kinematics.urdf.read_options import ReadOptions
+from tests.fuzz.fuzz import run, written
+from tests.fuzz.mutants import mutant
+from tests.independent.second_reading import read
+from tests.independent.second_words import Strange
+from tests.support.comparison import compare
+from tests.support.covering import number_of_cases
+from tests.support.time_limit import Hang, time_limit
 
 CASES = number_of_cases(250, 1000)
 EXACT = ReadOptions(angles="as_written")

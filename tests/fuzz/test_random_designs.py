@@ -6,11 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from random_designs import Question, asked, check, matrix, question, run
-from second_solvers import SETTLED
-from shapes import quadrilateral
-from test_certificate import _cloud
-from urdf_text import along, joint
 
 import kinematics
 from balance import check_certificate, design_space
@@ -19,6 +14,11 @@ from balance.designs.certificate import _split_known_terms
 from balance.designs.certificate_search import conflict_certificate
 from balance.designs.constraints import build_program, constraints_of
 from balance.designs.pseudo_inertia_cone import matrices_of
+from tests.balance.designs.test_certificate import _cloud
+from tests.fuzz.random_designs import Question, asked, check, matrix, question, run
+from tests.independent.second_solvers import SETTLED
+from tests.support.shapes import quadrilateral
+from tests.support.urdf_text import along, joint
 
 INERTIAL = (
     '<inertial><origin xyz="{}"/><mass value="{}"/>'
@@ -29,7 +29,7 @@ INERTIAL = (
 @pytest.mark.parametrize(("seeds", "uneven"), [(range(40_000, 40_030), False),
                                                (range(50_000, 50_010), True)])  # fmt: skip
 def test_random_designs(seeds, uneven):
-    """A sample of ``python tests/fuzz/random_designs.py --cases 1500``."""
+    """A sample of ``python -m tests.fuzz.random_designs --cases 1500``."""
     ends = set()
     for seed, one, end, wrong in run(seeds, uneven):
         assert not wrong, f"seed {seed}: {one}: {wrong}"

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from checker import check
-from checker_file import check_file
-from checker_form import CHAIN, PIVOT, TRANSFER, Rejected, check_form, read
-from covering import number_of_cases
-from proofs import accepted, proof_of, sealed
-from tampered import MODELS, alter_chain, proof_for, trial
 
 import kinematics
 from balance import certify, design_space
+from tests.fuzz.tampered import MODELS, alter_chain, proof_for, trial
+from tests.independent.checker import check
+from tests.independent.checker_file import check_file
+from tests.independent.checker_form import CHAIN, PIVOT, TRANSFER, Rejected, check_form, read
+from tests.support.covering import number_of_cases
+from tests.support.proofs import accepted, proof_of, sealed
 
 # A proof that the first checker took: rank 7 of the general four-bar, which is 8.
 FALSE = Path(__file__).parents[1] / "data" / "false_proof.json"

@@ -13,8 +13,9 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
-from kernel_sources import tree
-from test_house import MODULES, PACKAGES, PRODUCT, ROOT, imports, label
+
+from tests.house.test_house import MODULES, PACKAGES, PRODUCT, ROOT, imports, label
+from tests.support.kernel_sources import tree
 
 # Rooms of a package, lowest first: a module imports from its own room and from those before it.
 # Rooms on one line do not import each other.

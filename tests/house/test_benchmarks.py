@@ -12,11 +12,11 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from covering import ALL_CASES
 
 from benchmarks import __main__ as runner
 from benchmarks import profiles
 from benchmarks.harness import table
+from tests.support.covering import ALL_CASES
 
 ROOT = Path(__file__).parents[2]
 # What is tracked of times.

@@ -14,8 +14,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from kernel_sources import tree
-from test_house import PACKAGES, PRODUCT, ROOT, Definition, label
+
+from tests.house.test_house import PACKAGES, PRODUCT, ROOT, Definition, label
+from tests.support.kernel_sources import tree
 
 MODEL = ROOT / "urdf_models" / "four_bar_general.urdf"
 Place = tuple[Path, str, str]

@@ -6,7 +6,7 @@ import ast
 from functools import cache
 from pathlib import Path
 
-from kernel_sources import (
+from tests.support.kernel_sources import (
     PRODUCT,
     ROOT,
     callees,
@@ -15,7 +15,7 @@ from kernel_sources import (
     reached,
     tree,
 )
-from small_package import run
+from tests.support.small_package import run
 
 NUMBA = ROOT / "kinematics" / "compiled" / "numba_compiler.py"
 # Private names that Numba has for the cache, the compiler and the types of its objects.

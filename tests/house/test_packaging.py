@@ -20,8 +20,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from kernel_sources import PRODUCT, ROOT, kernels, tree
-from small_package import ABOVE, BELOW, run
+
+from tests.support.kernel_sources import PRODUCT, ROOT, kernels, tree
+from tests.support.small_package import ABOVE, BELOW, run
 
 ASK = "from kinematics.above import outer; print(outer(1.0))"
 NO_FOLDER = "no folder to cache compiled kernels in"

@@ -11,18 +11,18 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-import four_rrr
 import numpy as np
 import pytest
-import test_four_rrr_figures
-import test_thesis_motions
-from figures import DESIGNS
-from four_rrr import BODIES, CROSSED, GENERAL, PAIR, SIDE_BY_SIDE
-from laws import outside, relative, sums
 
 import kinematics
 from balance import design_space, mass_properties, momentum_regressor, violations
 from kinematics import Motion
+from tests.balance.added_masses import test_four_rrr_figures
+from tests.kinematics.taylor import test_thesis_motions
+from tests.support import four_rrr
+from tests.support.figures import DESIGNS
+from tests.support.four_rrr import BODIES, CROSSED, GENERAL, PAIR, SIDE_BY_SIDE
+from tests.support.laws import outside, relative, sums
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "reproduction.md"
 # The platform of a planar RRR robot does not rotate; inputs are the joints of leg 1.

@@ -1,6 +1,6 @@
 """How many random four-bars can be balanced by an added dyad.
 
-``python tests/independent/added_dyads.py --cases 200 --seed 0 --out DIR`` draws four-bars with
+``python -m tests.independent.added_dyads --cases 200 --seed 0 --out DIR`` draws four-bars with
 hinges at random decimals, none of which masses of its own balance, tries the known dyads of
 `balance.remedies.dyads.dyad_seeds` on each, and walks from random ones with ``--walks N``. The
 first dyad with buildable masses is written to DIR, with masses, and read again. Pinocchio must
@@ -10,31 +10,24 @@ confirm the file to 1e-9; how sure the rank of its conditions is, is counted.
 from __future__ import annotations
 
 import argparse
-import os
-import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-for _name in ("OPENBLAS", "OMP", "MKL"):
-    os.environ.setdefault(f"{_name}_NUM_THREADS", "1")
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT)] if str(ROOT) not in sys.path else []
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-from balance import certify, design_space, feasible, verify  # noqa: E402
-from balance.designs.write_urdf import replace_inertials  # noqa: E402
-from balance.remedies.dyads.added_dyad import buildable, walks_from_random  # noqa: E402
-from balance.remedies.dyads.dyad_geometry import dyad_document  # noqa: E402
-from balance.remedies.dyads.dyad_seeds import DyadSeed, dyad_seeds  # noqa: E402
-from balance.remedies.request import RemedyRequest  # noqa: E402
-from kinematics import ScrewJoint, from_screws, load  # noqa: E402
-from kinematics.errors import LinkageError  # noqa: E402
-from kinematics.model.linkage import Linkage  # noqa: E402
-from kinematics.urdf_elements.element import Document  # noqa: E402
+from balance import certify, design_space, feasible, verify
+from balance.designs.write_urdf import replace_inertials
+from balance.remedies.dyads.added_dyad import buildable, walks_from_random
+from balance.remedies.dyads.dyad_geometry import dyad_document
+from balance.remedies.dyads.dyad_seeds import DyadSeed, dyad_seeds
+from balance.remedies.request import RemedyRequest
+from kinematics import ScrewJoint, from_screws, load
+from kinematics.errors import LinkageError
+from kinematics.model.linkage import Linkage
+from kinematics.urdf_elements.element import Document
 
 __all__ = ["Member", "find_member", "four_bar", "main", "random_four_bars"]
 

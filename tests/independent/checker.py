@@ -12,7 +12,7 @@ P. With ``A = t P``, a twist that carries the body changes it at the rate ``A + 
 ``A - Aᵀ`` holds its momentum [ξ; p]. All numbers are fractions, or whole numbers modulo the
 prime of the proof.
 
-``python tests/independent/checker.py PROOF.json [ROBOT.urdf]`` checks a file.
+``python -m tests.independent.checker PROOF.json [ROBOT.urdf]`` checks a file.
 """
 
 import sys
@@ -20,7 +20,8 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
-from checker_form import Rejected, check_form, need, read
+
+from tests.independent.checker_form import Rejected, check_form, need, read
 
 NUMBERS = "screws mimics columns rows parameters".split()
 
@@ -275,7 +276,7 @@ if __name__ == "__main__":
         found = read(Path(sys.argv[1]).read_text("utf-8"))
         words = check(found)
         for file in sys.argv[2:3]:
-            from checker_file import check_file
+            from tests.independent.checker_file import check_file
 
             check_file(found, Path(file).read_bytes())
     except Rejected as error:

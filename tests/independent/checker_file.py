@@ -12,9 +12,10 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
-from checker import fractions, same_span
-from checker_form import Rejected, need
-from second_words import FREEDOMS, Strange, names_of
+
+from tests.independent.checker import fractions, same_span
+from tests.independent.checker_form import Rejected, need
+from tests.independent.second_words import FREEDOMS, Strange, names_of
 
 # An angle this near to a multiple of π/2 is one: 1.5708 is.
 RIGHT = 1e-4

@@ -1,6 +1,6 @@
 """Files with counterweights, checked by the commands that read them.
 
-``python tests/independent/counterweight_files.py --cases 20 --balance dynamic`` checks those of
+``python -m tests.independent.counterweight_files --cases 20 --balance dynamic`` checks those of
 all feasible requests among so many.
 """
 
@@ -10,21 +10,15 @@ import argparse
 import contextlib
 import io
 import json
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
-if __name__ == "__main__":
-    sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
-    sys.path.insert(0, str(Path(__file__).parents[2]))
-
-from counterweight_requests import random_request
-
 import balance
 from balance.added_masses.write_counterweights import with_counterweights
 from balance.cli.main import main as main_of_balance
+from tests.independent.counterweight_requests import random_request
 
 __all__ = ["check_exports", "export_fault"]
 

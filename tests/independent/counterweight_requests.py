@@ -6,9 +6,8 @@ import random
 import re
 from pathlib import Path
 
-from small_linkages import small_linkage
-
 import balance
+from tests.support.small_linkages import small_linkage
 
 __all__ = ["random_region", "random_request"]
 

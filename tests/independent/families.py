@@ -7,10 +7,11 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-import planar_families as planar
-import spatial_families as spatial
-from plain_linkage import Linkage, edges
-from true_ranks import independent
+
+from tests.independent import planar_families as planar
+from tests.independent import spatial_families as spatial
+from tests.independent.plain_linkage import Linkage, edges
+from tests.independent.true_ranks import independent
 
 __all__ = ["FAMILIES", "linkage"]
 

@@ -12,10 +12,10 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
 
-from families import linkage
-from plain_linkage import Linkage, urdf
-from time_limit import time_limit
-from true_ranks import Truth, truth
+from tests.independent.families import linkage
+from tests.independent.plain_linkage import Linkage, urdf
+from tests.independent.true_ranks import Truth, truth
+from tests.support.time_limit import time_limit
 
 __all__ = ["Verdict", "judge"]
 

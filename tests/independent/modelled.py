@@ -10,7 +10,8 @@ import warnings
 
 import cvxpy as cp
 import numpy as np
-from shapes import conditions, matrix, units
+
+from tests.support.shapes import conditions, matrix, units
 
 __all__ = ["Model"]
 

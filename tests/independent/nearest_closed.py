@@ -1,6 +1,6 @@
 """Files whose loops were opened, and the nearest closed pose by exhaustive search.
 
-``python tests/independent/nearest_closed.py --cases 200`` opens the joints of linkages by up to
+``python -m tests.independent.nearest_closed --cases 200`` opens the joints of linkages by up to
 1 rad, and compares the pose that the product takes with the nearest of those that 200 random
 starts lead to. Only linkages with two branches or more count. Of the product, the search
 reads the joints, their screws and the gaps of the loops; derivatives come from complex steps.
@@ -9,7 +9,6 @@ reads the joints, their screws and the gaps of the loops; derivatives come from 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
 from itertools import count
@@ -17,21 +16,15 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-for _name in ("OPENBLAS", "OMP", "MKL"):
-    os.environ.setdefault(f"{_name}_NUM_THREADS", "1")
-ROOT = Path(__file__).resolve().parents[2]
-_PATHS = tuple(str(ROOT / name) for name in ("", "tests/helpers", "tests/independent"))
-sys.path[:0] = [path for path in _PATHS if path not in sys.path]
+import numpy as np
+from scipy.spatial.transform import Rotation
 
-import numpy as np  # noqa: E402
-from families import linkage as generated  # noqa: E402
-from plain_linkage import urdf  # noqa: E402
-from scipy.spatial.transform import Rotation  # noqa: E402
-
-import kinematics  # noqa: E402
-from kinematics.errors import LinkageError, MobilityError  # noqa: E402
-from kinematics.formats.robot_files import read_unassembled  # noqa: E402
-from kinematics.urdf.read_options import ReadOptions  # noqa: E402
+import kinematics
+from kinematics.errors import LinkageError, MobilityError
+from kinematics.formats.robot_files import read_unassembled
+from kinematics.urdf.read_options import ReadOptions
+from tests.independent.families import linkage as generated
+from tests.independent.plain_linkage import urdf
 
 __all__ = ["Compared", "cases", "compare", "opened"]
 

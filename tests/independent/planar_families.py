@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from plain_linkage import AXES, Joint, Mimic, Vector, vector
+from tests.independent.plain_linkage import AXES, Joint, Mimic, Vector, vector
 
 __all__ = ["chained", "corners", "grid", "mimic", "nudged", "ring", "single", "small_loop"]
 

@@ -1,13 +1,12 @@
 """Random linkages through the product, beside integers that share no code with it.
 
-``python tests/independent/random_linkages.py --cases 5000 --seed 0 --jobs 2`` runs the cases
+``python -m tests.independent.random_linkages --cases 5000 --seed 0 --jobs 2`` runs the cases
 of all families in turn; ``--family F --seed S --cases 1 --show`` is one of them again.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
 import time
@@ -16,16 +15,10 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
-for _name in ("OPENBLAS", "OMP", "MKL"):
-    os.environ.setdefault(f"{_name}_NUM_THREADS", "1")
-ROOT = Path(__file__).resolve().parents[2]
-_PATHS = tuple(str(ROOT / name) for name in ("", "tests/helpers", "tests/independent"))
-sys.path[:0] = [path for path in _PATHS if path not in sys.path]
-
-from families import FAMILIES, linkage  # noqa: E402
-from judging import SURE, Verdict, judge  # noqa: E402
-from plain_linkage import urdf  # noqa: E402
-from true_ranks import truth  # noqa: E402
+from tests.independent.families import FAMILIES, linkage
+from tests.independent.judging import SURE, Verdict, judge
+from tests.independent.plain_linkage import urdf
+from tests.independent.true_ranks import truth
 
 __all__ = ["cases", "main"]
 

@@ -17,8 +17,17 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from reference_model import GROUND, Array, Cut, Mechanism, hat, load, point_mass
 from scipy.linalg import expm, null_space
+
+from tests.independent.reference_model import (
+    GROUND,
+    Array,
+    Cut,
+    Mechanism,
+    hat,
+    load,
+    point_mass,
+)
 
 __all__ = [
     "Decision",

@@ -2,14 +2,13 @@
 
 Nothing here uses `balance.added_masses` beyond the data of a region: point masses, cones and
 conditions are written anew.
-``python tests/independent/second_counterweights.py --cases 120`` compares that many random
+``python -m tests.independent.second_counterweights --cases 120`` compares that many random
 requests; with ``--balance dynamic``, of dynamic balance.
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -20,13 +19,8 @@ from scipy.linalg import null_space
 from scipy.optimize import linprog, minimize
 from scipy.spatial import Delaunay
 
-if __name__ == "__main__":
-    sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
-    sys.path.insert(0, str(Path(__file__).parents[2]))
-
-from counterweight_requests import random_request
-
 import balance
+from tests.independent.counterweight_requests import random_request
 
 __all__ = [
     "answer_fault", "by_cvxpy", "by_points", "certificate_fault", "samples",

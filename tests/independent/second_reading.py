@@ -12,8 +12,9 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
-from second_words import FREEDOMS, Strange, names_of, strict
-from second_yaml import beside
+
+from tests.independent.second_words import FREEDOMS, Strange, names_of, strict
+from tests.independent.second_yaml import beside
 
 Tree = ElementTree.Element
 

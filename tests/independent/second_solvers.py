@@ -6,7 +6,8 @@ import warnings
 from math import inf
 
 import numpy as np
-from shapes import matrix
+
+from tests.support.shapes import matrix
 
 __all__ = ["SETTLED", "second_opinion"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from second_words import FREEDOMS, Strange, names_of
+from tests.independent.second_words import FREEDOMS, Strange, names_of
 
 Tree = ElementTree.Element
 

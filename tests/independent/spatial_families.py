@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from plain_linkage import AXES, Joint, Vector, cross, vector
-from planar_families import chained, corners, grid, nudged, ring
+from tests.independent.plain_linkage import AXES, Joint, Vector, cross, vector
+from tests.independent.planar_families import chained, corners, grid, nudged, ring
 
 __all__ = ["embedded", "general", "overconstrained", "tilted_arm", "tilted_loop"]
 

@@ -16,7 +16,8 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from prime_field import absorb, free_momentum
+
+from tests.independent.prime_field import absorb, free_momentum
 
 __all__ = ["Graph", "Serial", "serial"]
 

@@ -14,14 +14,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from covering import ALL_CASES
-from families import FAMILIES, linkage
-from judging import Answer, _compared, judge
-from plain_linkage import AXES, Joint, Linkage, urdf, vector
-from planar_families import chained, ring
-from random_linkages import cases
-from spatial_families import _bennett
-from true_ranks import truth
+
+from tests.independent.families import FAMILIES, linkage
+from tests.independent.judging import Answer, _compared, judge
+from tests.independent.plain_linkage import AXES, Joint, Linkage, urdf, vector
+from tests.independent.planar_families import chained, ring
+from tests.independent.random_linkages import cases
+from tests.independent.spatial_families import _bennett
+from tests.independent.true_ranks import truth
+from tests.support.covering import ALL_CASES
 
 Z = AXES[2]
 PARALLELOGRAM = [vector(*p, 0) for p in ((0, 0), ("0.3", "0.7"), ("2.3", "0.7"), (2, 0))]

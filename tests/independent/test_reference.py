@@ -12,9 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from covering import spread
-from figures import DESIGNS, FIGURES, Figure
-from reference import (
+
+from tests.independent.reference import (
     Decision,
     Mechanism,
     closure,
@@ -28,6 +27,8 @@ from reference import (
     regressor,
     velocities,
 )
+from tests.support.covering import spread
+from tests.support.figures import DESIGNS, FIGURES, Figure
 
 GALLERY = sorted(Path(__file__).resolve().parents[2].glob("urdf_models/*.urdf"))
 MODELS = [path.stem for path in GALLERY]

@@ -11,9 +11,10 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from plain_linkage import Linkage, edges
-from prime_field import PRIMES, absorb, momentum, motion, reduced
-from split_bodies import Graph, serial
+
+from tests.independent.plain_linkage import Linkage, edges
+from tests.independent.prime_field import PRIMES, absorb, momentum, motion, reduced
+from tests.independent.split_bodies import Graph, serial
 
 __all__ = ["Truth", "independent", "truth"]
 

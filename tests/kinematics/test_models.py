@@ -5,7 +5,6 @@ import sys
 
 import numpy as np
 import pytest
-from urdf_text import EYE, UNIT_INERTIA, about, along, joint, link, placed, random_pose
 
 import kinematics
 from balance.cli.main import main
@@ -14,6 +13,16 @@ from kinematics import model_gallery as models
 from kinematics.errors import FileError, LinkageError
 from kinematics.urdf import read as urdf
 from kinematics.urdf.read_options import ReadOptions
+from tests.support.urdf_text import (
+    EYE,
+    UNIT_INERTIA,
+    about,
+    along,
+    joint,
+    link,
+    placed,
+    random_pose,
+)
 
 
 def arm(*kinds, first="base", extra=""):

@@ -5,9 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from counterweight_requests import random_region, random_request
-from four_rrr import BODIES, CROSSED, GENERAL, PAIR
-from second_counterweights import by_points, certificate_fault, samples
 
 import balance
 from balance.added_masses.decide import balance_residual
@@ -19,6 +16,9 @@ from balance.added_masses.write_counterweights import with_counterweights
 from balance.cli.main import main
 from balance.report.html.counterweights import counterweights_page, outlines
 from kinematics.errors import BodyError, UsageError
+from tests.independent.counterweight_requests import random_region, random_request
+from tests.independent.second_counterweights import by_points, certificate_fault, samples
+from tests.support.four_rrr import BODIES, CROSSED, GENERAL, PAIR
 
 
 def arm(path, length, bodies):

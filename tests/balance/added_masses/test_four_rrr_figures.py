@@ -6,15 +6,15 @@ Congress in Mechanism and Machine Science (IFToMM), Guanajuato, 2011, A12-523.
 
 from dataclasses import replace
 
-import four_rrr
 import numpy as np
 import pytest
-import reference
-from four_rrr import BODIES
-from second_counterweights import certificate_fault
 
 import balance
 import kinematics
+from tests.independent import reference
+from tests.independent.second_counterweights import certificate_fault
+from tests.support import four_rrr
+from tests.support.four_rrr import BODIES
 
 STRAIGHT = "c1=-a1-b1"
 LEG = ("a1", "b1", "c1")

@@ -1,13 +1,14 @@
 """Counterweights: random requests against cvxpy, and the files of the feasible ones."""
 
 import pytest
-from counterweight_files import check_exports
-from second_counterweights import compare
+
+from tests.independent.counterweight_files import check_exports
+from tests.independent.second_counterweights import compare
 
 
 @pytest.mark.parametrize("seed", range(10))
 def test_random_requests_agree_with_cvxpy(seed, tmp_path):
-    """A sample of ``python tests/independent/second_counterweights.py``."""
+    """A sample of ``python -m tests.independent.second_counterweights``."""
     assert compare(seed, tmp_path) == ""
 
 
@@ -19,5 +20,5 @@ def test_random_requests_of_dynamic_balance_agree_with_cvxpy(seed, tmp_path):
 
 @pytest.mark.parametrize("balanced", ["force", "dynamic"])
 def test_files_of_feasible_random_requests_are_balanced(balanced, tmp_path):
-    """A sample of ``python tests/independent/counterweight_files.py``."""
+    """A sample of ``python -m tests.independent.counterweight_files``."""
     assert check_exports(range(4), tmp_path, balanced) == 0

@@ -8,12 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from checker import check
-from covering import spread
-from figures import FIGURES, Figure
 from jsonschema import Draft202012Validator
-from laws import altered, known, space
-from proofs import arm, proof_of
 from scipy.linalg import expm
 
 import kinematics
@@ -25,6 +20,11 @@ from balance.verification.trajectory import random_motions
 from benchmarks.inputs.geometry import four_bar_chain, variants
 from kinematics.linalg.pivoted_qr import RANK_RELATIVE
 from kinematics.spatial.screws import hat
+from tests.independent.checker import check
+from tests.support.covering import spread
+from tests.support.figures import FIGURES, Figure
+from tests.support.laws import altered, known, space
+from tests.support.proofs import arm, proof_of
 
 # The table has it with the forces alone.
 FOUR_RRR = Figure("four_rrr", (9, 24), 12, 0, 36)

@@ -9,10 +9,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from covering import spread
-from figures import FIGURES, Figure
-from laws import known
-from spent import spent
 
 import balance
 import kinematics
@@ -22,6 +18,10 @@ from balance.report.data import Report, report_data
 from balance.spaces import compute_space
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics import gallery
+from tests.support.covering import spread
+from tests.support.figures import FIGURES, Figure
+from tests.support.laws import known
+from tests.support.spent import spent
 
 # Lists of files that are opened, while a test looks.
 OPENED: list[list[str]] = []

@@ -7,11 +7,11 @@ import shutil
 import subprocess
 
 import pytest
-from request_words import options, parsers
 
 from balance.cli.completion import SHELLS
 from balance.cli.main import main
 from kinematics import gallery
+from tests.fuzz.request_words import options, parsers
 
 ASK = """
 eval "$1"; shift

@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
-from covering import spread
-from figures import FIGURES
 from jsonschema import Draft202012Validator, ValidationError
-from sidecar_text import PAIR
-from urdf_text import along, joint, link
 
 import balance
 from balance.cli.design import OBJECTIVES
 from balance.cli.main import main
 from balance.designs.best_design import Objective
 from kinematics.model_gallery import gallery
+from tests.support.covering import spread
+from tests.support.figures import FIGURES
+from tests.support.sidecar_text import PAIR
+from tests.support.urdf_text import along, joint, link
 
 SCHEMA = json.loads(
     Path(balance.__file__)

@@ -14,21 +14,6 @@ from itertools import chain
 
 import numpy as np
 import pytest
-from covering import ALL_CASES, number_of_cases
-from random_requests import asked, check, meant, run, strict, validator
-from request_words import (
-    GOOD,
-    MASSES,
-    POSITIONS,
-    WITHOUT_MODEL,
-    WORDS,
-    names_of,
-    needed,
-    options,
-    parsers,
-)
-from sidecar_text import PAIR
-from sweep_words import sweep_files
 
 from balance.cli import (
     design,
@@ -47,6 +32,21 @@ from balance.cli import (
 from balance.json_text import json_text, plain_data
 from balance.result_files.chunk_runs import run_chunks
 from kinematics import gallery
+from tests.fuzz.random_requests import asked, check, meant, run, strict, validator
+from tests.fuzz.request_words import (
+    GOOD,
+    MASSES,
+    POSITIONS,
+    WITHOUT_MODEL,
+    WORDS,
+    names_of,
+    needed,
+    options,
+    parsers,
+)
+from tests.fuzz.sweep_words import sweep_files
+from tests.support.covering import ALL_CASES, number_of_cases
+from tests.support.sidecar_text import PAIR
 
 COMMANDS = {
     "report": report,
@@ -163,7 +163,7 @@ def test_usage_is_told_in_one_line(words):
 
 
 def test_random_requests():
-    """A sample of ``python tests/fuzz/random_requests.py --cases 5000``."""
+    """A sample of ``python -m tests.fuzz.random_requests --cases 5000``."""
     ends, count = set(), number_of_cases(50, 150)
     for seed, words, end, wrong in run(range(500_000, 500_000 + count)):
         assert not wrong, f"seed {seed}: {words}: {wrong}"

@@ -8,12 +8,12 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
-import reference
 from jsonschema import Draft202012Validator, ValidationError
-from test_readings import four_bar
 
 import kinematics
 from balance.cli.main import main
+from tests.balance.cli.test_readings import four_bar
+from tests.independent import reference
 
 SCHEMAS = files("balance").joinpath("schemas")
 SCHEMA = json.loads(SCHEMAS.joinpath("motion.schema.json").read_text("utf-8"))

@@ -5,13 +5,13 @@ import math
 from importlib.resources import files
 
 import pytest
-from chains import jointed, robot, written
 from jsonschema import Draft202012Validator
-from laws import altered
 
 import kinematics
 from balance.cli.main import main
 from kinematics.errors import OpenLoopError
+from tests.support.chains import jointed, robot, written
+from tests.support.laws import altered
 
 RIGHT = "1.5707963267948966"
 

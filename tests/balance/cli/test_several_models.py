@@ -7,10 +7,10 @@ from importlib.resources import files
 
 import pytest
 from jsonschema import Draft202012Validator
-from test_page import Elements
 
 from balance.cli.main import main
 from balance.report.text.side_by_side import joined_facts, side_by_side
+from tests.balance.report.html.test_page import Elements
 
 KITE, GENERAL = "four_bar_kite_balanced", "four_bar_general"
 FEW = ("--trajectories", "2", "--seed", "3")

@@ -12,16 +12,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from killed_runs import kill_and_resume
-from random_requests import asked, check, strict, validator
-from sweep_words import LENGTHS, STUDY
 
 import balance
 from balance.report.html.sweep import sweep_page
 from balance.report.html.sweep_plot import is_grid
 from balance.result_files.results_file import ResultsFile
 from kinematics.errors import UsageError
+from tests.fuzz.random_requests import asked, check, strict, validator
+from tests.fuzz.sweep_words import LENGTHS, STUDY
+from tests.support.covering import number_of_cases
+from tests.support.killed_runs import kill_and_resume
 
 ROOT = Path(__file__).parents[3]
 MANY = """

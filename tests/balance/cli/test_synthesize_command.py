@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from covering import number_of_cases
 from jsonschema import Draft202012Validator
-from test_pantograph import TABLE
-from test_three_positions import random_triple
 
 import balance
 from balance.cli.main import main
+from tests.balance.synthesis.test_pantograph import TABLE
+from tests.balance.synthesis.test_three_positions import random_triple
+from tests.support.covering import number_of_cases
 
 SCHEMA = json.loads(
     Path(balance.__file__)

@@ -12,9 +12,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
-from laws import altered, sums, words
-from test_readings import four_bar
-from test_verify import off_axis
 
 import kinematics
 from balance import mass_properties
@@ -27,6 +24,9 @@ from balance.report.html.verification import (
 from balance.report.html.verification_page import verification_page
 from balance.verification.shaking_wrench import mass_parameters
 from balance.verification.to_pinocchio import verify
+from tests.balance.cli.test_readings import four_bar
+from tests.balance.verification.test_verify import off_axis
+from tests.support.laws import altered, sums, words
 
 FEW = ["--trajectories", "1"]
 BALANCED, SHAKING = "four_bar_kite_balanced", "four_bar_general"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laws import exact_rank, outside
 
 from balance.conditions import rank
 from balance.conditions.rank import Conditions
 from kinematics.tolerances import RANK_MARGIN, RANK_RELATIVE
+from tests.support.laws import exact_rank, outside
 
 SHAPES = [(1, 1, 1), (5, 3, 2), (3, 5, 3), (8, 8, 5), (30, 12, 7), (12, 30, 9), (60, 70, 43)]
 

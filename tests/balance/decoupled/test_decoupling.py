@@ -8,18 +8,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from covering import number_of_cases, spread
-from figures import BALANCED, FIGURES
-from laws import altered, known, placed, resized, space, space_of
-from reference import (
-    decoupling_rows,
-    follow,
-    load,
-    motion_basis,
-    rank_over_poses,
-    ranks_by_order,
-    velocities,
-)
 from scipy.spatial.transform import Rotation
 
 import kinematics
@@ -33,6 +21,18 @@ from balance import (
 )
 from balance.decoupled.locked_inertia import locked_parameters
 from kinematics.errors import UsageError
+from tests.independent.reference import (
+    decoupling_rows,
+    follow,
+    load,
+    motion_basis,
+    rank_over_poses,
+    ranks_by_order,
+    velocities,
+)
+from tests.support.covering import number_of_cases, spread
+from tests.support.figures import BALANCED, FIGURES
+from tests.support.laws import altered, known, placed, resized, space, space_of
 
 ROWS = [figure for figure in FIGURES if figure.balance == "dynamic"]
 BY_NAME = {str(figure): figure for figure in ROWS}

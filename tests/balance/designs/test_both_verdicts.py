@@ -5,14 +5,9 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
-import balls
 import numpy as np
 import pytest
-import reference
-from drafts import axis_edge, linked
-from laws import altered, placed, resized, sums
 from scipy.spatial.transform import Rotation
-from shapes import conditions, functional, matrix, outside
 
 import kinematics
 from balance import check_certificate, check_design, design_space
@@ -21,6 +16,11 @@ from balance.designs.best_design import design
 from balance.designs.constraints import constraints_of
 from balance.designs.mass_regions import ball_of, reach_of
 from kinematics.assembly.assemble import assemble
+from tests.independent import reference
+from tests.support import balls
+from tests.support.drafts import axis_edge, linked
+from tests.support.laws import altered, placed, resized, sums
+from tests.support.shapes import conditions, functional, matrix, outside
 
 # A heavy coupler that is kept, and little mass to balance it.
 CLASH = ("four_bar_general", ["coupler"], {"crank": (0.0, 0.1)})

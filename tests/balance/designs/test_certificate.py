@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import conditions, functional, outside
 
 import kinematics
 from balance import check_certificate, check_design, design_space
 from balance.designs.best_design import design
 from balance.designs.constraints import constraints_of
 from balance.designs.feasibility import feasible
+from tests.support.shapes import conditions, functional, outside
 
 PROVED = ["four_bar_general", "bennett", "three_rsr", "four_bar_spherical", "five_bar"]
 

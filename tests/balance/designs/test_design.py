@@ -5,13 +5,21 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
-import balls
 import numpy as np
 import pytest
-import reference
-from covering import number_of_cases
-from modelled import Model
-from shapes import (
+
+import kinematics
+from balance import Design, check_design, design_space
+from balance.designs.best_design import design
+from balance.designs.feasibility import feasible
+from balance.inertial_parameters.conversions import violations
+from balance.verification.to_pinocchio import verify
+from kinematics.errors import BodyError, LinkageError
+from tests.independent import reference
+from tests.independent.modelled import Model
+from tests.support import balls
+from tests.support.covering import number_of_cases
+from tests.support.shapes import (
     antiparallelogram,
     conditions,
     functional,
@@ -21,14 +29,6 @@ from shapes import (
     outside,
     quadrilateral,
 )
-
-import kinematics
-from balance import Design, check_design, design_space
-from balance.designs.best_design import design
-from balance.designs.feasibility import feasible
-from balance.inertial_parameters.conversions import violations
-from balance.verification.to_pinocchio import verify
-from kinematics.errors import BodyError, LinkageError
 
 OBJECTIVES = ("mass", "inertia", "rotor", "change")
 FEASIBLE = [

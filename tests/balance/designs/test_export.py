@@ -7,9 +7,6 @@ import re
 import numpy as np
 import pytest
 import yourdfpy
-from laws import point_masses, sums
-from sidecar_text import PAIR, bench, written
-from urdf_text import EYE, FOUR_BAR, along, inertial_of, joint, link, pose_of
 
 import kinematics
 from balance.atomic_files import open_atomic
@@ -19,6 +16,9 @@ from kinematics.formats.robot_files import read_unassembled
 from kinematics.model_gallery import gallery
 from kinematics.urdf.read import read_loaded_model
 from kinematics.urdf.read_options import ReadOptions
+from tests.support.laws import point_masses, sums
+from tests.support.sidecar_text import PAIR, bench, written
+from tests.support.urdf_text import EYE, FOUR_BAR, along, inertial_of, joint, link, pose_of
 
 ELEMENT = "<inertial>\n  <mass/>\n</inertial>"
 ANY = re.compile(rb"[\r\n]*[ \t]*<inertial\b[^>]*(?:/>|>.*?</inertial\s*>)", re.DOTALL)

@@ -6,11 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import reference
-from drafts import axis_edge, linked
-from laws import altered, placed, resized
 from scipy.spatial.transform import Rotation
-from shapes import (
+
+import kinematics
+from balance import certify, check_certificate, check_design, design_space
+from balance.designs.best_design import design
+from balance.designs.feasibility import feasible
+from balance.verification.to_pinocchio import verify
+from kinematics.assembly.assemble import assemble
+from tests.independent import reference
+from tests.support.drafts import axis_edge, linked
+from tests.support.laws import altered, placed, resized
+from tests.support.shapes import (
     antiparallelogram,
     arm,
     bennett,
@@ -23,13 +30,6 @@ from shapes import (
     quadrilateral,
     spherical,
 )
-
-import kinematics
-from balance import certify, check_certificate, check_design, design_space
-from balance.designs.best_design import design
-from balance.designs.feasibility import feasible
-from balance.verification.to_pinocchio import verify
-from kinematics.assembly.assemble import assemble
 
 FEASIBLE = [
     ("four_bar_kite", None), ("four_bar_antiparallelogram", None), ("slider_crank", None),

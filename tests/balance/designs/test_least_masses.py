@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import matrix
 
 import kinematics
 from balance import design_space
 from balance.designs.best_design import design
 from balance.report.text.design import design_text
+from tests.support.shapes import matrix
 
 KITES = ["four_bar_kite", "four_bar_antiparallelogram"]
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import balls
 import numpy as np
 import pytest
-import reference
-from drafts import axis_edge, linked
-from laws import sums
-from shapes import matrix
 
 import kinematics
 from balance import design_space
 from balance.designs.best_design import design
 from balance.designs.mass_regions import ball_of, middle_of, reach_of
 from kinematics.assembly.assemble import assemble
+from tests.independent import reference
+from tests.support import balls
+from tests.support.drafts import axis_edge, linked
+from tests.support.laws import sums
+from tests.support.shapes import matrix
 
 READ = ["four_bar_kite_balanced", "slider_crank", "five_bar", "three_rrr", "pantograph",
         "four_bar_spherical", "bennett", "six_bar_watt", "fuga_i"]  # fmt: skip

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laws import altered, placed, resized, words
 from scipy.spatial.transform import Rotation
 
 from balance import design, design_space
 from balance.designs.nearest import file_distance, minimise_distance
+from tests.support.laws import altered, placed, resized, words
 
 CASES = [
     ("four_bar_antiparallelogram", None, "dynamic"), ("slider_crank", None, "dynamic"),

@@ -14,7 +14,7 @@ from balance.discovery.starts import random_starts
 from balance.discovery.to_linkage import to_linkage
 from balance.discovery.topologies import topology
 from balance.discovery.walk import LaneConditions, conditions_at
-from tests.helpers.planted import four_bar_lanes, mirrored
+from tests.support.planted import four_bar_lanes, mirrored
 
 ROOT = np.sqrt(2.0)
 

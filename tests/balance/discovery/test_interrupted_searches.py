@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from killed_runs import kill_and_resume, paths_of
 
 from balance.cli.main import main
 from balance.discovery.job import DiscoveryJob
@@ -13,6 +12,7 @@ from balance.discovery.results import FamilyTally, found_in
 from balance.result_files.chunk_runs import run_chunks
 from balance.result_files.results_file import ResultsFile
 from kinematics.errors import FileError
+from tests.support.killed_runs import kill_and_resume, paths_of
 
 ROOT = Path(__file__).parents[3]
 STARTS = 200

@@ -10,8 +10,8 @@ from balance.discovery.starts import random_starts
 from balance.discovery.structure import LaneGeometry
 from balance.discovery.topologies import topology
 from balance.discovery.walk import generic_nullity
-from tests.helpers.covering import number_of_cases
-from tests.helpers.planted import (
+from tests.support.covering import number_of_cases
+from tests.support.planted import (
     FAMILIES,
     lanes_of,
     mirrored,

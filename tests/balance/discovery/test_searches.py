@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from covering import number_of_cases
 
 from balance.discovery.confirm import confirm
 from balance.discovery.job import CHUNK_ROWS, DiscoveryJob
@@ -10,6 +9,7 @@ from balance.discovery.results import found_in
 from balance.result_files.chunk_runs import run_chunks
 from balance.result_files.results_file import ResultsFile
 from kinematics.errors import UsageError
+from tests.support.covering import number_of_cases
 
 FOUR_BARS = {
     frozenset(["AD = BC", "AB = CD"]), frozenset(["AD = AB", "BC = CD"]),

@@ -11,7 +11,7 @@ from balance.discovery.starts import random_starts
 from balance.discovery.to_linkage import to_linkage
 from balance.discovery.topologies import TOPOLOGIES, topology
 from balance.discovery.walk import generic_nullity
-from tests.helpers.planted import four_bar_lanes, mirrored
+from tests.support.planted import four_bar_lanes, mirrored
 
 # Of most geometries: figures of the design document, and of transfers at joints.
 NULLITY = {

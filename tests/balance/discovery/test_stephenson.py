@@ -10,8 +10,8 @@ from balance.discovery.polish import decide_special
 from balance.discovery.quantities import quantities_of
 from balance.discovery.to_linkage import to_linkage
 from balance.discovery.topologies import topology
-from tests.helpers.covering import number_of_cases
-from tests.helpers.planted import lanes_of, planted_corners
+from tests.support.covering import number_of_cases
+from tests.support.planted import lanes_of, planted_corners
 
 GRAPH = topology("stephenson3")
 BOTH = [("similar ternaries", 8), ("parallel ternaries", 10)]

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from laws import outside
-from planar_masses import in_plane, momentum, with_masses
 
 import kinematics
 from balance import (
@@ -18,6 +16,8 @@ from balance import (
     pure_inertia,
 )
 from kinematics.errors import BodyError, UsageError
+from tests.support.laws import outside
+from tests.support.planar_masses import in_plane, momentum, with_masses
 
 CHAPTER_6 = "two_rrr_bisector"
 # Pure inertias of [J] table 6.2, in the order arm1, arm3, arm2, arm4, platform, bars, bisector.

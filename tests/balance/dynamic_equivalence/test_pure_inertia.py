@@ -4,14 +4,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from planar_masses import in_plane, momentum, with_masses
 
 import kinematics
 from balance import design_space, mass_properties, parameters, pure_inertia
 from balance.inertial_parameters.multipole import point_mass, rod
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import MobilityError, OpenLoopError, UsageError
+from tests.support.covering import number_of_cases
+from tests.support.planar_masses import in_plane, momentum, with_masses
 
 
 def random_linkage(rng):

@@ -6,11 +6,6 @@ from math import lcm
 
 import numpy as np
 import pytest
-from exactly import Planar4R, Series, coupled, determinant, modulo
-from figures import FIGURES, Figure
-from laws import altered, exact_rank
-from modular_rows import conditions
-from urdf_text import INERTIAL, joint, link, pose_of, saved
 
 import kinematics
 from balance import design_space
@@ -21,6 +16,11 @@ from balance.exact.modular_ranks import MIN_PLATEAU
 from kinematics import Motion
 from kinematics.errors import ExactError
 from kinematics.urdf.rational_screws import exact_geometry
+from tests.independent.exactly import Planar4R, Series, coupled, determinant, modulo
+from tests.support.figures import FIGURES, Figure
+from tests.support.laws import altered, exact_rank
+from tests.support.modular_rows import conditions
+from tests.support.urdf_text import INERTIAL, joint, link, pose_of, saved
 
 # Overconstrained linkages: that they close at all orders does not follow from their ranks.
 OVERCONSTRAINED = {"bennett", "bennett_rational", "goldberg_five_bar", "sarrus"}

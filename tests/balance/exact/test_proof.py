@@ -6,15 +6,15 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from checker import check
-from exactly import determinant
-from laws import altered, placed
-from modular_rows import conditions
-from proofs import accepted, arm, arm_text, proof_of, sealed
-from urdf_text import INERTIAL
 
 import kinematics
 from balance import certify, design_space
+from tests.independent.checker import check
+from tests.independent.exactly import determinant
+from tests.support.laws import altered, placed
+from tests.support.modular_rows import conditions
+from tests.support.proofs import accepted, arm, arm_text, proof_of, sealed
+from tests.support.urdf_text import INERTIAL
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from flexible_cases import four_bar_text
 
 import balance
 import kinematics
@@ -21,6 +19,8 @@ from balance.flexible.simulate import simulate
 from balance.flexible.support_points import support_points
 from balance.verification.trajectory import drive
 from kinematics.errors import LinkageError
+from tests.support.covering import number_of_cases
+from tests.support.flexible_cases import four_bar_text
 
 # Where the pivot of the rocker is, with the crank from (0, 0) to (0, ½) and the coupler to
 # (1, ½): the figure with the assembly is missing in the source.

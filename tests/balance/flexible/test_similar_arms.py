@@ -5,8 +5,6 @@
 
 import numpy as np
 import pytest
-from covering import ALL_CASES, number_of_cases
-from flexible_cases import steel_arms
 from scipy.integrate import solve_ivp
 
 from balance.flexible.arm_mechanisms import Block, arm_mechanism, translator_mechanism
@@ -23,6 +21,8 @@ from balance.flexible.similarity import (
 from balance.flexible.simulate import simulate
 from balance.flexible.translators import Translator, simulate_translator
 from kinematics.errors import LinkageError
+from tests.support.covering import ALL_CASES, number_of_cases
+from tests.support.flexible_cases import steel_arms
 
 LONG = Arm(Beam(0.1, 0.0045, 0.024), 0.01)
 SHORT = Arm(Beam(0.05, 0.001125, 0.0135), 0.02)

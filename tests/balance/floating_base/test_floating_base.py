@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from covering import ALL_CASES
 
 import kinematics
 from balance import FloatingBase, parameters, simulate_floating_base
@@ -16,6 +15,7 @@ from balance.verification.given_motions import rest_to_rest
 from balance.verification.input_paths import SinePath, SplinePath, SteadyPath
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import LinkageError, MotionError, PoseError, UsageError
+from tests.support.covering import ALL_CASES
 
 PANTOGRAPH = "slider_pantograph"
 # One kg m² about the centre with the slider at 0, as in [J]; any mass will do.

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from covering import ALL_CASES
-from floating_in_pinocchio import FloatingModel
 from scipy.spatial.transform import Rotation
 
 import kinematics
 from balance import FloatingBase, simulate_floating_base
 from kinematics.closure.joint_positions import input_chain, joint_positions
 from kinematics.closure.newton import expand_at, forward_kinematics
+from tests.independent.floating_in_pinocchio import FloatingModel
+from tests.support.covering import ALL_CASES
 
 FREE = FloatingBase(4.0, (0.5, 0.7, 0.9), (0.1, -0.2, 0.05))
 SPRINGS = FloatingBase(4.0, (0.5, 0.7, 0.9), (0.1, -0.2, 0.05), 40.0, 900.0)

@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 import pytest
-from laws import displacement, point_masses, relative, sums
 from scipy.spatial.transform import Rotation
 
 import balance
@@ -18,6 +17,7 @@ from balance.inertial_parameters.conversions import (
 )
 from kinematics.model.arrays import Frame
 from kinematics.spatial.inertia import displace_parameters
+from tests.support.laws import displacement, point_masses, relative, sums
 
 RNG_RUNS = range(20)
 

@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from laws import point_masses, relative, sums, unit_vector
 from scipy.spatial.transform import Rotation
 
 from balance import pseudo_inertia
@@ -18,6 +17,7 @@ from balance.inertial_parameters.multipole import (
     point_mass,
     rod,
 )
+from tests.support.laws import point_masses, relative, sums, unit_vector
 
 SEEDS = range(20)
 

@@ -7,12 +7,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from laws import coordinates
 
 import kinematics
 from balance import design_space
 from balance.designs.feasibility import feasible
 from kinematics.errors import BodyError, LinkageError
+from tests.support.laws import coordinates
 
 MODELS = ["four_bar_kite", "four_bar_antiparallelogram", "slider_crank", "bennett", "sarrus"]
 

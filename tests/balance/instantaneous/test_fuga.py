@@ -10,22 +10,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from fuga import (
-    ACCELERATION,
-    LENGTH,
-    LOWER,
-    LOWER_MASS,
-    PATHS,
-    PIVOTS,
-    TIME,
-    UPPER,
-    UPPER_MASS,
-    Masses,
-    angles,
-    driven,
-    fuga,
-    travel,
-)
 
 from balance import (
     balance_pose,
@@ -41,6 +25,22 @@ from balance.instantaneous.body_family import planar_balancing_body
 from balance.verification.joint_reactions import joint_reactions
 from balance.verification.shaking_wrench import inertia_loads, mass_parameters
 from kinematics.closure.joint_positions import input_chain
+from tests.support.fuga import (
+    ACCELERATION,
+    LENGTH,
+    LOWER,
+    LOWER_MASS,
+    PATHS,
+    PIVOTS,
+    TIME,
+    UPPER,
+    UPPER_MASS,
+    Masses,
+    angles,
+    driven,
+    fuga,
+    travel,
+)
 
 PRINTED_UPPER, PRINTED_MOMENT = (0.069, 150.0), 1.46e-3
 # End point on the base line, and 1 mm beyond it as seen from the elbows.

@@ -10,13 +10,13 @@ import time
 
 import numpy as np
 import pytest
-from laws import point_masses, relative, unit_vector
-from pairs import momentum_of_motion
 
 import kinematics
 from balance import momentum_map, momentum_matrix, reaction_null_space
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import PoseError, UsageError
+from tests.support.laws import point_masses, relative, unit_vector
+from tests.support.pairs import momentum_of_motion
 
 COMPONENTS = {"both": slice(0, 6), "moment": slice(0, 3), "force": slice(3, 6)}
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laws import relative
 from scipy.spatial.transform import Rotation
 
 from balance.instantaneous.principal_moments import (
@@ -16,6 +15,7 @@ from balance.instantaneous.principal_moments import (
     momentum_margins,
 )
 from kinematics.errors import UsageError
+from tests.support.laws import relative
 
 
 def body(rng, equal=None):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laws import point_masses, sums
-from pairs import screw
 
 import kinematics
 from balance import balance_pose, mass_properties, momentum_matrix, violations
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import BodyError, CoordinateError
+from tests.support.laws import point_masses, sums
+from tests.support.pairs import screw
 
 
 def geared_arm(rng, count=3):

@@ -12,9 +12,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from laws import outside, relative
-from pairs import IMPOSSIBLE, PITCHES, POSSIBLE, linkage_of, momentum, pair
 
 from balance import (
     balance_pose,
@@ -25,6 +22,9 @@ from balance import (
     violations,
 )
 from kinematics.errors import UsageError
+from tests.support.covering import number_of_cases
+from tests.support.laws import outside, relative
+from tests.support.pairs import IMPOSSIBLE, PITCHES, POSSIBLE, linkage_of, momentum, pair
 
 LINKAGES, PAIRS = number_of_cases(3, 10), 10
 CASES = POSSIBLE + IMPOSSIBLE

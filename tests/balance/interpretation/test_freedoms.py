@@ -8,9 +8,17 @@ from functools import cache
 
 import numpy as np
 import pytest
-from covering import spread
-from figures import FIGURES, Figure
-from laws import (
+
+import kinematics
+from balance import design_space, momentum_regressor
+from balance.inertial_parameters.multipole import rod
+from balance.interpretation.explain import explain
+from balance.interpretation.freedoms import parallel_freedoms, summarise, transfer_freedoms
+from balance.interpretation.sparse_basis import SparseSearch
+from balance.interpretation.terms import candidate_terms, describe_terms, term_vectors
+from tests.support.covering import spread
+from tests.support.figures import FIGURES, Figure
+from tests.support.laws import (
     altered,
     known,
     outside,
@@ -21,15 +29,7 @@ from laws import (
     space,
     unit_vector,
 )
-from urdf_text import UNIT_INERTIA, about, joint, link, pose_of, saved
-
-import kinematics
-from balance import design_space, momentum_regressor
-from balance.inertial_parameters.multipole import rod
-from balance.interpretation.explain import explain
-from balance.interpretation.freedoms import parallel_freedoms, summarise, transfer_freedoms
-from balance.interpretation.sparse_basis import SparseSearch
-from balance.interpretation.terms import candidate_terms, describe_terms, term_vectors
+from tests.support.urdf_text import UNIT_INERTIA, about, joint, link, pose_of, saved
 
 CLOSED = tuple(figure for figure in FIGURES if figure.parallel != 0)
 AXIS = "a point mass on the axis, a displacement along the axis, a rod along the axis"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laws import outside
 
 from balance.interpretation.sparse_basis import SparseSearch
+from tests.support.laws import outside
 
 SEEDS = range(10)
 

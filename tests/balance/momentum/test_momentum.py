@@ -13,13 +13,22 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from covering import spread
-from laws import MODELS, PLANAR, altered, displacement, placed, point_masses, relative, sums
 from scipy.linalg import null_space
 
 import kinematics
 from balance import mass_properties, momentum_regressor
 from kinematics.closure.joint_positions import joint_positions
+from tests.support.covering import spread
+from tests.support.laws import (
+    MODELS,
+    PLANAR,
+    altered,
+    displacement,
+    placed,
+    point_masses,
+    relative,
+    sums,
+)
 
 pin = pytest.importorskip("pinocchio")
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laws import point_masses, relative, sums
 from mpmath import mp
-from partials import DIGITS, Grid, factorials, multi_indices
 
 import balance
 import kinematics
 from balance import momentum_regressor, momentum_taylor
 from kinematics import taylor_motion
 from kinematics.errors import MotionError
+from tests.support.laws import point_masses, relative, sums
+from tests.support.partials import DIGITS, Grid, factorials, multi_indices
 
 
 def bodies_of_points(linkage, seed=0):

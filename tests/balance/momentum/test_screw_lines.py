@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from laws import MODELS, coordinates, displacement, relative, sums
 
 import kinematics
 from balance import design_space, momentum_regressor
@@ -21,6 +20,7 @@ from balance.momentum.momentum_lines import (
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 from kinematics.errors import MotionError
+from tests.support.laws import MODELS, coordinates, displacement, relative, sums
 
 # Balanced linkages of three moving bodies.
 FOUR_BARS = ["four_bar_kite_balanced", "four_bar_antiparallelogram_balanced"]

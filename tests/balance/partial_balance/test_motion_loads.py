@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from robots import arm
 
 from balance import design_space
 from balance.added_masses.link_regions import regions_of
@@ -13,6 +12,7 @@ from balance.verification.joint_reactions import joint_reactions
 from balance.verification.shaking_wrench import inertia_loads
 from balance.verification.to_pinocchio import PinocchioModel
 from balance.verification.trajectory import random_motions
+from tests.support.robots import arm
 
 POINTS = [
     [0, 0, 0.1],

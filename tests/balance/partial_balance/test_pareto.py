@@ -9,7 +9,6 @@ from time import process_time
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
-from robots import arm
 
 import balance
 import kinematics
@@ -18,6 +17,7 @@ from balance.cli.main import main as command
 from balance.report.html.partial import front_picture
 from balance.verification.given_motions import from_csv
 from kinematics.errors import LinkageError, UsageError
+from tests.support.robots import arm
 
 SCHEMA = Path(balance.__file__).with_name("schemas") / "partial.schema.json"
 # Stops of the cycle: above the part, at it, above it, above the place, at it, above it.

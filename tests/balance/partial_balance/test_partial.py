@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from laws import unit_vector
-from shapes import antiparallelogram, general, kite, quadrilateral
 
 import balance
 import kinematics
@@ -15,6 +12,9 @@ from balance.partial_balance.least_shaking import quadratic_factor
 from balance.verification.given_motions import rest_to_rest
 from balance.verification.trajectory import random_motions
 from kinematics.errors import BodyError, PoseError, UsageError
+from tests.support.covering import number_of_cases
+from tests.support.laws import unit_vector
+from tests.support.shapes import antiparallelogram, general, kite, quadrilateral
 
 WIDE = {"crank": "ball(0,0,0,1)", "coupler": "ball(0,0,0,1)"}
 ADD = ["crank", "coupler"]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from crossing_five_bar import crossing_five_bar, end_points
-from fuga import Masses, fuga
 
 import balance
 from balance.reactionless_paths.branches import leading_directions
@@ -14,6 +12,8 @@ from balance.reactionless_paths.meeting_poses import meeting_pose
 from balance.reactionless_paths.rest_equations import RestEquations
 from balance.verification.given_motions import rest_to_rest
 from kinematics import load
+from tests.support.crossing_five_bar import crossing_five_bar, end_points
+from tests.support.fuga import Masses, fuga
 
 # Lower arms that ask for a left upper arm of 69.0 mm at 150.0°, as table 3.2 prints; by force
 # balance (Eq. 3.61) the right one is then another. Symmetric ones, of upper arms at 150.0°;

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from crossing_five_bar import crossing_five_bar
 
 import balance
 from balance.reactionless_paths.demand import Demand
 from balance.reactionless_paths.rest_equations import RestEquations
 from kinematics import ScrewJoint, from_screws, load
 from kinematics.errors import PoseError
+from tests.support.crossing_five_bar import crossing_five_bar
 
 LIMITED = """<robot name="arm">
   <link name="base"/>

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from covering import ALL_CASES, number_of_cases
 
 import balance
 from balance.cli.main import main
@@ -17,6 +16,7 @@ from balance.reactionless_paths.path import path_table
 from balance.reactionless_paths.rest_equations import RestEquations
 from kinematics import gallery, load
 from kinematics.errors import LinkageError
+from tests.support.covering import ALL_CASES, number_of_cases
 
 LENGTH = 0.4
 STARTS = 5

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 from scipy.interpolate import make_interp_spline
-from test_duplicates import BALANCED_FORCE, PENDULUM, SLENDER, request_of, rod
 
 import balance
 import kinematics
@@ -21,6 +20,13 @@ from balance.verification.to_pinocchio import PinocchioModel
 from balance.verification.trajectory import drive, random_motions
 from kinematics.errors import PoseError
 from kinematics.urdf_elements.element import Document
+from tests.balance.remedies.test_duplicates import (
+    BALANCED_FORCE,
+    PENDULUM,
+    SLENDER,
+    request_of,
+    rod,
+)
 
 ROD = PENDULUM[0]
 

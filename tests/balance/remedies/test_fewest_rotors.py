@@ -6,7 +6,6 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from covering import number_of_cases
 
 import balance
 import kinematics
@@ -30,6 +29,7 @@ from benchmarks.inputs.geometry import two_loops
 from kinematics import ScrewJoint, from_screws
 from kinematics.spatial.inertia import parameters
 from kinematics.urdf_elements.element import Document
+from tests.support.covering import number_of_cases
 
 Z = (0.0, 0.0, 1.0)
 ROD = (1.0, np.diag([1e-3, 1.0 / 12.0, 1.0 / 12.0]))

@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-import reference
 
 import balance
 import kinematics
+from tests.independent import reference
 
 BALANCED = [
     ("double_pendulum_counter_rotary", (), 2),

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import reference
 
 import kinematics
 from balance.cli.main import main
 from balance.remedies.constraints.slider_path import apply_slider_path
 from balance.remedies.request import RemedyRequest
+from tests.independent import reference
 
 
 def files_of(name):

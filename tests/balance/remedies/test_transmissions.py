@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from covering import spread
 
 import balance
 import kinematics
@@ -17,6 +16,7 @@ from balance.remedies.request import RemedyRequest
 from kinematics import ScrewJoint, from_screws
 from kinematics.model_gallery import as_linkage
 from kinematics.urdf_elements.element import Document
+from tests.support.covering import spread
 
 BOTH = [apply_planetary_transmission, apply_parallelogram_transmission]
 RADIUS, REACH, GEAR = 0.5, 0.5, 2.0

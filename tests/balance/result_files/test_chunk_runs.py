@@ -11,19 +11,19 @@ import time
 from pathlib import Path
 
 import pytest
-from covering import number_of_cases
-from killed_runs import kill_and_resume, paths_of, start
-from run_squares import JOB
-from squares import Squares
 
 from balance.result_files import chunk_worker, dask_workers
 from balance.result_files.chunk_runs import run_chunks, usable_cores
 from balance.result_files.export import export_csv
 from balance.result_files.results_file import ResultsFile
 from kinematics.errors import LinkageError, UsageError, WorkerError
+from tests.support.covering import number_of_cases
+from tests.support.killed_runs import kill_and_resume, paths_of, start
+from tests.support.run_squares import JOB
+from tests.support.squares import Squares
 
 ROOT = Path(__file__).parents[3]
-COMMAND = Path(__file__).parents[2] / "helpers" / "run_squares.py"
+COMMAND = (sys.executable, "-m", "tests.support.run_squares")
 ENVIRONMENT = paths_of(ROOT)
 posix = pytest.mark.skipif(os.name != "posix", reason="SIGKILL")
 
@@ -135,7 +135,7 @@ def test_killed_runs_resume_to_the_same_bytes(tmp_path, where, few, every):
     if "local" in where:
         pytest.importorskip("distributed")
     path, kills = tmp_path / "a.db", number_of_cases(few, every)
-    command = [sys.executable, str(COMMAND), str(path), *where]
+    command = [*COMMAND, str(path), *where]
     rows = kill_and_resume(command, lambda: covered(path), JOB.rows, kills, 26, ENVIRONMENT)
     assert rows == sorted(rows) and 0 < rows[-1] < JOB.rows
     assert exported(path, JOB) == undisturbed(tmp_path, JOB)
@@ -145,7 +145,7 @@ def test_killed_runs_resume_to_the_same_bytes(tmp_path, where, few, every):
 def test_workers_end_with_their_writer(tmp_path):
     psutil = pytest.importorskip("psutil")
     path = tmp_path / "a.db"
-    writer = start([sys.executable, str(COMMAND), str(path), "2"], ENVIRONMENT)
+    writer = start([*COMMAND, str(path), "2"], ENVIRONMENT)
     while covered(path) == 0 and writer.poll() is None:
         time.sleep(0.01)
     own = psutil.Process(writer.pid).children(recursive=True)
@@ -162,7 +162,7 @@ def test_an_interrupt_reaches_the_writer_alone(tmp_path):
     for attempt in range(10):  # on a busy machine a run may end before it is interrupted
         path = tmp_path / f"{attempt}.db"
         writer = subprocess.Popen(
-            [sys.executable, str(COMMAND), str(path), "2"], env=os.environ | ENVIRONMENT,
+            [*COMMAND, str(path), "2"], env=os.environ | ENVIRONMENT,
             stderr=subprocess.PIPE, text=True, start_new_session=True,
             # A shell starts what runs in the background with interrupts ignored.
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),

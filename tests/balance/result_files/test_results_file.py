@@ -12,8 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from covering import ALL_CASES
-from squares import Squares
 
 from balance.result_files import file_errors
 from balance.result_files.chunk_job import Column
@@ -21,8 +19,8 @@ from balance.result_files.export import export_csv, export_parquet
 from balance.result_files.program import program
 from balance.result_files.results_file import ResultsFile
 from kinematics.errors import FileError, LinkageError, UsageError
-
-HELPERS = Path(__file__).parents[2] / "helpers"
+from tests.support.covering import ALL_CASES
+from tests.support.squares import Squares
 
 
 def expected(rows: int) -> list[dict]:
@@ -271,12 +269,11 @@ def test_a_full_disk_loses_no_chunk_that_was_written(tmp_path):
 
 MEMORY = """
 import sys
-sys.path.insert(0, sys.argv[1])
-from squares import Squares
+from tests.support.squares import Squares
 from balance.result_files.export import export_csv, export_parquet
 from balance.result_files.program import program
 from balance.result_files.results_file import ResultsFile
-job = Squares(rows=int(sys.argv[2]), chunk_rows=4000)
+job = Squares(rows=int(sys.argv[1]), chunk_rows=4000)
 with ResultsFile.create("many.db", job) as file:
     for chunk in file.pending():
         file.write_chunk(chunk, job.compute(chunk))
@@ -294,7 +291,7 @@ def test_memory_does_not_grow_with_the_rows(tmp_path):
     rows = 1_000_000 if ALL_CASES else 100_000
     root = Path(__file__).parents[3]
     done = subprocess.run(
-        [sys.executable, "-c", MEMORY, str(HELPERS), str(rows)], cwd=tmp_path,
+        [sys.executable, "-c", MEMORY, str(rows)], cwd=tmp_path,
         env={"PYTHONPATH": str(root), "PATH": ""}, capture_output=True, text=True, check=True,
     )  # fmt: skip
     *printed, memory = done.stdout.split()

@@ -11,14 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from one_by_one import integers, one_by_one
 
 import balance
 from balance.certification.exact_ranks import exact_ranks
 from benchmarks.inputs.geometry import resized, variants
 from kinematics import load
 from kinematics.model.linkage import Linkage
+from tests.support.covering import number_of_cases
+from tests.support.one_by_one import integers, one_by_one
 
 # Geometries of each topology, and the part of them that is special.
 COUNT, SPECIAL = number_of_cases(50, 2500), 0.02

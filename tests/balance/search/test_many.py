@@ -6,9 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drafts import axis_edge, linked
-from laws import outside
-from one_by_one import integers, one_by_one
 
 import balance
 from balance.inertial_parameters.body_inertia import in_link_frames
@@ -18,6 +15,9 @@ from kinematics import load
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import LinkageError
 from kinematics.model.linkage import Mimic
+from tests.support.drafts import axis_edge, linked
+from tests.support.laws import outside
+from tests.support.one_by_one import integers, one_by_one
 
 
 def four_bars(count, seed):

@@ -11,14 +11,14 @@ from hashlib import sha256
 
 import numpy as np
 import pytest
-from covering import spread
-from figures import FIGURES
-from laws import coordinates, known
 
 import balance
 import kinematics
 from balance.spaces.save import record_of
 from kinematics.errors import FileError, LinkageError
+from tests.support.covering import spread
+from tests.support.figures import FIGURES
+from tests.support.laws import coordinates, known
 
 SHARED = (
     "balance planar bodies inputs idle orders poses settled kmax rank nullity serial_nullity "

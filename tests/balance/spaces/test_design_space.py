@@ -6,10 +6,18 @@ from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
-import reference
-from covering import spread
-from figures import BALANCED, DESIGNS, FIGURES
-from laws import (
+
+import kinematics
+from balance import design_space
+from balance.inertial_parameters.conversions import from_chain, pseudo_inertia
+from kinematics import Motion
+from kinematics.errors import MotionError
+from kinematics.linalg.pivoted_qr import RANK_RELATIVE
+from kinematics.spatial.inertia import displace_parameters
+from tests.independent import reference
+from tests.support.covering import spread
+from tests.support.figures import BALANCED, DESIGNS, FIGURES
+from tests.support.laws import (
     MODELS,
     PLANAR,
     altered,
@@ -23,14 +31,6 @@ from laws import (
     space,
     sums,
 )
-
-import kinematics
-from balance import design_space
-from balance.inertial_parameters.conversions import from_chain, pseudo_inertia
-from kinematics import Motion
-from kinematics.errors import MotionError
-from kinematics.linalg.pivoted_qr import RANK_RELATIVE
-from kinematics.spatial.inertia import displace_parameters
 
 
 def ranks(found):

@@ -5,13 +5,13 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
-from covering import spread
-from figures import FIGURES, Figure
-from laws import altered, known, placed, renamed, resized, space, space_of
 from scipy.spatial.transform import Rotation
 
 import kinematics
 from balance import certify, design_space
+from tests.support.covering import spread
+from tests.support.figures import FIGURES, Figure
+from tests.support.laws import altered, known, placed, renamed, resized, space, space_of
 
 FOUR_RRR = next(figure for figure in FIGURES if figure.model == "four_rrr")
 SCALES = (1e-6, 1e6)

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from checker import check
-from proofs import proof_of, sealed
-from urdf_text import INERTIAL, saved
 
 import kinematics
 from balance import certify, design_space
 from balance.cli.main import main
+from tests.independent.checker import check
+from tests.support.proofs import proof_of, sealed
+from tests.support.urdf_text import INERTIAL, saved
 
 FOLDER = Path(__file__).parents[2] / "data" / "near_special"
 RESTRICTED = "--motion j12=0 --motion j0=j13 --motion j4=-j13 --motion j8=-j13"

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from laws import altered
 
 import kinematics
 from balance import design_space
@@ -13,6 +12,7 @@ from balance.spaces import distance_to_rank_drop as nearness
 from kinematics.closure.newton import radius_of_convergence
 from kinematics.closure.series import expand
 from kinematics.model.arrays import freeze
+from tests.support.laws import altered
 
 STEP = 2e-7
 CASES = {

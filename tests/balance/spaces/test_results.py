@@ -9,15 +9,24 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from figures import BALANCED, FIGURES
 from jsonschema import Draft202012Validator
-from laws import altered, coordinates, displacement, known, outside, placed, relative, space
 
 import balance
 import kinematics
 from balance.inertial_parameters.conversions import inertia_tensor
 from balance.report.data import schema
 from kinematics.model.plane import plane_axes
+from tests.support.figures import BALANCED, FIGURES
+from tests.support.laws import (
+    altered,
+    coordinates,
+    displacement,
+    known,
+    outside,
+    placed,
+    relative,
+    space,
+)
 
 SPATIAL = [figure for figure in FIGURES if figure.spatial]
 # Linkages of which a single link has mass in balanced distributions.

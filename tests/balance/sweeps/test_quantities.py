@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweep_topologies import gallery_text, write_numbers
 
 import balance
 import kinematics
 from balance.partial_balance.motion_loads import input_inertia
 from balance.verification.crank_revolution import revolve_crank
 from kinematics.urdf_elements.element import Document
+from tests.support.sweep_topologies import gallery_text, write_numbers
 
 STUDIES = Path(__file__).resolve().parents[3] / "docs" / "studies"
 ALL = {

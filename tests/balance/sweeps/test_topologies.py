@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from sweep_topologies import Topology, topologies
 
 import balance
+from tests.support.sweep_topologies import Topology, topologies
 
 TOPOLOGIES = topologies()
 INTEGERS = ("rank", "nullity", "serial", "kmax")

@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from test_pantograph import S2, TABLE
 
 from balance.synthesis.angle_error import angle_error, chain_angles
 from balance.synthesis.error_map import angle_error_map, offsets_without_error
@@ -26,6 +25,7 @@ from balance.synthesis.pivot_line import fixed_pivot_line, moving_pivot_line
 from balance.synthesis.positions import Position, displacements
 from balance.synthesis.zero_contour import zero_contour
 from kinematics.errors import SynthesisError
+from tests.balance.synthesis.test_pantograph import S2, TABLE
 
 # The case of the issue: l1 = 0.1 m, θ1 = 90°, θ2 = 0, β = 40°, the tool 0.25 m from W1.
 MOVING, BETA = 0.1j, math.radians(40.0)

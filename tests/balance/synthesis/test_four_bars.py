@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from covering import number_of_cases
 
 from balance import verify
 from balance.synthesis.four_bar_masses import balanced_four_bar
@@ -15,6 +14,7 @@ from balance.synthesis.positions import Position, displacements
 from kinematics import load
 from kinematics.errors import SynthesisError
 from kinematics.urdf_elements.element import Document
+from tests.support.covering import number_of_cases
 
 
 def random_positions(rng, count):

@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from covering import number_of_cases
 
 from balance.cli.main import main
 from balance.synthesis.balanced_pantograph import BalancedPantograph, pantograph_urdf
@@ -30,6 +29,7 @@ from balance.synthesis.pantograph import (
 from balance.synthesis.positions import Position
 from balance.synthesis.rr_chain import chain_from_moving_pivot
 from kinematics.errors import SynthesisError, UsageError
+from tests.support.covering import number_of_cases
 
 # [B] table 1, with I2 + I4 + I5 = 5e-3 kg m² and R = 0.326 of the issue: chosen, not printed.
 TABLE = PantographMasses(

@@ -8,8 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from test_error_map import integrated
 
 from balance.synthesis.balanced_pantograph import pantograph_urdf
 from balance.synthesis.confirm import confirm_along
@@ -18,6 +16,8 @@ from balance.synthesis.nonlinear_pantograph import through_three_positions
 from balance.synthesis.pantograph import default_masses, reduced_inertias
 from balance.synthesis.positions import Position, displacements
 from balance.synthesis.three_positions import circle_centres, default_window
+from tests.balance.synthesis.test_error_map import integrated
+from tests.support.covering import number_of_cases
 
 
 def random_triple(seed):

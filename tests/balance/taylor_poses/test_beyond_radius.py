@@ -8,9 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import reference
-from covering import ALL_CASES, spread
-from urdf_text import UNIT_INERTIA, along, joint, link, loop, saved
 
 import kinematics
 from balance.cli.main import main
@@ -18,6 +15,9 @@ from balance.taylor_poses.prediction import predict
 from kinematics import taylor_motion, tool
 from kinematics.closure.newton import forward_kinematics
 from kinematics.model.chain import arrange_loops
+from tests.independent import reference
+from tests.support.covering import ALL_CASES, spread
+from tests.support.urdf_text import UNIT_INERTIA, along, joint, link, loop, saved
 
 # The first, the last, and some between; all with ``ALL_CASES=1``.
 ORDERS = range(1, 13) if ALL_CASES else (1, 2, 3, 5, 8, 12)

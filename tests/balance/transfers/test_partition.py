@@ -6,12 +6,6 @@ from itertools import islice
 
 import numpy as np
 import pytest
-import reference
-from covering import number_of_cases, spread
-from drafts import axis_edge, linked, planar_edge, spatial_edge
-from figures import FIGURES
-from laws import known, outside
-from opened import Graph, openings, serials, union
 
 import kinematics
 from balance import design_space
@@ -19,6 +13,12 @@ from balance.inertial_parameters.conversions import from_chain
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import MobilityError
 from kinematics.model.linkage import Mimic
+from tests.independent import reference
+from tests.independent.opened import Graph, openings, serials, union
+from tests.support.covering import number_of_cases, spread
+from tests.support.drafts import axis_edge, linked, planar_edge, spatial_edge
+from tests.support.figures import FIGURES
+from tests.support.laws import known, outside
 
 # Ways of opening the loops that are tried: all, unless there are more than so many.
 MANY = 20

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from drafts import axis_edge, linked
-from laws import outside, unit_vector
-from opened import Graph, serials
 
 from balance import design_space
 from balance.inertial_parameters.conversions import from_chain
 from kinematics.assembly.assemble import assemble
+from tests.independent.opened import Graph, serials
+from tests.support.covering import number_of_cases
+from tests.support.drafts import axis_edge, linked
+from tests.support.laws import outside, unit_vector
 
 SEEDS = range(number_of_cases(20, 60))
 # Dimension of the transfers across a joint whose axis is parallel to every axis of rotation

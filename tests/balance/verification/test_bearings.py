@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from motions import around, bodies, slope, states
 
 import kinematics
 from balance import shaking
@@ -13,6 +12,7 @@ from balance.verification.shaking_wrench import inertia_loads, wrench_to_si
 from balance.verification.to_pinocchio import PinocchioModel
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.series import loop_matrix
+from tests.support.motions import around, bodies, slope, states
 
 STEP = 1e-3
 

@@ -8,8 +8,6 @@ import re
 
 import numpy as np
 import pytest
-from laws import altered
-from test_verify_command import run
 
 import kinematics
 from balance import design, design_space
@@ -18,6 +16,8 @@ from balance.cli.verify import _speed
 from balance.verification.crank_revolution import STEPS, revolve_crank
 from balance.verification.to_pinocchio import verify
 from kinematics.errors import CoordinateError, MotionError, PoseError
+from tests.balance.cli.test_verify_command import run
+from tests.support.laws import altered
 
 RPM = 2.0 * math.pi / 60.0
 TURNING = ("four_bar_general", "bennett", "goldberg_five_bar", "six_bar_watt")

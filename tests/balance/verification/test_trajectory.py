@@ -6,9 +6,6 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from covering import spread
-from laws import MODELS, altered, words
-from motions import around, slope
 from scipy.linalg import expm
 
 import kinematics
@@ -23,6 +20,9 @@ from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import FileError, MotionError, PoseError
 from kinematics.model.motion import Motion
 from kinematics.spatial.screws import hat
+from tests.support.covering import spread
+from tests.support.laws import MODELS, altered, words
+from tests.support.motions import around, slope
 
 FEW = ("four_bar_kite", "slider_crank", "three_rsr", "hprs", "sarrus", "stewart_6ups")
 HARD = ("four_bar_antiparallelogram", "scissor_three_stage", "delta")

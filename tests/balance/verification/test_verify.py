@@ -6,10 +6,6 @@ import sys
 
 import numpy as np
 import pytest
-from covering import spread
-from figures import FIGURES
-from laws import altered, coordinates, displacement, placed, space, sums
-from motions import around, bodies, slope, states
 
 import kinematics
 from balance import design_space, shaking
@@ -20,6 +16,10 @@ from balance.verification.trajectory import drive, random_motions
 from kinematics.closure.joint_positions import input_chain
 from kinematics.errors import LinkageError, MotionError, PoseError
 from kinematics.spatial.screws import Ad
+from tests.support.covering import spread
+from tests.support.figures import FIGURES
+from tests.support.laws import altered, coordinates, displacement, placed, space, sums
+from tests.support.motions import around, bodies, slope, states
 
 TWENTY = (
     "bennett delta eight_bar five_bar four_bar_antiparallelogram four_bar_chain "

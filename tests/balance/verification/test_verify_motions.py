@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from laws import altered
-from test_verify_command import BALANCED, FEW, SHAKING, run
 
 import kinematics
 from balance.cli.main import main
@@ -19,6 +17,8 @@ from balance.report.text.verification import verification_facts
 from balance.verification.to_pinocchio import verify, verify_second
 from balance.verification.trajectory import drive
 from kinematics.errors import PoseError
+from tests.balance.cli.test_verify_command import BALANCED, FEW, SHAKING, run
+from tests.support.laws import altered
 
 
 @pytest.mark.parametrize(

@@ -5,16 +5,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import reference
-from covering import joint_types
-from figures import FIGURES
-from laws import MODELS, PLANAR, altered, posed, words
-from urdf_text import about, along, joint, link, loop, saved
 
 import kinematics
 from balance import design_space, momentum_regressor
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, MobilityError, OpenLoopError
+from tests.independent import reference
+from tests.support.covering import joint_types
+from tests.support.figures import FIGURES
+from tests.support.laws import MODELS, PLANAR, altered, posed, words
+from tests.support.urdf_text import about, along, joint, link, loop, saved
 
 MOBILITY = dict.fromkeys(MODELS, 1) | {"delta": 3, "five_bar": 2, "fuga_i": 2}
 MOBILITY |= dict.fromkeys(["three_rsr", "three_rsr_rational"], 3)

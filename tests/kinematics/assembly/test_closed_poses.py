@@ -6,10 +6,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from figures import FIGURES
-from laws import altered, posed
-from sidecar_text import PAIR, bench, written
-from urdf_text import UNIT_INERTIA, about, along, joint, link, pose_of, saved
 from yourdfpy import URDF
 
 import kinematics
@@ -22,6 +18,10 @@ from kinematics.model.arrays import freeze
 from kinematics.urdf.rational_poses import rotation
 from kinematics.urdf.rational_screws import exact_geometry
 from kinematics.urdf.write_closed_pose import write_at_reference_pose
+from tests.support.figures import FIGURES
+from tests.support.laws import altered, posed
+from tests.support.sidecar_text import PAIR, bench, written
+from tests.support.urdf_text import UNIT_INERTIA, about, along, joint, link, pose_of, saved
 
 # Linkages whose ranks are those of any with as many bars.
 GENERAL = ("five_bar", "four_bar_general", "four_bar_spherical", "six_bar_watt", "three_rrr")

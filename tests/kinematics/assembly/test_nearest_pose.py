@@ -7,9 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from laws import altered, posed
-from nearest_closed import Search, cases, compare, opened
 
 import kinematics
 from balance.cli.main import main
@@ -20,6 +17,9 @@ from kinematics.errors import CoordinateError, OpenLoopError, PoseError
 from kinematics.formats.robot_files import read_unassembled
 from kinematics.mobility.components import split_components
 from kinematics.urdf.write_closed_pose import write_at_reference_pose
+from tests.independent.nearest_closed import Search, cases, compare, opened
+from tests.support.covering import number_of_cases
+from tests.support.laws import altered, posed
 
 # Loops so far open that Newton's method alone does not decide.
 FAR = {"u1": -0.9, "q2": -1.0, "q4": 0.9}

@@ -7,9 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from laws import altered
 from scipy.optimize import least_squares
-from urdf_text import about, along, joint, link, loop, saved
 
 import kinematics
 from balance import design_space
@@ -18,6 +16,8 @@ from kinematics.errors import LinkageError, MobilityError, OpenLoopError
 from kinematics.formats.robot_files import read_unassembled
 from kinematics.model.arrays import freeze
 from kinematics.spatial.screws import Ad
+from tests.support.laws import altered
+from tests.support.urdf_text import about, along, joint, link, loop, saved
 
 # Models whose loops close only because their axes fulfil relations.
 OVERCONSTRAINED = (

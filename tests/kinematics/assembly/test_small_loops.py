@@ -1,9 +1,7 @@
 """A small linkage on a long arm has the mobility and the ranks of a large one."""
 
-import exactly
 import numpy as np
 import pytest
-from small_loops import NAMES, freedom, small_loop
 
 import kinematics
 from balance import certify, design_space
@@ -11,6 +9,8 @@ from balance.certification.exact_ranks import exact_ranks
 from balance.exact.chain import exact_chain
 from kinematics.errors import LinkageError, MobilityError
 from kinematics.urdf.rational_screws import exact_geometry
+from tests.independent import exactly
+from tests.support.small_loops import NAMES, freedom, small_loop
 
 SIZES = [f"1e-{k}" for k in range(9)]
 # Ranks by order of each, whatever its size.

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laws import displacement, relative
-from reference import displacements, load
-from robots import arm
 from scipy.spatial.transform import Rotation
 
 import kinematics
 from balance import design_space
 from kinematics import taylor_motion, tool
 from kinematics.errors import BodyError, LinkageError
+from tests.independent.reference import displacements, load
+from tests.support.laws import displacement, relative
+from tests.support.robots import arm
 
 TIP = (0.5, 1.1, 0.0)
 SIX = (

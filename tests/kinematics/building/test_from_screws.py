@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from laws import MODELS, unit_vector
 
 import kinematics
 from balance import certify, design_space
 from kinematics import ScrewJoint, from_screws
 from kinematics.errors import CoordinateError, FileError, LinkageError, MobilityError
 from kinematics.urdf.rational_screws import exact_geometry
+from tests.support.laws import MODELS, unit_vector
 
 CRANK = ScrewJoint("u1", "base", "crank")
 COUPLER = ScrewJoint("q2", "crank", "coupler", point=(0.1, 0.3, 0.0))

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from covering import spread
-from laws import MODELS
 
 import kinematics
 from balance import certify, design_space, momentum_regressor
@@ -19,6 +17,8 @@ from kinematics.building import from_pinocchio as pinocchio_module
 from kinematics.errors import LinkageError
 from kinematics.model import linkage as linkage_module
 from kinematics.urdf_elements.write_numbers import roll_pitch_yaw
+from tests.support.covering import spread
+from tests.support.laws import MODELS
 
 # Links and joints of gallery files that Pinocchio reads: joints of one degree of freedom.
 TREES = ("four_bar_general", "three_rrr", "sarrus", "slider_crank", "bennett", "hprs")

@@ -14,14 +14,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from covering import spread
-from laws import relative
 from mpmath import mp
 
 import kinematics
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand
 from kinematics.model.arrays import freeze
+from tests.support.covering import spread
+from tests.support.laws import relative
 
 DIGITS = 70
 RADIUS, SAMPLES = "0.02", 28

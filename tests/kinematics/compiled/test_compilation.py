@@ -18,10 +18,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from covering import ALL_CASES
-from small_package import ROOT, clean, run
 
 from kinematics import gallery
+from tests.support.covering import ALL_CASES
+from tests.support.small_package import ROOT, clean, run
 
 WARM_UP = """
 import os, pathlib, time

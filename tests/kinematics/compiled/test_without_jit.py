@@ -7,11 +7,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from urdf_text import INERTIAL
-
 import kinematics
 from balance import certify, design_space
 from kinematics.closure.series import fill_loop_matrix
+from tests.support.urdf_text import INERTIAL
 
 ROOT = Path(__file__).resolve().parents[3]
 MODELS = (
@@ -62,9 +61,7 @@ def answers():
 
 def without_compiler(*command):
     """What a process without a compiler prints."""
-    here = Path(__file__).parent
-    paths = os.pathsep.join(map(str, (ROOT, ROOT / "tests" / "helpers", here)))
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
     told = subprocess.run(
         [sys.executable, *command], env=environment, cwd=ROOT, capture_output=True, text=True,
         timeout=500,
@@ -76,7 +73,7 @@ def without_compiler(*command):
 def test_answers_are_those_of_compiled_kernels():
     compiled = hasattr(fill_loop_matrix, "signatures")
     script = (
-        "import json, test_without_jit as t\n"
+        "import json, tests.kinematics.compiled.test_without_jit as t\n"
         "import sys; assert 'numba' not in sys.modules\n"
         "print(json.dumps(t.answers()))"
     )

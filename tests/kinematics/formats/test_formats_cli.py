@@ -3,10 +3,10 @@
 import json
 
 import pytest
-from sdf_text import sdf_of
 
 from balance.cli.main import main
 from kinematics import gallery, load
+from tests.support.sdf_text import sdf_of
 
 MODEL = "four_bar_antiparallelogram"
 XACRO = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" '

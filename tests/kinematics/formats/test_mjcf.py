@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from covering import covering_pairs, joint_types
-from mjcf_text import STYLES, Unwritable, mjcf_text
 
 import kinematics
 from balance import certify, design_space
 from kinematics.formats.robot_files import read_robot
 from kinematics.urdf_elements.element import Document
+from tests.support.covering import covering_pairs, joint_types
+from tests.support.mjcf_text import STYLES, Unwritable, mjcf_text
 
 pytest.importorskip("mujoco")
 

@@ -4,8 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from covering import number_of_cases
-from mjcf_text import mjcf_text, random_tree, words, world
 from scipy.linalg import expm, null_space
 
 import kinematics
@@ -13,6 +11,8 @@ from balance import momentum_regressor
 from kinematics.closure.joint_positions import joint_positions, si_chain
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import loop_matrix
+from tests.support.covering import number_of_cases
+from tests.support.mjcf_text import mjcf_text, random_tree, words, world
 
 mujoco = pytest.importorskip("mujoco")
 

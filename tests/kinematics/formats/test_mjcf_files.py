@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from mjcf_text import CONNECT, GEOM, four_bar, of, world
 
 import kinematics
 from kinematics.errors import FileError
 from kinematics.formats.robot_files import read_robot
+from tests.support.mjcf_text import CONNECT, GEOM, four_bar, of, world
 
 pytest.importorskip("mujoco")
 

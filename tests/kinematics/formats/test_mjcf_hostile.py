@@ -6,15 +6,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-import fuzz_formats
 import numpy as np
 import pytest
-from mjcf_text import GEOM, INERTIAL, four_bar, mjcf_text, of, world
 
 import kinematics
 from balance.cli.main import main
 from kinematics.errors import FileError, PackageError
 from kinematics.formats.robot_files import read_robot
+from tests.fuzz import fuzz_formats
+from tests.support.mjcf_text import GEOM, INERTIAL, four_bar, mjcf_text, of, world
 
 pytest.importorskip("mujoco")
 

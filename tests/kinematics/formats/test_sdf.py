@@ -5,9 +5,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from urdf_text import about, along, pose_of, refusal, screw
 
 from kinematics.formats.robot_files import read_robot, read_unassembled
+from tests.support.urdf_text import about, along, pose_of, refusal, screw
 
 INERTIAL = (
     "<inertial><pose>0.1 0.2 0.3 0 0 0.4</pose><mass>2</mass><inertia><ixx>1</ixx><iyy>2</iyy>"

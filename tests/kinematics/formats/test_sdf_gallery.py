@@ -9,12 +9,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from covering import covering_pairs, joint_types
-from sdf_text import STYLES, fits, sdf_of
 
 from balance import design_space
 from kinematics import gallery, load
 from kinematics.formats.robot_files import read_unassembled
+from tests.support.covering import covering_pairs, joint_types
+from tests.support.sdf_text import STYLES, fits, sdf_of
 
 MODELS = sorted(gallery())
 PAIRS = covering_pairs({name: joint_types(gallery()[name]) for name in MODELS}, STYLES)

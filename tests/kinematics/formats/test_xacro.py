@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from urdf_text import FOUR_BAR, refusal
 
 from kinematics.formats import expand_xacro as module
 from kinematics.formats.robot_files import read_files, read_robot, read_unassembled
 from kinematics.urdf.read_options import ReadOptions
 from kinematics.urdf_elements.element import Document
+from tests.support.urdf_text import FOUR_BAR, refusal
 
 HEAD = '<robot name="m" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 MACRO = (

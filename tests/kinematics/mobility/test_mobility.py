@@ -11,13 +11,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
-from urdf_text import along, joint, link, loop, saved
 
 import kinematics
 from balance import design_space, momentum_regressor
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, MobilityError
 from kinematics.spatial.inertia import displace_parameters
+from tests.support.urdf_text import along, joint, link, loop, saved
 
 Z = [0.0, 0.0, 1.0]
 MASS = dict(mass=1.3, inertia=np.diag([0.1, 0.2, 0.3]), origin=along([0.2, 0.1, 0.0]))

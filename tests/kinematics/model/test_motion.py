@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from laws import outside
 from scipy.linalg import null_space
 
 from kinematics import Motion
 from kinematics.errors import MotionError
+from tests.support.laws import outside
 
 
 def rows_solved(relations, inputs, rows):

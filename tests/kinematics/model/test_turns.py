@@ -6,13 +6,13 @@ import re
 
 import numpy as np
 import pytest
-from laws import altered, posed
 
 import kinematics
 from balance.cli.main import main
 from kinematics.model.arrays import freeze
 from kinematics.model.full_turns import position_text, unit_of_joint, wrap_turns
 from kinematics.model.linkage import Joint
+from tests.support.laws import altered, posed
 
 JOINTS = [
     Joint(kind, kind, -1, freeze([0, 0, 1, 0, 0, 0]), freeze(np.zeros(3)))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laws import displacement, relative, unit_vector
 from mpmath import mp
 from scipy.linalg import expm
 
 from kinematics.spatial import screws
+from tests.support.laws import displacement, relative, unit_vector
 
 KINDS = ("revolute", "prismatic", "helical")
 

@@ -8,8 +8,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from laws import altered, relative, resized
-from partials import Grid, multi_indices
 
 import kinematics
 from kinematics import ScrewJoint, from_screws, taylor_motion, taylor_motion_many
@@ -22,6 +20,8 @@ from kinematics.model.linkage import Mimic
 from kinematics.taylor.expansion_kernels import polynomials
 from kinematics.taylor.layout import packed_layout
 from kinematics.taylor.monomials import monomial_powers, monomial_table, multiply_polynomials
+from tests.support.laws import altered, relative, resized
+from tests.support.partials import Grid, multi_indices
 
 SIX = ["four_bar_general", "bennett", "five_bar", "three_rrr", "three_rsr", "delta"]
 

@@ -10,8 +10,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from reference import closure, displacements, load
-from robots import arm, bennett
 
 import kinematics
 from kinematics import taylor_motion, tool
@@ -20,6 +18,8 @@ from kinematics.assembly.rereference import rereference
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import LinkageError, PoseError
 from kinematics.model.chain import arrange_loops
+from tests.independent.reference import closure, displacements, load
+from tests.support.robots import arm, bennett
 
 # An arm in the xz-plane with its wrist at (0, 0, 0.3); along y it is stretched at 1.4017 m.
 ARM = (

@@ -6,11 +6,9 @@ import re
 import mpmath
 import numpy as np
 import pytest
-from chains import jointed, robot, written
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from urdf_text import INERTIAL
 
 import kinematics
 from balance import design_space
@@ -23,6 +21,8 @@ from kinematics.urdf.rounded_angles import (
     replace_rounded_angles,
 )
 from kinematics.urdf.xml_tree import build_tree
+from tests.support.chains import jointed, robot, written
+from tests.support.urdf_text import INERTIAL
 
 RIGHT = "1.5707963267948966"
 

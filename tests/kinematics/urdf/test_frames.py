@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from covering import number_of_cases
 from yourdfpy import URDF
 
 from kinematics import gallery
@@ -12,6 +11,7 @@ from kinematics.formats.robot_files import read_robot, read_unassembled
 from kinematics.urdf import read as urdf
 from kinematics.urdf.read_options import ReadOptions
 from kinematics.urdf.robot_tree import describe_robot
+from tests.support.covering import number_of_cases
 
 ROUND_OFF = 1e-15
 

@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from laws import MODELS, altered
 from scipy.spatial.transform import Rotation
-from urdf_text import DEGREES, INERTIAL, joint, link, loop, pose_of, saved, words
 
 import kinematics
 from kinematics.errors import ExactError
@@ -17,6 +15,8 @@ from kinematics.linalg import rational
 from kinematics.linalg.rational import BITS
 from kinematics.model.linkage import names_of
 from kinematics.urdf.rational_screws import exact_geometry
+from tests.support.laws import MODELS, altered
+from tests.support.urdf_text import DEGREES, INERTIAL, joint, link, loop, pose_of, saved, words
 
 UNIT = dict(mass=1.0, inertia=np.eye(3))
 # Files are written with doubles: positions compare to their round-off.

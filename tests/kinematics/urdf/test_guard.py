@@ -7,10 +7,10 @@ import sys
 from itertools import product
 
 import pytest
-from spent import spent
-from urdf_text import FOUR_BAR, INERTIAL, refusal
 
 from kinematics.formats.robot_files import read_robot
+from tests.support.spent import spent
+from tests.support.urdf_text import FOUR_BAR, INERTIAL, refusal
 
 J1_AXIS = '<origin xyz="0 0 0" rpy="0 0 1.5"/><axis xyz="0 0 1"/>'
 J2_PLACE = '<parent link="crank"/><child link="coupler"/>'

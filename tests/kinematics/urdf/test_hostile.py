@@ -8,10 +8,10 @@ import json
 import re
 
 import pytest
-from refusals import said_of
 
 from balance.cli.main import main
 from kinematics import gallery
+from tests.support.refusals import said_of
 
 TEXT = gallery()["four_bar_general"].read_text(encoding="utf-8")
 J = next(line for line in TEXT.splitlines() if '<joint name="q2"' in line)

@@ -6,10 +6,10 @@ import subprocess
 import sys
 
 import pytest
-from refusals import said_of
 
 from kinematics import gallery
 from kinematics.urdf import xml_tree as markup
+from tests.support.refusals import said_of
 
 TEXT = gallery()["four_bar_general"].read_text(encoding="utf-8")
 # The peak of ``getrusage`` is no less than that of the process that forked: VmHWM is its own.

@@ -7,11 +7,11 @@ from functools import partial
 
 import numpy as np
 import pytest
-from sidecar_text import PAIR, bench, written
-from spent import spent
 
 from kinematics.errors import FileError
 from kinematics.formats.robot_files import read_unassembled
+from tests.support.sidecar_text import PAIR, bench, written
+from tests.support.spent import spent
 
 
 @pytest.fixture

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from urdf_text import (
+
+from kinematics.model.linkage import GROUND
+from kinematics.urdf.loop_joints import perpendicular_to
+from tests.support.urdf_text import (
     DEGREES,
     EYE,
     UNIT_INERTIA,
@@ -17,9 +20,6 @@ from urdf_text import (
     screw,
     words,
 )
-
-from kinematics.model.linkage import GROUND
-from kinematics.urdf.loop_joints import perpendicular_to
 
 
 def test_perpendicular_directions():

@@ -4,10 +4,10 @@ import os
 import re
 
 import pytest
-from spent import spent
-from urdf_text import FOUR_BAR, refusal
 
 from kinematics.formats.robot_files import read_robot
+from tests.support.spent import spent
+from tests.support.urdf_text import FOUR_BAR, refusal
 
 
 def test_text_and_order_are_kept(robot):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from urdf_text import FOUR_BAR, INERTIAL, refusal
 
 import kinematics
 from kinematics.formats.robot_files import read_unassembled
+from tests.support.urdf_text import FOUR_BAR, INERTIAL, refusal
 
 PLAIN = FOUR_BAR.replace('<mimic joint="j1" multiplier="1" offset="0"/>', "")
 J2 = '<origin xyz="1 0 0"/><axis xyz="0 0 1"/>'

@@ -8,8 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.linalg import qr
-from sidecar_text import FRAMES, PAIR, bench, written
-from urdf_text import (
+
+import kinematics
+from balance import design_space
+from balance.cli.main import main
+from kinematics import gallery
+from kinematics.errors import FileError
+from kinematics.formats.robot_files import read_unassembled
+from kinematics.model.linkage import GROUND
+from tests.support.sidecar_text import FRAMES, PAIR, bench, written
+from tests.support.urdf_text import (
     about,
     along,
     joint,
@@ -19,14 +27,6 @@ from urdf_text import (
     random_pose,
     screw,
 )
-
-import kinematics
-from balance import design_space
-from balance.cli.main import main
-from kinematics import gallery
-from kinematics.errors import FileError
-from kinematics.formats.robot_files import read_unassembled
-from kinematics.model.linkage import GROUND
 
 
 @pytest.fixture

@@ -8,13 +8,13 @@ import sys
 import threading
 
 import pytest
-from sidecar_text import PAIR, bench, written
-from test_readings import four_bar
 
 import kinematics
 from balance.cli.main import main
 from kinematics import gallery
 from kinematics.errors import FileError
+from tests.balance.cli.test_readings import four_bar
+from tests.support.sidecar_text import PAIR, bench, written
 
 MODEL = gallery()["four_bar_general"]
 PARALLELOGRAM = gallery()["four_bar_antiparallelogram"]

@@ -2,9 +2,14 @@
 
 import numpy as np
 import pytest
-from laws import point_masses, sums
-from spent import spent
-from urdf_text import (
+
+from kinematics.errors import FileError
+from kinematics.formats.robot_files import read_unassembled
+from kinematics.model.linkage import GROUND
+from kinematics.urdf.xml_tree import build_tree
+from tests.support.laws import point_masses, sums
+from tests.support.spent import spent
+from tests.support.urdf_text import (
     UNIT_INERTIA,
     about,
     along,
@@ -16,11 +21,6 @@ from urdf_text import (
     random_pose,
     screw,
 )
-
-from kinematics.errors import FileError
-from kinematics.formats.robot_files import read_unassembled
-from kinematics.model.linkage import GROUND
-from kinematics.urdf.xml_tree import build_tree
 
 NO_INERTIA = dict(mass=0.0, inertia=np.zeros((3, 3)))
 

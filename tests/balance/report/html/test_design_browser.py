@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from browser import needs_browser, one, settle, wait_until
-from test_design_page import FOUR_BAR, case
-from test_page_browser import drawn, links, slide
 
 from balance import mass_properties
 from kinematics.closure.joint_positions import joint_positions
+from tests.balance.report.html.test_design_page import FOUR_BAR, case
+from tests.balance.report.html.test_page_browser import drawn, links, slide
+from tests.support.browser import needs_browser, one, settle, wait_until
 
 pytestmark = needs_browser
 

@@ -7,13 +7,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from laws import sums
-from test_page import HOSTILE, Elements
 
 import kinematics
 from balance import design_space, mass_properties
 from balance.designs.best_design import design
 from balance.report.html.design import design_page, ellipsoid
+from tests.balance.report.html.test_page import HOSTILE, Elements
+from tests.support.laws import sums
 
 FOUR_BAR, PARALLEL = "four_bar_antiparallelogram", "three_rsr"
 CASES = ((FOUR_BAR, None), (PARALLEL, "u2=u3"))

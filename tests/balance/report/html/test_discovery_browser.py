@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 import pytest
-from browser import complaints, needs_browser, one, screen, settle, show, too_wide, wait_until
 
 from balance.discovery.families import group_members
 from balance.discovery.job import DiscoveryJob, geometry_of_text
@@ -14,6 +13,16 @@ from balance.discovery.watch import watch_walk
 from balance.report.html.families import families_page
 from balance.report.html.walk import walk_page
 from balance.report.text.discovery import families_data, search_data
+from tests.support.browser import (
+    complaints,
+    needs_browser,
+    one,
+    screen,
+    settle,
+    show,
+    too_wide,
+    wait_until,
+)
 
 pytestmark = needs_browser
 

@@ -5,12 +5,20 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from browser import Select, needs_browser, one, settle
-from test_page_browser import FOUR_BAR, drawn, model, opened, pages, slide, written
 
 import kinematics
 from balance import design_space
 from balance.momentum.momentum_lines import meeting, momentum_lines
+from tests.balance.report.html.test_page_browser import (
+    FOUR_BAR,
+    drawn,
+    model,
+    opened,
+    pages,
+    slide,
+    written,
+)
+from tests.support.browser import Select, needs_browser, one, settle
 
 __all__ = ["model", "pages"]
 

@@ -10,7 +10,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from test_motion_command import followed
 
 import kinematics
 from balance.cli.main import main
@@ -18,6 +17,7 @@ from balance.report.html.motion import motion_page
 from balance.taylor_poses.error_curves import LENGTH_IN_RADII, MAX_LINES, error_curves
 from balance.taylor_poses.prediction import Predictions, predict
 from kinematics import taylor_motion
+from tests.balance.cli.test_motion_command import followed
 
 
 @cache

@@ -11,7 +11,6 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 import pytest
-from urdf_text import FOUR_BAR
 
 import kinematics
 from balance import design_space
@@ -21,6 +20,7 @@ from balance.report.data import Report, report_data
 from balance.report.html.report import report_page
 from balance.report.html.scene import scene
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
+from tests.support.urdf_text import FOUR_BAR
 
 CASES = [("four_bar_antiparallelogram", None), ("three_rsr", "u2=u3"), ("hprs", None)]
 VOID = {"meta", "link", "br", "img", "input"}

@@ -7,10 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from browser import Keys, Select, complaints, needs_browser, one, settle, wait_until
-from laws import MODELS
 from scipy.linalg import expm
-from test_page import HOSTILE, hostile
 
 import kinematics
 from balance import design_space
@@ -21,6 +18,17 @@ from balance.report.html.scene import scene
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import PoseError
 from kinematics.spatial.screws import hat
+from tests.balance.report.html.test_page import HOSTILE, hostile
+from tests.support.browser import (
+    Keys,
+    Select,
+    complaints,
+    needs_browser,
+    one,
+    settle,
+    wait_until,
+)
+from tests.support.laws import MODELS
 
 pytestmark = needs_browser
 FOUR_BAR, PARALLEL = "four_bar_antiparallelogram", "three_rsr"

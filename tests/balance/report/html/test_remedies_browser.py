@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from browser import complaints, needs_browser, screen, show, too_wide, wait_until
-
 from balance.remedies.compare import compare_remedies
 from balance.report.html.remedies import remedies_page
+from tests.support.browser import complaints, needs_browser, screen, show, too_wide, wait_until
 
 pytestmark = needs_browser
 MARKS = "return document.querySelectorAll('#traces0 .mark').length"

@@ -6,7 +6,6 @@ import base64
 
 import numpy as np
 import pytest
-from browser import complaints, needs_browser, settle, show
 
 import balance.report.html.robot_shapes as shapes_module
 import kinematics
@@ -14,6 +13,7 @@ from balance import design_space
 from balance.report.data import Report
 from balance.report.html.report import report_page
 from balance.report.html.robot_shapes import robot_shapes, simplified
+from tests.support.browser import complaints, needs_browser, settle, show
 
 trimesh = pytest.importorskip("trimesh")
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from browser import complaints, needs_browser, one, screen, too_wide
-from sweep_words import sweep_files
 
 from balance.report.html.sweep import sweep_page
 from balance.result_files.results_file import ResultsFile
+from tests.fuzz.sweep_words import sweep_files
+from tests.support.browser import complaints, needs_browser, one, screen, too_wide
 
 pytestmark = needs_browser
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from browser import complaints, needs_browser, screen, show, too_wide, wait_until
-
 from balance import synthesize
 from balance.report.html.synthesis import synthesis_page
+from tests.support.browser import complaints, needs_browser, screen, show, too_wide, wait_until
 
 pytestmark = needs_browser
 LINES = "return byId('traces{}').querySelectorAll('.line').length"

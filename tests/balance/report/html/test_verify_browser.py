@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from browser import Select, complaints, needs_browser, one, settle, show, too_wide, wait_until
 from selenium.webdriver.common.by import By
 
 import kinematics
 from balance.report.html.verification_page import verification_page
 from balance.verification.to_pinocchio import verify, verify_second
+from tests.support.browser import (
+    Select,
+    complaints,
+    needs_browser,
+    one,
+    settle,
+    show,
+    too_wide,
+    wait_until,
+)
 
 pytestmark = needs_browser
 MODELS = ("four_bar_general", "four_bar_kite_balanced")

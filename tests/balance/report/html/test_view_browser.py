@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from browser import Keys, Select, needs_browser, one, screen, settle, wait_until
-from test_page_browser import (
+
+from kinematics.closure.joint_positions import joint_positions
+from tests.balance.report.html.test_page_browser import (
     FOUR_BAR,
     PARALLEL,
     drawn,
@@ -15,8 +16,7 @@ from test_page_browser import (
     pages,
     slide,
 )
-
-from kinematics.closure.joint_positions import joint_positions
+from tests.support.browser import Keys, Select, needs_browser, one, screen, settle, wait_until
 
 __all__ = ["model", "pages"]
 

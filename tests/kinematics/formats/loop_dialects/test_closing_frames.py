@@ -1,6 +1,14 @@
 """Frames of onshape-to-robot and PlaCo in pairs are points that two bodies share."""
 
-from dialect_text import ON_B, ON_C, OPEN, codes, compare_drafts, draft_of, hand_written
+from tests.support.dialect_text import (
+    ON_B,
+    ON_C,
+    OPEN,
+    codes,
+    compare_drafts,
+    draft_of,
+    hand_written,
+)
 
 
 def frame(name, parent, xyz, kind="fixed"):

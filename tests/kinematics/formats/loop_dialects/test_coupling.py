@@ -1,7 +1,8 @@
 """<coupling> of URDF+ relates joint positions, as <mimic> does."""
 
 import pytest
-from dialect_text import OPEN, codes, compare_drafts, draft_of, refused
+
+from tests.support.dialect_text import OPEN, codes, compare_drafts, draft_of, refused
 
 
 def coupling(ends="ac", ratio='<ratio value="-2"/>'):

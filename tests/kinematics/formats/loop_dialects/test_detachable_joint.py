@@ -1,7 +1,16 @@
 """The plugin DetachableJoint welds two links at the pose of the file."""
 
 import pytest
-from dialect_text import MORE, OPEN, WELD, codes, compare_drafts, draft_of, refused
+
+from tests.support.dialect_text import (
+    MORE,
+    OPEN,
+    WELD,
+    codes,
+    compare_drafts,
+    draft_of,
+    refused,
+)
 
 
 def plugin(parent="d", model="r", child="c", name="gz::sim::systems::DetachableJoint"):

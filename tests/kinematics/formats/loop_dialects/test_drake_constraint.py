@@ -1,7 +1,8 @@
 """Constraints of Drake: a ball closes a loop, a bushing is a spring."""
 
 import pytest
-from dialect_text import (
+
+from tests.support.dialect_text import (
     ON_B,
     ON_C,
     OPEN,

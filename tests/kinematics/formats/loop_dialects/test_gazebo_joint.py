@@ -1,7 +1,8 @@
 """Joints of SDF in <gazebo> are the loops that Gazebo closes with them."""
 
 import pytest
-from dialect_text import (
+
+from tests.support.dialect_text import (
     MORE,
     ON_B,
     ON_C,

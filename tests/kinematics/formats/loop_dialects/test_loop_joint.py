@@ -1,7 +1,8 @@
 """<loop_joint> of old versions of Drake and of Isaac Sim."""
 
 import pytest
-from dialect_text import (
+
+from tests.support.dialect_text import (
     ON_B,
     ON_C,
     OPEN,

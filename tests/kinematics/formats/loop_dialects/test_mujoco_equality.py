@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from dialect_text import (
+
+from tests.kinematics.formats.loop_dialects.test_coupling import mimicked
+from tests.support.dialect_text import (
     MORE,
     ON_B,
     ON_C,
@@ -14,7 +16,6 @@ from dialect_text import (
     hand_written,
     refused,
 )
-from test_coupling import mimicked
 
 
 def mujoco(*items):

@@ -1,14 +1,23 @@
 """One loop in the words of two tools counts once; that with fewer freedoms stays."""
 
 import pytest
-from dialect_text import MORE, OPEN, WELD, codes, compare_drafts, draft_of, hand_written
-from test_closing_frames import PAIR
-from test_detachable_joint import plugin
-from test_drake_constraint import BALL
-from test_gazebo_joint import gazebo
-from test_loop_joint import loop_joint
-from test_mujoco_equality import connect, mujoco
-from test_urdfdom_constraint import constraint
+
+from tests.kinematics.formats.loop_dialects.test_closing_frames import PAIR
+from tests.kinematics.formats.loop_dialects.test_detachable_joint import plugin
+from tests.kinematics.formats.loop_dialects.test_drake_constraint import BALL
+from tests.kinematics.formats.loop_dialects.test_gazebo_joint import gazebo
+from tests.kinematics.formats.loop_dialects.test_loop_joint import loop_joint
+from tests.kinematics.formats.loop_dialects.test_mujoco_equality import connect, mujoco
+from tests.kinematics.formats.loop_dialects.test_urdfdom_constraint import constraint
+from tests.support.dialect_text import (
+    MORE,
+    OPEN,
+    WELD,
+    codes,
+    compare_drafts,
+    draft_of,
+    hand_written,
+)
 
 HINGES = {
     "loop": hand_written("revolute"), "SDF": gazebo(), "constraint": constraint(),

@@ -1,7 +1,8 @@
 """Elements that name two links and are not read are told of; usual ones are not."""
 
 import pytest
-from dialect_text import OPEN, codes, draft_of
+
+from tests.support.dialect_text import OPEN, codes, draft_of
 
 TOLD = [
     '<closure first="b" second="c"/>',

@@ -1,7 +1,8 @@
 """<constraint> of a proposal to urdfdom: two frames, two axes."""
 
 import pytest
-from dialect_text import (
+
+from tests.support.dialect_text import (
     ON_B,
     ON_C,
     OPEN,

@@ -1,0 +1,16 @@
+"""Run the job of squares: ``python -m tests.support.run_squares FILE WORKERS [DASK]``."""
+
+from __future__ import annotations
+
+import sys
+
+from balance.result_files.chunk_runs import run_chunks
+from balance.result_files.results_file import ResultsFile
+from tests.support.squares import Squares
+
+JOB = Squares(rows=6000, chunk_rows=100, pause=0.02)
+
+if __name__ == "__main__":
+    path, workers, *dask = sys.argv[1:]
+    with ResultsFile.resume(path, JOB) as results:
+        run_chunks(JOB, results, workers=int(workers), dask=dask[0] if dask else None)

@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tempfile
+from collections import defaultdict
 from functools import cache
 from pathlib import Path
+from zlib import crc32
 
 import pytest
 
@@ -26,22 +29,70 @@ from kinematics.compiled.cache_contents import ALL, cache_folder, ready_kernels
 folder = cache_folder()
 if folder is not None:
     with FileLock(folder / "kernels.lock"):
+        print("locked", flush=True)
         if ALL not in ready_kernels(pathlib.Path(balance.__file__).parent):
             kinematics.compile()
 """
 compiler = pytest.StashKey()
+bytecode = pytest.StashKey()
+
+# Why the default run leaves tests out; `--everything` runs them.
+LEFT_OUT = {
+    "bench": "run benchmarks",
+    "browser": "drive a browser",
+    "compile": "compile kernels, or test their cache",
+    "docs": "run pages of the documentation, or build the site",
+    "slow": "take seconds",
+}
+# How many cases of a test that is marked as a table the default run takes.
+CASES = 6
+
+
+def pytest_addoption(parser):
+    """The one switch of the suite."""
+    text = "also run the tests and the cases of tables that the default run leaves out"
+    parser.addoption("--everything", action="store_true", help=text)
 
 
 def pytest_configure(config):
     """Compile all kernels, beside the first tests, if several processes will need them."""
+    for mark, reason in LEFT_OUT.items():
+        text = f"{mark}: tests that {reason}; left out without --everything"
+        config.addinivalue_line("markers", text)
+    config.addinivalue_line("markers", f"table: a test of which {CASES} cases run by default")
     if config.getoption("numprocesses", None):
-        config.stash[compiler] = subprocess.Popen([sys.executable, "-c", COMPILE], cwd=ROOT)
+        config.stash[bytecode] = keep_bytecode()
+        config.stash[compiler] = start_compiler()
+
+
+def keep_bytecode():
+    """Where Python is told to write no bytecode, write that of this run to a temporary folder.
+
+    Otherwise every process that a test starts compiles the packages again.
+    """
+    if not sys.dont_write_bytecode:
+        return None
+    folder = tempfile.TemporaryDirectory(prefix="bytecode")
+    os.environ["PYTHONPYCACHEPREFIX"] = folder.name
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    return folder
+
+
+def start_compiler():
+    """Start the process that compiles all kernels, and wait until it holds their lock."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", COMPILE], cwd=ROOT, stdout=subprocess.PIPE, text=True
+    )
+    process.stdout.readline()
+    return process
 
 
 def pytest_unconfigure(config):
     if compiler in config.stash:
         config.stash[compiler].terminate()
-        config.stash[compiler].wait()
+        config.stash[compiler].communicate()
+        if folder := config.stash[bytecode]:
+            folder.cleanup()
 
 
 @cache
@@ -63,10 +114,43 @@ def pytest_runtest_setup(item):
         wait_for_kernels()
 
 
-def pytest_collection_modifyitems(items):
-    """Files that need no kernels come first."""
+def pytest_collection_modifyitems(config, items):
+    """Files that need no kernels come first, and the default run takes a part of the tests."""
     place = {f"test_{name}": k for k, name in enumerate(PLAIN)}
     items.sort(key=lambda item: place.get(item.path.stem, len(PLAIN)))
+    if not (config.getoption("everything") or names_files(config)):
+        rest = left_out(items)
+        config.hook.pytest_deselected(items=[item for item in items if item in rest])
+        items[:] = [item for item in items if item not in rest]
+
+
+def left_out(items):
+    """Find the tests that only `--everything` runs: marked ones, and most cases of tables.
+
+    A table keeps its first case, and others by the hash of their names, so that no type of
+    case is left out because it comes at regular intervals.
+    """
+    rest = {item for item in items if any(map(item.get_closest_marker, LEFT_OUT))}
+    tables = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("table"):
+            tables[item.path, item.cls, item.originalname].append(item)
+    for _, *others in tables.values():
+        others.sort(key=lambda item: crc32(item.name.encode()))
+        rest.update(others[CASES - 1 :])
+    return rest
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Say what the default run left out."""
+    if not (config.getoption("everything") or names_files(config)):
+        terminalreporter.write_line(f"left out: tests that {', '.join(LEFT_OUT.values())};")
+        terminalreporter.write_line("python -m pytest --everything runs them too")
+
+
+def names_files(config):
+    """Whether files are named: all of their tests run, in one process."""
+    return all(".py" in argument for argument in config.args)
 
 
 def pytest_collection_finish():
@@ -80,9 +164,8 @@ def pytest_collection_finish():
 
 
 def pytest_xdist_auto_num_workers(config):
-    """Up to four processes for a folder; tests of files that are named run in this one."""
-    named = all(".py" in argument for argument in config.args)
-    return 0 if named else min(os.cpu_count() or 1, 4)
+    """Up to four processes for a folder, one for files that are named."""
+    return 0 if names_files(config) else min(os.cpu_count() or 1, 4)
 
 
 @pytest.fixture

@@ -13,7 +13,6 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-import cvxpy as cp
 import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import linprog, minimize
@@ -98,6 +97,8 @@ def samples(region, rng, count):
 
 def first_moments(region):
     """Mass, its first moment in unit coordinates (m, m u), and exact limits on them."""
+    import cvxpy as cp
+
     m, s = cp.Variable(nonneg=True), cp.Variable(3)
     if region.kind == "cylinder":
         return m, s, [cp.norm(s[:2]) <= m, cp.abs(s[2]) <= m]
@@ -113,6 +114,8 @@ def second_moments(region):
     Boxes are split by another triangulation. Those of cylinders hold for all matter inside,
     but not only for it.
     """
+    import cvxpy as cp
+
     if region.kind in ("box", "hull"):
         parts, limits = [], []
         for corners in Delaunay(region.vertices, qhull_options="Qbb Qc Qz Qt").simplices:
@@ -148,6 +151,8 @@ def quadratic_parameters(space, name, region):
 
 def by_cvxpy(space, regions):
     """Verdict and least added mass, from cones over the moments of each link."""
+    import cvxpy as cp
+
     C, given = conditions(space), given_parameters(space)
     count, unit = len(space.labels), given[:, 0].sum() / len(given)
     total, limits, masses = C @ (given.reshape(-1) / unit), [], []

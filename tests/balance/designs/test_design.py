@@ -16,7 +16,6 @@ from balance.inertial_parameters.conversions import violations
 from balance.verification.to_pinocchio import verify
 from kinematics.errors import BodyError, LinkageError
 from tests.independent import reference
-from tests.independent.modelled import Model
 from tests.support import balls
 from tests.support.covering import number_of_cases
 from tests.support.shapes import (
@@ -158,6 +157,8 @@ def test_cvxpy_agrees(within):
 
     On 36 of them; on 108 with ``ALL_CASES=1``.
     """
+    from tests.independent.modelled import Model  # CVXPY takes seconds to load
+
     asked = solved = 0
     # Where a ball is full, margins of both solvers have a digit less.
     digits = 1e-5 if within else 1e-6

@@ -59,7 +59,7 @@ def pytest_configure(config):
     for mark, reason in LEFT_OUT.items():
         text = f"{mark}: tests that {reason}; left out without --everything"
         config.addinivalue_line("markers", text)
-    config.addinivalue_line("markers", f"table: a test of which {CASES} cases run by default")
+    config.addinivalue_line("markers", f"table(cases={CASES}): cases that run by default")
     if config.getoption("numprocesses", None):
         config.stash[bytecode] = keep_bytecode()
         config.stash[compiler] = start_compiler()
@@ -133,11 +133,12 @@ def left_out(items):
     rest = {item for item in items if any(map(item.get_closest_marker, LEFT_OUT))}
     tables = defaultdict(list)
     for item in items:
-        if item.get_closest_marker("table"):
-            tables[item.path, item.cls, item.originalname].append(item)
-    for _, *others in tables.values():
+        if mark := item.get_closest_marker("table"):
+            cases = mark.args[0] if mark.args else CASES
+            tables[item.path, item.cls, item.originalname, cases].append(item)
+    for (*_, cases), (_, *others) in tables.items():
         others.sort(key=lambda item: crc32(item.name.encode()))
-        rest.update(others[CASES - 1 :])
+        rest.update(others[cases - 1 :])
     return rest
 
 

@@ -100,6 +100,7 @@ def refused(capsys, *words):
     return line
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", ["robot.urdf", "link.urdf", "same.urdf", "../{}/robot.urdf"])
 @pytest.mark.parametrize(("verb", "option"),
                          [("design", "--out"), ("report", "--write-closed")])  # fmt: skip

@@ -131,6 +131,7 @@ def instances():
     return results()
 
 
+@pytest.mark.slow
 def test_every_public_class_has_a_short_repr(instances):
     """Six lines of 100 characters at most, which name the class and say what matters."""
     for item, words in instances:
@@ -152,6 +153,7 @@ def test_no_public_class_is_left_out(instances):
     assert not public - {type(item) for item, _ in instances}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["delta", "stewart_6ups", "three_rsr", "hprs"])
 def test_large_linkages_are_as_short(model):
     linkage = kinematics.load(model)

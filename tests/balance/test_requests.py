@@ -172,6 +172,7 @@ def from_linkages(linkage):
     }
 
 
+@pytest.mark.slow
 def test_a_linkage_may_be_named():
     """A path, a name and a linkage give the same; anything else is told what is expected.
 

@@ -23,6 +23,7 @@ CASES = number_of_cases(250, 1000)
 EXACT = ReadOptions(angles="as_written")
 
 
+@pytest.mark.slow
 def test_no_mutant_is_misread(tmp_path):
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     *_, tally = run(range(CASES), tmp_path)
@@ -43,6 +44,7 @@ def test_a_seed_is_one_case():
     assert len({mutant(seed).urdf for seed in range(200)}) > 190
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", sorted(gallery()))
 def test_the_gallery_itself(name):
     compare(

@@ -26,6 +26,7 @@ INERTIAL = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seeds", "uneven"), [(range(40_000, 40_030), False),
                                                (range(50_000, 50_010), True)])  # fmt: skip
 def test_random_designs(seeds, uneven):
@@ -125,6 +126,7 @@ def test_bounds_do_not_undo_a_proof():
             assert check_certificate(space, certificate, asked_for).accepted
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("seed", range(40))
 def test_what_is_known_is_a_lower_bound(seed):
     """``Σ <Z, P> ≥ Σ <own, P> + known T0`` for all masses that heed what is asked."""

@@ -29,6 +29,7 @@ def data_of(model):
     return kinematics.gallery()[model].read_bytes()
 
 
+@pytest.mark.table(5)
 @pytest.mark.parametrize("model, balance", MODELS)
 def test_true_proofs_are_accepted_and_are_of_their_files(model, balance):
     proof = proof_for(model, balance)
@@ -85,6 +86,7 @@ def test_what_says_the_same_is_still_accepted():
     assert accepted(sealed(proof))
 
 
+@pytest.mark.slow
 def test_a_chain_that_was_altered_is_not_that_of_the_file():
     """Whatever the rank of what became of it: screws, parents, loops, bodies and inputs."""
     rng, tried = np.random.default_rng(2), 0

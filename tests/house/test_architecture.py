@@ -117,6 +117,7 @@ def test_imports_point_down():
     assert not wrong
 
 
+@pytest.mark.slow
 def test_rooms_have_no_circle():
     arrows = defaultdict(set)
     for name, path in MODULES.items():

@@ -21,6 +21,7 @@ def make_atlas(monkeypatch):
     return import_module("make_atlas")
 
 
+@pytest.mark.docs
 def test_a_chapter_names_what_is_known(make_atlas, tmp_path):
     """Of the four-bar: kite and antiparallelogram; again, text and figures are the same."""
     entry = make_atlas.Chapter("four-bar", "Four-bar", 100, 0)

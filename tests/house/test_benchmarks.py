@@ -41,6 +41,7 @@ def claims() -> dict[str, float]:
     return dict(found)
 
 
+@pytest.mark.bench
 @pytest.mark.parametrize("name", [
     pytest.param(name, marks=OF_EXUDYN) if name == "flexible_four_bar_is_quick" else name
     for name in runner.CLAIMS
@@ -72,6 +73,7 @@ def test_every_method_runs_for_its_first_parameters(name):
         pytest.skip("; ".join(left_out))
 
 
+@pytest.mark.bench
 def test_the_runner_prints_times_and_ratios(capsys):
     assert runner.main(RUN) in (0, 1)
     printed = capsys.readouterr().out
@@ -192,6 +194,7 @@ def test_a_profile_names_the_functions_that_take_most(capsys, monkeypatch):
     assert any(re.search(r"(conditions|spaces|transfers)/\w+\.py:", line) for line in listed)
 
 
+@pytest.mark.bench
 def test_tables_in_markdown():
     """In a process of its own, as the documents have it."""
     done = subprocess.run(
@@ -203,6 +206,7 @@ def test_tables_in_markdown():
     assert {line.count("|") for line in lines if line.startswith("|")} == {4}
 
 
+@pytest.mark.bench
 def test_the_benchmark_of_proofs_finds_the_checker():
     """Also in a process whose path does not hold the tests, as those of benchmarks are."""
     code = (

@@ -35,6 +35,7 @@ def made(tmp_path_factory):
     return tmp_path_factory.mktemp("docs")
 
 
+@pytest.mark.docs
 @pytest.mark.parametrize("page", [name for name, text in TEXTS.items() if code_blocks(text)])
 def test_a_page_shows_what_happens(page, made):
     folder = made / page.removesuffix(".md")
@@ -60,6 +61,7 @@ def test_a_wrong_page_is_found(wrong, tmp_path):
         run_page(wrong, tmp_path)
 
 
+@pytest.mark.docs
 @NEEDS_MKDOCS
 def test_the_site_builds_without_a_warning_and_a_network(made, tmp_path, monkeypatch, caplog):
     """Strict: links, anchors, pages of the navigation, docstrings."""

@@ -57,6 +57,7 @@ def test_every_public_function_has_one_example(package: str):
     assert not missing
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(
     "place",
     [place for path in PRODUCT for place in docstrings(path)],

@@ -126,6 +126,7 @@ def test_kinematics_knows_nothing_of_balance():
     assert not wrong
 
 
+@pytest.mark.slow
 def test_product_imports_neither_tests_nor_benchmarks():
     outside = {path.stem for path in OURS if path not in PRODUCT} | {"tests", "benchmarks"}
     wrong = [
@@ -160,6 +161,7 @@ def test_imports_can_be_read_from_the_source():
     assert not wrong
 
 
+@pytest.mark.slow
 def test_heavy_libraries_load_late():
     wrong = [
         f"{label(path)}:{found.line}: {found.module}"
@@ -239,6 +241,7 @@ def test_files_are_short():
     assert not {name: lines for name, lines in lengths.items() if lines > FILE_LINES}
 
 
+@pytest.mark.slow
 def test_functions_fit_on_a_screen():
     wrong = [
         f"{label(path)}: {function.name}: {length(function)} lines"
@@ -249,6 +252,7 @@ def test_functions_fit_on_a_screen():
     assert not wrong
 
 
+@pytest.mark.slow
 def test_report_loads_no_heavy_library():
     """In a process of its own, since other tests load what they like."""
     code = f"""

@@ -6,6 +6,8 @@ import ast
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 from tests.support.kernel_sources import (
     PRODUCT,
     ROOT,
@@ -87,6 +89,7 @@ def allocates(kernel: ast.FunctionDef) -> bool:
     )
 
 
+@pytest.mark.compile
 def test_kernels_without_counts_are_refused_where_they_would_need_them(copy):
     """At every call: compiled, one would return what is freed, another never free it."""
     for k, source in enumerate(REFUSED):
@@ -99,6 +102,7 @@ def test_kernels_without_counts_are_refused_where_they_would_need_them(copy):
         assert message.replace(" ", "_") in out[1] and out[1] == out[3]
 
 
+@pytest.mark.compile
 def test_references_are_not_counted_in_sweeps_alone():
     """In kernels for many geometries or poses, if they make no arrays."""
     search = ROOT / "balance" / "search"

@@ -28,6 +28,7 @@ ASK = "from kinematics.above import outer; print(outer(1.0))"
 NO_FOLDER = "no folder to cache compiled kernels in"
 
 
+@pytest.mark.compile
 def test_a_change_in_another_file_is_seen(copy):
     """Even one that changes neither the size of the file nor its date."""
     code = "; ".join(
@@ -51,6 +52,7 @@ def test_a_change_in_another_file_is_seen(copy):
     assert len(told) == 1
 
 
+@pytest.mark.compile
 def test_a_number_that_is_written_is_no_type_of_its_own(copy):
     text = ABOVE.replace("inner(x) * 10.0", "inner(1) + inner(2) + inner(x)")
     (copy / "kinematics" / "written.py").write_text(text, encoding="utf-8")
@@ -58,6 +60,7 @@ def test_a_number_that_is_written_is_no_type_of_its_own(copy):
     assert run(copy, code)[0] == ["9.0", "1"]
 
 
+@pytest.mark.compile
 def test_nowhere_to_write_costs_one_warning(copy, tmp_path):
     """Files stand where the folders would have to be: nobody can write there."""
     (copy / "kinematics" / "__pycache__").write_text("", encoding="utf-8")
@@ -72,6 +75,7 @@ def test_nowhere_to_write_costs_one_warning(copy, tmp_path):
     assert list(folder.glob("kinematics-*/*/*.nbc"))
 
 
+@pytest.mark.compile
 def test_a_damaged_cache_is_written_anew(copy):
     """Kernels, then their index, which alone makes no kernel compile again."""
     run(copy, ASK)
@@ -86,6 +90,7 @@ def test_a_damaged_cache_is_written_anew(copy):
     assert run(copy, ASK) == (["20.0"], [])
 
 
+@pytest.mark.compile
 def test_a_full_disk_costs_one_warning(copy):
     full = """
 import os
@@ -98,6 +103,7 @@ os.replace = replace
     assert [NO_FOLDER in line for line in told] == [False, True]
 
 
+@pytest.mark.compile
 def test_a_numba_with_another_inside_uses_its_own_cache(copy):
     code = f"""
 from numba.core import dispatcher
@@ -128,6 +134,7 @@ print(inner(ASKED))
 """
 
 
+@pytest.mark.compile
 def test_processes_may_compile_at_once(copy):
     """No signature is lost, none mistaken for another, and no part of a file read."""
     with ThreadPoolExecutor(4) as pool:
@@ -144,6 +151,7 @@ def folders(copy: Path) -> set[str]:
     return {file.parents[1].name for file in copy.glob("**/*.nbi")}
 
 
+@pytest.mark.compile
 def test_folders_of_old_sources_are_removed(copy):
     """All but the three newest, two of which stand for sources before the first."""
     found = []
@@ -196,6 +204,7 @@ def borrowed(module: ast.Module) -> Iterator[tuple[str, str]]:
                 yield name, origins[name]
 
 
+@pytest.mark.compile
 def test_kernels_use_only_files_whose_change_is_seen():
     """`kinematics.compiled.jit` looks at the files that mention it, and at no others."""
     homes = {path: ".".join(path.relative_to(ROOT).parts[:-1]) for path in PRODUCT}
@@ -237,6 +246,7 @@ def posix_only(module: ast.Module) -> Iterator[str]:
         yield from (f"{node.lineno}: {text}" for text in found if POSIX.search(text))
 
 
+@pytest.mark.compile
 def test_no_call_that_only_posix_has():
     example = "import fcntl; from os import fork; os.geteuid(), signal.SIGKILL, '/dev/null'"
     assert len(list(posix_only(ast.parse(example)))) == 5

@@ -52,6 +52,7 @@ def test_the_recipe_has_the_version_and_the_requirements_of_the_package():
     assert recipe["build"]["python"]["entry_points"] == [" = ".join(entry)]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(find_spec("hatchling") is None, reason="hatchling, the builder, is missing")
 def test_archives_are_the_same_each_time(tmp_path):
     hashes = []

@@ -100,6 +100,7 @@ KNOWN = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "seed"), [
     (name, seed) for k, name in enumerate(KNOWN) for seed in (0, 1)
     if ALL_CASES or seed == k % 2
@@ -216,6 +217,7 @@ SAMPLE = {
 }  # fmt: skip
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(
     ("family", "seed"), [(family, seed) for family in SAMPLE for seed in SAMPLE[family]]
 )

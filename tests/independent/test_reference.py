@@ -51,6 +51,7 @@ def moved(mechanism: Mechanism, reach: float, motion: tuple[str, ...] = (), seed
     return q, velocities(mechanism, q, basis)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", spread(FIGURES, 2, 1), ids=str)
 def test_design_space_has_its_size(figure: Figure):
     """Stacked over random finite poses, the conditions have the final rank."""
@@ -62,6 +63,7 @@ def test_design_space_has_its_size(figure: Figure):
         assert figure.nullity == figure.serial + figure.parallel
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 0), ids=str)
 def test_rank_grows_order_by_order(figure: Figure):
     """The conditions up to each order have the rank of the table, and then two plateaus."""
@@ -92,6 +94,7 @@ def test_rates_are_the_derivative_of_poses(model: str):
     assert rates[list(mechanism.inputs)] == pytest.approx(np.eye(len(mechanism.inputs)))
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("model", MODELS)
 def test_linear_momentum_is_the_rate_of_the_mass_moment(model: str):
     """``p = d/dt Σ m c``, the sum differentiated by an imaginary step."""

@@ -80,6 +80,7 @@ def test_the_default_region_is_half_the_link_about_its_joint(rod_arm):
     ]
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_boxes_hulls_and_many_points(seed, tmp_path):
     """Points inside give no less; their dual proves no more; the hull of a box is the box."""

@@ -44,6 +44,7 @@ def certified(model):
     return certify(design_space(kinematics.load(model)))
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", spread(ROWS, 3, 1), ids=str)
 def test_what_has_no_parallel_part_is_proved_and_the_rest_verified(figure):
     found = known(figure)
@@ -68,6 +69,7 @@ def test_serial_arms_are_proved(tmp_path):
     check(proof_of(found))
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("digits", range(2, 15))
 def test_a_margin_falls_with_what_makes_it_down_to_the_floor(digits, tmp_path):
     """The base of an antiparallelogram longer by a part δ of 10^-digits.
@@ -168,6 +170,7 @@ def test_masses_and_names_do_not_make_a_linkage_another_one():
     assert one == other and one.level == "proved"
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", [f for f in ROWS if f.kmax > 1 and not f.motion], ids=str)
 def test_orders_that_are_not_enough_are_an_estimate(figure):
     found = certify(space(figure, max_order=figure.kmax - 1))
@@ -256,6 +259,7 @@ def test_where_exact_ranks_are_refused_the_report_stands(tmp_path, capsys, caplo
     assert caplog.messages[-1] == f"exact_refused: {notice['message']}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count, seed", [(12, 0), (20, 1)])
 def test_poses_find_what_orders_alone_do_not(count, seed, tmp_path):
     """Of 8 n + 4 parameters, a point mass is free at each of the 3 n + 1 joints."""

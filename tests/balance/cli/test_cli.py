@@ -60,6 +60,7 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("model", spread(list(kinematics.gallery()), 3))
 def test_a_report_reads_its_file_once_and_computes_its_space_once(model, monkeypatch, capsys):
     """Opened files are counted by the system, spaces by the geometry they belong to."""
@@ -82,6 +83,7 @@ def test_a_report_reads_its_file_once_and_computes_its_space_once(model, monkeyp
     assert opened.count(path) == 1 and len(computed) == len(set(computed)) >= 1
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_every_figure_comes_out_of_the_command(figure, capsys):
     assert main(words(figure)) == 0

@@ -72,6 +72,7 @@ def options(row):
             "--balance", row.balance]  # fmt: skip
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("row", spread(FIGURES, 3, 2), ids=str)
 def test_a_design_is_balanced_and_verified(row, tmp_path, capsys):
     """Written into the file, it passes the report and Pinocchio; else nothing is written."""

@@ -95,6 +95,7 @@ def in_this_process(job, file, *, workers, **options):
     return run_chunks(job, file, workers=0, **options)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(("verb", "name"), CASES, ids=lambda word: word)
 def test_every_option(verb, name, tmp_path, monkeypatch):
     """With what it wants, on a model that takes it; on two with ``ALL_CASES=1``."""
@@ -129,6 +130,7 @@ def test_every_option(verb, name, tmp_path, monkeypatch):
     assert ends & {0, 1, 4} or useless, ends
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("choice", [
     (verb, name, choice) for verb, name in CASES
     for choice in options(parsers()[verb])[name].choices or ()
@@ -162,6 +164,7 @@ def test_usage_is_told_in_one_line(words):
     assert check(words, asked(words)) == "design: 2"
 
 
+@pytest.mark.slow
 def test_random_requests():
     """A sample of ``python -m tests.fuzz.random_requests --cases 5000``."""
     ends, count = set(), number_of_cases(50, 150)
@@ -193,6 +196,7 @@ def test_the_check_of_requests_can_fail(capsys):
     check(words, done)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("error", [
     TypeError("no such\nthing"), MemoryError(), RecursionError("too deep"), KeyError("x"),
     ZeroDivisionError(), OSError(5, "broken"),

@@ -26,6 +26,7 @@ def run(capsys, *words):
     return code, found
 
 
+@pytest.mark.slow
 def test_modes_and_supports(capsys, tmp_path):
     picture = tmp_path / "modes.svg"
     code, found = run(capsys, "modes", "--count", "3", "--plot", str(picture))
@@ -39,6 +40,7 @@ def test_modes_and_supports(capsys, tmp_path):
     assert found["hinge"] == pytest.approx(0.255872813, abs=5e-10)
 
 
+@pytest.mark.slow
 def test_similar_arms(capsys, tmp_path):
     code, found = run(capsys, "similar", "--arm", ARM, "--scale", "0.5")
     assert code == 0 and found["similar"] and found["motion"] is None
@@ -53,6 +55,7 @@ def test_similar_arms(capsys, tmp_path):
 BLOCK = "pitch:0.1,mass:0.02,length:0.12,breadth:0.02"
 
 
+@pytest.mark.slow
 def test_translators(capsys, tmp_path):
     """Equal translators on both sides are in perfect balance; the answer is drawn and told."""
     picture = tmp_path / "shaking.svg"

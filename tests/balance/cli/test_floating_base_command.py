@@ -27,6 +27,7 @@ def run(capsys, *arguments):
     return code, report
 
 
+@pytest.mark.slow
 def test_exit_codes_tell_the_verdict(capsys, monkeypatch):
     code, report = run(capsys, BALANCED, *FREE)
     assert code == 0 and report["undisturbed"] and report["verdict"] == "the base stays at rest"
@@ -43,6 +44,7 @@ def test_exit_codes_tell_the_verdict(capsys, monkeypatch):
     assert code == 4 and report["undisturbed"] is None
 
 
+@pytest.mark.slow
 def test_springs_torques_and_velocities(capsys):
     words = ["--torque", "u1=0.1", "--initial", "wz=1,u1=2", "--base-com", "0.1,0,0"]
     code, report = run(capsys, SHAKING, *SPRING, *words)
@@ -55,6 +57,7 @@ def test_springs_torques_and_velocities(capsys):
     assert "1000 N m/rad, 2e+04 N/m" in text and "torques u1 = 0.1" in text
 
 
+@pytest.mark.slow
 def test_a_planar_linkage_on_a_spatial_base(capsys):
     _, report = run(capsys, SHAKING, *FREE, "--base-inertia", "0.5,0.6,0.7", "--spatial")
     assert report["algebra"] == "spatial" and report["base"]["inertia"] == [0.5, 0.6, 0.7]
@@ -63,6 +66,7 @@ def test_a_planar_linkage_on_a_spatial_base(capsys):
     assert report["end"]["inputs"]["u1"] == pytest.approx(0.2 * 6.283185307179586)
 
 
+@pytest.mark.slow
 def test_files(tmp_path, capsys):
     table, motion = tmp_path / "base.csv", tmp_path / "motion.csv"
     rows = "".join(f"{k / 20!r},{0.3 * (k / 20) ** 3!r}\n" for k in range(11))

@@ -25,6 +25,7 @@ def run(capsys, *words):
     return code, found
 
 
+@pytest.mark.slow
 def test_the_table_is_what_verify_takes(capsys, tmp_path):
     table, page, picture = (tmp_path / name for name in ("a.csv", "a.html", "a.svg"))
     code, found = run(capsys, "fuga_i", "--csv", str(table), "--which", "2",
@@ -49,6 +50,7 @@ def test_no_path_and_why(capsys, tmp_path):
     assert "full column rank" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_parts_of_the_momentum_and_lines_of_starts(capsys):
     code, found = run(capsys, "five_bar", "--moment-only", "--from", "u1=0",
                       "--from", "u1=0.1", "--line", "1")  # fmt: skip

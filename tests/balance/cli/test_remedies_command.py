@@ -29,6 +29,7 @@ def run(capsys, *words):
     return code, found
 
 
+@pytest.mark.slow
 def test_own_masses_and_the_baseline(capsys, tmp_path):
     """Files of what helps are written, and they hold what was said of them."""
     out = tmp_path / "remedies"

@@ -57,6 +57,7 @@ def study(tmp_path_factory):
     return path, folder / "kite.db"
 
 
+@pytest.mark.slow
 def test_a_study_is_the_same_from_any_folder(study, monkeypatch):
     monkeypatch.chdir(study[0].parent)
     assert ran(["run", "kite.toml", "--out", "kite.db", "--resume"])["kept"] == 5
@@ -135,6 +136,7 @@ def test_the_page_draws_linkages_of_their_lengths(study, tmp_path):
     assert {"u1", "q2"} in moving and {"q2", "q3"} in moving and {"q4", "q3"} in moving
 
 
+@pytest.mark.slow
 def test_pictures_are_maps_or_points(study, tmp_path):
     for axes in ("rocker.length,rank", "rocker.length,rank,kmax"):
         for name in ("a.svg", "a.png"):
@@ -177,6 +179,7 @@ REFUSALS = [
 ]
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(("words", "code", "reason"), REFUSALS, ids=lambda x: str(x)[-40:])
 def test_refusals_are_one_line_and_write_nothing(study, monkeypatch, words, code, reason):
     folder = study[0].parent
@@ -207,6 +210,7 @@ def test_a_page_needs_a_sweep_with_answers(study, tmp_path):
             sweep_page(file)
 
 
+@pytest.mark.slow
 def test_an_interrupt_says_what_is_kept(study, tmp_path, monkeypatch):
     """As by Ctrl-C on a terminal: exit code 130, one line, nothing on standard output."""
 
@@ -235,6 +239,7 @@ def covered(path):
         return 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="SIGKILL")
 def test_a_killed_study_resumes_to_the_same_bytes(tmp_path):
     """The command itself, with two workers, beside one process that nobody kills."""

@@ -62,6 +62,7 @@ def test_random_linear_syntheses_through_the_commands(capsys, tmp_path):
         capsys.readouterr()
 
 
+@pytest.mark.slow
 def test_random_nonlinear_syntheses_through_the_commands(capsys, tmp_path):
     """The written file is balanced along its table; all with ``ALL_CASES=1``."""
     out, table, masses = (str(tmp_path / name) for name in ("o.urdf", "o.csv", "m.json"))
@@ -80,6 +81,7 @@ def test_random_nonlinear_syntheses_through_the_commands(capsys, tmp_path):
     assert done >= number_of_cases(2, 25) // 2
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("words", "case", "kinds"), [
     ("--fixed=0.2,-0.1", "linear", {"pantograph"}),
     ("--nonlinear --moving=0.4,0.4", "nonlinear", {"pantograph"}),
@@ -133,6 +135,7 @@ def test_a_synthesis_without_a_design_says_so(capsys, tmp_path):
 BAD_MASSES = {"m3": -1.0}
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(("words", "code", "said"), [
     ("--positions '0,0,0; 0,0,0' --fixed 1,1", 3, "positions 1 and 2 coincide"),
     ("--positions '0,0,0' --fixed 1,1", 2, "give two or three"),

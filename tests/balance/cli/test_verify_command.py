@@ -180,6 +180,7 @@ def test_usage_errors_exit_with_2(words, capsys):
     assert "usage: balance verify" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_pictures_are_written(tmp_path, capsys):
     image, drawing, page = (tmp_path / f"a.{kind}" for kind in ("png", "svg", "html"))
     pair = ["verify", SHAKING, "--against", BALANCED, *FEW]
@@ -214,6 +215,7 @@ def test_panels_show_what_was_found():
     )
 
 
+@pytest.mark.slow
 def test_the_page_holds_the_report_and_escapes_names():
     found = verify(kinematics.load(BALANCED), trajectories=1, samples=20)
     hostile = '</script><script>alert("x")</script>'

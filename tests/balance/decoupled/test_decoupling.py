@@ -54,6 +54,7 @@ def ranks(answer):
     return [order.rank for order in answer.orders]
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("figure", spread(ROWS, 4, 0), ids=str)
 def test_finite_poses_have_the_same_rank(figure):
     """Fifty poses: momentum, and the change of the inertia on the base, by parameter."""
@@ -68,6 +69,7 @@ def test_finite_poses_have_the_same_rank(figure):
     assert answer.freed.level in ("proved", "verified")
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("figure", spread(ROWS, 5, 0), ids=str)
 def test_derivatives_have_the_same_rank_order_by_order(figure):
     answer = found(figure)
@@ -78,6 +80,7 @@ def test_derivatives_have_the_same_rank_order_by_order(figure):
     assert [decision.rank for decision in decisions] == [*ranks(answer), answer.rank]
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", ROWS, ids=str)
 def test_the_masses_of_the_file_keep_the_inertia_constant_or_not(figure):
     """Balanced masses are decoupled if and only if M is the same at fifty finite poses."""

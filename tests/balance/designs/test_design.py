@@ -44,6 +44,7 @@ def given(space):
     return np.array([body.inertia for body in space.linkage.bodies])
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("objective", OBJECTIVES)
 @pytest.mark.parametrize(("model", "motion"), FEASIBLE)
 def test_designs_are_balanced_and_can_be_built(model, motion, objective):
@@ -151,6 +152,7 @@ def balls_of(space, corners, base, within):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("within", [None, 1.5, 0.8])
 def test_cvxpy_agrees(within):
     """On random problems, from conditions of finite poses: each verdict, each optimum.

@@ -119,6 +119,7 @@ def test_encodings_keep_their_bytes(robot, encoding):
     assert expected.count("<inertial>") == 3 and expected.count("<mass/>") == 2
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("model", gallery())
 def test_what_is_read_again_is_what_was_meant(model, tmp_path):
     draft = read_unassembled(gallery()[model])

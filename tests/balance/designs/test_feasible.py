@@ -161,6 +161,7 @@ def test_designs_do_not_shake_for_pinocchio(model, motion, entry):
     assert shaken.verdict == "not balanced"
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize(
     ("model", "motion"), [*FEASIBLE[:3], FEASIBLE[4], ("four_bar_general", None)]

@@ -119,6 +119,7 @@ def test_what_is_in_the_ball_fulfils_them(d):
     assert np.sum(ball.form * balls.moments(np.ones(d), on)) < 0.0
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(("model", "motion", "more"), [
     ("four_bar_kite", None, {}), ("three_rsr", "u2=u3", {}), ("slider_crank", None, {}),
     ("four_bar_general", None, {"balance": "force"}), ("hprs", None, {"balance": "force"}),

@@ -122,6 +122,7 @@ def problem(rng, inequalities):
     return directions + directions.swapaxes(2, 3), inside, file, lines, offset
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("inequalities", [0, 4])
 @pytest.mark.parametrize("seed", range(10))
 def test_a_general_solver_finds_the_same_minimum(seed, inequalities):

@@ -44,6 +44,7 @@ def margin_of(corners):
     return ends.nullity[0], margins(structure, ends)[0], to_linkage(graph, structure, geometry)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["antiparallelogram", "kite about AC", "kite about BD"])
 def test_masses_can_be_built_if_the_base_is_longer_than_root_2(kind):
     """The base over the other length, by the cones of the walk and by verdicts of designs."""
@@ -62,6 +63,7 @@ def walked():
     return job, [job.compute(0), job.compute(1)]
 
 
+@pytest.mark.slow
 def test_one_walk_in_twenty_ends_where_masses_can_be_built(walked):
     job, chunks = walked
     found = [
@@ -84,6 +86,7 @@ def test_only_special_ends_of_these_walks_have_a_margin(walked):
         assert np.all(rows["margin"][outcomes == "cannot be built"] == 0.0)
 
 
+@pytest.mark.slow
 def test_walks_without_cones_find_fewer(walked):
     """The same starts: few special geometries can be built."""
     _, chunks = walked

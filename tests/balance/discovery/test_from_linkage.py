@@ -49,6 +49,7 @@ def test_a_linkage_from_a_geometry_gives_it_back(name):
     assert np.allclose(*angles)
 
 
+@pytest.mark.slow
 def test_a_special_model_is_its_own_first_find():
     graph, geometry = from_linkage(kinematics.load("four_bar_kite"))
     job = DiscoveryJob(graph.name, 20, 1, origin=text_of_geometry(geometry))
@@ -78,6 +79,7 @@ def test_lists_that_are_no_topologies_are_refused(text):
         topology(text).structure()
 
 
+@pytest.mark.slow
 def test_an_eight_bar_from_a_list_of_edges():
     name = "0-1 1-2 2-3 0-3 2-4 4-5 0-5 1-6 6-7 3-7"
     job = DiscoveryJob(name, 2, 1)

@@ -50,6 +50,7 @@ def whole(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 def test_short_runs_give_the_families_of_one_run(tmp_path, capsys, caplog, whole):
     """Each run is stopped after its first chunk, and tells so with the families so far."""
     path, runs = tmp_path / "pieces.db", 0
@@ -69,6 +70,7 @@ def test_short_runs_give_the_families_of_one_run(tmp_path, capsys, caplog, whole
     assert counts == sorted(counts) and counts[-1] == len(whole)
 
 
+@pytest.mark.slow
 def test_killed_runs_give_the_families_of_one_run(tmp_path, whole):
     path = tmp_path / "killed.db"
 
@@ -86,6 +88,7 @@ def test_killed_runs_give_the_families_of_one_run(tmp_path, whole):
     assert families(path) == whole
 
 
+@pytest.mark.slow
 def test_the_progress_tells_the_families_so_far(tmp_path, monkeypatch, whole):
     """The bar gets a count that grows to that of the families found."""
     from contextlib import contextmanager

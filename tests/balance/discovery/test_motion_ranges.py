@@ -24,6 +24,7 @@ def four_bar(base, crank, coupler, rocker, angle):
     return motion_range(graph, structure, structure.normalise(geometry))
 
 
+@pytest.mark.slow
 def test_a_joint_turns_fully_if_grashof_says_so():
     """Shortest + longest < the others, and the shortest link is at the ground, or is it."""
     rng, seen = np.random.default_rng(1), set()
@@ -58,6 +59,7 @@ def test_a_rocker_stops_where_coupler_and_rocker_are_in_line():
         assert found.high - found.low == pytest.approx(2 * ends["D"], abs=0.1)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("angle", [0.6, 1.0, 2.0])
 def test_a_kite_meets_its_folded_motion(angle):
     """AD = AB: where B is at D, C may turn about both; the crank is back there after a turn."""
@@ -74,6 +76,7 @@ def test_several_degrees_of_freedom_have_no_range():
     assert motion_range(graph, structure, random_starts(structure, 1, range(1))) is None
 
 
+@pytest.mark.slow
 def test_a_crank_longer_than_its_coupler_stops():
     """A crank a in line turns fully if a < b; else the sine of its angle ends at b / a."""
     graph = topology("slider-crank")

@@ -38,6 +38,7 @@ def size_of(corners):
     return np.std(corners, axis=1, keepdims=True)
 
 
+@pytest.mark.table(4)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_exact_members_are_accepted(family):
     name, nullity, codimension, _ = FAMILIES[family]
@@ -47,6 +48,7 @@ def test_exact_members_are_accepted(family):
     assert set(ends.codimension.tolist()) == {codimension}
 
 
+@pytest.mark.table(5)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_members_off_in_a_random_direction_are_rejected(family):
     """All joints are moved by a thousandth of the size."""
@@ -58,6 +60,7 @@ def test_members_off_in_a_random_direction_are_rejected(family):
     assert not accepted.any(), ends.nullity
 
 
+@pytest.mark.table(5)
 @pytest.mark.parametrize("family", FAMILIES)
 def test_members_with_one_joint_off_are_rejected(family):
     corners = planted_corners(family, COUNT, 6)
@@ -118,6 +121,7 @@ def test_short_links_are_rejected(family):
     assert np.sum(ends.nullity > 4) >= 4
 
 
+@pytest.mark.slow
 def test_folded_members_are_rejected():
     """Two pairs of links that turn as one."""
     for family in ("kite", "antiparallelogram"):

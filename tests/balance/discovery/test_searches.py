@@ -41,6 +41,7 @@ def sliders(tmp_path_factory):
         return job, file.read(), found_in(file).families
 
 
+@pytest.mark.slow
 def test_one_four_bar_in_ten_ends_on_a_special_one(four_bars):
     assert 10 * four_bars.outcomes["special"] >= STARTS
 
@@ -53,6 +54,7 @@ def test_the_families_of_the_four_bar_are_the_known_ones(four_bars):
     assert len(families) >= 2
 
 
+@pytest.mark.slow
 def test_random_members_confirm_a_family(four_bars):
     done = confirm(four_bars.job.structure, four_bars.families[0], 30)
     assert (done.members, done.agreed) == (30, 30)
@@ -68,6 +70,7 @@ def test_relations_that_do_not_suffice_are_not_confirmed(four_bars):
     assert done.agreed == 0 < done.members
 
 
+@pytest.mark.slow
 def test_only_one_family_of_the_slider_crank(sliders):
     _, _, families = sliders
     (family,) = families
@@ -75,6 +78,7 @@ def test_only_one_family_of_the_slider_crank(sliders):
     assert (family.nullity, family.parallel, family.codimension) == (6, 1, 2)
 
 
+@pytest.mark.slow
 def test_chunks_do_not_depend_on_each_other(sliders, tmp_path):
     """A search in two runs, the second chunk first, gives the rows of one run."""
     job, expected, families = sliders

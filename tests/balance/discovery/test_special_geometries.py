@@ -48,6 +48,7 @@ def accepted(corners):
     return ends.special & (fates == "special"), ends.nullity
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("kind", "nullity"), [("kite", 5), ("antiparallelogram", 5), ("parallelogram", 7)]
 )
@@ -56,6 +57,7 @@ def test_exact_ones_are_accepted(kind, nullity):
     assert special.all() and set(found.tolist()) == {nullity}
 
 
+@pytest.mark.table(4)
 @pytest.mark.parametrize("off", [1e-3, 1e-5, 1e-7])
 @pytest.mark.parametrize("kind", ["kite", "antiparallelogram", "parallelogram"])
 def test_near_ones_are_rejected(kind, off):

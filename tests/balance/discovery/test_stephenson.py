@@ -17,6 +17,7 @@ GRAPH = topology("stephenson3")
 BOTH = [("similar ternaries", 8), ("parallel ternaries", 10)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("family", "nullity"), BOTH)
 def test_no_member_can_be_built(family, nullity):
     """Random members: their margins by the cones of walks."""

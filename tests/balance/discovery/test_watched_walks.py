@@ -14,6 +14,7 @@ def watched():
     return watch_walk(job, first_special_start(job))
 
 
+@pytest.mark.slow
 def test_the_singular_value_falls_at_each_step(watched):
     assert len(watched.ratios) > 3
     assert (np.diff(watched.ratios) < 0.0).all()
@@ -34,6 +35,7 @@ def test_the_next_singular_value_does_not_vanish(watched):
     assert watched.nullity == watched.job.generic + 1
 
 
+@pytest.mark.slow
 def test_watching_changes_nothing(watched):
     numbers = range(watched.start, watched.start + 1)
     seen = []
@@ -46,6 +48,7 @@ def test_watching_changes_nothing(watched):
     assert chunk["steps"][watched.start] >= len(seen) - 1
 
 
+@pytest.mark.slow
 def test_the_start_that_is_found_is_the_first(watched):
     outcomes = watched.job.compute(0)["outcome"]
     assert outcomes.index("special") == watched.start
@@ -61,6 +64,7 @@ def test_the_relations_hold_at_the_end(watched):
         assert min(max(abs(a - b), abs(c - d)) for (a, b), (c, d) in pairs) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_walk_that_does_not_arrive_has_no_relations():
     job = DiscoveryJob("four-bar", 50)
     outcomes = job.compute(0)["outcome"]
@@ -69,6 +73,7 @@ def test_a_walk_that_does_not_arrive_has_no_relations():
     assert not found.polished and found.ratios[-1] > ARRIVED
 
 
+@pytest.mark.slow
 def test_a_walk_to_masses_that_can_be_built():
     """What it lowers falls at each step; the singular value need not."""
     job = DiscoveryJob("four-bar", 50, buildable=True)

@@ -46,6 +46,7 @@ def random_linkages():
     return found
 
 
+@pytest.mark.slow
 def test_pure_inertias_come_back_from_masses_at_joints():
     """Inertias and masses moved at joints; the inertias are found again."""
     for linkage, joints, rng in random_linkages():

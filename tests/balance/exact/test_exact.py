@@ -42,6 +42,7 @@ def rows_of(chain, rays, order, p):
     return X
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_the_figures_come_out(figure: Figure):
     found = found_for(figure)
@@ -91,6 +92,7 @@ def test_planar_four_bars_by_another_route(model):
     assert ranks == [*figure.ranks, *figure.ranks[-1:] * (5 - len(figure.ranks))]
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize(
     "model, motion",
     [
@@ -115,6 +117,7 @@ def test_the_kernels_are_the_formulas_in_fractions(model, motion):
     assert not wrong
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", FIGURES[:14], ids=str)
 def test_a_minor_shows_that_the_rank_is_not_less(figure: Figure):
     """The determinant of the pivots' rows and columns, by big integers modulo the prime."""
@@ -233,6 +236,7 @@ def test_mimics_are_rescaled_by_the_lengths_of_axes(tmp_path):
         exact_ranks(mimicking(tmp_path, [1, 1, 0]))
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", [f for f in FIGURES if not f.spatial][:12], ids=str)
 def test_a_plane_may_lie_anywhere(figure: Figure, tmp_path):
     """All coordinates turned by the angles of 3-4-5 triangles, about two axes."""

@@ -42,6 +42,7 @@ def altered_digits(text):
         yield from ((i, new) for new in "0123456789" if old.isdigit() and new != old)
 
 
+@pytest.mark.slow
 def test_a_proof_with_another_digit_is_refused(four_bar, tmp_path):
     """Every digit of the small one; of the arm, one change in twenty."""
     texts = [
@@ -65,6 +66,7 @@ CLAIMS = (
 )  # fmt: skip
 
 
+@pytest.mark.table(5)
 @pytest.mark.parametrize("claim", CLAIMS)
 def test_a_proof_of_something_else_is_refused_whatever_its_digest(claim, four_bar):
     """With the digest of what was changed: the numbers themselves do not fit."""
@@ -100,6 +102,7 @@ def exactly(part):
         return part
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("model", ["four_bar_general", "five_bar", "four_bar_spherical"])
 def test_other_pivots_are_refused_where_their_minor_vanishes(model):
     """The determinant comes from the product's conditions, the verdict from the checker."""
@@ -146,6 +149,7 @@ def forged_claims(proof):
     yield "another format", {"format": "balance.proof/0"}
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("model", ["four_bar_general", "six_bar_watt", "rusr"])
 def test_forged_proofs_are_refused(model):
     proof = proof_of(design_space(kinematics.load(model)))

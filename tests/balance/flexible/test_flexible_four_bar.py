@@ -92,6 +92,7 @@ REDUCTIONS = {
 BRANCHES = [(case, beside) for beside in (OPEN, CROSSED) for case in REDUCTIONS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "beside"), BRANCHES[: number_of_cases(2, 6)])
 def test_supports_of_the_coupler_reduce_its_shaking(case, beside, folder):
     """[M] Figs. 10 to 12 and 14: peaks with hinges at the ends over those of the supports.
@@ -106,11 +107,13 @@ def test_supports_of_the_coupler_reduce_its_shaking(case, beside, folder):
     assert max(worst[2], here[2]) < 1e-6
 
 
+@pytest.mark.slow
 def test_axial_stiffness_of_bent_beams_doubles_the_force(folder):
     """Without it, the reference case comes out at about half."""
     assert 0.4 < peaks(folder, "ends", False)[0] / peaks(folder, "ends")[0] < 0.6
 
 
+@pytest.mark.slow
 def test_rigid_links_shake_as_verify_says(tmp_path):
     """EI × 1e6 on the linkage of one file: the base reaction that `balance.verify` finds along
     the same motion, from Pinocchio, to 1e-4 of its peak.

@@ -35,6 +35,7 @@ def run(arms, duration=1.0, rtol=1e-6, drive=None, options=FEW):
     return simulate(mechanism, duration, int(400 * duration) + 1, rtol=rtol)
 
 
+@pytest.mark.slow
 def test_the_rotating_arm_and_its_counter_arm():
     """[M] Sec. 2.1, Fig. 3: about 0.22 N alone; forces of the pair grow.
 
@@ -109,6 +110,7 @@ def test_a_similar_counter_arm_leaves_no_shaking_force():
     assert other.frequencies == pytest.approx([5.6888, 5.8246], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_the_steel_arms():
     """[M] Sec. 2.4, Fig. 4: 12.654 Hz; 0.002 % apart with shear and rotary inertia."""
     classical, full = steel_arms(True), steel_arms(False)
@@ -204,6 +206,7 @@ def test_slow_arms_against_collocation_of_the_beam_equation():
     assert np.abs(found.force[:, 1] + exact).max() < 2e-3 * np.abs(exact).max()
 
 
+@pytest.mark.slow
 def test_the_translator():
     """[M] Sec. 3, Figs. 6 and 7: 0 to 6 mm; forces reduced by about 100 with the moment on one
     hub, by 1500 with half of it on both, against the translator alone at the same amplitude.

@@ -50,6 +50,7 @@ def crossings(time, value, rate):
     return np.array(found)
 
 
+@pytest.mark.slow
 def test_pantograph_at_rest_stays_at_rest():
     """[J] Fig. 2.9, first case."""
     found = simulate_floating_base(PANTOGRAPH, BASE, along=closing())
@@ -57,6 +58,7 @@ def test_pantograph_at_rest_stays_at_rest():
     assert found.verdict == "the base stays at rest" and found.undisturbed
 
 
+@pytest.mark.slow
 def test_pantograph_turns_faster_when_it_closes():
     """[J] Fig. 2.9, second case: 10 rad/s become 10 (1 + 2·2²) / (1 + 2·1.5²) = 16.3636."""
     found = simulate_floating_base(PANTOGRAPH, BASE, along=closing(), initial={"wz": 10.0})
@@ -82,6 +84,7 @@ def test_pantograph_on_a_spring():
     assert of.rotation[:, 2].max() == pytest.approx(1.0 / np.sqrt(1e4 / 9.0), rel=1e-2)
 
 
+@pytest.mark.slow
 def test_the_pantograph_drives_the_vibration_of_its_base():
     """[J] Fig. 2.9, third case: 0.3 m at twice the natural frequency, inwards first."""
     frequency = np.sqrt(1e4 / 9.0) / (2.0 * np.pi)
@@ -114,6 +117,7 @@ def test_frequencies_of_an_unbalanced_linkage():
     assert (times.size - 1) / np.ptp(times) == pytest.approx(formula, rel=1e-4)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("model", BALANCED)
 def test_balanced_linkages_leave_the_base_at_rest(model):
     found = simulate_floating_base(model, OFFSET, motion=BALANCED[model], duration=DURATION)
@@ -121,6 +125,7 @@ def test_balanced_linkages_leave_the_base_at_rest(model):
     assert found.undisturbed and found.agreed and not found.remarks
 
 
+@pytest.mark.slow
 def test_decoupled_is_more_than_balanced():
     """On a base that turns, a kite disturbs nothing; the pantograph does, though balanced."""
     initial = {"wz": 3.0, "vx": 1.0}
@@ -129,6 +134,7 @@ def test_decoupled_is_more_than_balanced():
         assert found.undisturbed == verdict and found.agreed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["four_bar_general", "three_rsr"][: 2 if ALL_CASES else 1])
 def test_energy_and_momentum_over_ten_seconds(model):
     """On springs and in space; the other eight in ``benchmarks``."""
@@ -169,6 +175,7 @@ def test_a_base_on_a_spring_swings_as_a_pendulum_of_mass():
     assert np.allclose(found.samples.displacement[:, 0], expected, atol=1e-12)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("samples", [21, 51, 101])
 def test_a_table_of_any_number_of_samples(samples):
     """Pieces of a spline that end a hair after a step: the base returns with the inputs."""
@@ -187,6 +194,7 @@ def test_drift_is_noticed(monkeypatch):
     assert found.to_dict()["undisturbed"] is None and "no verdict" in found.remarks[-1]
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(("error", "match", "options"), [
     (UsageError, "mass and moments", {"base": FloatingBase(0.0, 1.0)}),
     (UsageError, "1 \\+ 1 < 3", {"base": FloatingBase(1.0, (1.0, 1.0, 3.0))}),

@@ -46,6 +46,7 @@ def start_of(linkage, found):
     return q, rates * chain.units
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("model", TEN)
 def test_agrees_with_pinocchio(model):
     base, options = TEN[model]

@@ -125,6 +125,7 @@ def test_a_map_ends_at_the_edge_of_the_workspace():
         assert np.abs(q[linkage.positions_of(linkage.inputs)] - u).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_a_map_takes_two_seconds_at_most():
     """200 × 200 poses of a planar five-bar, time of this process, after compilation."""
     linkage = kinematics.load("five_bar")

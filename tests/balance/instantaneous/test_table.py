@@ -147,6 +147,7 @@ def test_impossible_cases_have_no_solution_or_no_mass(case):
             assert one.unmet or max(misses[k], mass) < 1e-10 * sizes[k]
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("case", CASES)
 def test_the_verdict_is_that_of_the_convex_problem(case):
     """Six linkages of one random pair for each case, that can be balanced and not."""

@@ -63,6 +63,7 @@ def same_span(one, other):
     return max(outside(one, other), outside(other, one)) < 1e-10
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 2), ids=str)
 def test_serial_and_parallel_freedoms_span_the_space(figure):
     found, freedoms = freed(figure)
@@ -76,6 +77,7 @@ def test_serial_and_parallel_freedoms_span_the_space(figure):
     assert sizes.size == found.nullity and sizes[-1] > 1e-6
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", spread(FIGURES, 2, 0), ids=str)
 def test_transfer_freedoms_span_the_transfers(figure):
     found, _ = freed(figure)
@@ -88,6 +90,7 @@ def test_transfer_freedoms_span_the_transfers(figure):
             assert bodies == set(transfer.bodies)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", CLOSED, ids=str)
 def test_a_freedom_is_the_sum_of_its_primitives(figure):
     found, freedoms = freed(figure)
@@ -209,6 +212,7 @@ def test_rods_of_the_3rsr_are_those_of_the_thesis():
     assert {p.kind for p in freedoms[1].primitives} == {"rod"}
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", CLOSED, ids=str)
 def test_the_vocabulary_says_everything(figure):
     """Of every body that moves, and each name means one thing."""

@@ -158,6 +158,7 @@ def loaded(name, rng):
     return replace(linkage, bodies=tuple(bodies))
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", spread(sorted({*FIVE, *MODELS}), 2, 0))
 def test_momentum_is_that_of_pinocchio(name):
     rng = np.random.default_rng(40)
@@ -178,6 +179,7 @@ def test_momentum_is_that_of_pinocchio(name):
     assert worst < 1e-12
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", MODELS)
 def test_planar_regressors_are_part_of_the_spatial_ones(name):
     linkage = kinematics.load(name)
@@ -250,6 +252,7 @@ def test_linear_momentum_is_the_rate_of_the_mass_moment(name):
         assert X[w, 3:] @ masses(linkage) == pytest.approx(slope(mass_moment), abs=1e-9)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", PLANAR)
 def test_moments_of_inertia_multiply_the_rate_of_the_angle(name):
     """The column of Ezz is the derivative of the angle of its body; steps as above."""

@@ -55,6 +55,7 @@ def momentum_of_points(grid, clouds, order):
     return total
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("name", "order"),
     [("four_bar_general", 5), ("bennett", 5), ("five_bar", 5), ("three_rsr", 2)],
@@ -77,6 +78,7 @@ def test_mixed_partials_agree_with_110_digits(name, order):
         assert relative(both[0], np.array(scale)[:, None, None] * both[1]) < 1e-14
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("name", "motion", "order"),
     [("three_rsr", "u2=u3", 10), ("three_rsr", None, 8), ("five_bar", None, 10),

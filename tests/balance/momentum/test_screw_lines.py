@@ -52,6 +52,7 @@ def distance(line, point):
     return np.linalg.norm(np.cross(line.direction, point - line.point))
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", MODELS)
 def test_lines_add_up_to_the_momentum_of_the_regressor(name):
     linkage = kinematics.load(name)

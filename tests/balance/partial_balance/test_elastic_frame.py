@@ -89,6 +89,7 @@ def test_a_motion_that_joins_its_start_is_repeated():
     assert is_periodic(turn)
 
 
+@pytest.mark.slow
 def test_full_force_balance_shakes_a_soft_frame_more_than_partial_balance_does():
     """The moments that full force balance makes turn a frame that turns easily."""
     add, regions = ["crank", "coupler"], dict.fromkeys(["crank", "coupler"], "ball(0,0,0,1)")

@@ -77,6 +77,7 @@ def test_a_robot_on_a_pick_and_place_cycle(robot_on_a_cycle):
     assert [one.budget for one in front.designs] == pytest.approx(np.linspace(0, 8, 12))
 
 
+@pytest.mark.slow
 def test_the_data_fulfil_their_schema():
     check = Draft202012Validator(json.loads(SCHEMA.read_text("utf-8")))
     check.check_schema(check.schema)
@@ -89,6 +90,7 @@ def test_the_data_fulfil_their_schema():
         check.validate(json.loads(json.dumps(front.to_dict(), allow_nan=False)))
 
 
+@pytest.mark.slow
 def test_a_front_without_a_budget_ends_at_the_least_shaking():
     add = ["crank", "coupler", "slider"]
     front = pareto("slider_crank", add, 4, regions=dict.fromkeys(add, "ball(0,0,0,1)"))
@@ -138,6 +140,7 @@ def test_the_command_prints_and_writes_what_the_function_finds(tmp_path, capsys)
     assert code == 0 and "optimal: 0.6 kg leave" in text and "peak torque" in text
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(
     ("words", "code"),
     [
@@ -225,6 +228,7 @@ def test_the_slider_crank_of_exudyn_is_balanced_in_one_solve(tmp_path):
     assert balance.verify(space.linkage, found.z, balance="force").force_residual < 1e-12
 
 
+@pytest.mark.slow
 def test_its_frame_vibrates_as_much_as_the_search_leaves(tmp_path):
     """At the printed centres the frame still moves; with added matter it need not."""
     frame = ElasticFrame(2.0, 1.0, 5000.0, 50.0)

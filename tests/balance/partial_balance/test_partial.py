@@ -125,6 +125,7 @@ def compare(seed):
     return found, least, np.linalg.norm(fixed)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("seed", range(number_of_cases(4, 10)))
 def test_a_general_solver_finds_the_same_optimum(seed):
     """On random linkages of each shape; on ten with ``ALL_CASES=1``."""
@@ -137,6 +138,7 @@ def test_a_general_solver_finds_the_same_optimum(seed):
 # --- laws ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_without_a_budget_nothing_changes():
     found = partial("slider_crank", ADD, 0.0)
     assert (found.mass, found.weights, found.share) == (0.0, (), 1.0)
@@ -179,6 +181,7 @@ def test_more_budget_leaves_less(shape):  # fmt: skip
             assert all(weight.region.contains(lump.position) for lump in weight.lumps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "add", "kind"),
     [("slider_crank", ["crank", "coupler", "slider"], "dynamic"),
@@ -217,6 +220,7 @@ def test_the_lightest_of_the_best_designs_is_found():
     assert partial(space, add, 0.999 * found.mass, **options).share > 1e-5
 
 
+@pytest.mark.slow
 def test_no_other_matter_in_the_regions_does_better():
     """Random point masses of the whole budget, along the line from the optimum to them."""
     space, rng = design_space("slider_crank", max_order=0), np.random.default_rng(0)
@@ -273,6 +277,7 @@ def test_caps_are_kept_at_every_sample():
     assert tight.found.bearing[name] <= 0.99 * bearing * (1 + 1e-7)
 
 
+@pytest.mark.slow
 def test_caps_that_nothing_keeps_are_proved_impossible():
     """Added mass in the crank alone cannot take force from the pin of the coupler."""
     found = partial("slider_crank", ["crank"], 1.0, max_bearing={"q2": 1.0})

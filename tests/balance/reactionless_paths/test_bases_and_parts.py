@@ -169,6 +169,7 @@ def wheel_pantograph():
     return from_screws(joints, (), bodies, inputs=["q1", "q2", "q3"], name="wheel_pantograph")
 
 
+@pytest.mark.slow
 def test_a_loop_of_the_pantograph_leaves_its_wheel_turned():
     """Eq. 2.52: Δq3 = -2 m / g_c (2 q1 + Δq1) Δq1 Δq2 = +6π/5, by integration to 1e-9."""
     linkage = wheel_pantograph()

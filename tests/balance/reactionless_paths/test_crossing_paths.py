@@ -38,6 +38,7 @@ def deviations(found):
         yield tangent, np.ptp(aside), points
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     ("lower", "angle", "straight"),
     [(CORRECTED, 89.6, (5e-4, 1.4e-3)), (SYMMETRIC, 90.0, (1e-9, 3e-4)),
@@ -84,6 +85,7 @@ def test_arms_that_are_mirror_images_without_moment():
     assert bent[0] < 1e-9 and 1e-4 < bent[1] < 2e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("upper", "aside", "bend"),
     [((0.069, 150.0), 0.0481, 0.0126), ((0.0766, 142.1), 0.0691, 0.0202)],
@@ -101,6 +103,7 @@ def test_the_printed_lower_arms_bend_the_second_path(upper, aside, bend):
     assert place == pytest.approx([BEYOND + aside, 0.0], abs=2e-4)
 
 
+@pytest.mark.slow
 def test_the_paths_do_not_shake_and_the_diagonal_does():
     """Shaking moments at most 1e-8 of that on the diagonal of the same length and time."""
     robot = crossing_five_bar(BEYOND, *CORRECTED)

@@ -59,6 +59,7 @@ def slider_crank():
     return from_screws(joints, [loop], bodies, inputs=["slide", "wheel"], name="slider")
 
 
+@pytest.mark.slow
 def test_a_path_ends_at_the_edge_of_the_workspace():
     """The slider of links of 1 m cannot pass 2 m, 0.4 m from the reference pose."""
     found = balance.find_paths(slider_crank(), kept="moment", length=6.0, step=0.05)

@@ -76,6 +76,7 @@ def check_linkage(name, folder, count=STARTS):
 NAMES = ["five_bar", "three_rrr", "zero_reaction_arm"]
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("name", sorted(gallery()) if ALL_CASES else NAMES)
 def test_paths_of_the_gallery(name, tmp_path, capsys):
     """One start of three linkages; five of all that have paths with ``ALL_CASES=1``."""

@@ -104,6 +104,7 @@ def test_a_repeated_loop_has_two_relations_between_angles(linkage):
     assert (space.nullity, space.parallel.shape[1]) == (9, 2)
 
 
+@pytest.mark.slow
 def test_a_four_bar_without_a_balanced_loop_gains_by_a_dyad():
     """The file is read again, and Pinocchio and exact arithmetic confirm it."""
     linkage = four_bar(*GAINS)

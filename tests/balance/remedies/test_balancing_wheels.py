@@ -47,6 +47,7 @@ def request(model, inputs=None, **options) -> RemedyRequest:
     return RemedyRequest(kinematics.load(model, inputs=inputs), **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gear", [1.0, 2.0, 0.5])
 def test_a_rod_gets_a_wheel_of_constant_ratio(gear):
     """A rod of 1/3 kg m² and a counterweight of 1 kg at 0.5 m: J N = 1/3 + 1/4."""
@@ -68,6 +69,7 @@ def test_a_rod_gets_a_wheel_of_constant_ratio(gear):
     assert "circular gears" in found.details["drive"] and "non-" not in found.details["drive"]
 
 
+@pytest.mark.slow
 def test_the_ratio_is_pinocchios_momentum_and_the_angle_its_integral():
     """A general four-bar whose ratio changes its sign: a cam, no gears."""
     (found,) = apply_passive_wheel(request("four_bar_general"))
@@ -105,6 +107,7 @@ def test_the_ratio_is_pinocchios_momentum_and_the_angle_its_integral():
     assert max(checked.force_residual, checked.moment_residual) <= 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gear", "closed"), [(1.0, True), (0.5, True), (0.75, False)])
 def test_pitch_curves_roll_on_each_other(gear, closed):
     """They touch on the line of centres, at one tangent, have equal lengths, and give φ."""
@@ -139,6 +142,7 @@ def test_pitch_curves_roll_on_each_other(gear, closed):
     assert rolled.y[0, -1] == pytest.approx(ratio["angle"][-1], rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_crank_that_cannot_turn_gets_a_table_over_its_range():
     """Its ends are a tenth before the dead centres."""
     (found,) = apply_passive_wheel(request("four_bar_general", ["q4"]))
@@ -156,6 +160,7 @@ def test_a_crank_that_cannot_turn_gets_a_table_over_its_range():
                 assert not passes
 
 
+@pytest.mark.slow
 def test_a_sliding_crank_stops_before_a_singular_pose():
     """The pins of this slider-crank meet 0.6 m from its pose, where branches do."""
     (found,) = apply_passive_wheel(request("slider_crank", ["q4"]))
@@ -165,12 +170,14 @@ def test_a_sliding_crank_stops_before_a_singular_pose():
     assert "does not turn on the base" in found.details["drive"]
 
 
+@pytest.mark.slow
 def test_a_turn_through_a_singular_pose_is_verified_beside_it():
     (found,) = apply_passive_wheel(request("four_bar_kite"))
     assert found.verdict == "feasible" and found.residual <= 1e-9, found.reason
     assert found.details["singular"] and found.details["full_turn"]
 
 
+@pytest.mark.slow
 def test_a_relation_leaves_one_freedom():
     linkage = kinematics.load("five_bar")
     first, second = linkage.inputs
@@ -180,6 +187,7 @@ def test_a_relation_leaves_one_freedom():
     assert found.verdict == "refused" and "2 degrees of freedom" in found.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["four_bar_general", "five_bar"])
 def test_a_motor_works_what_the_wheel_stores(model):
     """Torque -ḣ and speed -h/J by Pinocchio's momentum; power is the rate of the energy."""
@@ -211,6 +219,7 @@ def test_a_motor_works_what_the_wheel_stores(model):
     assert np.mean(spins) == pytest.approx(np.mean(paces), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_spatial_linkage_gets_three_wheels():
     (found,) = apply_active_wheel(request("bennett"))
     assert found.verdict == "feasible" and found.residual <= 1e-9
@@ -227,6 +236,7 @@ def test_a_spatial_linkage_gets_three_wheels():
     assert checked.force_residual <= 1e-9 < checked.moment_residual
 
 
+@pytest.mark.slow
 def test_centres_in_different_planes_need_wheels_across_the_plane():
     """A rod at a height: its counterweight is not, so that a moment turns with it."""
     high = rod("a", "base", "0 0 0", 1.0, "0.5 0 0.1", SLENDER)
@@ -237,6 +247,7 @@ def test_centres_in_different_planes_need_wheels_across_the_plane():
     assert len(active.new_links) == 3
 
 
+@pytest.mark.slow
 def test_refusals_say_why():
     for apply in (apply_passive_wheel, apply_active_wheel):
         (found,) = apply(request("four_bar_general", balance="force"))

@@ -92,6 +92,7 @@ def test_two_slender_rods_need_three_copies():
     assert one.added_mass == pytest.approx(2.0 * (first + second) + 2.0, rel=1e-6)
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_three_copies_balance_any_spatial_arm_and_two_do_not(seed):
     rng = np.random.default_rng(seed)
@@ -153,6 +154,7 @@ def test_a_mirrored_copy_where_no_turn_helps():
     assert rest_is_zero(found.urdf, 10.0)
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_an_inverted_copy_balances_the_force_of_anything(seed):
     """The inversion is a mirroring: slides, screws and centres of mass change their signs."""
@@ -173,6 +175,7 @@ def test_an_inverted_copy_balances_the_force_of_anything(seed):
         assert np.abs(momentum[:3]).max() <= 1e-12 * 100 < np.abs(momentum[3:]).max()
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("model", "force"), [
     ("hprs", False), ("hprs", True), ("four_bar_general", True), ("slider_crank", False),
     ("sarrus", True),

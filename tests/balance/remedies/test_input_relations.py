@@ -111,6 +111,7 @@ def test_the_constant_of_a_need_is_what_the_masses_ask(found):
         assert np.abs(direction @ (X @ z.ravel())).max() < 1e-13
 
 
+@pytest.mark.slow
 def test_the_remedy_is_written_as_mimic_joints(principal):
     first = next(apply_input_relation(principal))
     assert first.verdict == "feasible" and first.lost_freedoms == 2
@@ -121,6 +122,7 @@ def test_the_remedy_is_written_as_mimic_joints(principal):
     assert again.mobility == 1 and balance.verify(again, trajectories=2).balanced
 
 
+@pytest.mark.slow
 def test_a_relation_of_three_inputs_needs_a_gear(tmp_path):
     """The arm balances with two freedoms left, for every relation of terms of one sign."""
     arm = kinematics.load("zero_reaction_arm")

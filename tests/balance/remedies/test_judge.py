@@ -54,6 +54,7 @@ def rotor_on(request: RemedyRequest, carrier: str, place, gear: float) -> Varian
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_an_arm_with_a_rotor_has_the_least_mass_of_the_textbook():
     """A counterweight at distance r, and a ring whose J cancels what both turn with.
 

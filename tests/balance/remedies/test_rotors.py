@@ -50,6 +50,7 @@ def pendulum(gear, radius):
     return RemedyRequest(linkage, regions=regions, gear=gear, radius=radius)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("gear", [1.0, 2.0])
 def test_separate_rotors_on_the_ground(gear):
     """Rotors with N J = I1 and I2 add J / ρ² each; an input turns itself and its rotor."""
@@ -80,6 +81,7 @@ def test_separate_rotors_on_the_links():
     assert found.input_inertia == pytest.approx(inertia, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gear", [1.0, 2.0])
 def test_counter_rotary_masses(gear):
     """The counterweights themselves turn: no mass beyond force balance."""
@@ -93,6 +95,7 @@ def test_counter_rotary_masses(gear):
     assert found.details["lever"] == 1.0
 
 
+@pytest.mark.slow
 def test_a_small_counter_rotary_mass_turns_nearer_to_its_joint():
     """Where the radius is too small for the lever, a shorter lever is heavier and balances."""
     found = next(apply_counter_rotary_masses(pendulum(1.0, 0.6)))

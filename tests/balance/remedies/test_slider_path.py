@@ -21,6 +21,7 @@ def files_of(name):
     return linkage, found, np.array([[float(x) for x in row.split(",")] for row in rows])
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(("name", "choices"), [("principal_vector_linkage", 2), ("fuga_i", 1)])
 def test_the_momentum_vanishes_along_the_path(name, choices):
     """By the independent route, with the velocities of the table."""
@@ -61,6 +62,7 @@ def test_the_table_passes_verify(tmp_path, capsys):
     assert main(["verify", "zero_reaction_arm", "--trajectories", "1"]) == 1
 
 
+@pytest.mark.slow
 def test_forces_are_balanced_first():
     """The 3-RRR gets counterweights, and then one of two reactionless directions."""
     (found,) = apply_slider_path(RemedyRequest(kinematics.load("three_rrr")))

@@ -60,6 +60,7 @@ def test_planetary_transmission_of_a_double_pendulum():
     assert found.input_inertia == pytest.approx(inertia, rel=1e-8)
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("apply", BOTH)
 def test_the_train_has_the_rotation_of_the_last_link(apply):
     """At finite poses of three rods: rotors turn -N times as far as their link, idlers once."""
@@ -90,6 +91,7 @@ def absolute_rotations(linkage, inputs):
     return {body.name: angles[body.link] for body in linkage.bodies}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", spread(("four_bar_general", "five_bar"), 2))
 @pytest.mark.parametrize("apply", BOTH)
 def test_exports_are_verified(model, apply):

@@ -56,6 +56,7 @@ def covered(path: Path) -> int:
         return 0
 
 
+@pytest.mark.table(1)
 @posix
 @pytest.mark.parametrize("where", [{"workers": 2}, {"workers": 2, "dask": "local"}])
 def test_a_worker_may_die(tmp_path, where):
@@ -82,6 +83,7 @@ def test_a_chunk_that_ends_every_worker_ends_the_run(tmp_path):
         assert 0 < file.computed()[0] < job.rows
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("where", [{"workers": 0}, {"workers": 1}, {"dask": "local"}])
 def test_what_a_chunk_is_refused_for_is_told(tmp_path, where):
     """A refusal stays one; anything else is a defect; what was written is kept."""
@@ -129,6 +131,7 @@ def test_a_complete_file_starts_nobody(tmp_path):
     assert usable_cores() >= 1
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize(("where", "few", "every"), [(["2"], 3, 50), (["2", "local"], 1, 50)])
 def test_killed_runs_resume_to_the_same_bytes(tmp_path, where, few, every):

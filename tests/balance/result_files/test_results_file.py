@@ -284,6 +284,7 @@ with open("/proc/self/status") as status:  # getrusage counts the memory of the 
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is counted in kB")
 def test_memory_does_not_grow_with_the_rows(tmp_path):
     """The limit holds for a million rows, too: 500 MB."""

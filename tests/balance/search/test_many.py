@@ -67,6 +67,7 @@ def agree(found, spaces, frames):
         assert outside(ours, theirs) < 1e-9 and outside(theirs, ours) < 1e-9, k
 
 
+@pytest.mark.slow
 def test_four_bars_of_every_kind(monkeypatch):
     monkeypatch.setattr(many_geometries, "CHUNK_SIZE", 128)
     linkage = load("four_bar_general")

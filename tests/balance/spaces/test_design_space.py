@@ -78,6 +78,7 @@ def same_space(one, other):
     assert max(outside(one, other), outside(other, one)) < 1e-9
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_the_table_comes_out(figure):
     found = known(figure)
@@ -92,6 +93,7 @@ def test_the_table_comes_out(figure):
     assert set(found.bodies) == set(reference.load(figure.model).bodies)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", spread(FIGURES, 2, 0), ids=str)
 def test_every_column_is_balanced_at_fresh_poses(figure):
     """1e-11: at a quarter of a radian, poses close to 1e-13 and vectors cancel."""
@@ -127,6 +129,7 @@ MOTIONS = [
 ]
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(("name", "motion", "balance", "spatial"), MOTIONS)
 def test_other_questions_have_the_rank_of_finite_poses(name, motion, balance, spatial):
     decision = reference.rank_over_poses(reference.load(name), motion, balance, spatial)
@@ -136,6 +139,7 @@ def test_other_questions_have_the_rank_of_finite_poses(name, motion, balance, sp
     assert unbalanced(X, found.basis) < 1e-11
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 0), ids=str)
 def test_the_frame_of_the_file_does_not_matter(figure, tmp_path):
     """The whole linkage is put elsewhere, in a random direction, on a new root link."""
@@ -150,6 +154,7 @@ def test_the_frame_of_the_file_does_not_matter(figure, tmp_path):
         same_space(carried(H, len(one.bodies)) @ one.basis, other.basis)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 1), ids=str)
 def test_the_unit_of_length_does_not_matter(figure, factor, tmp_path):
@@ -160,6 +165,7 @@ def test_the_unit_of_length_does_not_matter(figure, factor, tmp_path):
     same_space(found.basis / units[:, None], known(figure).basis)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", MODELS)
 def test_names_of_links_do_not_matter(name, tmp_path):
     one = design_space(kinematics.load(name))
@@ -223,6 +229,7 @@ def test_the_three_rsr_is_balanced_as_given_on_its_planes(motion, tmp_path):
         assert design_space(linkage, [f"{motion[0]}"] * 2).as_given.balanced
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", MODELS)
 def test_members_of_the_space_are_balanced_as_given(name):
     linkage = kinematics.load(name)
@@ -237,6 +244,7 @@ def test_members_of_the_space_are_balanced_as_given(name):
         assert given.residual < 1e-13 if balanced else given.residual > 1e-9
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(
     ("name", "motion"),
     [(name, ()) for name in MODELS]

@@ -41,12 +41,14 @@ def length_of(figure: Figure) -> float:
     return known(figure).length
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("factor", SCALES)
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_the_size_does_not_matter(figure, factor, tmp_path):
     check(space(figure, altered(figure.model, tmp_path, resized(factor))), figure)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_the_place_does_not_matter(figure, tmp_path):
     """A thousand lengths away."""
@@ -54,6 +56,7 @@ def test_the_place_does_not_matter(figure, tmp_path):
     check(space(figure, altered(figure.model, tmp_path, placed(H))), figure)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 2), ids=str)
 def test_the_direction_does_not_matter(figure, tmp_path):
     for R in ROTATIONS:
@@ -71,6 +74,7 @@ def shuffled(seed):
     return change
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_names_and_their_order_do_not_matter(figure, tmp_path):
     path = altered(figure.model, tmp_path, renamed, shuffled(0))
@@ -80,6 +84,7 @@ def test_names_and_their_order_do_not_matter(figure, tmp_path):
     assert sorted(f"x_{name}_9" for name in plain) == sorted(found.bodies)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("factor", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 1), ids=str)
 def test_nothing_of_it_matters_together(figure, factor, tmp_path):
@@ -88,6 +93,7 @@ def test_nothing_of_it_matters_together(figure, factor, tmp_path):
     check(space(figure, altered(figure.model, tmp_path, *changes)), figure)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", spread(FIGURES, 2, 0), ids=str)
 def test_the_rank_never_falls_with_the_order(figure):
     """Each highest order is decided by itself: nothing is carried over from lower ones."""
@@ -127,6 +133,7 @@ def rescaled(exponent):
     return change
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("exponent", [-6, 6])
 @pytest.mark.parametrize("figure", FIGURES[::3], ids=str)
 def test_what_is_proved_does_not_depend_on_the_size(figure, exponent, tmp_path):

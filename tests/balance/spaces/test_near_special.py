@@ -50,6 +50,7 @@ def report(words, capsys):
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize("words", TRUE)
 def test_the_true_integers_are_reported(words, capsys):
     ranks, serial, parallel = TRUE[words]
@@ -64,6 +65,7 @@ def test_the_true_integers_are_reported(words, capsys):
         assert found["certainty"] == "proved"
 
 
+@pytest.mark.table(5)
 @pytest.mark.parametrize("rpy", ["0 0 0.3", "1.5707963267948966 0 0", "0 2.0943951023931953 0"])
 @pytest.mark.parametrize("name", ["parallelogram_off_1e-6", "rssr_tilt_1e-4", "m_sarrus_2_5"])
 def test_a_linkage_that_is_turned_as_a_whole_has_the_same_integers(name, rpy, tmp_path, capsys):

@@ -56,6 +56,7 @@ def by_differences(space):
     return value / steepest if steepest else np.inf, len(slopes)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("model", CASES)
 def test_a_slope_is_that_of_the_singular_value(model, monkeypatch):
     monkeypatch.setattr(nearness, "FIRST_ORDER_CHANGE", np.inf)

@@ -75,6 +75,7 @@ def test_spatial_bodies_have_the_parameters_they_came_from(figure, tmp_path):
         assert relative(again, local) < 1e-12
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", FLAT, ids=str)
 def test_planar_bodies_have_the_parameters_they_came_from(figure, tmp_path):
     """In a plane that is inclined to every axis of the file."""
@@ -101,6 +102,7 @@ def test_planar_bodies_have_the_parameters_they_came_from(figure, tmp_path):
             assert relative(again, own) < 1e-11
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", DYNAMIC, ids=str)
 def test_a_file_with_the_new_inertials_is_balanced(figure, tmp_path):
     """Through the reader: the values are those of the element, in the frame of its link."""
@@ -190,6 +192,7 @@ def test_the_schema_is_a_schema():
     assert found["additionalProperties"] is False
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", FIGURES, ids=str)
 def test_every_report_follows_the_schema(figure):
     """What the command prints is this: see the tests of the command."""

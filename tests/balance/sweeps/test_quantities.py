@@ -28,6 +28,7 @@ def written(model: str, **values: float) -> kinematics.Linkage:
     return kinematics.load(Document("written", text.encode()))
 
 
+@pytest.mark.slow
 def test_every_quantity_of_a_written_file():
     table = balance.sweep(
         "four_bar_general", {"q4.origin.x": [1.05, 1.15]}, quantities=ALL, balance="force"
@@ -48,6 +49,7 @@ def test_every_quantity_of_a_written_file():
         assert 0.0 < found["dropped"] < 1e-12 < found["kept"] and found["distance"] > 0.0
 
 
+@pytest.mark.slow
 def test_shaking_and_inertia_do_not_depend_on_where_the_file_stands():
     """At the pose of the sweep: the crank as in the model, the loops closed."""
     options = {"shaking": {"speed": 5.0}, "input_inertia": {}}

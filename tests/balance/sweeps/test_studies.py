@@ -66,6 +66,7 @@ BAD = {
 }  # fmt: skip
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("case", BAD)
 def test_bad_studies_are_refused_in_one_line(case: str):
     """What, where, and what to do."""
@@ -181,6 +182,7 @@ def test_everything_else_is_no_expression(text: str):
         read_expression(text)
 
 
+@pytest.mark.slow
 def test_a_chunk_is_the_same_again_and_in_other_processes():
     tables = {
         "model": {"file": "four_bar_general"}, "sampling": {"count": 300, "seed": 5},

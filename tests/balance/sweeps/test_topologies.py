@@ -23,6 +23,7 @@ def integers(space: balance.DesignSpace) -> tuple[int, ...]:
     return space.rank, space.nullity, space.serial_nullity, kmax
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", TOPOLOGIES)
 def test_integers_are_those_of_the_written_files(name: str):
     model = TOPOLOGIES[name]
@@ -37,6 +38,7 @@ def test_integers_are_those_of_the_written_files(name: str):
     assert np.array_equal(table["parallel"][answered], parallel[answered])
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", TOPOLOGIES)
 def test_special_geometries_are_found_and_none_is_invented(name: str):
     model = TOPOLOGIES[name]

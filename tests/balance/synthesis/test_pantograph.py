@@ -128,6 +128,7 @@ def random_pantograph(seed):
     return balance_chain(chain, ratio, masses), ratio
 
 
+@pytest.mark.slow
 def test_random_linear_syntheses_are_confirmed_by_the_core():
     """Design space of the relation, and Pinocchio: momentum below 1e-10 of the bodies' own.
 

@@ -45,6 +45,7 @@ def random_triple(seed):
         return places, masses, fixed, fixed + l1 * cmath.exp(1j * angle)
 
 
+@pytest.mark.slow
 def test_random_triples_are_met():
     """Twenty solvable triples: a design that is found meets them to 1e-9, by integration."""
     good = 0

@@ -78,6 +78,7 @@ def test_within_the_radius_there_is_an_estimate(capsys):
     assert np.isfinite(motion.error(at[0])) and np.isnan(motion.error(at[1]))
 
 
+@pytest.mark.slow
 def test_a_sum_that_is_no_number_is_null(tmp_path, capsys):
     """Order 50 millions of radii away; the pose is reached all the same."""
     path, _ = nearly_dead(tmp_path, 1e-4)
@@ -134,6 +135,7 @@ def agreed(linkage, points):
 LINKAGES = ("five_bar", "three_rsr", "three_rrr", "slider_crank", "rusr", "six_bar_stephenson")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", spread(LINKAGES, 2))
 def test_all_orders_reach_the_same_poses(name):
     """Which, and the poses themselves, are those of the Newton steps of `reference`."""

@@ -65,6 +65,7 @@ def test_the_partition_has_the_sizes_of_the_table(figure):
     assert found.serial.shape[0] == found.parallel.shape[0] == figure.parameters
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("figure", spread(FIGURES, 3, 0), ids=str)
 def test_the_serial_space_is_the_sum_over_all_ways_of_opening(figure):
     """Delta and Stewart platform, with thousands of ways, are opened in some of them.
@@ -84,6 +85,7 @@ WAYS = [
 ]
 
 
+@pytest.mark.table(3)
 @pytest.mark.parametrize(("model", "motion", "count", "sizes"), WAYS)
 def test_most_linkages_have_one_serial_space_for_all_ways_of_opening(
     model, motion, count, sizes
@@ -154,6 +156,7 @@ POSES = [
 ]
 
 
+@pytest.mark.table(5)
 @pytest.mark.parametrize(("model", "motion", "spatial"), POSES)
 def test_the_serial_space_is_balanced_at_fifty_finite_poses(model, motion, spatial):
     """Poses and momentum by a route of their own; relative to the parts of the bodies."""
@@ -193,6 +196,7 @@ MOTIONS = [
 ]
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(("model", "motion", "balance", "spatial"), MOTIONS)
 def test_restricted_motions_and_other_questions(model, motion, balance, spatial):
     check(design_space(kinematics.load(model), motion or None, balance, spatial=spatial))
@@ -314,6 +318,7 @@ def drawn(seed, spatial):
     return linked(joints, massive, rng), double
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 def test_random_linkages(spatial):
     """Loops without a body to split, and linkages that are rigid by chance, do not count.

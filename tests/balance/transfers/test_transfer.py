@@ -93,6 +93,7 @@ def blocks(space, transfer):
     return np.linalg.solve(G, transfer.basis.reshape(len(space.bodies), len(G), -1))
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("case", ["parallel", "skew"])
 @pytest.mark.parametrize("kind", TABLE)
 def test_the_table_of_transfers(kind, case):

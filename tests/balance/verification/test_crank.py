@@ -122,6 +122,7 @@ def test_the_force_is_the_derivative_of_the_momentum_over_the_revolution(model):
     )
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("model", TURNING)
 def test_forces_grow_with_the_square_of_the_speed(model):
     slow, fast, back = (verify(model, speed=speed) for speed in (3.0, 30.0, -3.0))
@@ -282,6 +283,7 @@ def test_the_command_tells_peak_and_rms(capsys, tmp_path):
     assert np.array_equal(values[:, 2:5], -same.runs[0].shaking[:, 3:])
 
 
+@pytest.mark.slow
 def test_two_cranks_turn_at_one_speed(capsys, tmp_path):
     page = tmp_path / "a.html"
     pair = ["four_bar_general", "--against", "bennett", "--speed=-60rpm"]

@@ -36,6 +36,7 @@ def gap(linkage, q) -> float:
     return max((np.abs(H[x.end] - H[x.successor]).max() for x in linkage.loops), default=0.0)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("model", spread(MODELS, 3))
 def test_loops_stay_closed_and_motions_return(model):
     linkage = kinematics.load(model)

@@ -43,6 +43,7 @@ def sizes(linkage, way, z):
     return chain.frame.length * np.linalg.norm(loads.rate, axis=2).sum(axis=1)
 
 
+@pytest.mark.table(4)
 @pytest.mark.parametrize("model", spread(TWENTY, 2))
 def test_three_routes_agree(model):
     """Our series, Newton-Euler in Pinocchio, differences of the momentum in Pinocchio."""
@@ -116,6 +117,7 @@ def test_a_pendulum_by_hand(tmp_path):
 
 
 # In the space of the HPRS a first moment goes without mass, which Pinocchio cannot be told.
+@pytest.mark.table
 @pytest.mark.parametrize(
     "figure", [f for f in FIGURES if f.model in TWENTY and f.model != "hprs"], ids=str
 )

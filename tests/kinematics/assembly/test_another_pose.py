@@ -102,6 +102,7 @@ def test_poses_add_up(name, tmp_path):
         np.testing.assert_allclose(place.pose, whole.places[link].pose, atol=1e-11)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", POSES)
 def test_the_space_is_that_of_the_written_file(name, tmp_path):
     linkage, path = written_at(name, POSES[name], tmp_path)

@@ -75,6 +75,7 @@ def test_mobility_and_marked_inputs(name):
     assert linkage.chain.width == linkage.spatial_chain.width == linkage.mobility
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", MODELS)
 def test_inputs_are_chosen_where_none_is_marked(name, tmp_path):
     linkage = kinematics.load(altered(name, tmp_path, unmarked))

@@ -48,6 +48,7 @@ def rewritten(linkage, folder):
     return path
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("model", GENERAL + SPATIAL)
 def test_the_ranks_of_an_open_file_are_exact(model, tmp_path):
     linkage = kinematics.load(opened(model, tmp_path))

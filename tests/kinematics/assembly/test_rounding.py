@@ -136,6 +136,7 @@ def perturbed(draft, size, seed=1):
     return replace(draft, joints=tuple(joints))
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("size", [1e-8, 1e-6, 1e-5])
 @pytest.mark.parametrize("name", OVERCONSTRAINED)
 def test_overconstrained_models_survive_rounding(name, size):

@@ -39,6 +39,7 @@ def test_mobility_does_not_depend_on_the_arm(name, size, loaded):
     assert not linkage.notices and not linkage.idle
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("arm", [1, 100_000])
 def test_ranks_do_not_depend_on_the_arm(name, arm, loaded):
@@ -52,6 +53,7 @@ def test_ranks_do_not_depend_on_the_arm(name, arm, loaded):
         assert space.certainty.level != "estimated"
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "rssr"])
 def test_the_ranks_by_series_in_fractions(name, loaded):
     linkage, order, p = loaded(name, "1e-6"), 2, 2**31 - 1

@@ -66,6 +66,7 @@ def same(found, linkage, screws=1e-14):
         assert np.abs(found.places[link].pose - place.pose).max() <= 1e-13 * size
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", spread(MODELS, 3, 0))
 def test_the_gallery_comes_back(name, again):
     linkage = kinematics.load(name)

@@ -86,6 +86,7 @@ def test_a_short_command_compiles_nothing(small):
     assert not compilers(environment)
 
 
+@pytest.mark.compile
 def test_a_long_command_has_kernels_compiled_for_the_next(small):
     folder, environment = small
     out, told = run(folder, COMMAND, **environment)
@@ -101,6 +102,7 @@ def test_a_long_command_has_kernels_compiled_for_the_next(small):
     wait_for(lambda: len(compilers(environment)) == 2)
 
 
+@pytest.mark.compile
 def test_a_command_changes_to_compiled_kernels_that_come_meanwhile(small):
     folder, environment = small
     code = COMMAND.replace(
@@ -115,6 +117,7 @@ print(outer(1.0), """,
     assert run(folder, code, **environment)[0] == ["20.0", "20.0", "True"]
 
 
+@pytest.mark.compile
 def test_eight_commands_at_once_compile_once_and_do_not_wait(small):
     folder, environment = small
     environment["SLOW"] = "5"
@@ -126,6 +129,7 @@ def test_eight_commands_at_once_compile_once_and_do_not_wait(small):
     assert len(compilers(environment)) == 1
 
 
+@pytest.mark.compile
 def test_a_compiler_that_is_killed_does_no_harm(small):
     folder, environment = small
     environment["SLOW"] = "60"
@@ -145,6 +149,7 @@ def test_a_compiler_that_is_killed_does_no_harm(small):
     assert len(compilers(environment)) == 2
 
 
+@pytest.mark.compile
 def test_a_compiler_that_fails_is_told_and_tried_again(small):
     folder, environment = small
     assert run(folder, COMMAND, **environment, BROKEN="1")[0][:2] == ["20.0", "20.0"]
@@ -163,6 +168,7 @@ def test_the_environment_chooses(small, choice, imported):
     assert bool(told) == (choice == "now") and not compilers(environment)
 
 
+@pytest.mark.compile
 def test_a_session_compiles_at_once_or_ahead(small):
     folder, environment = small
     code = "import kinematics.warmup, kinematics.compiled.background as b; b.compile()"
@@ -201,6 +207,7 @@ def test_a_terminal_counts_kernels(small):
     assert "compiling kernels" in text and "2/2" in text
 
 
+@pytest.mark.compile
 def test_a_terminal_shows_that_a_command_works():
     words = ["-m", "balance", "report", "three_rsr"]
     text = on_terminal(ROOT, *words, BALANCE_COMPILE="never")
@@ -255,6 +262,7 @@ print(json.dumps([sorted(codes), late]))
 """
 
 
+@pytest.mark.compile
 def test_a_warm_up_compiles_all_that_commands_call():
     """In a process of its own, which has loaded nothing before.
 

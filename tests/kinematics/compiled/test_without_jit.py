@@ -7,6 +7,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import pytest
+
 import kinematics
 from balance import certify, design_space
 from kinematics.closure.series import fill_loop_matrix
@@ -70,6 +72,7 @@ def without_compiler(*command):
     return told.stdout
 
 
+@pytest.mark.compile
 def test_answers_are_those_of_compiled_kernels():
     compiled = hasattr(fill_loop_matrix, "signatures")
     script = (
@@ -96,6 +99,7 @@ def test_numbers_are_those_of_python():
     assert without_compiler("-c", script).split() == ["float", "float", "float", "bool"]
 
 
+@pytest.mark.compile
 def test_tests_of_kernels_pass_without_a_compiler():
     tests = [f"tests/{name}" for name in TESTS]
     # Seventy digits take most of the time, and nothing from the compiler: of one linkage.

@@ -47,6 +47,7 @@ def spaces():
     return find
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(("name", "style"), PAIRS)
 def test_linkages_are_those_of_the_urdf_files(name, style, spaces, tmp_path):
     path = tmp_path / "model.xml"

@@ -155,6 +155,7 @@ def closed_chain(closure):
     )
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", [*LOOPS, *CLOSURES])
 def test_equality_jacobian_of_loops(name, tmp_path):
     """Velocities that MuJoCo's constraints allow are those that our loops allow."""

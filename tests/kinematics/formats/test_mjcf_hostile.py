@@ -163,6 +163,7 @@ def test_mujoco_may_be_missing(monkeypatch, tmp_path, capsys):
     assert streams.out == "" and len(streams.err.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_urdf_needs_no_mujoco():
     code = (
         "import sys; from kinematics import gallery, load; load(gallery()['five_bar']); "
@@ -200,6 +201,7 @@ def test_a_closed_pose_is_written_as_urdf(tmp_path, capsys):
 # --- mutants: MuJoCo is compiled code, which a bad file may end
 
 
+@pytest.mark.slow
 def test_mutants_are_read_or_refused_in_one_line(tmp_path):
     """In a process of its own: it neither ends early, nor hangs, nor prints, nor writes."""
     done = subprocess.run(

@@ -300,6 +300,7 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.table(4)
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_is_refused(saved, case):
     text, words = REFUSED[case]

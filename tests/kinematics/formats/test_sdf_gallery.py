@@ -42,6 +42,7 @@ def off(screw, other, either_sign):
     return min(apart)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize(("name", "style"), PAIRS)
 def test_drafts_agree(name, style, tmp_path):
     said, found = of_urdf(name), read_unassembled(saved(tmp_path, name, style))
@@ -59,6 +60,7 @@ def test_drafts_agree(name, style, tmp_path):
     assert len(found.loops) == len(said.loops) and len(found.mimics) == len(said.mimics)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("name", MODELS)
 def test_ranks_agree(name, tmp_path):
     """One style for each model, another one than that of its drafts."""

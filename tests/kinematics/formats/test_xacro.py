@@ -89,6 +89,7 @@ WRONG = {
 }
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("case", WRONG)
 def test_errors_of_xacro_are_one_line(tmp_path, case, capfd):
     text, words = WRONG[case]

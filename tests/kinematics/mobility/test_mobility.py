@@ -245,6 +245,7 @@ def swung(folder, angle, name):
     )  # fmt: skip
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize("cells", [1, 2, 3])
 def test_every_branch_of_coupled_parallelograms_is_found(cells, tmp_path):
     """Each of them may go on as an antiparallelogram: ``2 ** cells`` branches."""
@@ -300,6 +301,7 @@ def test_a_pose_that_cannot_be_told_from_a_singular_one_is_refused(turn, tmp_pat
         kinematics.load(platform(tmp_path, feet, heads, turn))
 
 
+@pytest.mark.slow
 def test_loops_far_from_closing_are_a_structure_at_order_two(tmp_path):
     """Two freedoms at first order, none at second: the least opening grows as the square."""
     feet, heads = [(0, 0), (1, 0), (2.5, 0)], [(0.4, 0), (1.5, 0), (2.2, 0)]

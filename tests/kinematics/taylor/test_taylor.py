@@ -86,6 +86,7 @@ def test_too_many_products_are_refused():
 # --- derivatives ---------------------------------------------------------------------------
 
 
+@pytest.mark.table(1)
 @pytest.mark.parametrize(
     "name", ["four_bar_general", "bennett", "five_bar", "fuga_i", "three_rsr"]
 )

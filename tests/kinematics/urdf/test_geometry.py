@@ -50,6 +50,7 @@ def test_pi_has_the_digits_of_another_library():
         assert abs(found - mpmath.pi) < mpmath.mpf(2) ** -(BITS + 100)
 
 
+@pytest.mark.slow
 @given(st.fractions(-10, 10, max_denominator=10**6))
 def test_half_angle_tangents_are_right_to_their_bits(angle):
     """Quarter turns and the rest add up to the angle, and the tangent is that of the rest."""
@@ -99,6 +100,7 @@ def test_endless_decimals_are_refused():
         rational.decimal("0." + "3" * 5000)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("model", MODELS)
 def test_screws_are_those_of_the_linkage(model):
     linkage = kinematics.load(model)
@@ -109,6 +111,7 @@ def test_screws_are_those_of_the_linkage(model):
     assert {notice.code for notice in geometry.notices} <= {"not_exact"}
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("kind", DEGREES)
 @pytest.mark.parametrize("place", ["tree", "loop"])
 def test_every_type_of_joint_has_its_screws(kind, place, tmp_path):

@@ -158,6 +158,7 @@ EDITS = {
 }  # fmt: skip
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("case", EDITS)
 def test_refused(robot, case):
     old, new, element, problem, remedy = EDITS[case]

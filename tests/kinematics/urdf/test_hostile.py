@@ -139,6 +139,7 @@ def test_refused_in_one_line(case, tmp_path, capsys):
     assert 0 <= where <= what < todo or 0 <= what <= where < todo, line
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("percent", range(10, 100))
 def test_truncated(percent, tmp_path, capsys):
     data = TEXT.encode()

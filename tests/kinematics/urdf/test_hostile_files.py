@@ -53,6 +53,7 @@ def heavily(path):
     return code, megabytes, done.stderr
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize("case", [*LARGE, "200 MB"])
 def test_large_files_take_little(case, tmp_path):
     path = tmp_path / "large.urdf"

@@ -91,6 +91,7 @@ BAD = {
 }  # fmt: skip
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("case", BAD)
 @pytest.mark.parametrize("explicit", [False, True])
 def test_refused(write, case, explicit):
@@ -104,6 +105,7 @@ def test_refused(write, case, explicit):
     assert problem in error.problem and remedy in error.remedy
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize(
     "data",
     [

@@ -75,6 +75,7 @@ def bench(read, kind, rng, axis=None, second=None, error=EYE, ends=("b", "c")):
 AXES = [None, [0, 0, 1], [0, -2, 0], [0.3, -0.5, 0.9]]
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("ends", [("b", "c"), ("b", "d"), ("b", "a"), ("a", "d")])
 @pytest.mark.parametrize("axis", AXES)
 @pytest.mark.parametrize("kind", DEGREES)
@@ -128,6 +129,7 @@ def test_universal_loop_with_its_own_second_axis(read):
     np.testing.assert_allclose(draft.joints[3].screw, screw(b, before[:3, 3]), atol=1e-12)
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("kind", DEGREES)
 def test_open_loops(read, kind, seed):

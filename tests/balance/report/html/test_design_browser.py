@@ -34,6 +34,7 @@ def centres(parameters):
     return np.array([mass_properties(z).com for z in parameters])
 
 
+@pytest.mark.browser
 def test_masses_are_drawn_where_they_are(opened):
     found, browser = opened
     before = centres([body.inertia for body in found.space.linkage.bodies])
@@ -52,6 +53,7 @@ def test_masses_are_drawn_where_they_are(opened):
     assert len(outlines) == len(drawn(browser, "designed outlines")) > 99
 
 
+@pytest.mark.browser
 def test_masses_ride_on_their_bodies(opened):
     found, browser = opened
     linkage = found.space.linkage
@@ -67,6 +69,7 @@ def test_masses_ride_on_their_bodies(opened):
     settle(browser)
 
 
+@pytest.mark.browser
 def test_page_is_whole_and_offline(opened):
     _, browser = opened
     severe = [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]

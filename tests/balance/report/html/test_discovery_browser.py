@@ -87,6 +87,7 @@ def put(page, at):
     settle(page)
 
 
+@pytest.mark.browser
 def test_play_deforms_the_linkage_while_the_value_falls(walk):
     put(walk, 0)
     before, high = joints(walk), value(walk)
@@ -105,6 +106,7 @@ def test_play_deforms_the_linkage_while_the_value_falls(walk):
     assert complaints(walk) == []
 
 
+@pytest.mark.browser
 def test_the_end_of_the_walk_is_a_kite(walk):
     """Two pairs of neighbouring links are equal in the drawing."""
     put(walk, walk.execute_script("return last"))
@@ -114,6 +116,7 @@ def test_the_end_of_the_walk_is_a_kite(walk):
     assert abs(b - a) == pytest.approx(abs(c - b), rel=1e-4)
 
 
+@pytest.mark.browser
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_pages_fit_a_phone(browser, search, tmp_path, scheme):
     pages = [families_page(*search), walk_page(watch_walk(search[0], START))]
@@ -124,6 +127,7 @@ def test_pages_fit_a_phone(browser, search, tmp_path, scheme):
             assert too_wide(browser) == 0 and complaints(browser) == []
 
 
+@pytest.mark.browser
 def test_a_member_of_each_family_moves(browser, search, tmp_path):
     job, data, examined = search
     show(browser, tmp_path, families_page(job, data, examined))

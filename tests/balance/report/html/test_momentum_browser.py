@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import numpy as np
+import pytest
 
 import kinematics
 from balance import design_space
@@ -25,6 +26,7 @@ __all__ = ["model", "pages"]
 pytestmark = needs_browser
 
 
+@pytest.mark.browser
 def test_lines_of_momentum_move_with_the_linkage(browser, tmp_path_factory):
     """Those drawn are the axes that Python finds at the pose; where they meet is said."""
     space = design_space(linkage := kinematics.load("four_bar_kite_balanced"))
@@ -51,6 +53,7 @@ def test_lines_of_momentum_move_with_the_linkage(browser, tmp_path_factory):
     assert len(told) == 2
 
 
+@pytest.mark.browser
 def test_lines_of_momentum_of_chosen_freedoms(browser, pages, model):
     """Whatever is chosen of the design space, wrenches along the lines cancel."""
     opened(browser, pages[model][1])

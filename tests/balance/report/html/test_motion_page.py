@@ -119,6 +119,7 @@ def test_a_restricted_motion_has_a_panel_for_each_freedom():
 # --- pictures ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_pictures_are_written(tmp_path, capsys):
     image, drawing, page = (tmp_path / f"a.{kind}" for kind in ("png", "svg", "html"))
     command = ["motion", "five_bar", "--order", "3", "--to", "u1=1.8"]

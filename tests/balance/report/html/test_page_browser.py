@@ -110,6 +110,7 @@ def nearest(points, others):
     return np.linalg.norm(points[:, None] - others[None], axis=2).min(axis=1).max()
 
 
+@pytest.mark.browser
 def test_slider_moves_the_linkage(browser, pages):
     """The joints are drawn where Python's forward kinematics has them, to either side."""
     space, address = pages[FOUR_BAR]
@@ -133,6 +134,7 @@ def test_slider_moves_the_linkage(browser, pages):
     assert np.abs(drawn(browser, "joints") - rest).max() < 1e-12
 
 
+@pytest.mark.browser
 @pytest.mark.parametrize("model", MODELS)
 def test_the_page_closes_the_loops_as_python_does(browser, pages, model):
     """Several inputs at once, on the same branch; it stops where Python's way ends."""
@@ -162,6 +164,7 @@ TURNS = "for (let k = 0; k < 120; k++) controls.step(0.1); return controls.value
 OPEN = "return stage.mechanism.closure(stage.q).error"
 
 
+@pytest.mark.browser
 def test_a_crank_turns_fully_and_a_rocker_stops(browser, tmp_path_factory):
     """Play goes round where the loops close, and turns back where they do not."""
     for model, turns in (("four_bar_general", True), ("sarrus", False)):
@@ -184,6 +187,7 @@ def drawn_at_rest(space):
     return np.array([joint.point for joint in space.linkage.joints[:2]])
 
 
+@pytest.mark.browser
 def test_primitives_ride_on_their_bodies(browser, pages):
     """All that is drawn of a freedom is carried along by the displacement of its body."""
     space, address = pages[FOUR_BAR]
@@ -206,6 +210,7 @@ def test_primitives_ride_on_their_bodies(browser, pages):
         assert off.max() < 1e-6
 
 
+@pytest.mark.browser
 def test_freedoms_can_be_chosen(browser, pages, model):
     space, address = pages[model]
     opened(browser, address)
@@ -242,6 +247,7 @@ def numbers(data):
     return [data] if type(data) in (int, float) else []
 
 
+@pytest.mark.browser
 def test_the_numbers_of_the_report_can_be_read(browser, pages, model):
     space, address = pages[model]
     opened(browser, address)
@@ -261,6 +267,7 @@ def test_the_numbers_of_the_report_can_be_read(browser, pages, model):
     assert len(browser.find_elements("css selector", "#spectrum svg path")) > space.rank
 
 
+@pytest.mark.browser
 def test_sliders_combine(browser, pages):
     """Both are where they were put, and the linkage where Python has it for both."""
     space, address = pages[PARALLEL]
@@ -281,6 +288,7 @@ def test_sliders_combine(browser, pages):
     assert "Play moves u2 = u3" in one(browser, "#sliders").text
 
 
+@pytest.mark.browser
 def test_play_moves_the_last_slider(browser, pages):
     """The picture changes while it plays, and stays when it stops."""
     opened(browser, pages[PARALLEL][1])
@@ -299,6 +307,7 @@ def test_play_moves_the_last_slider(browser, pages):
     assert browser.execute_script("return controls.values") == values
 
 
+@pytest.mark.browser
 def test_the_page_asks_for_nothing_and_does_not_complain(browser, pages):
     opened(browser, pages[PARALLEL][1])
     slide(browser, 0, 60)
@@ -307,6 +316,7 @@ def test_the_page_asks_for_nothing_and_does_not_complain(browser, pages):
     assert all(url.startswith("data:") for url in browser.execute_script(asked))
 
 
+@pytest.mark.browser
 def test_names_of_files_do_not_run(browser, tmp_path):
     opened(browser, written(tmp_path, hostile(tmp_path)))
     assert one(browser, "h1").text == "four_bar" + HOSTILE

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from balance.remedies.compare import compare_remedies
 from balance.report.html.remedies import remedies_page
 from tests.support.browser import complaints, needs_browser, screen, show, too_wide, wait_until
@@ -10,6 +12,7 @@ pytestmark = needs_browser
 MARKS = "return document.querySelectorAll('#traces0 .mark').length"
 
 
+@pytest.mark.browser
 def test_a_mark_for_each_remedy_that_helps(browser, tmp_path):
     """Where its cost is, on a wide and on a narrow screen without sideways scrolling."""
     found = compare_remedies("four_bar_kite", ["own_masses", "partial"])

@@ -50,6 +50,7 @@ def rocker(page):
     return sum((a - b) ** 2 for a, b in zip(place["q4"], place["q3"], strict=True)) ** 0.5
 
 
+@pytest.mark.browser
 def test_a_clicked_row_is_drawn(opened):
     assert numbers(opened) == ["2", "0", "1", "3"]
     assert rocker(opened) == pytest.approx(1.0, abs=1e-5)
@@ -61,6 +62,7 @@ def test_a_clicked_row_is_drawn(opened):
         assert rocker(opened) == pytest.approx(length, abs=1e-5)
 
 
+@pytest.mark.browser
 def test_a_brushed_range_keeps_its_rows(opened):
     """Shares 0.2 to 0.8 of the lengths 0.8 to 1.1 hold 0.9 and 1.0."""
     opened.execute_script(DRAG, 0.8, 0.2)
@@ -74,6 +76,7 @@ def test_a_brushed_range_keeps_its_rows(opened):
     assert fields[0].get_property("value") == ""
 
 
+@pytest.mark.browser
 def test_a_range_may_be_given_in_numbers(opened):
     opened.execute_script("document.querySelector('#all details').open = true")
     field = opened.find_elements("css selector", "#ranges input")[1]
@@ -85,6 +88,7 @@ def test_a_range_may_be_given_in_numbers(opened):
     assert complaints(opened) == []
 
 
+@pytest.mark.browser
 def test_the_page_fits_a_phone(opened):
     with screen(opened, 390):
         assert too_wide(opened) == 0 and one(opened, "#linkage svg").is_displayed()

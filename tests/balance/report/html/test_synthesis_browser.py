@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from balance import synthesize
 from balance.report.html.synthesis import synthesis_page
 from tests.support.browser import complaints, needs_browser, screen, show, too_wide, wait_until
@@ -10,6 +12,7 @@ pytestmark = needs_browser
 LINES = "return byId('traces{}').querySelectorAll('.line').length"
 
 
+@pytest.mark.browser
 def test_mechanism_and_map_on_wide_and_narrow_screens(browser, tmp_path):
     """Links at both positions where they are, the contour, and no sideways scrolling."""
     places = [(0.3, 0.1, 0.19), (0.1, 0.4, -0.7)]

@@ -46,6 +46,7 @@ def numbers(browser, k):
             for row in rows}  # fmt: skip
 
 
+@pytest.mark.browser
 def test_curves_are_drawn_offline(opened):
     lines = "return document.querySelectorAll('#traces0 .line, #traces1 .line').length"
     assert opened.execute_script(lines) == 21
@@ -58,6 +59,7 @@ def test_curves_are_drawn_offline(opened):
     assert complaints(opened) == [] and too_wide(opened) == 0
 
 
+@pytest.mark.browser
 def test_numbers_belong_to_the_motion_drawn(opened, found):
     """The choice changes curves, poses and the table, of both linkages."""
     choice = Select(one(opened, "#motion"))
@@ -78,6 +80,7 @@ def test_numbers_belong_to_the_motion_drawn(opened, found):
             np.testing.assert_allclose(drawn[1], -run.middle[:, 3], rtol=1e-5, atol=1e-9)
 
 
+@pytest.mark.browser
 def test_the_mechanism_moves_with_the_time(opened, found):
     """The slider and Play put the joints where the motion has them."""
     opened.execute_script("time.value = 500; time.dispatchEvent(new Event('input'))")
@@ -96,6 +99,7 @@ def test_the_mechanism_moves_with_the_time(opened, found):
     assert np.abs(np.array(moved) - q).max() > 1e-4
 
 
+@pytest.mark.browser
 def test_the_polar_plot_is_the_shaking_force(opened, found):
     run = found[0].runs[found[0].plotted]
     (trace,) = opened.execute_script("return byId('polar0').chart.traces")

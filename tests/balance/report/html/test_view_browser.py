@@ -23,6 +23,7 @@ __all__ = ["model", "pages"]
 pytestmark = needs_browser
 
 
+@pytest.mark.browser
 def test_labels_do_not_collide(browser, pages, model):
     """No label covers another or leaves the frame, at several poses."""
     opened(browser, pages[model][1])
@@ -38,6 +39,7 @@ def test_labels_do_not_collide(browser, pages, model):
                 assert min(x1, a1) - max(x0, a0) < 3 or min(y1, b1) - max(y0, b0) < 3
 
 
+@pytest.mark.browser
 def test_the_figure_fills_its_frame(browser, pages, model):
     opened(browser, pages[model][1])
     box = browser.execute_script(
@@ -51,6 +53,7 @@ def test_the_figure_fills_its_frame(browser, pages, model):
     assert max((high - low) / full for (low, high), full in pairs) > 0.75
 
 
+@pytest.mark.browser
 def test_keys_turn_and_magnify(browser, pages):
     opened(browser, pages[PARALLEL][1])
     canvas = one(browser, "#plot canvas")
@@ -65,6 +68,7 @@ def test_keys_turn_and_magnify(browser, pages):
     assert browser.execute_script(state) == pytest.approx(before)
 
 
+@pytest.mark.browser
 def test_centres_of_mass_and_a_path(browser, pages):
     """Centres are drawn where the bodies have them; the path passes the end of the body."""
     space, address = pages[FOUR_BAR]
@@ -86,6 +90,7 @@ def test_centres_of_mass_and_a_path(browser, pages):
     Select(one(browser, "#view select")).select_by_index(0)
 
 
+@pytest.mark.browser
 def test_the_page_can_be_printed(browser, pages):
     """On paper what is there to be touched is left out, also in the dark; colours are light."""
     opened(browser, pages[PARALLEL][1])
@@ -113,6 +118,7 @@ def test_the_page_can_be_printed(browser, pages):
     assert ground == "rgb(255, 255, 255)" and ink.startswith("rgb(27 30 34")
 
 
+@pytest.mark.browser
 def test_light_and_dark(browser, pages):
     """Text and links differ from the ground in either scheme, without a new load."""
     opened(browser, pages[PARALLEL][1])
@@ -130,6 +136,7 @@ def test_light_and_dark(browser, pages):
             )
 
 
+@pytest.mark.browser
 def test_the_page_fits_a_phone(browser, pages):
     """Also when the phone is turned: the drawing follows the width of the page."""
     opened(browser, pages[PARALLEL][1])

@@ -38,6 +38,7 @@ def test_a_hinge_in_two_dialects(one, other, tmp_path):
         assert codes(draft) == ["loops_repeated"]
 
 
+@pytest.mark.table
 @pytest.mark.parametrize("hinge", HINGES)
 @pytest.mark.parametrize("point", POINTS)
 def test_a_hinge_implies_its_points(hinge, point, tmp_path):

@@ -27,6 +27,7 @@ def test_a_plain_file_stays_as_it_is(name):
     assert found.tree is tree and not found.remarks and not found.dialects
 
 
+@pytest.mark.table(2)
 @pytest.mark.parametrize(
     "text, loaded", [(hand_written("revolute"), "False"), (BALL, "False"), (connect(), "True")]
 )

@@ -17,7 +17,7 @@ from balance.report.html.motion import motion_page
 from balance.taylor_poses.error_curves import LENGTH_IN_RADII, MAX_LINES, error_curves
 from balance.taylor_poses.prediction import Predictions, predict
 from kinematics import taylor_motion
-from tests.balance.cli.test_motion_command import followed
+from tests.support.motions import followed
 
 
 @cache

@@ -14,9 +14,9 @@ from balance.designs.certificate import _split_known_terms
 from balance.designs.certificate_search import conflict_certificate
 from balance.designs.constraints import build_program, constraints_of
 from balance.designs.pseudo_inertia_cone import matrices_of
-from tests.balance.designs.test_certificate import _cloud
 from tests.fuzz.random_designs import Question, asked, check, matrix, question, run
 from tests.independent.second_solvers import SETTLED
+from tests.support.laws import bounded_cloud
 from tests.support.shapes import quadrilateral
 from tests.support.urdf_text import along, joint
 
@@ -150,7 +150,7 @@ def test_what_is_known_is_a_lower_bound(seed):
         assert known <= 0.0 and not (known and np.isfinite(known))
         known = 0.0 if known == 0.0 else -np.inf
     for _ in range(30):
-        z = np.array([_cloud(rng, 0.1, 5.0) for _ in space.bodies])
+        z = np.array([bounded_cloud(rng, 0.1, 5.0) for _ in space.bodies])
         for b, (low, high) in wanted.bounds.items():
             z[b] *= rng.choice([low or 0.5 * high, high]) / z[b, 0]
         z[list(wanted.keep)] = file[list(wanted.keep)]

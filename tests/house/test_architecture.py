@@ -14,8 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.house.test_house import MODULES, PACKAGES, PRODUCT, ROOT, imports, label
-from tests.support.kernel_sources import tree
+from tests.support.source_files import MODULES, PACKAGES, PRODUCT, ROOT, imports, label, tree
 
 # Rooms of a package, lowest first: a module imports from its own room and from those before it.
 # Rooms on one line do not import each other.

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.house.test_house import PACKAGES, PRODUCT, ROOT, Definition, label
-from tests.support.kernel_sources import tree
+from tests.support.source_files import PACKAGES, PRODUCT, ROOT, Definition, label, tree
 
 MODEL = ROOT / "urdf_models" / "four_bar_general.urdf"
 Place = tuple[Path, str, str]

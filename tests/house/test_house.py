@@ -14,16 +14,24 @@ import sys
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
-from tests.support.kernel_sources import is_kernel, tree
+from tests.support.kernel_sources import is_kernel
+from tests.support.source_files import (
+    MODULES,
+    OURS,
+    PACKAGES,
+    PRODUCT,
+    ROOT,
+    Definition,
+    Function,
+    imports,
+    label,
+    tree,
+)
 
-ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("kinematics", "balance")
-PRODUCT = [path for package in PACKAGES for path in sorted(ROOT.glob(f"{package}/**/*.py"))]
-OURS = PRODUCT + [p for d in ("tests", "benchmarks") for p in sorted(ROOT.glob(f"{d}/**/*.py"))]
+TESTS = [path for path in OURS if path.is_relative_to(ROOT / "tests")]
 FILE_LINES, FUNCTION_LINES = 500, 60
 
 # Slow to load, or not installed everywhere: only the functions that use them import them.
@@ -32,50 +40,6 @@ LAZY = {
     "pyarrow", "rich", "scipy", "trimesh", "yourdfpy",
 }  # fmt: skip
 NOT_FOR_REPORT = ("pinocchio", "trimesh", "matplotlib", "clarabel", "balance.flexible")
-
-Function = (ast.FunctionDef, ast.AsyncFunctionDef)
-Definition = (*Function, ast.ClassDef)
-
-
-class Import(NamedTuple):
-    """One imported module: its dotted name, where, and whether loading the file loads it."""
-
-    module: str
-    line: int
-    on_load: bool
-
-
-def label(path: Path) -> str:
-    """Path relative to the repository."""
-    return path.relative_to(ROOT).as_posix()
-
-
-def module_name(path: Path) -> str:
-    """Dotted name of a source file; a package root goes by the package's name."""
-    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-
-
-MODULES = {module_name(path): path for path in PRODUCT}
-
-
-def imports(path: Path) -> Iterator[Import]:
-    """All imports of a file, those within functions and for type checkers included."""
-    pending: list[tuple[ast.AST, bool]] = [(tree(path), True)]
-    while pending:
-        node, on_load = pending.pop()
-        if isinstance(node, ast.Import):
-            yield from (Import(alias.name, node.lineno, on_load) for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{label(path)}:{node.lineno}: relative import"
-            for alias in node.names:
-                whole = f"{node.module}.{alias.name}"
-                yield Import(whole if whole in MODULES else node.module, node.lineno, on_load)
-        elif isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
-            pending += [(child, False) for child in node.body]
-            pending += [(child, on_load) for child in node.orelse]
-        else:
-            inside = on_load and not isinstance(node, (*Function, ast.Lambda))
-            pending += [(child, inside) for child in ast.iter_child_nodes(node)]
 
 
 def functions(path: Path) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
@@ -134,6 +98,31 @@ def test_product_imports_neither_tests_nor_benchmarks():
         for path in PRODUCT
         for found in imports(path)
         if found.module.split(".")[0] in outside
+    ]
+    assert not wrong
+
+
+def test_tests_do_not_import_one_another():
+    """They share `tests/support`, also with the processes that they start."""
+    wrong = [
+        f"{label(path)}:{found.line}: {found.module}"
+        for path in TESTS
+        for found in imports(path)
+        if found.module.rpartition(".")[2].startswith("test_")
+    ]
+    assert not wrong
+    assert not lines_with(re.compile(r"\btests(?:\.\w+)*\.test_"), TESTS)
+
+
+def test_shared_code_of_tests_imports_no_folder_of_tests():
+    """Tests of the packages stand on it, not the other way round."""
+    wrong = [
+        f"{label(path)}:{found.line}: {found.module}"
+        for folder in ("support", "independent", "fuzz")
+        for path in TESTS
+        if path.is_relative_to(ROOT / "tests" / folder)
+        for found in imports(path)
+        if found.module.startswith(tuple(f"tests.{package}" for package in PACKAGES))
     ]
     assert not wrong
 

@@ -9,15 +9,13 @@ from pathlib import Path
 import pytest
 
 from tests.support.kernel_sources import (
-    PRODUCT,
-    ROOT,
     callees,
     counts_references,
     kernels,
     reached,
-    tree,
 )
 from tests.support.small_package import run
+from tests.support.source_files import PRODUCT, ROOT, tree
 
 NUMBA = ROOT / "kinematics" / "compiled" / "numba_compiler.py"
 # Private names that Numba has for the cache, the compiler and the types of its objects.

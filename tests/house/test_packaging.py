@@ -21,8 +21,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.kernel_sources import PRODUCT, ROOT, kernels, tree
+from tests.support.kernel_sources import kernels
 from tests.support.small_package import ABOVE, BELOW, run
+from tests.support.source_files import PRODUCT, ROOT, tree
 
 ASK = "from kinematics.above import outer; print(outer(1.0))"
 NO_FOLDER = "no folder to cache compiled kernels in"

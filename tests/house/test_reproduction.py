@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,14 +16,18 @@ import pytest
 import kinematics
 from balance import design_space, mass_properties, momentum_regressor, violations
 from kinematics import Motion
-from tests.balance.added_masses import test_four_rrr_figures
-from tests.kinematics.taylor import test_thesis_motions
 from tests.support import four_rrr
 from tests.support.figures import DESIGNS
 from tests.support.four_rrr import BODIES, CROSSED, GENERAL, PAIR, SIDE_BY_SIDE
 from tests.support.laws import outside, relative, sums
+from tests.support.source_files import ROOT
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "reproduction.md"
+DOCUMENT = ROOT / "docs" / "reproduction.md"
+# Other files all of whose tests the document names.
+REPRODUCING = (
+    "tests/balance/added_masses/test_four_rrr_figures.py",
+    "tests/kinematics/taylor/test_thesis_motions.py",
+)
 # The platform of a planar RRR robot does not rotate; inputs are the joints of leg 1.
 STRAIGHT = "c1=-a1-b1"
 LEG = ["a1", "b1", "c1"]
@@ -280,13 +283,14 @@ def test_the_document_names_tests_that_exist():
     text = DOCUMENT.read_text(encoding="utf-8")
     named = {word for word in text.replace("`", " ").split() if word.startswith("test_")}
     named = {word for word in named if not word.endswith(".py")}
-    modules = {"test_thesis_motions", "test_four_rrr_figures"}
-    whole = {**vars(test_thesis_motions), **vars(test_four_rrr_figures)}
-    ours = {*globals(), *whole} - modules
-    ours = {name for name in ours if name.startswith("test_")}
+    files = list(ROOT.glob("tests/**/test_*.py"))
+    tests = {
+        path: set(re.findall(r"(?m)^def (test_\w+)", path.read_text(encoding="utf-8")))
+        for path in files
+    }
+    there = set().union(*tests.values())
+    ours = {name for name in globals() if name.startswith("test_")}
+    ours = ours.union(*(tests[ROOT / file] for file in REPRODUCING))
     ours.remove("test_the_document_names_tests_that_exist")
-    files = list(DOCUMENT.parents[1].glob("tests/**/test_*.py"))
-    texts = [path.read_text(encoding="utf-8") for path in files]
-    there = {name for text in texts for name in re.findall(r"(?m)^def (test_\w+)", text)}
     named -= {path.stem for path in files}
     assert named >= ours and named <= there

@@ -8,14 +8,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-PRODUCT = [*ROOT.glob("kinematics/**/*.py"), *ROOT.glob("balance/**/*.py")]
-
-
-@cache
-def tree(path: Path) -> ast.Module:
-    """The syntax tree of a file."""
-    return ast.parse(path.read_text(encoding="utf-8"), str(path))
+from tests.support.source_files import PRODUCT, ROOT, tree
 
 
 def is_kernel(node: ast.AST) -> bool:
@@ -32,11 +25,6 @@ def kernels(node: ast.AST) -> Iterator[ast.FunctionDef]:
 def counts_references(kernel: ast.FunctionDef) -> bool:
     """Whether a kernel is compiled with reference counting."""
     return "reference_counting=False" not in ast.unparse(kernel.decorator_list[0])
-
-
-def dotted(path: Path) -> str:
-    """Name of a module, as others import it."""
-    return ".".join(path.relative_to(ROOT).with_suffix("").parts)
 
 
 @cache

@@ -81,6 +81,26 @@ def sums(masses, points):
     return total
 
 
+def bounded_cloud(rng, low, high):
+    """Parameters of point masses that add up to a mass between bounds."""
+    points = rng.normal(size=(6, 3)) * [1.0, 1.0, 0.0]
+    return sums(rng.dirichlet(np.ones(6)) * rng.uniform(max(low, 1e-3), high), points)
+
+
+def off_axis(linkage, body, rng):
+    """A point one characteristic length, or a little more, off every axis that carries it."""
+    frame = linkage.spatial_chain.frame
+    while True:
+        r = frame.origin + 2.0 * frame.length * rng.standard_normal(3)
+        link, gaps = body.link, []
+        while link >= 0:
+            n, v = linkage.joints[link].screw[:3], linkage.joints[link].screw[3:]
+            gaps.append(np.linalg.norm(v - np.cross(r, n) - n * (n @ v)) / frame.length)
+            link = linkage.joints[link].parent
+        if 1.0 <= min(gaps) <= 1.1:
+            return r
+
+
 def exact_rank(matrix) -> int:
     """Rank of a matrix of integers by elimination with fractions."""
     rows = [[Fraction(int(x)) for x in row] for row in matrix]

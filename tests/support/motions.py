@@ -1,11 +1,13 @@
-"""What tests of motions share: states of linkages, and derivatives by differences."""
+"""What tests of motions share: states and poses of linkages, derivatives by differences."""
 
 from __future__ import annotations
 
 import numpy as np
 
+import kinematics
 from balance.verification.trajectory import Trajectory, drive, random_motions
 from kinematics.model.linkage import Linkage
+from tests.independent import reference
 from tests.support.laws import point_masses, sums
 
 # Central differences of order eight: offsets in steps, and their weights.
@@ -39,3 +41,12 @@ def around(linkage: Linkage, way: Trajectory, k: int, step: float) -> Trajectory
 def slope(values: np.ndarray, step: float) -> np.ndarray:
     """Derivative in the middle of nine equidistant samples (9, …), of order eight."""
     return np.tensordot(WEIGHTS, values, axes=1) / step
+
+
+def followed(name, goal):
+    """Joint positions by name, from Newton steps of `reference`."""
+    mechanism = reference.load(kinematics.gallery()[name])
+    at = {joint: k for k, joint in enumerate(kinematics.load(name).inputs)}
+    goal = np.array([goal[at[mechanism.joints[i]]] for i in mechanism.inputs])
+    q = reference.follow(mechanism, np.zeros(len(mechanism.joints)), goal)
+    return mechanism, dict(zip(mechanism.joints, q, strict=True))

@@ -13,7 +13,7 @@ import numpy as np
 from mpmath import mp
 
 import kinematics
-from tests.kinematics.closure.test_series import Exact, cross_matrix, solved
+from tests.independent.high_precision_motion import Exact, cross_matrix, solved
 
 DIGITS, STEP = 110, "1e-15"
 
@@ -38,7 +38,7 @@ class Grid:
         self.linkage = kinematics.load(name)
         inputs = self.linkage.inputs
         with mp.workdps(DIGITS):
-            self.model = Exact(name)
+            self.model = Exact(kinematics.gallery()[name])
             self.joints = self.model.joints
             at = [self.joints.index(x) for x in inputs]
             self.others = [j for j in range(len(self.joints)) if j not in at]

@@ -10,6 +10,12 @@ INERTIAL = (
     '<inertial><mass value="1"/>'
     '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 )
+# Points and axes of the joints of an arm that takes its last link anywhere.
+SIX = (
+    [(0, 0, 0), (0.03, 0, 0.35), (0.03, 0.05, 0.75), (0.35, 0.1, 0.8), (0.45, 0.02, 0.85),
+     (0.5, 0.02, 0.7)],
+    [(0, 0, 1), (0, 1, 0), (0, 1, 0), (1, 0, 0.2), (0, 1, 0), (0.3, 0, 1)],
+)  # fmt: skip
 
 
 def joint(name, parent, child, offset, axis):

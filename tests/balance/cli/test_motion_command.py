@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -12,54 +10,15 @@ from jsonschema import Draft202012Validator, ValidationError
 
 import kinematics
 from balance.cli.main import main
-from tests.balance.cli.test_readings import four_bar
 from tests.independent import reference
+from tests.support.motion_command import SCHEMA, named, refused, run, table
+from tests.support.motions import followed
+from tests.support.rounded_four_bar import four_bar
 
-SCHEMAS = files("balance").joinpath("schemas")
-SCHEMA = json.loads(SCHEMAS.joinpath("motion.schema.json").read_text("utf-8"))
 KEYS = (
     "schema model at tool point motion independent dependent joints order condition radius "
     "length poses reached warnings"
 ).split()
-
-
-def run(capsys, *arguments):
-    """Exit code and the JSON of one command, which keeps to its schema."""
-    code = main(["motion", *arguments, "--json"])
-    report = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA).validate(report)
-    return code, report
-
-
-def refused(capsys, code, *arguments):
-    """What is said of a command that ends with this code: nothing is printed."""
-    assert main(["motion", *arguments, "--json"]) == code
-    streams = capsys.readouterr()
-    assert streams.out == ""
-    if code == 3:
-        assert streams.err.count("\n") == 1 and streams.err.startswith("balance: ")
-    return streams.err
-
-
-def followed(name, goal):
-    """Joint positions by name, from Newton steps of `reference`."""
-    mechanism = reference.load(kinematics.gallery()[name])
-    at = {joint: k for k, joint in enumerate(kinematics.load(name).inputs)}
-    goal = np.array([goal[at[mechanism.joints[i]]] for i in mechanism.inputs])
-    q = reference.follow(mechanism, np.zeros(len(mechanism.joints)), goal)
-    return mechanism, dict(zip(mechanism.joints, q, strict=True))
-
-
-def named(report, values):
-    """Positions of the report by the names of the joints."""
-    names = [joint["name"] for joint in report["joints"]]
-    return dict(zip(names, values, strict=True))
-
-
-def table(path, names, rows):
-    lines = [",".join(names), *(",".join(map(repr, row)) for row in np.asarray(rows).tolist())]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return str(path)
 
 
 # --- one pose ------------------------------------------------------------------------------

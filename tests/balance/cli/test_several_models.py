@@ -10,7 +10,7 @@ from jsonschema import Draft202012Validator
 
 from balance.cli.main import main
 from balance.report.text.side_by_side import joined_facts, side_by_side
-from tests.balance.report.html.test_page import Elements
+from tests.support.page_elements import Elements
 
 KITE, GENERAL = "four_bar_kite_balanced", "four_bar_general"
 FEW = ("--trajectories", "2", "--seed", "3")

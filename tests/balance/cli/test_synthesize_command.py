@@ -13,9 +13,8 @@ from jsonschema import Draft202012Validator
 
 import balance
 from balance.cli.main import main
-from tests.balance.synthesis.test_pantograph import TABLE
-from tests.balance.synthesis.test_three_positions import random_triple
 from tests.support.covering import number_of_cases
+from tests.support.pantographs import TABLE, random_triple
 
 SCHEMA = json.loads(
     Path(balance.__file__)

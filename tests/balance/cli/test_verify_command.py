@@ -6,7 +6,6 @@ import json
 import re
 import sys
 from dataclasses import replace
-from importlib.resources import files
 from xml.etree import ElementTree
 
 import numpy as np
@@ -24,29 +23,15 @@ from balance.report.html.verification import (
 from balance.report.html.verification_page import verification_page
 from balance.verification.shaking_wrench import mass_parameters
 from balance.verification.to_pinocchio import verify
-from tests.balance.cli.test_readings import four_bar
-from tests.balance.verification.test_verify import off_axis
-from tests.support.laws import altered, sums, words
+from tests.support.laws import altered, off_axis, sums, words
+from tests.support.rounded_four_bar import four_bar
+from tests.support.verify_command import BALANCED, FEW, SCHEMA, SHAKING, run
 
-FEW = ["--trajectories", "1"]
-BALANCED, SHAKING = "four_bar_kite_balanced", "four_bar_general"
 KEYS = (
     "schema model file at balance balanced tolerance trajectories samples seed inputs duration "
     "amplitude speed length shaking worst plotted residual inertia bearing ratio agreement "
     "closure remarks warnings against"
 ).split()
-
-
-SCHEMAS = files("balance").joinpath("schemas")
-SCHEMA = json.loads(SCHEMAS.joinpath("verify.schema.json").read_text("utf-8"))
-
-
-def run(capsys, *arguments):
-    """Exit code and the JSON of one command, which keeps to its schema."""
-    code = main(["verify", *arguments, "--json"])
-    report = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA).validate(report)
-    return code, report
 
 
 def test_exit_codes_tell_the_verdict(capsys, monkeypatch):
@@ -225,7 +210,7 @@ def test_the_page_holds_the_report_and_escapes_names():
     (report,) = re.findall(r'id="report">(.*?)</script>', text, re.DOTALL)
     assert json.loads(report) == [found.to_dict()] * 2
     (models,) = re.findall(r'id="models">(.*?)</script>', text, re.DOTALL)
-    for drawing in (run["chart"] for model in json.loads(models) for run in model["runs"]):
+    for drawing in (way["chart"] for model in json.loads(models) for way in model["runs"]):
         # The pivots of a force-balanced four-bar carry the same force: one line for both.
         assert [trace["yaxis"] for trace in drawing["data"]] == [
             "y", *["y2"] * 3, *["y3"] * 3, *["y4"] * 3,

@@ -10,6 +10,7 @@ from balance import check_certificate, check_design, design_space
 from balance.designs.best_design import design
 from balance.designs.constraints import constraints_of
 from balance.designs.feasibility import feasible
+from tests.support.laws import bounded_cloud
 from tests.support.shapes import conditions, functional, outside
 
 PROVED = ["four_bar_general", "bennett", "three_rsr", "four_bar_spherical", "five_bar"]
@@ -123,7 +124,9 @@ def test_restrictions_that_clash(model, keep, bounds):
     assert outside(value, conditions(space)) < 1e-7
     rng = np.random.default_rng(6)
     for _ in range(50):
-        z = np.array([_cloud(rng, *bounds.get(name, (0.01, 5.0))) for name in space.bodies])
+        z = np.array(
+            [bounded_cloud(rng, *bounds.get(name, (0.01, 5.0))) for name in space.bodies]
+        )
         for b in asked.keep:
             z[b] = space.linkage.bodies[b].inertia
         assert value @ z.reshape(-1) > 0.0
@@ -150,17 +153,6 @@ def test_a_certificate_holds_for_just_those_bounds_that_it_excludes():
         assert accepted == (least >= 0.0), factor
         verdicts.add(accepted)
     assert verdicts == {True, False}
-
-
-def _cloud(rng, low, high):
-    """Parameters of point masses that add up to a mass between bounds."""
-    points = rng.normal(size=(6, 3)) * [1.0, 1.0, 0.0]
-    m = rng.dirichlet(np.ones(6)) * rng.uniform(max(low, 1e-3), high)
-    z = np.zeros(10)
-    for share, (x, y, w) in zip(m, points, strict=True):
-        second = [y * y + w * w, x * x + w * w, x * x + y * y, -x * y, -x * w, -y * w]
-        z += share * np.array([1.0, x, y, w, *second])
-    return z
 
 
 @pytest.mark.parametrize(("model", "motion"), [("four_bar_kite", None), ("three_rsr", "u2=u3")])

@@ -20,7 +20,7 @@ from balance.verification.to_pinocchio import PinocchioModel
 from balance.verification.trajectory import drive, random_motions
 from kinematics.errors import PoseError
 from kinematics.urdf_elements.element import Document
-from tests.balance.remedies.test_duplicates import (
+from tests.support.remedy_requests import (
     BALANCED_FORCE,
     PENDULUM,
     SLENDER,

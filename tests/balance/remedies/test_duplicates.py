@@ -13,36 +13,7 @@ from balance.remedies.copies.duplicates import apply_duplicates
 from balance.remedies.copies.symmetric_copies import Copy, four_group, place_of, single_copies
 from balance.remedies.request import RemedyRequest
 from kinematics.urdf_elements.element import Document
-
-
-def rod(name, parent, place, mass, com, inertia, kind="continuous", axis="0 0 1", joint=""):
-    """A link on a joint, with the inertia tensor about its centre on the diagonal."""
-    entries = " ".join(f'i{a}{a}="{v!r}"' for a, v in zip("xyz", inertia, strict=True))
-    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>' * (kind == "prismatic")
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass!r}"/>'
-        f'<inertia {entries} ixy="0" ixz="0" iyz="0"/></inertial></link>'
-        f'<joint name="{joint or f"j_{name}"}" type="{kind}"><origin xyz="{place}"/>'
-        f'<parent link="{parent}"/><child link="{name}"/><axis xyz="{axis}"/>{limit}</joint>'
-    )
-
-
-def request_of(*parts, **options) -> RemedyRequest:
-    text = f'<robot name="r"><link name="base"/>{"".join(parts)}</robot>'
-    linkage = kinematics.load(Document("r.urdf", text.encode()))
-    return RemedyRequest(linkage, **options)
-
-
-SLENDER = (0.0, 1.0 / 12.0, 1.0 / 12.0)
-PENDULUM = (
-    rod("a", "base", "0 0 0", 1.0, "0.5 0 0", SLENDER),
-    rod("b", "a", "1 0 0", 1.0, "0.5 0 0", SLENDER),
-)
-# The second rod has its centre on its joint, the first balances it.
-BALANCED_FORCE = (
-    rod("a", "base", "0 0 0", 2.0, "-0.5 0 0", SLENDER),
-    rod("b", "a", "1 0 0", 1.0, "0 0 0", SLENDER),
-)
+from tests.support.remedy_requests import BALANCED_FORCE, PENDULUM, SLENDER, request_of, rod
 
 
 def step_momentum(urdf: bytes, rng) -> np.ndarray:

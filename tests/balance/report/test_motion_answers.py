@@ -11,10 +11,10 @@ import kinematics
 from balance.cli.main import main
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import UnreachedError
-from tests.balance.cli.test_motion_command import named, refused, run, table
 from tests.independent import reference
-from tests.kinematics.assembly.test_tool import SIX, TIP, two_links
-from tests.support.robots import arm
+from tests.support.five_bar_tip import TIP, two_links
+from tests.support.motion_command import named, refused, run, table
+from tests.support.robots import SIX, arm
 
 # The tip of the five-bar in the frame of its link, and as inputs of inverse kinematics.
 INSIDE = "0.7,0.5,0"

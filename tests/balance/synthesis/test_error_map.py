@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from balance.synthesis.angle_error import angle_error, chain_angles
 from balance.synthesis.error_map import angle_error_map, offsets_without_error
@@ -25,7 +24,7 @@ from balance.synthesis.pivot_line import fixed_pivot_line, moving_pivot_line
 from balance.synthesis.positions import Position, displacements
 from balance.synthesis.zero_contour import zero_contour
 from kinematics.errors import SynthesisError
-from tests.balance.synthesis.test_pantograph import S2, TABLE
+from tests.support.pantographs import S2, TABLE, integrated
 
 # The case of the issue: l1 = 0.1 m, θ1 = 90°, θ2 = 0, β = 40°, the tool 0.25 m from W1.
 MOVING, BETA = 0.1j, math.radians(40.0)
@@ -36,18 +35,6 @@ def positions():
     turn = integrated(reduced_inertias(TABLE, 0.1, 0.25, S2), math.pi / 2, BETA)
     end = MOVING * cmath.exp(1j * BETA) + 0.25 * cmath.exp(1j * turn)
     return Position(0.25, 0.1, 0.0), Position(end.real, end.imag, turn)
-
-
-def integrated(inertias, opening, beta):
-    """Turn of the tool for a turn of the first link, by a Runge-Kutta method of order 8."""
-    J1, J2, C = map(float, inertias)
-
-    def rate(turn, tool):
-        c = C * np.cos(opening + turn - tool)
-        return -(J1 + c) / (J2 + c)
-
-    found = solve_ivp(rate, (0.0, beta), [0.0], "DOP853", rtol=1e-13, atol=1e-14)
-    return float(found.y[0, -1])
 
 
 def test_the_turn_of_the_tool_of_the_table():

@@ -30,13 +30,8 @@ from balance.synthesis.positions import Position
 from balance.synthesis.rr_chain import chain_from_moving_pivot
 from kinematics.errors import SynthesisError, UsageError
 from tests.support.covering import number_of_cases
+from tests.support.pantographs import S2, TABLE
 
-# [B] table 1, with I2 + I4 + I5 = 5e-3 kg m² and R = 0.326 of the issue: chosen, not printed.
-TABLE = PantographMasses(
-    l2=0.05, l3=0.05, m1=0.11873, m2=0.30377, m3=0.14989, m4=0.02422, m5=0.06722, m6=0.78468,
-    s3=0.09694, s4=0.02448, s5=0.25, inertia_1=0.326 * 5e-3, inertia_2=5e-3,
-)  # fmt: skip
-S2 = 0.10054
 A, B = Position(0.3, 0.1, 0.2), Position(0.1, 0.4, -0.7)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import replace
 
@@ -13,36 +12,11 @@ from balance.synthesis.balanced_pantograph import pantograph_urdf
 from balance.synthesis.confirm import confirm_along
 from balance.synthesis.constrained_motion import constrained_motion, list_defects
 from balance.synthesis.nonlinear_pantograph import through_three_positions
-from balance.synthesis.pantograph import default_masses, reduced_inertias
+from balance.synthesis.pantograph import default_masses
 from balance.synthesis.positions import Position, displacements
 from balance.synthesis.three_positions import circle_centres, default_window
-from tests.balance.synthesis.test_error_map import integrated
 from tests.support.covering import number_of_cases
-
-
-def random_triple(seed):
-    """Positions that a random pantograph passes, by integration; its masses and pivots."""
-    rng = np.random.default_rng(seed)
-    while True:
-        fixed = complex(*rng.uniform(-1.0, 1.0, 2))
-        angle, l1, reach = rng.uniform(-3.0, 3.0), rng.uniform(0.4, 1.0), rng.uniform(0.3, 1.0)
-        masses = replace(
-            default_masses(1.0, 0.5), m6=rng.uniform(0.5, 3.0), s4=rng.uniform(0.0, 0.3),
-            s3=rng.uniform(0.0, 0.3), inertia_1=rng.uniform(0.1, 2.0),
-            inertia_2=rng.uniform(0.1, 2.0),
-        )  # fmt: skip
-        inertias = reduced_inertias(masses, l1, reach)
-        if float(inertias.second) < 1.2 * abs(float(inertias.coupling)):
-            continue
-        side = rng.choice([-1.0, 1.0])
-        opening = side * rng.uniform(0.3, 1.2)
-        places = []
-        for beta in (0.0, side * rng.uniform(0.3, 0.5), side * rng.uniform(0.6, 0.9)):
-            turn = integrated(inertias, opening, beta) if beta else 0.0
-            own = angle - opening + turn
-            point = fixed + l1 * cmath.exp(1j * (angle + beta)) + reach * cmath.exp(1j * own)
-            places.append(Position(point.real, point.imag, own))
-        return places, masses, fixed, fixed + l1 * cmath.exp(1j * angle)
+from tests.support.pantographs import integrated, random_triple
 
 
 @pytest.mark.slow

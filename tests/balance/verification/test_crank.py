@@ -16,8 +16,8 @@ from balance.cli.verify import _speed
 from balance.verification.crank_revolution import STEPS, revolve_crank
 from balance.verification.to_pinocchio import verify
 from kinematics.errors import CoordinateError, MotionError, PoseError
-from tests.balance.cli.test_verify_command import run
 from tests.support.laws import altered
+from tests.support.verify_command import run
 
 RPM = 2.0 * math.pi / 60.0
 TURNING = ("four_bar_general", "bennett", "goldberg_five_bar", "six_bar_watt")

@@ -18,7 +18,7 @@ from kinematics.errors import LinkageError, MotionError, PoseError
 from kinematics.spatial.screws import Ad
 from tests.support.covering import spread
 from tests.support.figures import FIGURES
-from tests.support.laws import altered, coordinates, displacement, placed, space, sums
+from tests.support.laws import altered, coordinates, displacement, off_axis, placed, space, sums
 from tests.support.motions import around, bodies, slope, states
 
 TWENTY = (
@@ -133,20 +133,6 @@ def test_points_of_the_design_space_are_balanced(figure):
     if found.balance == "force":
         dynamic = verify(linkage, z, motion=found.motion, trajectories=1, samples=25)
         assert not dynamic.balanced
-
-
-def off_axis(linkage, body, rng):
-    """A point one characteristic length, or a little more, off every axis that carries it."""
-    frame = linkage.spatial_chain.frame
-    while True:
-        r = frame.origin + 2.0 * frame.length * rng.standard_normal(3)
-        link, gaps = body.link, []
-        while link >= 0:
-            n, v = linkage.joints[link].screw[:3], linkage.joints[link].screw[3:]
-            gaps.append(np.linalg.norm(v - np.cross(r, n) - n * (n @ v)) / frame.length)
-            link = linkage.joints[link].parent
-        if 1.0 <= min(gaps) <= 1.1:
-            return r
 
 
 @pytest.mark.parametrize(("model", "motion"), BALANCED)

@@ -17,8 +17,8 @@ from balance.report.text.verification import verification_facts
 from balance.verification.to_pinocchio import verify, verify_second
 from balance.verification.trajectory import drive
 from kinematics.errors import PoseError
-from tests.balance.cli.test_verify_command import BALANCED, FEW, SHAKING, run
 from tests.support.laws import altered
+from tests.support.verify_command import BALANCED, FEW, SHAKING, run
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,9 @@ from balance.cli.main import main
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, PoseError
 from kinematics.urdf.write_closed_pose import write_at_reference_pose
-from tests.balance.cli.test_readings import four_bar
 from tests.support.chains import jointed, robot, written
 from tests.support.laws import altered
+from tests.support.rounded_four_bar import four_bar
 
 # Poses that no digits of the file are behind, planar and spatial, with one input or several.
 POSES = {

@@ -11,30 +11,15 @@ from balance import design_space
 from kinematics import taylor_motion, tool
 from kinematics.errors import BodyError, LinkageError
 from tests.independent.reference import displacements, load
+from tests.support.five_bar_tip import TIP, two_links
 from tests.support.laws import displacement, relative
-from tests.support.robots import arm
+from tests.support.robots import SIX, arm
 
-TIP = (0.5, 1.1, 0.0)
-SIX = (
-    [(0, 0, 0), (0.03, 0, 0.35), (0.03, 0.05, 0.75), (0.35, 0.1, 0.8), (0.45, 0.02, 0.85),
-     (0.5, 0.02, 0.7)],
-    [(0, 0, 1), (0, 1, 0), (0, 1, 0), (1, 0, 0.2), (0, 1, 0), (0.3, 0, 1)],
-)  # fmt: skip
 # A link that is fixed to one of the five-bar.
 FRAME = (
     '<link name="tip"/><joint name="mount" type="fixed"><parent link="left_upper"/>'
     '<child link="tip"/><origin xyz="0.1 -0.2 0.3" rpy="0 0 1"/></joint></robot>'
 )
-
-
-def two_links(base, tip, elbow):
-    """Angles of two links that reach from a base to a tip (…, 2); ``elbow`` is its start."""
-    first, second = elbow - base, np.array(TIP[:2]) - elbow
-    a, b = np.linalg.norm(first), np.linalg.norm(second)
-    sign = np.sign(first[0] * second[1] - first[1] * second[0])
-    x, y = np.moveaxis(tip - base, -1, 0)
-    bend = sign * np.arccos((x * x + y * y - a * a - b * b) / (2 * a * b))
-    return np.arctan2(y, x) - np.arctan2(b * np.sin(bend), a + b * np.cos(bend)), bend
 
 
 def tip_of_the_five_bar(link="left_upper", directions="x,y"):

@@ -13,7 +13,7 @@ import kinematics
 from balance.cli.main import main
 from kinematics import gallery
 from kinematics.errors import FileError
-from tests.balance.cli.test_readings import four_bar
+from tests.support.rounded_four_bar import four_bar
 from tests.support.sidecar_text import PAIR, bench, written
 
 MODEL = gallery()["four_bar_general"]

@@ -7,9 +7,9 @@ import pytest
 
 from balance import mass_properties
 from kinematics.closure.joint_positions import joint_positions
-from tests.balance.report.html.test_design_page import FOUR_BAR, case
-from tests.balance.report.html.test_page_browser import drawn, links, slide
 from tests.support.browser import needs_browser, one, settle, wait_until
+from tests.support.design_pages import FOUR_BAR, case
+from tests.support.design_space_pages import drawn, links, slide
 
 pytestmark = needs_browser
 

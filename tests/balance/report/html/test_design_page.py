@@ -3,27 +3,19 @@
 from __future__ import annotations
 
 import json
-from functools import cache
 
 import numpy as np
 import pytest
 
-import kinematics
-from balance import design_space, mass_properties
-from balance.designs.best_design import design
+from balance import mass_properties
 from balance.report.html.design import design_page, ellipsoid
-from tests.balance.report.html.test_page import HOSTILE, Elements
+from tests.support.design_pages import FOUR_BAR, case
+from tests.support.hostile_names import HOSTILE
 from tests.support.laws import sums
+from tests.support.page_elements import Elements
 
-FOUR_BAR, PARALLEL = "four_bar_antiparallelogram", "three_rsr"
+PARALLEL = "three_rsr"
 CASES = ((FOUR_BAR, None), (PARALLEL, "u2=u3"))
-
-
-@cache
-def case(model, motion):
-    """A design and the text of its page."""
-    found = design(design_space(kinematics.load(model), motion))
-    return found, design_page(found)
 
 
 def parameters_of(solid):

@@ -10,7 +10,8 @@ import pytest
 import kinematics
 from balance import design_space
 from balance.momentum.momentum_lines import meeting, momentum_lines
-from tests.balance.report.html.test_page_browser import (
+from tests.support.browser import Select, needs_browser, one, settle
+from tests.support.design_space_pages import (
     FOUR_BAR,
     drawn,
     model,
@@ -19,7 +20,6 @@ from tests.balance.report.html.test_page_browser import (
     slide,
     written,
 )
-from tests.support.browser import Select, needs_browser, one, settle
 
 __all__ = ["model", "pages"]
 

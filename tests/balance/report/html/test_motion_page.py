@@ -17,7 +17,7 @@ from balance.report.html.motion import motion_page
 from balance.taylor_poses.error_curves import LENGTH_IN_RADII, MAX_LINES, error_curves
 from balance.taylor_poses.prediction import Predictions, predict
 from kinematics import taylor_motion
-from tests.balance.cli.test_motion_command import followed
+from tests.support.motions import followed
 
 
 @cache
@@ -167,7 +167,7 @@ def test_the_page_holds_the_report_and_escapes_names():
 
 def test_curves_are_drawn_offline(request, tmp_path):
     """Two panels side by side on a wide screen, one below the other on a narrow one."""
-    helper = pytest.importorskip("browser")
+    helper = pytest.importorskip("tests.support.browser")
     if not (helper.BROWSER and helper.DRIVER):
         pytest.skip("no chromium with its chromedriver on the PATH")
     driver = request.getfixturevalue("browser")

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections import Counter
 from functools import cache
-from html.parser import HTMLParser
-from xml.sax.saxutils import escape
 
 import numpy as np
 import pytest
@@ -20,50 +17,10 @@ from balance.report.data import Report, report_data
 from balance.report.html.report import report_page
 from balance.report.html.scene import scene
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
-from tests.support.urdf_text import FOUR_BAR
+from tests.support.hostile_names import HOSTILE, hostile
+from tests.support.page_elements import Elements
 
 CASES = [("four_bar_antiparallelogram", None), ("three_rsr", "u2=u3"), ("hprs", None)]
-VOID = {"meta", "link", "br", "img", "input"}
-HOSTILE = "</script><script>alert(1)</script><b>{{script}}&amp;\"'"
-
-
-class Elements(HTMLParser):
-    """Elements of a page: attributes, texts outside of scripts, and scripts."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: Counter[str] = Counter()
-        self.attributes: list[tuple[str, str, str | None]] = []
-        self.scripts: list[tuple[dict, str]] = []
-        self.text, self.style = "", ""
-        self.feed(text)
-        self.close()
-        assert not self.open
-
-    def handle_starttag(self, tag, attrs):
-        self.tags[tag] += 1
-        self.attributes += [(tag, name, value) for name, value in attrs]
-        if tag == "script":
-            self.scripts.append((dict(attrs), ""))
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if "script" in self.open:
-            attributes, text = self.scripts.pop()
-            self.scripts.append((attributes, text + data))
-        elif "style" in self.open:
-            self.style += data
-        else:
-            self.text += data
-
-    def data(self, name: str):
-        """The JSON in the script element of that id."""
-        return next(json.loads(t) for a, t in self.scripts if a.get("id") == name)
 
 
 @cache
@@ -159,16 +116,6 @@ def test_sliders_are_named_by_their_inputs(motion, labels):
     assert [column["label"] for column in columns] == labels
     found = np.array([column["column"] for column in columns]).T
     assert np.array_equal(found, space.motion.basis if motion else np.eye(3))
-
-
-def hostile(tmp_path):
-    """A design space whose linkage, links and joints have names that look like HTML."""
-    text = FOUR_BAR.replace('<mimic joint="j1" multiplier="1" offset="0"/>', "")
-    for name in ("four_bar", "coupler", "j1"):
-        text = text.replace(f'"{name}"', f'"{escape(name + HOSTILE, {chr(34): "&quot;"})}"')
-    path = tmp_path / "hostile.urdf"
-    path.write_text(text, encoding="utf-8")
-    return design_space(kinematics.load(path))
 
 
 def test_names_of_files_are_text(tmp_path):

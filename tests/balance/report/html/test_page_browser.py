@@ -7,18 +7,14 @@ import re
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 import kinematics
 from balance import design_space
 from balance.interpretation.explain import explain
 from balance.report.data import Report, report_data
-from balance.report.html.report import report_page
 from balance.report.html.scene import scene
 from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import PoseError
-from kinematics.spatial.screws import hat
-from tests.balance.report.html.test_page import HOSTILE, hostile
 from tests.support.browser import (
     Keys,
     Select,
@@ -28,72 +24,24 @@ from tests.support.browser import (
     settle,
     wait_until,
 )
+from tests.support.design_space_pages import (
+    FOUR_BAR,
+    PARALLEL,
+    READ,
+    drawn,
+    links,
+    model,
+    opened,
+    pages,
+    slide,
+    written,
+)
+from tests.support.hostile_names import HOSTILE, hostile
 from tests.support.laws import MODELS
 
+__all__ = ["model", "pages"]
+
 pytestmark = needs_browser
-FOUR_BAR, PARALLEL = "four_bar_antiparallelogram", "three_rsr"
-READ = "return stage.drawn(arguments[0])"
-SET = (
-    "const input = document.querySelectorAll('#sliders input')[arguments[0]];"
-    "input.value = arguments[1]; input.dispatchEvent(new Event('input'))"
-)
-
-
-def written(folder, space):
-    """The address of the page of a design space."""
-    path = folder / "page.html"
-    path.write_text(report_page(Report(space, explain(space))), encoding="utf-8")
-    return path.as_uri()
-
-
-@pytest.fixture(scope="module")
-def pages(tmp_path_factory):
-    """Design spaces and the addresses of their pages."""
-    found = {}
-    for model, motion in ((FOUR_BAR, None), (PARALLEL, "u2=u3")):
-        space = design_space(kinematics.load(model), motion)
-        found[model] = space, written(tmp_path_factory.mktemp("pages"), space)
-    return found
-
-
-@pytest.fixture(scope="module", params=[FOUR_BAR, PARALLEL])
-def model(request):
-    """Of module scope, so that one page is opened after the other."""
-    return request.param
-
-
-def opened(browser, address):
-    """The page at its start: loaded, or put back there if it is loaded already."""
-    if browser.current_url != address:
-        browser.get_log("browser")
-        browser.get(address)
-    else:
-        reset = one(browser, ".reset")
-        if reset.is_enabled():
-            reset.click()
-        Select(one(browser, "#choice")).select_by_index(0)
-    settle(browser)
-
-
-def drawn(browser, name):
-    """Vertices of a trace (n, 3); rows of nan separate lines."""
-    points = [p or [np.nan] * 3 for p in browser.execute_script(READ, name)]
-    return np.array(points, dtype=float).reshape(-1, 3)
-
-
-def slide(browser, number, value):
-    """Put a slider to a value, in degrees or metres, and wait for the drawing."""
-    browser.execute_script(SET, number, value)
-    settle(browser)
-
-
-def links(linkage, q):
-    """Displacements of all links at joint positions q, as products of exponentials."""
-    H = []
-    for joint, value in zip(linkage.joints, q, strict=True):
-        before = H[joint.parent] if joint.parent >= 0 else np.eye(4)
-        H.append(before @ expm(value * hat(joint.screw)))
-    return H
 
 
 def expected_marks(linkage, q):
@@ -167,9 +115,9 @@ OPEN = "return stage.mechanism.closure(stage.q).error"
 @pytest.mark.browser
 def test_a_crank_turns_fully_and_a_rocker_stops(browser, tmp_path_factory):
     """Play goes round where the loops close, and turns back where they do not."""
-    for model, turns in (("four_bar_general", True), ("sarrus", False)):
-        space = design_space(kinematics.load(model))
-        opened(browser, written(tmp_path_factory.mktemp(model), space))
+    for name, turns in (("four_bar_general", True), ("sarrus", False)):
+        space = design_space(kinematics.load(name))
+        opened(browser, written(tmp_path_factory.mktemp(name), space))
         found = []
         for _ in range(3):
             found.append(browser.execute_script(TURNS))

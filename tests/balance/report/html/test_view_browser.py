@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from kinematics.closure.joint_positions import joint_positions
-from tests.balance.report.html.test_page_browser import (
+from tests.support.browser import Keys, Select, needs_browser, one, screen, settle, wait_until
+from tests.support.design_space_pages import (
     FOUR_BAR,
     PARALLEL,
     drawn,
@@ -16,7 +17,6 @@ from tests.balance.report.html.test_page_browser import (
     pages,
     slide,
 )
-from tests.support.browser import Keys, Select, needs_browser, one, screen, settle, wait_until
 
 __all__ = ["model", "pages"]
 

@@ -1,24 +1,14 @@
 """Frames of onshape-to-robot and PlaCo in pairs are points that two bodies share."""
 
+from tests.support.dialect_loops import PAIR, frame
 from tests.support.dialect_text import (
     ON_B,
-    ON_C,
     OPEN,
     codes,
     compare_drafts,
     draft_of,
     hand_written,
 )
-
-
-def frame(name, parent, xyz, kind="fixed"):
-    return (
-        f'<link name="{name}"/><joint name="{name}_frame" type="{kind}">'
-        f'<parent link="{parent}"/><child link="{name}"/><origin xyz="{xyz}"/></joint>'
-    )
-
-
-PAIR = frame("closing_hinge_1", "b", ON_B) + frame("closing_hinge_2", "c", ON_C)
 
 
 def test_a_pair_is_a_point(tmp_path):

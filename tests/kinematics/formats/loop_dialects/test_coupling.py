@@ -2,22 +2,8 @@
 
 import pytest
 
+from tests.support.dialect_loops import coupling, mimicked
 from tests.support.dialect_text import OPEN, codes, compare_drafts, draft_of, refused
-
-
-def coupling(ends="ac", ratio='<ratio value="-2"/>'):
-    first, second = ends
-    return (
-        f'<coupling name="k"><predecessor link="{first}"/><successor link="{second}"/>'
-        f"{ratio}</coupling>"
-    )
-
-
-def mimicked(name, source, ratio):
-    """The open linkage with a <mimic> in a joint."""
-    start = OPEN.index(f'name="{name}"')
-    end = OPEN.index("</joint>", start)
-    return f'{OPEN[:end]}<mimic joint="{source}" multiplier="{ratio}"/>{OPEN[end:]}'
 
 
 def test_the_successor_follows_the_predecessor(tmp_path):

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.dialect_loops import plugin
 from tests.support.dialect_text import (
     MORE,
     OPEN,
@@ -11,14 +12,6 @@ from tests.support.dialect_text import (
     draft_of,
     refused,
 )
-
-
-def plugin(parent="d", model="r", child="c", name="gz::sim::systems::DetachableJoint"):
-    return (
-        f'<gazebo><plugin filename="gz-sim-detachable-joint-system" name="{name}">'
-        f"<parent_link>{parent}</parent_link><child_model>{model}</child_model>"
-        f"<child_link>{child}</child_link></plugin></gazebo>"
-    )
 
 
 @pytest.mark.parametrize("model", ["r", "__model__", ""])

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.dialect_loops import BALL
 from tests.support.dialect_text import (
     ON_B,
     ON_C,
@@ -13,11 +14,6 @@ from tests.support.dialect_text import (
     refused,
 )
 
-BALL = (
-    '<drake:ball_constraint xmlns:drake="d"><drake:ball_constraint_body_A name="b"/>'
-    f'<drake:ball_constraint_p_AP value="{ON_B}"/><drake:ball_constraint_body_B name="c"/>'
-    f'<drake:ball_constraint_p_BQ value="{ON_C}"/></drake:ball_constraint>'
-)
 BUSHING = (
     f'<frame name="f" link="b" xyz="{ON_B}"/><frame name="g" link="c" xyz="{ON_C}"/>'
     '<drake:linear_bushing_rpy xmlns:drake="d"><drake:bushing_frameA name="f"/>'

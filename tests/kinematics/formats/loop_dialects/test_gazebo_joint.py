@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.dialect_loops import gazebo
 from tests.support.dialect_text import (
     MORE,
     ON_B,
@@ -14,16 +15,6 @@ from tests.support.dialect_text import (
     hand_written,
     refused,
 )
-
-POSE = f"<pose>{ON_C} 0 3.141592653589793 0</pose>"
-
-
-def gazebo(kind="revolute", pose=POSE, axis="<axis><xyz>0 0 1</xyz></axis>", ends="bc"):
-    parent, child = ends
-    return (
-        f'<gazebo><joint name="l" type="{kind}"><parent>{parent}</parent>'
-        f"<child>{child}</child>{pose}{axis}</joint></gazebo>"
-    )
 
 
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])

@@ -6,14 +6,19 @@ import pytest
 import kinematics
 from balance.cli.main import main
 from kinematics.urdf.write_closed_pose import write_at_reference_pose
-from tests.kinematics.formats.loop_dialects.test_closing_frames import PAIR
-from tests.kinematics.formats.loop_dialects.test_coupling import coupling, mimicked
-from tests.kinematics.formats.loop_dialects.test_detachable_joint import plugin
-from tests.kinematics.formats.loop_dialects.test_drake_constraint import BALL
-from tests.kinematics.formats.loop_dialects.test_gazebo_joint import gazebo
-from tests.kinematics.formats.loop_dialects.test_loop_joint import loop_joint
-from tests.kinematics.formats.loop_dialects.test_mujoco_equality import connect, mujoco, related
-from tests.kinematics.formats.loop_dialects.test_urdfdom_constraint import constraint
+from tests.support.dialect_loops import (
+    BALL,
+    PAIR,
+    connect,
+    constraint,
+    coupling,
+    gazebo,
+    loop_joint,
+    mimicked,
+    mujoco,
+    plugin,
+    related,
+)
 from tests.support.dialect_text import MORE, OPEN, WELD, answer, hand_written, robot_text
 
 POINT, HINGE = hand_written("spherical", ""), hand_written("revolute")

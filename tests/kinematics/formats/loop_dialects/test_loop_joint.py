@@ -2,8 +2,8 @@
 
 import pytest
 
+from tests.support.dialect_loops import loop_joint
 from tests.support.dialect_text import (
-    ON_B,
     ON_C,
     OPEN,
     codes,
@@ -12,14 +12,6 @@ from tests.support.dialect_text import (
     hand_written,
     refused,
 )
-
-
-def loop_joint(kind="revolute", axis='<axis xyz="0 0 1"/>', turn="0 3.141592653589793 0"):
-    words = f' type="{kind}"' if kind else ""
-    return (
-        f'<loop_joint name="l"{words}><link1 link="b" xyz="{ON_B}" rpy="0 0 0"/>'
-        f'<link2 link="c" xyz="{ON_C}" rpy="{turn}"/>{axis}</loop_joint>'
-    )
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.kinematics.formats.loop_dialects.test_coupling import mimicked
+from tests.support.dialect_loops import connect, mimicked, mujoco, related
 from tests.support.dialect_text import (
     MORE,
     ON_B,
@@ -16,20 +16,6 @@ from tests.support.dialect_text import (
     hand_written,
     refused,
 )
-
-
-def mujoco(*items):
-    return f"<mujoco><compiler meshdir='m'/><equality>{''.join(items)}</equality></mujoco>"
-
-
-def connect(ends="bc", anchor=ON_B, more=""):
-    first, second = ends
-    return mujoco(f'<connect body1="{first}" body2="{second}" anchor="{anchor}" {more}/>')
-
-
-def related(polycoef, joints='joint1="j3" joint2="j1"'):
-    words = f' polycoef="{polycoef}"' if polycoef else ""
-    return mujoco(f"<joint {joints}{words}/>")
 
 
 def test_an_anchor_is_where_it_is_at_the_pose_of_the_file(tmp_path):

@@ -2,13 +2,16 @@
 
 import pytest
 
-from tests.kinematics.formats.loop_dialects.test_closing_frames import PAIR
-from tests.kinematics.formats.loop_dialects.test_detachable_joint import plugin
-from tests.kinematics.formats.loop_dialects.test_drake_constraint import BALL
-from tests.kinematics.formats.loop_dialects.test_gazebo_joint import gazebo
-from tests.kinematics.formats.loop_dialects.test_loop_joint import loop_joint
-from tests.kinematics.formats.loop_dialects.test_mujoco_equality import connect, mujoco
-from tests.kinematics.formats.loop_dialects.test_urdfdom_constraint import constraint
+from tests.support.dialect_loops import (
+    BALL,
+    PAIR,
+    connect,
+    constraint,
+    gazebo,
+    loop_joint,
+    mujoco,
+    plugin,
+)
 from tests.support.dialect_text import (
     MORE,
     OPEN,

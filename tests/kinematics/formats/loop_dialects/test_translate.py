@@ -10,8 +10,7 @@ from kinematics.errors import FileError
 from kinematics.formats.loop_dialects.translate import translate_loops
 from kinematics.formats.robot_files import read_files, read_robot
 from kinematics.urdf.read_options import ReadOptions
-from tests.kinematics.formats.loop_dialects.test_drake_constraint import BALL
-from tests.kinematics.formats.loop_dialects.test_mujoco_equality import connect
+from tests.support.dialect_loops import BALL, connect
 from tests.support.dialect_text import OPEN, codes, draft_of, hand_written, robot_text
 
 LOADED = (

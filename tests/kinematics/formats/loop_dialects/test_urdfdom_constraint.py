@@ -2,9 +2,9 @@
 
 import pytest
 
+from tests.support.dialect_loops import constraint
 from tests.support.dialect_text import (
     ON_B,
-    ON_C,
     OPEN,
     codes,
     compare_drafts,
@@ -12,20 +12,6 @@ from tests.support.dialect_text import (
     hand_written,
     refused,
 )
-
-AXES = ("0 0 1", "0 0 1")
-
-
-def constraint(kind="revolute", axes=AXES, rpy=("0 0 0", "0 3.141592653589793 0")):
-    lines = [
-        f'<{role}_axis xyz="{axis}"/>'
-        for role, axis in zip(("parent", "child"), axes, strict=True) if axis
-    ]  # fmt: skip
-    return (
-        f'<constraint name="l" type="{kind}"><parent link="b"/>'
-        f'<parent_origin xyz="{ON_B}" rpy="{rpy[0]}"/><child link="c"/>'
-        f'<child_origin xyz="{ON_C}" rpy="{rpy[1]}"/>{"".join(lines)}</constraint>'
-    )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,19 @@
+"""Designs of linkages of the gallery, and their pages."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import kinematics
+from balance import design_space
+from balance.designs.best_design import design
+from balance.report.html.design import design_page
+
+FOUR_BAR = "four_bar_antiparallelogram"
+
+
+@cache
+def case(model, motion):
+    """A design and the text of its page."""
+    found = design(design_space(kinematics.load(model), motion))
+    return found, design_page(found)

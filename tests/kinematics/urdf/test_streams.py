@@ -95,7 +95,7 @@ def test_a_named_pipe(way, tmp_path, capsys):
     else:
         linkage = kinematics.load(pipe)
         assert linkage.source == str(pipe) and linkage.mobility == 1
-    writer.join(timeout=10)
+    writer.join(timeout=HANGS)
     assert not writer.is_alive()
 
 
@@ -124,7 +124,7 @@ def test_no_file_is_looked_for_beside_a_pipe(tmp_path, capsys):
     writer = threading.Thread(target=path.write_bytes, args=(data,))
     writer.start()
     assert kinematics.load(path).loops == ()
-    writer.join(timeout=10)
+    writer.join(timeout=HANGS)
 
 
 def test_files_are_written_from_what_was_read(given, tmp_path, capsys):
@@ -161,7 +161,7 @@ def test_an_endless_stream_is_not_read_to_its_end():
     with open("/dev/zero", "rb") as endless:
         done = subprocess.run(
             [sys.executable, "-m", "balance", "report", "-"], stdin=endless,
-            capture_output=True, text=True, timeout=60, check=False,
+            capture_output=True, text=True, timeout=HANGS, check=False,
         )  # fmt: skip
     assert done.returncode == 3 and "<stdin>: larger than 16 MB" in done.stderr
 

@@ -11,6 +11,7 @@ import kinematics
 from balance import certify, design_space
 from kinematics.closure.series import fill_loop_matrix
 from tests.support.urdf_text import INERTIAL
+from tests.support.waiting import HANGS
 
 ROOT = Path(__file__).resolve().parents[3]
 MODELS = (
@@ -64,7 +65,7 @@ def without_compiler(*command):
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
     told = subprocess.run(
         [sys.executable, *command], env=environment, cwd=ROOT, capture_output=True, text=True,
-        timeout=500,
+        timeout=HANGS,
     )  # fmt: skip
     assert told.returncode == 0, told.stdout[-2000:] + told.stderr[-2000:]
     return told.stdout

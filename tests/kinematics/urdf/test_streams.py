@@ -15,6 +15,7 @@ from kinematics import gallery
 from kinematics.errors import FileError
 from tests.balance.cli.test_readings import four_bar
 from tests.support.sidecar_text import PAIR, bench, written
+from tests.support.waiting import HANGS
 
 MODEL = gallery()["four_bar_general"]
 PARALLELOGRAM = gallery()["four_bar_antiparallelogram"]

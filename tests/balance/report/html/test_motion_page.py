@@ -166,7 +166,7 @@ def test_the_page_holds_the_report_and_escapes_names():
 
 def test_curves_are_drawn_offline(request, tmp_path):
     """Two panels side by side on a wide screen, one below the other on a narrow one."""
-    helper = pytest.importorskip("browser")
+    helper = pytest.importorskip("tests.support.browser")
     if not (helper.BROWSER and helper.DRIVER):
         pytest.skip("no chromium with its chromedriver on the PATH")
     driver = request.getfixturevalue("browser")

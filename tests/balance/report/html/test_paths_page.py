@@ -48,7 +48,7 @@ def test_a_page_without_paths_shows_where_the_linkage_is_quiet():
 
 def test_the_page_runs_offline(request, tmp_path):
     """The slider moves the linkage, another path is chosen; no wider than the screen."""
-    helper = pytest.importorskip("browser")
+    helper = pytest.importorskip("tests.support.browser")
     if not (helper.BROWSER and helper.DRIVER):
         pytest.skip("no chromium with its chromedriver on the PATH")
     driver = request.getfixturevalue("browser")

@@ -34,7 +34,7 @@ class MomentumMap:
         errors = []
         for i in range(0, count, 40):
             for k in range(0, count, 40):
-                pose = [self.angles[k], self.angles[i]]
+                pose = [self.angles[i], self.angles[k]]
                 matrix = reaction_null_space(self.linkage, pose).matrix
                 error = np.abs(self.map.matrix[i, k] - matrix).max()
                 errors.append(error / np.abs(matrix).max())

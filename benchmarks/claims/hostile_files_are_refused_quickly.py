@@ -11,6 +11,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -53,35 +55,42 @@ class _Refused:
     runs = 5
 
     def setup(self, case: str) -> None:
-        """Count the files that are read."""
-        self.read = 0
+        """Choose the files."""
+        self.files = {"robot.urdf": ROBOTS[case]}
 
-    def _refuse(self, folder: Path) -> float:
-        """Measure the processor time of the command, in seconds."""
-        before = os.times()
-        done = subprocess.run(
-            [sys.executable, "-m", "balance", "report", str(folder / "robot.urdf")],
-            cwd=folder, capture_output=True, check=False,
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
-        after = os.times()
-        self.read += done.returncode != 3
-        user = after.children_user - before.children_user
-        return user + after.children_system - before.children_system
-
-    def _write(self, folder: Path, case: str) -> None:
-        """Write the files of a case to a folder."""
-        (folder / "robot.urdf").write_text(ROBOTS[case], encoding="utf-8")
+    @contextmanager
+    def _folder(self) -> Iterator[Path]:
+        """Write the files to a folder."""
+        with TemporaryDirectory() as name:
+            folder = Path(name)
+            for file, text in self.files.items():
+                (folder / file).write_text(text, encoding="utf-8")
+            yield folder
 
     def track_refusal(self, case: str) -> np.ndarray:
-        """Seconds until the file is refused."""
-        with TemporaryDirectory() as name:
-            self._write(Path(name), case)
-            return np.array([self._refuse(Path(name)) for _ in range(self.runs)])
+        """Processor time of the command."""
+        seconds = []
+        with self._folder() as folder:
+            for _ in range(self.runs):
+                before = os.times()
+                _report(folder)
+                after = os.times()
+                user = after.children_user - before.children_user
+                seconds.append(user + after.children_system - before.children_system)
+        return np.array(seconds)
 
     def track_files_read(self, case: str) -> int:
         """Bad files that are read."""
-        return self.read
+        with self._folder() as folder:
+            return int(_report(folder) != 3)
+
+
+def _report(folder: Path) -> int:
+    """Report on the robot in a folder, and return the exit code."""
+    return subprocess.run(
+        [sys.executable, "-m", "balance", "report", "robot.urdf"], cwd=folder,
+        capture_output=True, check=False, env=os.environ | {"PYTHONPATH": str(ROOT)},
+    ).returncode  # fmt: skip
 
 
 class HostileRobots(_Refused):
@@ -104,11 +113,10 @@ class HostileLoops(_Refused):
     params = tuple((case,) for case in LOOPS)
     claims = (("track_refusal", 3.0), ("track_files_read", 0.0))
 
-    def _write(self, folder: Path, case: str) -> None:
-        """Write a robot and the file beside it."""
+    def setup(self, case: str) -> None:
+        """Choose a robot and the file beside it."""
         text = gallery()["four_bar_general"].read_text("utf-8")
-        (folder / "robot.urdf").write_text(text, encoding="utf-8")
-        (folder / "robot.yaml").write_text(LOOPS[case], encoding="utf-8")
+        self.files = {"robot.urdf": text, "robot.yaml": LOOPS[case]}
 
 
 class LongRobots:
@@ -127,19 +135,21 @@ class LongRobots:
                 f'<link name="l{k}">{INERTIAL}</link><joint name="j{k}" type="revolute">'
                 f'<parent link="l{k - 1}"/><child link="l{k}"/>{mimic}</joint>'
             )
-        self.folder = TemporaryDirectory()
-        self.path = Path(self.folder.name) / "robot.urdf"
-        self.path.write_text(HEAD + "".join(parts) + "</robot>", encoding="utf-8")
+        self.text = HEAD + "".join(parts) + "</robot>"
+
+    def _read(self) -> tuple[float, int]:
+        """Read the robot: processor time in seconds, and the number of its bodies."""
+        with TemporaryDirectory() as name:
+            path = Path(name) / "robot.urdf"
+            path.write_text(self.text, encoding="utf-8")
+            start = process_time()
+            draft = read_unassembled(path)
+            return process_time() - start, len(draft.bodies)
 
     def track_seconds(self, joints: int, kind: str) -> np.ndarray:
         """Processor time of reading."""
-        seconds = []
-        for _ in range(self.runs):
-            start = process_time()
-            read_unassembled(self.path)
-            seconds.append(process_time() - start)
-        return np.array(seconds)
+        return np.array([self._read()[0] for _ in range(self.runs)])
 
     def track_missing(self, joints: int, kind: str) -> int:
         """Links that are not read."""
-        return joints - len(read_unassembled(self.path).bodies)
+        return joints - self._read()[1]

@@ -43,6 +43,7 @@ print(json.dumps(sorted(name for name in roots - ours if not name.startswith("_"
 """
 COMMANDS = {
     "--help": ["--help"],
+    "report --help": ["report", "--help"],
     "--version": ["--version"],
     "models": ["models"],
     "report": ["report", "four_bar_general"],
@@ -126,9 +127,9 @@ class WarmReport(Warm):
 
 
 class WarmHelp(Warm):
-    """A command without a linkage."""
+    """Commands without a linkage."""
 
-    params = (("--help",),)
+    params = (("--help",), ("report --help",), ("--version",), ("models",))
     claims = (("track_command", 0.1),)
 
 

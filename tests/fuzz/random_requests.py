@@ -46,7 +46,7 @@ from tests.support.time_limit import time_limit
 
 LEVELS = ("estimated", "verified", "proved")
 # Seconds after which a request hangs.
-LIMIT = 120.0
+LIMIT = 600.0
 FLEX = ("flex simulate", "flex modes", "flex simulate", "flex supports", "flex similar")
 # Models that take long are asked seldom.
 LARGE = ("delta", "stewart_6ups", "three_rsr", "three_rsr_rational", "four_bar_chain",

@@ -119,18 +119,25 @@ dispatcher.FunctionCache = Other
 
 # Arguments of different types, and what a kernel makes of them.
 ASKED = {"2": "3.0", "2.5": "3.5", "2j": "(1+2j)", "np.float32(4.5)": "5.5"}
-# A process that asks for one of them when all are there; files appear in the cache late.
+# A process that asks for one of them. All four have loaded an empty cache before one of them
+# compiles, and have compiled before one of them saves.
 RACE = """
-import os, pathlib, time
+import pathlib, time
 import numpy as np
 from kinematics.below import inner
-def replace(old, new, plain=os.replace):
-    time.sleep(0.3)
-    plain(old, new)
-os.replace = replace
-pathlib.Path("here-ASKED").touch()
-while len(list(pathlib.Path().glob("here-*"))) < 4:
-    time.sleep(0.02)
+from kinematics.compiled import numba_compiler
+
+def meet(where):
+    pathlib.Path(f"{where}-ASKED").touch()
+    while len(list(pathlib.Path().glob(f"{where}-*"))) < 4:
+        time.sleep(0.02)
+
+def lock(*words, plain=numba_compiler.FileLock, **options):
+    meet("compiled")
+    return plain(*words, **options)
+
+numba_compiler.FileLock = lock
+meet("begun")
 print(inner(ASKED))
 """
 

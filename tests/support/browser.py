@@ -10,6 +10,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from tests.support.waiting import HANGS
+
 MISSING = "selenium is not installed"
 webdriver = pytest.importorskip("selenium.webdriver", reason=MISSING)
 Select = pytest.importorskip("selenium.webdriver.support.select", reason=MISSING).Select
@@ -43,6 +45,8 @@ def started(folder):
         options.add_argument(flag)
     service = webdriver.ChromeService(executable_path=DRIVER)
     with webdriver.Chrome(options=options, service=service) as driver:
+        driver.command_executor.client_config.timeout = HANGS
+        driver.set_script_timeout(HANGS)
         yield driver
 
 
@@ -78,8 +82,8 @@ def too_wide(driver):
 
 
 def wait_until(driver, condition):
-    """Wait up to a minute until a condition on the page holds."""
-    WebDriverWait(driver, 60, poll_frequency=0.05).until(condition)
+    """Wait until a condition on the page holds."""
+    WebDriverWait(driver, HANGS, poll_frequency=0.05).until(condition)
 
 
 def one(driver, selector):
@@ -91,3 +95,29 @@ def settle(driver):
     """Wait until nothing is being drawn."""
     busy = "return document.querySelectorAll('[aria-busy=true]').length"
     wait_until(driver, lambda page: page.execute_script(busy) == 0)
+
+
+# Called with a button, the text of a condition, and a function to call when it holds.
+STOP = """
+const [button, condition, done] = arguments, holds = new Function(`return ${condition}`);
+const look = () => {
+  if (!holds()) return requestAnimationFrame(look);
+  const label = button.textContent;
+  button.click();
+  done([label, button.textContent]);
+};
+look();
+"""
+
+
+def play_until(driver, selector, condition):
+    """Play until a condition of JavaScript holds, and stop in the same frame.
+
+    Returns:
+        The labels of the button while it plays, and after it.
+    """
+    button = one(driver, selector)
+    button.click()
+    labels = driver.execute_async_script(STOP, button, condition)
+    settle(driver)
+    return labels

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.support.waiting import HANGS
+
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = (
     "errors", "compiled/jit", "compiled/background", "compiled/numba_compiler",
@@ -54,7 +56,7 @@ def run(folder: Path, code: str, **environment: str) -> tuple[list[str], list[st
     """Lines that a new process prints, and lines of its standard error."""
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False,
-        env=clean() | environment,
+        env=clean() | environment, timeout=HANGS,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout.split(), done.stderr.splitlines()

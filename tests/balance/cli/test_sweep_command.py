@@ -245,16 +245,18 @@ def test_a_killed_study_resumes_to_the_same_bytes(tmp_path):
     """The command itself, with two workers, beside one process that nobody kills."""
     path, file = tmp_path / "many.toml", tmp_path / "killed.db"
     path.write_text(MANY, encoding="utf-8")
-    command = [sys.executable, "-m", "balance", "sweep", "run", str(path), "--workers", "2"]
+    words = ["sweep", "run", str(path), "--workers"]
     environment = {"PYTHONPATH": str(ROOT), "BALANCE_COMPILE": "now"}
     rows = kill_and_resume(
-        [*command, "--resume", "--out", str(file)], lambda: covered(file), 6000,
-        number_of_cases(1, 10), 26, environment,
+        "tests.support.held_runs", [*words, "2", "--resume", "--out", str(file)],
+        lambda: covered(file), 6000, number_of_cases(1, 10), 26, environment,
     )  # fmt: skip
     assert 0 < rows[-1] < 6000
     whole = tmp_path / "whole.db"
-    subprocess.run([*command[:-1], "1", "--out", str(whole)], check=True,
-                   env=os.environ | environment, capture_output=True)  # fmt: skip
+    subprocess.run(
+        [sys.executable, "-m", "balance", *words, "1", "--out", str(whole)], check=True,
+        env=os.environ | environment, capture_output=True,
+    )  # fmt: skip
     ran(["export", file, "--out", tmp_path / "killed.csv"])
     ran(["export", whole, "--out", tmp_path / "whole.csv"])
     text = (tmp_path / "killed.csv").read_bytes()

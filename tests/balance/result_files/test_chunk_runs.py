@@ -6,8 +6,6 @@ import os
 import signal
 import sqlite3
 import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -18,12 +16,13 @@ from balance.result_files.export import export_csv
 from balance.result_files.results_file import ResultsFile
 from kinematics.errors import LinkageError, UsageError, WorkerError
 from tests.support.covering import number_of_cases
-from tests.support.killed_runs import kill_and_resume, paths_of, start
+from tests.support.killed_runs import kill_and_resume, paths_of, start_held
 from tests.support.run_squares import JOB
 from tests.support.squares import Squares
+from tests.support.waiting import HANGS, wait_until_true
 
 ROOT = Path(__file__).parents[3]
-COMMAND = (sys.executable, "-m", "tests.support.run_squares")
+RUN = "tests.support.run_squares"
 ENVIRONMENT = paths_of(ROOT)
 posix = pytest.mark.skipif(os.name != "posix", reason="SIGKILL")
 
@@ -138,48 +137,48 @@ def test_killed_runs_resume_to_the_same_bytes(tmp_path, where, few, every):
     if "local" in where:
         pytest.importorskip("distributed")
     path, kills = tmp_path / "a.db", number_of_cases(few, every)
-    command = [*COMMAND, str(path), *where]
-    rows = kill_and_resume(command, lambda: covered(path), JOB.rows, kills, 26, ENVIRONMENT)
+    words = [str(path), *where]
+    rows = kill_and_resume(RUN, words, lambda: covered(path), JOB.rows, kills, 26, ENVIRONMENT)
     assert rows == sorted(rows) and 0 < rows[-1] < JOB.rows
     assert exported(path, JOB) == undisturbed(tmp_path, JOB)
+
+
+def held_halfway(path: Path) -> subprocess.Popen:
+    """A run with two workers that has begun to write, and does not end by itself."""
+    writer = start_held(JOB.rows // 2, RUN, [str(path), "2"], ENVIRONMENT)
+    wait_until_true(lambda: covered(path) > 0 or writer.poll() is not None)
+    assert writer.poll() is None, writer.communicate()
+    return writer
 
 
 @posix
 def test_workers_end_with_their_writer(tmp_path):
     psutil = pytest.importorskip("psutil")
-    path = tmp_path / "a.db"
-    writer = start([*COMMAND, str(path), "2"], ENVIRONMENT)
-    while covered(path) == 0 and writer.poll() is None:
-        time.sleep(0.01)
-    own = psutil.Process(writer.pid).children(recursive=True)
-    assert len(own) >= 2
+    writer = held_halfway(tmp_path / "a.db")
+    workers = psutil.Process(writer.pid).children(recursive=True)
+    assert len(workers) >= 2
     os.kill(writer.pid, signal.SIGKILL)
     writer.communicate()
-    _, alive = psutil.wait_procs(own, timeout=60)
+    _, alive = psutil.wait_procs(workers, timeout=HANGS)
     assert not alive
 
 
 @posix
 def test_an_interrupt_reaches_the_writer_alone(tmp_path):
     """Ctrl-C goes to all processes of the terminal: one of them speaks, none stays."""
-    for attempt in range(10):  # on a busy machine a run may end before it is interrupted
-        path = tmp_path / f"{attempt}.db"
-        writer = subprocess.Popen(
-            [*COMMAND, str(path), "2"], env=os.environ | ENVIRONMENT,
-            stderr=subprocess.PIPE, text=True, start_new_session=True,
-            # A shell starts what runs in the background with interrupts ignored.
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-        )  # fmt: skip
-        while covered(path) == 0 and writer.poll() is None:
-            time.sleep(0.01)
-        if writer.poll() is None and covered(path) < JOB.rows // 2:
-            os.killpg(writer.pid, signal.SIGINT)
-        _, errors = writer.communicate(timeout=60)
-        if writer.returncode != 0:
-            break
+    path = tmp_path / "a.db"
+    writer = held_halfway(path)
+    os.killpg(writer.pid, signal.SIGINT)
+    writer.wait(timeout=HANGS)
+    _, errors = writer.communicate()
     assert errors.count("Traceback") == 1 and errors.rstrip().endswith("KeyboardInterrupt")
     assert 0 < covered(path) < JOB.rows
-    with pytest.raises(ProcessLookupError):
-        for _ in range(6000):
+
+    def all_ended() -> bool:
+        try:
             os.killpg(writer.pid, 0)
-            time.sleep(0.01)
+        except ProcessLookupError:
+            return True
+        return False
+
+    wait_until_true(all_ended)

@@ -13,18 +13,20 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 
 from kinematics import gallery
 from tests.support.covering import ALL_CASES
 from tests.support.small_package import ROOT, clean, run
+from tests.support.waiting import HANGS, wait_until_true
 
 WARM_UP = """
-import os, pathlib, time
+import os, pathlib
+from filelock import FileLock
 from kinematics.compiled.background import register_warm_up
 
 def stages():
@@ -33,16 +35,18 @@ def stages():
     from kinematics.above import outer
     outer(1.0)
     yield
-    time.sleep(float(os.environ.get("SLOW", "0")))
+    with FileLock(os.environ["WAIT_FOR"]):
+        pass
     if os.environ.get("BROKEN"):
         raise RuntimeError("a compiler that fails")
 
 register_warm_up("kinematics.warmup", stages)
 """
-# What a command does: kernels run, and seem to take a second.
+# What a command does: kernels run, and seem to take a second, whatever they take.
 COMMAND = """
-import sys, kinematics.warmup
+import sys, kinematics.warmup, kinematics.compiled.jit
 from kinematics.compiled.background import kernel_clock, begin_command
+kinematics.compiled.jit.perf_counter = lambda: 0.0
 begin_command()
 from kinematics.above import outer
 print(outer(1.0))
@@ -54,10 +58,15 @@ QUICK = COMMAND.replace("kernel_clock.add(1.0)", "kernel_clock.add(0.1)")
 
 @pytest.fixture
 def small(copy, tmp_path):
-    """The small packages with a warm-up, and the environment of a command."""
+    """The small packages with a warm-up, and the environment of a command.
+
+    A process that compiles in the background waits before it ends for a lock that tests may
+    hold, and which is free as soon as they end.
+    """
     (copy / "kinematics" / "warmup.py").write_text(WARM_UP, encoding="utf-8")
     (tmp_path / "cache").mkdir()
-    return copy, {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    lock = str(tmp_path / "wait.lock")
+    return copy, {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "WAIT_FOR": lock}
 
 
 def compilers(environment):
@@ -66,12 +75,10 @@ def compilers(environment):
     return [int(word) for word in file.read_text().split()] if file.exists() else []
 
 
-def wait_for(condition, seconds=300.0):
-    """Wait until something holds."""
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "not in time"
-        time.sleep(0.05)
+def wait_for_the_end(environment):
+    """Wait until the process that compiles has ended, which has its lock until then."""
+    with FileLock(Path(environment["NUMBA_CACHE_DIR"], "kernels.lock"), timeout=HANGS):
+        pass
 
 
 def is_complete(environment):
@@ -92,14 +99,15 @@ def test_a_long_command_has_kernels_compiled_for_the_next(small):
     out, told = run(folder, COMMAND, **environment)
     assert out == ["20.0", "20.0", "False"]
     assert len(told) == 1 and "BALANCE_COMPILE=now|background|never" in told[0]
-    wait_for(lambda: is_complete(environment))
+    wait_until_true(lambda: is_complete(environment))
+    wait_for_the_end(environment)
     assert run(folder, COMMAND, **environment) == (["20.0", "20.0", "True"], [])
     assert len(compilers(environment)) == 1
     for file in folder.glob("kinematics/below.py"):
         file.write_text(file.read_text().replace("1.0", "2.0"))
     out, told = run(folder, COMMAND, **environment)
     assert out == ["30.0", "30.0", "False"] and len(told) == 1, "other kernels, not yet there"
-    wait_for(lambda: len(compilers(environment)) == 2)
+    wait_until_true(lambda: len(compilers(environment)) == 2)
 
 
 @pytest.mark.compile
@@ -120,32 +128,25 @@ print(outer(1.0), """,
 @pytest.mark.compile
 def test_eight_commands_at_once_compile_once_and_do_not_wait(small):
     folder, environment = small
-    environment["SLOW"] = "5"
-    with ThreadPoolExecutor(8) as pool:
-        found = list(pool.map(lambda _: run(folder, COMMAND, **environment), range(8)))
-    assert all(out[:2] == ["20.0", "20.0"] for out, _ in found)
-    assert not is_complete(environment), "nobody waited"
-    wait_for(lambda: is_complete(environment))
+    with FileLock(environment["WAIT_FOR"]), ThreadPoolExecutor(8) as pool:
+        answers = list(pool.map(lambda _: run(folder, COMMAND, **environment), range(8)))
+        assert not is_complete(environment)
+    assert all(out[:2] == ["20.0", "20.0"] for out, _ in answers)
+    wait_until_true(lambda: is_complete(environment))
+    wait_for_the_end(environment)
     assert len(compilers(environment)) == 1
 
 
 @pytest.mark.compile
 def test_a_compiler_that_is_killed_does_no_harm(small):
     folder, environment = small
-    environment["SLOW"] = "60"
-    run(folder, COMMAND, **environment)
-    wait_for(lambda: len(compilers(environment)) == 1)
-    os.kill(compilers(environment)[0], getattr(signal, "SIGKILL", signal.SIGTERM))
-    environment["SLOW"] = "0"
-
-    def answered():
-        """A command that comes before the lock is free starts no other compiler."""
-        assert run(folder, COMMAND, **environment)[0][:2] == ["20.0", "20.0"]
-        with contextlib.suppress(AssertionError):
-            wait_for(lambda: is_complete(environment), 15.0)
-        return is_complete(environment)
-
-    wait_for(answered)
+    with FileLock(environment["WAIT_FOR"]):
+        run(folder, COMMAND, **environment)
+        wait_until_true(lambda: len(compilers(environment)) == 1)
+        os.kill(compilers(environment)[0], getattr(signal, "SIGKILL", signal.SIGTERM))
+        wait_for_the_end(environment)
+    assert run(folder, COMMAND, **environment)[0][:2] == ["20.0", "20.0"]
+    wait_until_true(lambda: is_complete(environment))
     assert len(compilers(environment)) == 2
 
 
@@ -154,10 +155,9 @@ def test_a_compiler_that_fails_is_told_and_tried_again(small):
     folder, environment = small
     assert run(folder, COMMAND, **environment, BROKEN="1")[0][:2] == ["20.0", "20.0"]
     log = Path(environment["NUMBA_CACHE_DIR"], "kernels.log")
-    wait_for(log.exists)
-    wait_for(lambda: "a compiler that fails" in log.read_text())
+    wait_until_true(lambda: log.exists() and "a compiler that fails" in log.read_text())
     run(folder, COMMAND, **environment)
-    wait_for(lambda: is_complete(environment))
+    wait_until_true(lambda: is_complete(environment))
 
 
 @pytest.mark.parametrize("choice, imported", [("now", "True"), ("never", "False")])

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from kinematics.closure.series import fill_loop_matrix
+from tests.support.waiting import HANGS
 from tests.support.whole_number_answers import MODELS, answers
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -25,7 +26,7 @@ def without_compiler(*command):
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
     told = subprocess.run(
         [sys.executable, *command], env=environment, cwd=ROOT, capture_output=True, text=True,
-        timeout=500,
+        timeout=HANGS,
     )  # fmt: skip
     assert told.returncode == 0, told.stdout[-2000:] + told.stderr[-2000:]
     return told.stdout

@@ -15,6 +15,7 @@ from kinematics.errors import FileError, PackageError
 from kinematics.formats.robot_files import read_robot
 from tests.fuzz import fuzz_formats
 from tests.support.mjcf_text import GEOM, INERTIAL, four_bar, mjcf_text, of, world
+from tests.support.waiting import HANGS
 
 pytest.importorskip("mujoco")
 
@@ -143,7 +144,7 @@ def test_mujoco_writes_no_file_and_no_line(tmp_path):
     for name, code in (("model.xml", 0), ("nan.xml", 3)):
         done = subprocess.run(
             [sys.executable, "-m", "balance", "report", str(tmp_path / name), "--json"],
-            cwd=tmp_path, capture_output=True, text=True, timeout=300,
+            cwd=tmp_path, capture_output=True, text=True, timeout=HANGS,
             env={**os.environ, "PYTHONPATH": os.getcwd()},
         )  # fmt: skip
         assert done.returncode == code, done.stderr
@@ -169,7 +170,7 @@ def test_urdf_needs_no_mujoco():
         "import sys; from kinematics import gallery, load; load(gallery()['five_bar']); "
         "assert 'mujoco' not in sys.modules"
     )
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=300)
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=HANGS)
 
 
 # --- what is written is URDF
@@ -206,7 +207,7 @@ def test_mutants_are_read_or_refused_in_one_line(tmp_path):
     """In a process of its own: it neither ends early, nor hangs, nor prints, nor writes."""
     done = subprocess.run(
         [sys.executable, fuzz_formats.__file__, "mjcf", "--seed", "300", "--cases", "200"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=300,
+        cwd=tmp_path, capture_output=True, text=True, timeout=HANGS,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stderr == "" and done.stdout.endswith("0 found\n")

@@ -1,14 +1,12 @@
 """Files of great size, and paths that are no files or change: one line, little memory."""
 
 import os
-import resource
-import subprocess
-import sys
 
 import pytest
 
 from kinematics import gallery
 from kinematics.urdf import xml_tree as markup
+from tests.support.limited_process import run_limited
 from tests.support.refusals import said_of
 
 TEXT = gallery()["four_bar_general"].read_text(encoding="utf-8")
@@ -44,11 +42,7 @@ LARGE = {
 
 def heavily(path):
     """Exit code, megabytes and messages of a process that reads a file."""
-    done = subprocess.run(
-        [sys.executable, "-c", HEAVY, str(path)], capture_output=True, text=True, check=True,
-        timeout=30, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (2**30, 2**30)),
-    )  # fmt: skip
+    done = run_limited(HEAVY, str(path))
     code, megabytes = map(int, done.stdout.split())
     return code, megabytes, done.stderr
 

@@ -6,7 +6,6 @@ import re
 import pytest
 
 from kinematics.formats.robot_files import read_robot
-from tests.support.spent import spent
 from tests.support.urdf_text import FOUR_BAR, refusal
 
 
@@ -67,9 +66,7 @@ BOMB = "<!DOCTYPE robot [<!ENTITY a 'x'>{}]><robot name='&a9;'><link name='l'/><
     ],
 )
 def test_entities_are_never_expanded(robot, text):
-    begin = spent()
     error = refusal(robot(text))
-    assert spent() - begin < 0.2
     assert error.element.startswith("<!DOCTYPE>") and "DOCTYPE" in error.remedy
 
 

@@ -15,6 +15,7 @@ from kinematics import gallery
 from kinematics.errors import FileError
 from tests.support.rounded_four_bar import four_bar
 from tests.support.sidecar_text import PAIR, bench, written
+from tests.support.waiting import HANGS
 
 MODEL = gallery()["four_bar_general"]
 PARALLELOGRAM = gallery()["four_bar_antiparallelogram"]
@@ -95,7 +96,7 @@ def test_a_named_pipe(way, tmp_path, capsys):
     else:
         linkage = kinematics.load(pipe)
         assert linkage.source == str(pipe) and linkage.mobility == 1
-    writer.join(timeout=10)
+    writer.join(timeout=HANGS)
     assert not writer.is_alive()
 
 
@@ -124,7 +125,7 @@ def test_no_file_is_looked_for_beside_a_pipe(tmp_path, capsys):
     writer = threading.Thread(target=path.write_bytes, args=(data,))
     writer.start()
     assert kinematics.load(path).loops == ()
-    writer.join(timeout=10)
+    writer.join(timeout=HANGS)
 
 
 def test_files_are_written_from_what_was_read(given, tmp_path, capsys):
@@ -161,7 +162,7 @@ def test_an_endless_stream_is_not_read_to_its_end():
     with open("/dev/zero", "rb") as endless:
         done = subprocess.run(
             [sys.executable, "-m", "balance", "report", "-"], stdin=endless,
-            capture_output=True, text=True, timeout=60, check=False,
+            capture_output=True, text=True, timeout=HANGS, check=False,
         )  # fmt: skip
     assert done.returncode == 3 and "<stdin>: larger than 16 MB" in done.stderr
 

@@ -21,6 +21,7 @@ from tests.support.browser import (
     complaints,
     needs_browser,
     one,
+    play_until,
     settle,
     wait_until,
 )
@@ -205,13 +206,11 @@ def test_the_numbers_of_the_report_can_be_read(browser, pages, model):
         for n in numbers(json.loads(json.dumps(report_data(Report(space, explain(space))))))
     }
 
-    def missing():
-        text = browser.execute_script("return document.body.innerText")
-        words = re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)
-        return wanted - set(map(float, words))
-
-    wait_until(browser, lambda page: not missing())
-    assert len(wanted) > 30
+    is_written = "return document.querySelector('#json pre').textContent !== ''"
+    wait_until(browser, lambda page: page.execute_script(is_written))
+    text = browser.execute_script("return document.body.innerText")
+    words = re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)
+    assert len(wanted) > 30 and wanted <= set(map(float, words))
     assert len(browser.find_elements("css selector", "#spectrum svg path")) > space.rank
 
 
@@ -241,15 +240,10 @@ def test_play_moves_the_last_slider(browser, pages):
     """The picture changes while it plays, and stays when it stops."""
     opened(browser, pages[PARALLEL][1])
     slide(browser, 0, 10)
-    play = one(browser, ".play")
-    play.click()
-    moved = "return Math.abs(controls.values[0] - Math.PI / 18) > 0.1"
-    wait_until(browser, lambda page: page.execute_script(moved))
-    assert play.text == "Stop"
-    play.click()
-    settle(browser)
+    moved = "Math.abs(controls.values[0] - Math.PI / 18) > 0.1"
+    assert play_until(browser, ".play", moved) == ["Stop", "Play"]
     values = browser.execute_script("return controls.values")
-    assert values[1] == 0.0 and play.text == "Play"
+    assert values[1] == 0.0
     assert browser.execute_script("return stage.mechanism.closure(stage.q).error") < 1e-9
     settle(browser)
     assert browser.execute_script("return controls.values") == values

@@ -7,7 +7,7 @@ import pytest
 from balance.report.html.sweep import sweep_page
 from balance.result_files.results_file import ResultsFile
 from tests.fuzz.sweep_words import sweep_files
-from tests.support.browser import complaints, needs_browser, one, screen, too_wide
+from tests.support.browser import complaints, needs_browser, one, screen, too_wide, wait_until
 
 pytestmark = needs_browser
 
@@ -91,4 +91,5 @@ def test_a_range_may_be_given_in_numbers(opened):
 @pytest.mark.browser
 def test_the_page_fits_a_phone(opened):
     with screen(opened, 390):
-        assert too_wide(opened) == 0 and one(opened, "#linkage svg").is_displayed()
+        wait_until(opened, lambda page: too_wide(page) == 0)
+        assert one(opened, "#linkage svg").is_displayed()

@@ -122,13 +122,12 @@ def test_the_page_can_be_printed(browser, pages):
 def test_light_and_dark(browser, pages):
     """Text and links differ from the ground in either scheme, without a new load."""
     opened(browser, pages[PARALLEL][1])
+    colour = "return getComputedStyle(document.body).backgroundColor"
     for scheme, ground in (("light", 255), ("dark", 26)):
         with screen(browser, 800, 700, scheme):
+            shown = f"rgb({ground}, {ground}, {ground})"
+            wait_until(browser, lambda page, shown=shown: page.execute_script(colour) == shown)
             settle(browser)
-            found = browser.execute_script(
-                "return getComputedStyle(document.body).backgroundColor"
-            )
-            assert found == f"rgb({ground}, {ground}, {ground})"
             ink, link = browser.execute_script("return [shade(INK), shade(LINK)]")
             assert (
                 abs(np.mean(ink) - ground / 255) > 0.5
@@ -141,9 +140,9 @@ def test_the_page_fits_a_phone(browser, pages):
     """Also when the phone is turned: the drawing follows the width of the page."""
     opened(browser, pages[PARALLEL][1])
     with screen(browser, 360, 740):
+        canvas = "return document.querySelector('#plot canvas').clientWidth"
+        wait_until(browser, lambda driver: 200 < driver.execute_script(canvas) <= 360)
         size = browser.execute_script(
             "return [document.documentElement.scrollWidth, innerWidth]"
         )
-        canvas = "return document.querySelector('#plot canvas').clientWidth"
-        wait_until(browser, lambda driver: 200 < driver.execute_script(canvas) <= 360)
     assert size == [360, 360]

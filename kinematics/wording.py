@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil, isfinite, log10
 from textwrap import shorten
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinematics.tolerances import WRITTEN_AS_ZERO
+from kinematics.tolerances import NUMBER_DETERMINED, SIZE_DETERMINED, WRITTEN_AS_ZERO
 
 __all__ = [
     "check_summary",
     "count_noun",
     "first_names",
     "html_facts",
+    "number_text",
     "repr_lines",
+    "size_text",
     "vector_text",
 ]
 
@@ -34,7 +37,53 @@ def check_summary(found: NamedTuple) -> str:
     """Summarise the result of a check in a line: ``Check: accepted, error 1.2e-13``."""
     (name, verdict), *rest = found._asdict().items()
     word = name if verdict else f"not {name}"
-    return ", ".join([f"{type(found).__name__}: {word}", *(f"{k} {x:.2g}" for k, x in rest)])
+    facts = (f"{label} {size_text(x, '.2g')}" for label, x in rest)
+    return ", ".join([f"{type(found).__name__}: {word}", *facts])
+
+
+def size_text(
+    size: float, form: str = ".1e", scale: float = 1.0, floor: float = SIZE_DETERMINED
+) -> str:
+    """Write a size, or a bound where round-off decides it: ``2.5e-07``, ``below 1e-12``.
+
+    A bound is the power of ten above ``1.05 floor scale``. The factor keeps it from depending
+    on the last bits of a scale that is itself a power of ten.
+
+    Args:
+        size: the size, not negative; infinite and undefined numbers are written as they are.
+        form: format of a number that is determined.
+        scale: what the size is to be compared with, in its own unit.
+        floor: part of the scale up to which round-off decides the size. Sizes above
+            ``scale / floor`` are quotients of it, and written as ``above 1e+12``.
+    """
+    if not isfinite(size) or not 0.0 < scale < float("inf"):
+        return f"{size:{form}}"
+    if abs(size) <= floor * scale:
+        return f"below {10.0 ** ceil(log10(1.05 * floor * scale)):.0e}"
+    if abs(size) >= scale / floor:
+        return f"above {10.0 ** -ceil(log10(1.05 * floor / scale)):.0e}"
+    return f"{size:{form}}"
+
+
+def number_text(
+    value: float, form: str = ".4g", scale: float = 0.0, floor: float = SIZE_DETERMINED
+) -> str:
+    """Write a computed number so that its last bits do not decide a digit: ``0.125``, ``0``.
+
+    The number is rounded to ten digits before it is rounded to those of the format: halves
+    such as 0.12345 are rounded alike whether computed from above or from below.
+
+    Args:
+        value: the number.
+        form: its format.
+        scale: a size in the unit of the number.
+        floor: part of the scale up to which a number is round-off, and written as 0.
+    """
+    if not isfinite(value):
+        return f"{value:{form}}"
+    if abs(value) <= floor * scale:
+        value = 0.0
+    return f"{float(f'{value:.{NUMBER_DETERMINED}g}') + 0.0:{form}}"
 
 
 def count_noun(number: int, noun: str) -> str:
@@ -59,7 +108,7 @@ def vector_text(x: ArrayLike) -> str:
     kept = np.where(
         np.abs(values) > WRITTEN_AS_ZERO * np.abs(values).max(initial=0.0), values, 0.0
     )
-    return f"({', '.join(f'{value:.4g}' for value in kept.tolist())})"
+    return f"({', '.join(map(number_text, kept.tolist()))})"
 
 
 def repr_lines(head: str, *lines: str) -> str:

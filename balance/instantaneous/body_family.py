@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.motion_tolerances import MOMENTUM_NULL
 from kinematics.errors import UsageError
+from kinematics.linalg.ties import first_least
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import (
@@ -299,7 +300,7 @@ def _round_tensor(n: Array, g: Array) -> Array:
 
 def _across(n: Array) -> tuple[Array, Array]:
     """Compute two unit vectors perpendicular to n and to each other."""
-    a = np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
+    a = np.cross(n, np.eye(3)[first_least(np.abs(n), 1.0)])
     a /= np.linalg.norm(a)
     return a, np.cross(n, a)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.tolerances import SOLUTION_OUTSIDE, SOLUTIONS_EQUAL, TERM_ABSENT
+from kinematics.linalg.ties import first_largest, rank_least_first
 
 __all__ = ["SparseSearch"]
 
@@ -60,7 +61,8 @@ class SparseSearch(NamedTuple):
         for w in self._directions(MAX_PROGRAMME_ENTRIES // entries) if len(pool) > 1 else []:
             other = self.sparse(w)
             pool += [other] if other is not None else []
-        pool.sort(key=lambda x: (np.count_nonzero(x), self.cost @ np.abs(x)))
+        ranks = rank_least_first([float(self.cost @ np.abs(x)) for x in pool])
+        pool = sorted((pool[k] for k in ranks), key=np.count_nonzero)
         chosen: list[Array] = []
         for x in pool:
             if self._new(chosen, x):
@@ -82,7 +84,7 @@ class SparseSearch(NamedTuple):
             known = _span(self.shadow @ np.array(found).T) if found else np.empty((count, 0))
             rest = np.linalg.qr(known, "complete")[0][:, known.shape[1] :]
             left = rest.T @ self.shadow
-            w = rest @ left[:, np.argmax(np.linalg.norm(left, axis=0) / self.cost)]
+            w = rest @ left[:, first_largest(np.linalg.norm(left, axis=0) / self.cost)]
             w /= np.linalg.norm(w)
             few = self.sparse(w)
             if few is None or not self._new(found, few):

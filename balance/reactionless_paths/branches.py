@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from balance.motion_tolerances import CONE_DOUBLE_ROOT, CONE_RESIDUAL, MOMENTUM_NULL
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton
+from kinematics.linalg.ties import first_largest
 from kinematics.linalg.vectors import distinct_vectors
 
 __all__ = ["Tangents", "leading_directions", "null_basis", "tangent_directions"]
@@ -84,7 +85,7 @@ def leading_directions(N: Array) -> Array:
     leaders: list[int] = []
     for _ in range(k):
         sizes = np.linalg.norm(left, axis=1)
-        lead = int(np.argmax(sizes))
+        lead = first_largest(sizes)
         leaders.append(lead)
         row = left[lead] / sizes[lead]
         left = left - np.outer(left @ row, row)
@@ -167,7 +168,7 @@ def _lines_of_many(Q: Array, k: int) -> Array:
         found = gauss_newton(equations, start, LeastNorm(1e-8, 0.5), solved, failed, 40)
         if found.solved:
             v = found.last.x / np.linalg.norm(found.last.x)
-            lines.append(v * np.sign(v[np.argmax(np.abs(v))]))
+            lines.append(v * np.sign(v[first_largest(np.abs(v))]))
     first = distinct_vectors(
         lines, lambda some, v: np.abs(some - v).max(axis=1) <= CONE_DOUBLE_ROOT
     )

@@ -39,6 +39,7 @@ from balance.synthesis.rr_chain import (
 )
 from balance.synthesis.three_positions import default_window
 from kinematics.errors import UsageError
+from kinematics.linalg.ties import rank_least_first
 
 __all__ = ["KINDS", "SynthesisRequest", "synthesize"]
 
@@ -239,7 +240,8 @@ def _choose(
     request: SynthesisRequest, designs: Sequence[BalancedPantograph], found: object, words: str
 ) -> Synthesis:
     """Confirm the best designs: without defects, and with short first links."""
-    ranked = sorted(designs, key=lambda one: (len(list_defects(one)), one.chain.length))
+    ranks = rank_least_first([one.chain.length for one in designs])
+    ranked = sorted((designs[k] for k in ranks), key=lambda one: len(list_defects(one)))
     mechanisms = tuple(_pantograph(one, None) for one in ranked[:MOST])
     remarks = [words]
     if request.masses is None:

@@ -18,7 +18,7 @@ from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import IntArray, freeze
 from kinematics.model.full_turns import unit_of_joint, wrap_turns
 from kinematics.model.linkage import Notice
-from kinematics.wording import count_noun, repr_lines, vector_text
+from kinematics.wording import count_noun, repr_lines, size_text, vector_text
 
 if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage
@@ -68,7 +68,8 @@ class Prediction:
         """One line: the displacements, and whether the pose was reached."""
         if self.corrected is None:
             return f"Prediction at {vector_text(self.u)}: not reached"
-        return f"Prediction at {vector_text(self.u)}: reached, true error {self.difference:.2g}"
+        error = size_text(self.difference or 0.0, ".2g")
+        return f"Prediction at {vector_text(self.u)}: reached, true error {error}"
 
 
 def predict(motion: TaylorMotion, y: ArrayLike) -> Prediction:

@@ -26,6 +26,8 @@ from balance.remedies.counter_rotations.rotor_sets import (
     decide_rotors,
 )
 from balance.spaces.design_space import DesignSpace
+from balance.tolerances import MASSES_EQUAL
+from kinematics.linalg.ties import rank_least_first
 from kinematics.wording import count_noun, repr_lines
 
 __all__ = [
@@ -152,7 +154,9 @@ def fewest_of(conditions: RotorConditions, progress: Progress | None = None) -> 
     verdict: Verdict = "undecided"
     if sure:
         verdict = "infeasible" if size is None else "feasible"
-    sets.sort(key=lambda one: (one.ratio, one.joints))
+    sets.sort(key=lambda one: one.joints)
+    ratios = [one.ratio for one in sets]
+    sets = [sets[k] for k in rank_least_first(ratios, relative=MASSES_EQUAL)]
     return FewestRotors(
         verdict, conditions.joints, size if sure else None, tuple(sets), minimal,
         tuple(found.certificates), conditions, _words(verdict, conditions, sets),

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import DENSITIES, Counterweight
 from balance.report.text.design import FORCE_ONLY, OTHER_WAYS
+from kinematics.wording import size_text
 
 __all__ = ["counterweight_rows", "counterweights_facts", "counterweights_text"]
 
@@ -50,7 +51,7 @@ def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
         added = f"{found.added_mass:.{DIGITS}g} kg, {share:.3g} times the given mass"
         if share > MUCH_ADDED:
             added += " (--partial --pareto 10 weighs mass against shaking)"
-        pairs += [("added", added), ("residual", f"{found.residual:.1e}")]
+        pairs += [("added", added), ("residual", size_text(found.residual or 0.0))]
     if found.check:
         pairs.append(("certificate", str(found.check)))
     most = MOST_ADDED * found.given_mass

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
+from kinematics.wording import size_text
 
 __all__ = ["FORCE_ONLY", "OTHER_WAYS", "body_rows", "design_facts", "design_text"]
 
@@ -64,7 +65,7 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     pairs.append(("limits", _region_text(design)))
     if design.residuals:
         named = [item for item in design.residuals._asdict().items() if item[0] != "accepted"]
-        pairs.append(("residuals", ", ".join(f"{name} {x:.1e}" for name, x in named)))
+        pairs.append(("residuals", ", ".join(f"{name} {size_text(x)}" for name, x in named)))
     return pairs
 
 

@@ -14,6 +14,7 @@ from balance.flexible.simulate import FlexibleMotion
 from balance.flexible.support_points import STATIC_POINT, SupportPoints
 from balance.flexible.supported_modes import SupportedModes
 from balance.flexible.translators import TranslatorMotion
+from kinematics.wording import size_text
 
 __all__ = [
     "flexible_motion_facts", "flexible_motion_text", "free_modes_text", "similarity_text",
@@ -61,7 +62,7 @@ def supports_text(found: SupportPoints) -> str:
     modes = ", ".join(map(str, found.modes)) or "none"
     facts = [
         ("balanced", f"symmetric modes {modes}, and all antisymmetric ones"),
-        ("residual", f"{found.residual:.1e}"),
+        ("residual", size_text(found.residual)),
         ("hinge", f"ξ = ±{found.hinge:.9f}"),
         ("static", f"two points at ξ = ±{STATIC_POINT:.9f} for a uniform load"),
     ]
@@ -126,7 +127,7 @@ def _translator_facts(found: TranslatorMotion) -> list[tuple[str, str]]:
          "less than without counter-translator"),
         ("shaking moment", f"{found.pair.peak_moment:.4g} N m at most, about the middle "
          "between the hubs"),
-        ("energy", f"drifts by {found.pair.energy_drift:.1e} of the largest"),
+        ("energy", f"drifts by {size_text(found.pair.energy_drift)} of the largest"),
     ]  # fmt: skip
 
 
@@ -153,7 +154,7 @@ def flexible_motion_facts(
         pairs.append((name, f"beam of {model.part.length:.4g} m and {model.mesh.beam.mass:.4g} "
                       f"kg, {len(model.mesh.nodes) - 1} elements, {model.part.size} modes: "
                       f"bends by {peak:.3g} m at most"))  # fmt: skip
-    pairs.append(("energy", f"drifts by {motion.energy_drift:.1e} of the largest"))
+    pairs.append(("energy", f"drifts by {size_text(motion.energy_drift)} of the largest"))
     pairs.append(("integrator", f"{motion.method}, {motion.steps} steps"))
     return pairs
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING
 
+from kinematics.wording import size_text
+
 if TYPE_CHECKING:
     from balance.decoupled.decoupling import Decoupling
     from balance.dynamic_equivalence.pure_inertia import PureInertia
@@ -52,12 +54,12 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     if space.idle:
         lines.append(("idle joints", ", ".join(space.idle)))
     given = space.as_given
-    residual = "" if given.residual is None else f" (residual {given.residual:.1e})"
+    residual = "" if given.residual is None else f" (residual {size_text(given.residual)})"
     return [
         *lines,
         ("conditions", f"{space.rank}, {_completeness(space)}"),
         ("design space", f"{space.nullity} of {count} dimensions: {_parts_text(space)}"),
-        ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
+        ("gap", f"{space.kept:.1e} kept, {size_text(space.dropped)} dropped (singular values)"),
         *([("near-special", _distance_text(change))] if change < inf else []),
         ("certainty", space.assurance),
         *(("in doubt", doubt) for doubt in space.doubts),
@@ -145,7 +147,7 @@ def decoupling_facts(found: Decoupling) -> list[tuple[str, str]]:
     Args:
         found: result of `balance.decoupling`.
     """
-    residual = "" if found.residual is None else f" (residual {found.residual:.1e})"
+    residual = "" if found.residual is None else f" (residual {size_text(found.residual)})"
     ranks = " ".join(str(order.rank) for order in found.orders)
     return [
         ("as given", f"{found.words}{residual}"),

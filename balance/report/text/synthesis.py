@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
+from kinematics.wording import size_text
 
 __all__ = ["mechanism_rows", "synthesis_facts", "synthesis_text"]
 
@@ -65,12 +66,12 @@ def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
     pivots = "  ".join(f"{name} ({z.real:.5g}, {z.imag:.5g})" for name, z in one.pivots.items())
     turns = ", ".join(f"{math.degrees(turn):.5g}" for turn in one.link_turns[1:])
     sizes = (
-        NONE if value is None else f"{value:.1e}"
+        NONE if value is None else size_text(value)
         for value in (one.confirmation.momentum, one.confirmation.shaking)
     )
     defects = "; ".join(f"{each.kind}: {each.words}" for each in one.defects) or "none"
     space = one.confirmation.space or one.confirmation.reason
-    return (one.kind, pivots, turns, f"{one.position_error:.1e}", *sizes, space, defects)
+    return (one.kind, pivots, turns, size_text(one.position_error), *sizes, space, defects)
 
 
 def synthesis_text(found: Synthesis) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, isfinite, log10
+from math import ceil, inf, isfinite, isnan, log10
 from textwrap import shorten
 from typing import NamedTuple
 
@@ -29,6 +29,9 @@ MAX_NAMES = 6
 MAX_LINES = 6
 # Most characters of a line.
 WIDTH = 96
+# Part of the floor of a size up to which it is written as a bound: not 1, for floors and scales
+# are powers of ten.
+NEAR_FLOOR = 0.95
 # Most rows of a table in a notebook.
 HTML_ROWS = 12
 
@@ -46,22 +49,23 @@ def size_text(
 ) -> str:
     """Write a size, or a bound where round-off decides it: ``2.5e-07``, ``below 1e-12``.
 
-    A bound is the power of ten above ``1.05 floor scale``. The factor keeps it from depending
-    on the last bits of a scale that is itself a power of ten.
+    A bound is the power of ten from ``0.95 floor scale`` up: a scale that is itself a power of
+    ten, up to its last bits, has one bound.
 
     Args:
-        size: the size, not negative; infinite and undefined numbers are written as they are.
+        size: the size; one that is undefined is written as it is.
         form: format of a number that is determined.
         scale: what the size is to be compared with, in its own unit.
         floor: part of the scale up to which round-off decides the size. Sizes above
             ``scale / floor`` are quotients of it, and written as ``above 1e+12``.
     """
-    if not isfinite(size) or not 0.0 < scale < float("inf"):
+    if isnan(size) or size == -inf or not 0.0 < scale < inf:
         return f"{size:{form}}"
-    if abs(size) <= floor * scale:
-        return f"below {10.0 ** ceil(log10(1.05 * floor * scale)):.0e}"
-    if abs(size) >= scale / floor:
-        return f"above {10.0 ** -ceil(log10(1.05 * floor / scale)):.0e}"
+    least, most = NEAR_FLOOR * floor * scale, scale / (NEAR_FLOOR * floor)
+    if abs(size) <= least:
+        return f"below {10.0 ** ceil(log10(least)):.0e}"
+    if abs(size) >= most:
+        return f"above {10.0 ** -ceil(-log10(most)):.0e}"
     return f"{size:{form}}"
 
 

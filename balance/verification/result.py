@@ -189,7 +189,12 @@ class Verification:
         return self.scale if part == "force" else self.scale * self.length
 
     def load_text(self, part: str, load: float) -> str:
-        """Write a shaking ``"force"`` or ``"moment"`` with its unit; round-off as a bound."""
+        """Write a shaking ``"force"`` or ``"moment"`` with its unit; round-off as a bound.
+
+        Args:
+            part: ``"force"`` or ``"moment"``.
+            load: its size, N or N m.
+        """
         unit = "N" if part == "force" else "N m"
         return f"{size_text(load, '.3g', self.part_scale(part))} {unit}"
 

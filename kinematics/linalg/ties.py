@@ -45,7 +45,14 @@ def first_largest(values: ArrayLike, size: float = 0.0, relative: float = TIE_RE
 
 
 def first_least(values: ArrayLike, size: float = 0.0, relative: float = TIE_RELATIVE) -> int:
-    """Return the index of the first number that equals the least one; see `first_largest`."""
+    """Return the index of the first number that equals the least one; see `first_largest`.
+
+    Args:
+        values: numbers (n,), at least one.
+        size: what the numbers are to be compared with, if they may all be round-off.
+        relative: difference over the largest absolute value, or over the size if that is
+            larger, up to which numbers are equal.
+    """
     return first_largest(-np.asarray(values, dtype=np.float64), size, relative)
 
 

@@ -22,6 +22,7 @@ __all__ = [
     "comparison_facts",
     "decoupling_facts",
     "explanation_sections",
+    "gap_text",
     "inertia_sections",
     "report_facts",
     "report_for_terminal",
@@ -59,12 +60,22 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
         *lines,
         ("conditions", f"{space.rank}, {_completeness(space)}"),
         ("design space", f"{space.nullity} of {count} dimensions: {_parts_text(space)}"),
-        ("gap", f"{space.kept:.1e} kept, {size_text(space.dropped)} dropped (singular values)"),
+        ("gap", gap_text(space.kept, space.dropped)),
         *([("near-special", _distance_text(change))] if change < inf else []),
         ("certainty", space.assurance),
         *(("in doubt", doubt) for doubt in space.doubts),
         ("as given", f"{given.verdict}{residual}"),
     ]
+
+
+def gap_text(kept: float, dropped: float) -> str:
+    """Describe the gap between singular values that count and those that do not.
+
+    Args:
+        kept: the smallest that counts, relative to the largest.
+        dropped: bound of the largest that does not.
+    """
+    return f"{kept:.1e} kept, {size_text(dropped)} dropped (singular values)"
 
 
 def _distance_text(change: float) -> str:

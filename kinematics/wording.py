@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, inf, isfinite, isnan, log10
+from math import ceil, inf, isnan, log10
 from textwrap import shorten
 from typing import NamedTuple
 
@@ -20,6 +20,7 @@ __all__ = [
     "number_text",
     "repr_lines",
     "size_text",
+    "ten_digits",
     "vector_text",
 ]
 
@@ -69,13 +70,21 @@ def size_text(
     return f"{size:{form}}"
 
 
+def ten_digits(value: float) -> float:
+    """Round a computed number to ten significant digits, the last of which still hold.
+
+    Rounded once more to those of a format, halves such as 0.12345 are written alike whether
+    computed from above or from below.
+    """
+    return float(f"{value:.{NUMBER_DETERMINED}g}") + 0.0
+
+
 def number_text(
     value: float, form: str = ".4g", scale: float = 0.0, floor: float = SIZE_DETERMINED
 ) -> str:
     """Write a computed number so that its last bits do not decide a digit: ``0.125``, ``0``.
 
-    The number is rounded to ten digits before it is rounded to those of the format: halves
-    such as 0.12345 are rounded alike whether computed from above or from below.
+    See `ten_digits`.
 
     Args:
         value: the number.
@@ -83,11 +92,7 @@ def number_text(
         scale: a size in the unit of the number.
         floor: part of the scale up to which a number is round-off, and written as 0.
     """
-    if not isfinite(value):
-        return f"{value:{form}}"
-    if abs(value) <= floor * scale:
-        value = 0.0
-    return f"{float(f'{value:.{NUMBER_DETERMINED}g}') + 0.0:{form}}"
+    return f"{0.0 if abs(value) <= floor * scale else ten_digits(value):{form}}"
 
 
 def count_noun(number: int, noun: str) -> str:

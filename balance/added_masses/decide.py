@@ -38,6 +38,7 @@ from balance.tolerances import (
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import from_pseudo_inertia
+from kinematics.wording import ten_digits
 
 __all__ = ["balance_residual", "decide"]
 
@@ -131,7 +132,8 @@ def _balanced(
     return replace(
         blank, verdict="feasible", value=value, z=freeze(z), residual=residual,
         weights=weights, gap=max(0.0, priced - bound) / priced if priced > 0.0 else 0.0,
-        words=f"feasible: {total:.4g} kg added to {blank.given_mass:.4g} kg balance it",
+        words=f"feasible: {ten_digits(total):.4g} kg added to "
+              f"{ten_digits(blank.given_mass):.4g} kg balance it",
     )  # fmt: skip
 
 

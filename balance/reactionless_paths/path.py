@@ -18,7 +18,7 @@ from kinematics.closure.newton import forward_kinematics
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import size_text
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["ReactionlessPath", "path_table", "sample_path", "timed_path"]
 
@@ -65,8 +65,9 @@ class ReactionlessPath:
     def __repr__(self) -> str:
         """One line: its extent, and the largest momentum."""
         return (
-            f"ReactionlessPath through pose {self.start + 1}: s from {self.s[0]:.4g} to "
-            f"{self.s[-1]:.4g}, momentum {self.residual_text} of the bodies' own"
+            f"ReactionlessPath through pose {self.start + 1}: s from "
+            f"{ten_digits(self.s[0]):.4g} to "
+            f"{ten_digits(self.s[-1]):.4g}, momentum {self.residual_text} of the bodies' own"
         )
 
     @property

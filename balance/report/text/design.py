@@ -13,9 +13,17 @@ from numpy.typing import NDArray
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
-from kinematics.wording import size_text
+from kinematics.linalg.ties import round_clear
+from kinematics.wording import size_text, ten_digits
 
-__all__ = ["FORCE_ONLY", "OTHER_WAYS", "body_rows", "design_facts", "design_text"]
+__all__ = [
+    "FORCE_ONLY",
+    "OTHER_WAYS",
+    "body_rows",
+    "design_facts",
+    "design_text",
+    "vector_digits",
+]
 
 Array = NDArray[np.float64]
 
@@ -52,7 +60,7 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     pairs += [("design space", size), ("verdict", design.words)]
     pairs += _what_else(design)
     if design.minimise:
-        value = "" if design.value is None else f": {design.value:.{DIGITS}g}"
+        value = "" if design.value is None else f": {ten_digits(design.value):.{DIGITS}g}"
         unit = _unit(design) if value else ""
         pairs.append(("minimised", f"{design.minimise}{value}{unit}"))
     if design.floor:
@@ -105,7 +113,8 @@ def _floor_text(design: Design) -> str:
     assert design.floor is not None
     mass, moment = design.floor
     text = (
-        f"each link at least {mass:.3g} kg, with second moments of at least {moment:.3g} kg m²"
+        f"each link at least {ten_digits(mass):.3g} kg, with second moments of at least "
+        f"{ten_digits(moment):.3g} kg m²"
     )
     if design.keep or any(low > 0.0 for low, _ in design.bounds.values()):
         return text
@@ -136,7 +145,9 @@ def _unit(design: Design) -> str:
         if joint.kind == "prismatic" and joint.name in {*space.inputs} - {*space.idle}
     ]
     if design.minimise == "rotor" and slides:
-        return f"{unit}, {', '.join(slides)} in lengths of {space.length:.{DIGITS}g} m"
+        return (
+            f"{unit}, {', '.join(slides)} in lengths of {ten_digits(space.length):.{DIGITS}g} m"
+        )
     return unit
 
 
@@ -149,14 +160,18 @@ def _mass_range(low: float, high: float) -> str:
 
 def _row(body: BodyInertia) -> tuple[str, ...]:
     """Build the row of one body, with principal moments about its centre of mass."""
-    com = "" if body.link_com is None else _vector(body.link_com)
+    com = "" if body.link_com is None else vector_digits(body.link_com)
     inertia = body.link_inertia
-    moments = "" if inertia is None else _vector(np.asarray(np.linalg.eigvalsh(inertia)))
-    return body.name, f"{body.mass:.{DIGITS}g}", com, moments
+    moments = "" if inertia is None else vector_digits(np.asarray(np.linalg.eigvalsh(inertia)))
+    return body.name, f"{ten_digits(body.mass):.{DIGITS}g}", com, moments
 
 
-def _vector(vector: Array) -> str:
-    """Format numbers to the last decimal place of the largest one."""
-    largest = float(np.abs(vector).max())
+def vector_digits(vector: Array) -> str:
+    """Format numbers to the last decimal place of the largest one.
+
+    Args:
+        vector: the numbers (n,).
+    """
+    largest = ten_digits(float(np.abs(vector).max()))
     place = DIGITS - 1 - int(np.floor(np.log10(largest))) if largest else 0
-    return ", ".join(f"{x + 0.0:.{DIGITS}g}" for x in np.round(vector, place))
+    return ", ".join(f"{x + 0.0:.{DIGITS}g}" for x in round_clear(vector, place).tolist())

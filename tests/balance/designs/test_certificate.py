@@ -35,8 +35,8 @@ def test_certificates_are_sharp(model):
 
 
 def test_a_singular_system_of_conditions_ends_the_refinement():
-    """Two equal conditions among twenty: their diagonal term is lost in round-off."""
-    blocks = np.zeros((1, 20, 2, 2))
+    """Two equal conditions among forty: their diagonal term is lost in round-off."""
+    blocks = np.zeros((1, 40, 2, 2))
     blocks[0, :2] = np.diag([1.0, -0.5])
     refined = list(refine_matrices(blocks, np.eye(2)[None]))
     assert len(refined) == len(CERTIFICATE_RANK_RELATIVE)

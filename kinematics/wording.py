@@ -37,11 +37,19 @@ NEAR_FLOOR = 0.95
 HTML_ROWS = 12
 
 
-def check_summary(found: NamedTuple) -> str:
-    """Summarise the result of a check in a line: ``Check: accepted, error 1.2e-13``."""
+def check_summary(found: NamedTuple, **floors: float) -> str:
+    """Summarise the result of a check in a line: ``Check: accepted, error below 1e-12``.
+
+    Args:
+        found: the result, its verdict first.
+        floors: for fields by name, the floor of `size_text` if it is another one.
+    """
     (name, verdict), *rest = found._asdict().items()
     word = name if verdict else f"not {name}"
-    facts = (f"{label} {size_text(x, '.2g')}" for label, x in rest)
+    facts = (
+        f"{label} {size_text(x, '.2g', floor=floors.get(label, SIZE_DETERMINED))}"
+        for label, x in rest
+    )
     return ", ".join([f"{type(found).__name__}: {word}", *facts])
 
 

@@ -28,7 +28,7 @@ from balance.verification.trajectory import Trajectory
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import ten_digits
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["pareto", "partial", "single"]
 
@@ -221,7 +221,7 @@ def _result(
     weights = _weights(problem, best.s)
     share = best.value / (given.objective or 1.0)
     mass = sum(one.mass for one in weights)
-    what = f"{ten_digits(share):.3g} of the {problem.objective} in the file"
+    what = f"{size_text(share, '.3g', floor=SHAKING_GAP_PROVED)} of the {problem.objective} in the file"
     if problem.program.balanced and not weights:
         text = "optimal: the masses in the file are balanced, and nothing is added"
         verdict: Literal["optimal", "undecided"] = "optimal"

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinematics.tolerances import TIE_RELATIVE
 
 __all__ = [
+    "first_basis",
     "first_direction",
     "first_largest",
     "first_least",
@@ -89,6 +90,21 @@ def first_direction(rows: Array) -> Array:
     shares = np.linalg.norm(rows, axis=0)
     vector = rows[:, first_largest(shares)] @ rows
     return np.asarray(vector / np.linalg.norm(vector), np.float64)
+
+
+def first_basis(rows: Array) -> Array:
+    """Compute orthonormal rows (k, n) that span those of orthonormal rows (k, n).
+
+    Each is the `first_direction` of what the rows before it leave. They depend on the span
+    alone, while those of a decomposition turn with the last bits if values are equal.
+    """
+    rest, basis = rows, np.empty((0, rows.shape[1]))
+    while len(basis) < len(rows):
+        direction = first_direction(rest)
+        basis = np.vstack([basis, direction])
+        rest = rest - np.outer(rest @ direction, direction)
+        rest = np.linalg.svd(rest, full_matrices=False)[2][: len(rows) - len(basis)]
+    return basis
 
 
 def round_clear(values: ArrayLike, decimals: int) -> Array:

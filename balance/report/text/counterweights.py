@@ -19,7 +19,7 @@ __all__ = ["counterweight_rows", "counterweights_facts", "counterweights_text"]
 
 UNITS = {"mass": "kg", "inertia": "kg m²", "rotor": "kg m²"}
 CUBIC_CENTIMETRES = 1e6
-DIGITS = 6
+DIGITS = 5
 # Added mass, over the given mass, above which partial balance is named, and above which a
 # change of the request is no help.
 MUCH_ADDED = 3.0
@@ -79,7 +79,7 @@ def counterweight_rows(weights: Sequence[Counterweight]) -> list[tuple[str, ...]
     for weight in weights:
         parts = [(lump.mass, lump.position) for lump in weight.lumps]
         for mass, position in parts or [(weight.mass, weight.com)]:
-            place = vector_digits(position)
+            place = vector_digits(position, DIGITS)
             volumes = (
                 f"{ten_digits(CUBIC_CENTIMETRES * mass / density):.4g}"
                 for density in DENSITIES.values()
@@ -106,7 +106,7 @@ def counterweights_text(found: Counterweights) -> str:
     for weight in found.weights:
         if not weight.lumps:
             entries = [weight.inertia[i, j] for i, j in _ENTRIES]
-            moments = vector_digits(np.array(entries))
+            moments = vector_digits(np.array(entries), DIGITS)
             lines.append(f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
                          f"{moments} kg m²")  # fmt: skip
     return "\n".join(lines)

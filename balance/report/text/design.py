@@ -42,8 +42,11 @@ NEAR_SPECIAL_TEXT = (
     "to first order, a change of the geometry by {:.1e} of the size enlarges the design space: "
     "were coordinates rounded?"
 )
-# Digits of masses, and of the largest component of a vector.
-DIGITS = 6
+# Digits of masses, and of the largest component of a vector: the conic solver finds an optimum
+# to about six, and those of other processors may differ in the last of them.
+DIGITS = 4
+# Digits of moments of inertia: objectives determine them less well than masses.
+MOMENT_DIGITS = 2
 
 
 def design_facts(design: Design) -> list[tuple[str, str]]:
@@ -162,16 +165,19 @@ def _row(body: BodyInertia) -> tuple[str, ...]:
     """Build the row of one body, with principal moments about its centre of mass."""
     com = "" if body.link_com is None else vector_digits(body.link_com)
     inertia = body.link_inertia
-    moments = "" if inertia is None else vector_digits(np.asarray(np.linalg.eigvalsh(inertia)))
+    moments = (
+        "" if inertia is None else vector_digits(np.linalg.eigvalsh(inertia), MOMENT_DIGITS)
+    )
     return body.name, f"{ten_digits(body.mass):.{DIGITS}g}", com, moments
 
 
-def vector_digits(vector: Array) -> str:
+def vector_digits(vector: Array, digits: int = DIGITS) -> str:
     """Format numbers to the last decimal place of the largest one.
 
     Args:
         vector: the numbers (n,).
+        digits: significant digits of the largest one.
     """
     largest = ten_digits(float(np.abs(vector).max()))
-    place = DIGITS - 1 - int(np.floor(np.log10(largest))) if largest else 0
-    return ", ".join(f"{x + 0.0:.{DIGITS}g}" for x in round_clear(vector, place).tolist())
+    place = digits - 1 - int(np.floor(np.log10(largest))) if largest else 0
+    return ", ".join(f"{x + 0.0:.{digits}g}" for x in round_clear(vector, place).tolist())

@@ -10,11 +10,12 @@ from math import inf
 
 from balance.partial_balance.results import ParetoFront, PartialBalance
 from balance.report.text.counterweights import counterweight_rows
-from kinematics.wording import ten_digits
+from balance.tolerances import SHAKING_GAP_PROVED
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["front_rows", "partial_facts", "partial_text"]
 
-DIGITS = 6
+DIGITS = 4
 
 
 def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
@@ -41,12 +42,17 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
             pairs.append(
                 (
                     label,
-                    f"{ten_digits(before):.4g} {unit} before, {ten_digits(after):.4g} {unit} "
+                    f"{ten_digits(before):.4g} {unit} before, {_rest(after, before)} {unit} "
                     "after (rms)",
                 )
             )
         pairs += _drives(best)
     return pairs
+
+
+def _rest(after: float, before: float) -> str:
+    """Write what is left of a load, as a bound if it is less than the solver's accuracy."""
+    return size_text(after, f".{DIGITS}g", before, SHAKING_GAP_PROVED)
 
 
 def _drives(best: PartialBalance) -> list[tuple[str, str]]:
@@ -81,11 +87,13 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
                 (f"{ten_digits(one.budget):.{DIGITS}g}", "-", "-", "-", "-", one.verdict)
             )
             continue
-        numbers = (
-            one.mass, one.found.objective, one.found.force, one.found.moment,
-            max(one.found.torque.values(), default=0.0),
-        )  # fmt: skip
-        rows.append((*(f"{ten_digits(x):.{DIGITS}g}" for x in numbers), one.verdict))
+        given, torque = one.given, max(one.found.torque.values(), default=0.0)
+        loads = (
+            _rest(getattr(one.found, name), getattr(given, name))
+            for name in ("objective", "force", "moment")
+        )
+        mass, torque_text = (f"{ten_digits(x):.{DIGITS}g}" for x in (one.mass, torque))
+        rows.append((mass, *loads, torque_text, one.verdict))
     return rows
 
 

@@ -221,7 +221,8 @@ def _result(
     weights = _weights(problem, best.s)
     share = best.value / (given.objective or 1.0)
     mass = sum(one.mass for one in weights)
-    what = f"{size_text(share, '.3g', floor=SHAKING_GAP_PROVED)} of the {problem.objective} in the file"
+    left_over = size_text(share, ".3g", floor=SHAKING_GAP_PROVED)
+    what = f"{left_over} of the {problem.objective} in the file"
     if problem.program.balanced and not weights:
         text = "optimal: the masses in the file are balanced, and nothing is added"
         verdict: Literal["optimal", "undecided"] = "optimal"

@@ -166,7 +166,9 @@ def _row(body: BodyInertia) -> tuple[str, ...]:
     com = "" if body.link_com is None else vector_digits(body.link_com)
     inertia = body.link_inertia
     moments = (
-        "" if inertia is None else vector_digits(np.linalg.eigvalsh(inertia), MOMENT_DIGITS)
+        ""
+        if inertia is None
+        else vector_digits(np.asarray(np.linalg.eigvalsh(inertia)), MOMENT_DIGITS)
     )
     return body.name, f"{ten_digits(body.mass):.{DIGITS}g}", com, moments
 

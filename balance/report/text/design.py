@@ -63,7 +63,7 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     pairs += [("design space", size), ("verdict", design.words)]
     pairs += _what_else(design)
     if design.minimise:
-        value = "" if design.value is None else f": {ten_digits(design.value):.{DIGITS}g}"
+        value = "" if design.value is None else f": {_objective_text(design.value)}"
         unit = _unit(design) if value else ""
         pairs.append(("minimised", f"{design.minimise}{value}{unit}"))
     if design.floor:
@@ -136,6 +136,11 @@ def _region_text(design: Design) -> str:
         f"the mass of each link within {design.within:g} lengths of the link from the middle "
         f"of its joints{flat} (--anywhere lifts this)"
     )
+
+
+def _objective_text(value: float) -> str:
+    """Write the value of an objective; a change that is round-off as a bound."""
+    return size_text(value, f".{DIGITS}g")
 
 
 def _unit(design: Design) -> str:

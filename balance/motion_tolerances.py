@@ -10,8 +10,10 @@ __all__ = [
     "AGREEMENT_RELATIVE", "BASE_AT_REST_RELATIVE", "BASE_DRIFT_RELATIVE", "BASE_STEP_RELATIVE",
     "CONDITIONING_LEAST", "CONDITIONING_NOTICE", "CONDITIONING_SINGULAR", "CONE_DOUBLE_ROOT",
     "CONE_RESIDUAL", "CRANK_ADVANCE", "FREQUENCY_ZERO", "INPUT_RANGE_RELATIVE",
+    "INTEGRAL_DETERMINED",
     "JOINT_RATE_RATIO", "LINE_END_RELATIVE", "LOCAL_CURVE_RESIDUAL", "LOCAL_CURVE_STEP",
-    "MASS_MATRIX_SINGULAR", "MOMENTS_EQUAL", "MOMENTUM_NULL", "MOTION_RETURN", "ON_LOCAL_CURVE",
+    "MASS_MATRIX_SINGULAR", "MODE_PEAKS_EQUAL", "MOMENTS_EQUAL", "MOMENTUM_NULL",
+    "MOTION_RETURN", "ON_LOCAL_CURVE",
     "PATH_CONDITIONING", "PATH_EDGE_RATE", "PATH_MOMENTUM", "PATH_STEP_ERROR",
     "RATE_RESIDUAL_RELATIVE", "RELATION_RESIDUAL", "REVOLUTION_RETURN", "SHAKING_RELATIVE",
     "SWEEP_BRANCH_DISTANCE", "SWEEP_CLOSED", "SWEEP_DAMPING", "SWEEP_FREE_DAMPING",
@@ -102,6 +104,15 @@ BASE_DRIFT_RELATIVE = 1e-9
 MASS_MATRIX_SINGULAR = 1e-12
 # Square of a natural frequency that counts as zero, relative to the largest one.
 FREQUENCY_ZERO = 1e-12
+
+# Sizes along an integrated motion, relative to what they are compared with, up to which the
+# steps of the integration and round-off decide them: they are written as bounds.
+INTEGRAL_DETERMINED = 1e-9
+
+# --- flexible
+
+# Difference of the peaks of a mode, relative to them, up to which the first gives its sign.
+MODE_PEAKS_EQUAL = 1e-6
 
 # --- synthesis
 

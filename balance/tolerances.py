@@ -21,6 +21,7 @@ __all__ = [
     "KEPT_CLEARLY", "KNOWN_RANK_RELATIVE", "LEAST_SHAKING_GAP", "LENGTH_ROUND_OFF",
     "LENGTH_SHORT", "LINES_MEET", "LINES_PARALLEL_SINE", "LINK_LENGTH_ZERO", "LUMP_FIT",
     "LUMP_MASS_ZERO", "LUMP_ON_SURFACE", "LUMP_RESIDUAL", "LUMP_SHARE_LEAST", "LUMP_SPREAD",
+    "MASSES_EQUAL",
     "MASS_EXCLUDED", "MASS_LEFT_RELATIVE", "MASS_MULTIPLIER_RELATIVE", "MASS_ROUND_OFF",
     "MOMENTUM_RESIDUAL", "MOMENTUM_RESIDUAL_CLEAR", "MOMENTUM_RESIDUAL_ILL_CONDITIONED",
     "MOMENT_ROUND_OFF", "MOTION_JOINS", "NEWTON_DECREMENT_LEAST", "NEWTON_DECREMENT_STALLED",
@@ -216,6 +217,9 @@ LINK_LENGTH_ZERO = 1e-3
 # Distances that count as equal where a smallest ball is sought, in characteristic lengths:
 # round-off.
 BALL_DISTANCE_EQUAL = 1e-12
+# Difference of masses, or of lengths of a design, relative to them, up to which they are equal
+# where designs are compared: well above the accuracy of the conic solver.
+MASSES_EQUAL = 1e-6
 # Smallest eigenvalue of a pseudo-inertia that counts as zero, relative to its trace: below it
 # the inverse has no correct digit.
 PSEUDO_INERTIA_SINGULAR = 1e-12

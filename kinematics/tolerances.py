@@ -49,6 +49,7 @@ __all__ = [
     "MAX_TRIED_AXIS_CHANGE",
     "MEETING_AXES_COORDINATE",
     "MEETING_AXES_SIZE",
+    "MOTION_EQUAL",
     "NAMED_POSITION",
     "NEARLY_CLOSING_STEP_RELATIVE",
     "NEARBY_MOTION_RELATIVE",
@@ -60,6 +61,7 @@ __all__ = [
     "NEWTON_DIVERGED",
     "NEWTON_ROUND_OFF",
     "NEWTON_STALL_RESIDUAL",
+    "NUMBER_DETERMINED",
     "ORTHONORMAL_ROUND_OFF",
     "OTHER_MOTION_RELATIVE",
     "OTHER_POSE_DISTANCE",
@@ -80,7 +82,9 @@ __all__ = [
     "SCREW_PART_RELATIVE",
     "SERIES_RESIDUAL",
     "SINGULAR_CONDITIONING",
+    "SIZE_DETERMINED",
     "STANDSTILL_RELATIVE",
+    "TIE_RELATIVE",
     "UNIT_AXIS_SQUARED_LENGTH",
     "UNIVERSAL_AXES_PARALLEL_SINE",
     "UNMOVED_DISTANCE",
@@ -89,7 +93,12 @@ __all__ = [
 
 # --- wording
 # Components of a vector below this part of the largest are written as 0; dimensionless.
-WRITTEN_AS_ZERO = 1e-12
+WRITTEN_AS_ZERO = 1e-10
+# Sizes relative to their scale up to which round-off decides them: they are written as bounds.
+# Sums over some hundred terms of double precision stay three decades below.
+SIZE_DETERMINED = 1e-12
+# Significant digits of a computed number that round-off leaves.
+NUMBER_DETERMINED = 10
 
 # --- linalg
 # Pivots and singular values of a regressor that are zero, relative to the largest one.
@@ -108,6 +117,10 @@ ELIMINATION_ROUND_OFF = 2.0**-46
 ORTHONORMAL_ROUND_OFF = 2.0**-48
 # Relative round-off of a decimal that was printed from double precision: 15 digits.
 DECIMAL_ROUND_OFF = Fraction(1, 10**15)
+
+# Difference of numbers, relative to the largest, up to which they are equal where one of them
+# is chosen: the first one is.
+TIE_RELATIVE = 1e-9
 
 # --- spatial
 # Part of a screw along or across its line that counts as zero, relative to its moment: a few
@@ -200,6 +213,9 @@ NEAR_MOTION = 0.1
 # the two differ; and how much more motion than that counts as nearby.
 OTHER_MOTION_RELATIVE = 0.5
 NEARBY_MOTION_RELATIVE = 2.0
+# Difference of two motions that close loops, relative to them, up to which they are as far:
+# the search for the nearest pose ends at about 1e-6.
+MOTION_EQUAL = 1e-5
 # Motion of joints (chain units) in closing loops that is not worth a notice: round-off.
 UNMOVED_DISTANCE = 1e-9
 # Motion of a joint (chain units) by which a pose is another than the reference pose.

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import ceil, inf, isnan, log10
 from textwrap import shorten
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinematics.tolerances import WRITTEN_AS_ZERO
+from kinematics.tolerances import NUMBER_DETERMINED, SIZE_DETERMINED, WRITTEN_AS_ZERO
 
 __all__ = [
     "check_summary",
     "count_noun",
     "first_names",
     "html_facts",
+    "number_text",
     "repr_lines",
+    "size_text",
+    "ten_digits",
     "vector_text",
 ]
 
@@ -26,15 +30,77 @@ MAX_NAMES = 6
 MAX_LINES = 6
 # Most characters of a line.
 WIDTH = 96
+# Part of the floor of a size up to which it is written as a bound: not 1, for floors and scales
+# are powers of ten.
+NEAR_FLOOR = 0.95
 # Most rows of a table in a notebook.
 HTML_ROWS = 12
 
 
-def check_summary(found: NamedTuple) -> str:
-    """Summarise the result of a check in a line: ``Check: accepted, error 1.2e-13``."""
+def check_summary(found: NamedTuple, **floors: float) -> str:
+    """Summarise the result of a check in a line: ``Check: accepted, error below 1e-12``.
+
+    Args:
+        found: the result, its verdict first.
+        floors: for fields by name, the floor of `size_text` if it is another one.
+    """
     (name, verdict), *rest = found._asdict().items()
     word = name if verdict else f"not {name}"
-    return ", ".join([f"{type(found).__name__}: {word}", *(f"{k} {x:.2g}" for k, x in rest)])
+    facts = (
+        f"{label} {size_text(x, '.2g', floor=floors.get(label, SIZE_DETERMINED))}"
+        for label, x in rest
+    )
+    return ", ".join([f"{type(found).__name__}: {word}", *facts])
+
+
+def size_text(
+    size: float, form: str = ".1e", scale: float = 1.0, floor: float = SIZE_DETERMINED
+) -> str:
+    """Write a size, or a bound where round-off decides it: ``2.5e-07``, ``below 1e-12``.
+
+    A bound is the power of ten from ``0.95 floor scale`` up: a scale that is itself a power of
+    ten, up to its last bits, has one bound.
+
+    Args:
+        size: the size; one that is undefined is written as it is.
+        form: format of a number that is determined.
+        scale: what the size is to be compared with, in its own unit.
+        floor: part of the scale up to which round-off decides the size. Sizes above
+            ``scale / floor`` are quotients of it, and written as ``above 1e+12``.
+    """
+    if isnan(size) or size == -inf or not 0.0 < scale < inf:
+        return f"{size:{form}}"
+    least, most = NEAR_FLOOR * floor * scale, scale / (NEAR_FLOOR * floor)
+    if abs(size) <= least:
+        return f"below {10.0 ** ceil(log10(least)):.0e}"
+    if abs(size) >= most:
+        return f"above {10.0 ** -ceil(-log10(most)):.0e}"
+    return f"{size:{form}}"
+
+
+def ten_digits(value: float) -> float:
+    """Round a computed number to ten significant digits, the last of which still hold.
+
+    Rounded once more to those of a format, halves such as 0.12345 are written alike whether
+    computed from above or from below.
+    """
+    return float(f"{value:.{NUMBER_DETERMINED}g}") + 0.0
+
+
+def number_text(
+    value: float, form: str = ".4g", scale: float = 0.0, floor: float = SIZE_DETERMINED
+) -> str:
+    """Write a computed number so that its last bits do not decide a digit: ``0.125``, ``0``.
+
+    See `ten_digits`.
+
+    Args:
+        value: the number.
+        form: its format.
+        scale: a size in the unit of the number.
+        floor: part of the scale up to which a number is round-off, and written as 0.
+    """
+    return f"{0.0 if abs(value) <= floor * scale else ten_digits(value):{form}}"
 
 
 def count_noun(number: int, noun: str) -> str:
@@ -59,7 +125,7 @@ def vector_text(x: ArrayLike) -> str:
     kept = np.where(
         np.abs(values) > WRITTEN_AS_ZERO * np.abs(values).max(initial=0.0), values, 0.0
     )
-    return f"({', '.join(f'{value:.4g}' for value in kept.tolist())})"
+    return f"({', '.join(map(number_text, kept.tolist()))})"
 
 
 def repr_lines(head: str, *lines: str) -> str:

@@ -14,7 +14,7 @@ from balance.added_masses.program import AddedObjective
 from balance.added_masses.regions import Region
 from balance.designs.feasibility import Verdict
 from balance.spaces.design_space import DesignSpace
-from kinematics.wording import html_facts, repr_lines
+from kinematics.wording import html_facts, repr_lines, ten_digits
 
 __all__ = ["COUNTERWEIGHTS_SCHEMA", "Counterweights", "Relaxation"]
 
@@ -42,10 +42,13 @@ class Relaxation:
     def words(self) -> str:
         """The change in words."""
         if self.factor is None:
-            return f"adding matter to '{self.link}' too would do ({self.mass:.4g} kg in all)"
+            return (
+                f"adding matter to '{self.link}' too would do "
+                f"({ten_digits(self.mass):.4g} kg in all)"
+            )
         return (
-            f"a region of '{self.link}' {self.factor:.4g} times as large would do "
-            f"({self.mass:.4g} kg in all)"
+            f"a region of '{self.link}' {ten_digits(self.factor):.4g} times as large would do "
+            f"({ten_digits(self.mass):.4g} kg in all)"
         )
 
 

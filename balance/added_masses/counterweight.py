@@ -13,7 +13,7 @@ from balance.added_masses.regions import Region
 from balance.inertial_parameters.conversions import mass_properties
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import from_pseudo_inertia
-from kinematics.wording import count_noun, vector_text
+from kinematics.wording import count_noun, ten_digits, vector_text
 
 __all__ = ["DENSITIES", "MOST_LUMPS", "Counterweight", "Lump", "counterweight_of"]
 
@@ -70,7 +70,10 @@ class Counterweight:
         """The counterweight in one line."""
         what = "one body" if not self.lumps else count_noun(len(self.lumps), "lump")
         where = vector_text(self.com)
-        return f"{self.link}: {self.mass:.4g} kg at {where} m in its link frame, {what}"
+        return (
+            f"{self.link}: {ten_digits(self.mass):.4g} kg at {where} m in its link "
+            f"frame, {what}"
+        )
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data for JSON."""

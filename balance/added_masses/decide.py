@@ -38,6 +38,7 @@ from balance.tolerances import (
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import from_pseudo_inertia
+from kinematics.wording import ten_digits
 
 __all__ = ["balance_residual", "decide"]
 
@@ -61,6 +62,8 @@ def decide(
         given_mass, "undecided: neither an answer nor a certificate stands up to its check",
     )  # fmt: skip
     program = build_added_program(space, regions, minimise)
+    if space.as_given.balanced:
+        return _nothing_added(blank, program)
     if _left_over(program):
         return _proved(blank, regions, program.left)
     solution = solve_added(program)
@@ -72,6 +75,20 @@ def decide(
             return found
         return _proved(blank, regions, program.lift @ certificate_dual(program))
     return _balanced(blank, program, solution)
+
+
+def _nothing_added(blank: Counterweights, program: AddedProgram) -> Counterweights:
+    """Return the verdict on masses that are balanced as they stand in the file."""
+    space = program.space
+    if not space.sure:
+        return replace(blank, words=f"undecided: {UNSETTLED}")
+    z = given_parameters(space)
+    value, _ = added_objective(program, [np.zeros((4, 4)) for _ in program.regions])
+    return replace(
+        blank, verdict="feasible", value=value, z=freeze(z), gap=0.0,
+        residual=balance_residual(space, z),
+        words="feasible: the masses in the file are balanced, and nothing is added",
+    )  # fmt: skip
 
 
 def _left_over(program: AddedProgram) -> bool:
@@ -131,7 +148,8 @@ def _balanced(
     return replace(
         blank, verdict="feasible", value=value, z=freeze(z), residual=residual,
         weights=weights, gap=max(0.0, priced - bound) / priced if priced > 0.0 else 0.0,
-        words=f"feasible: {total:.4g} kg added to {blank.given_mass:.4g} kg balance it",
+        words=f"feasible: {ten_digits(total):.4g} kg added to "
+              f"{ten_digits(blank.given_mass):.4g} kg balance it",
     )  # fmt: skip
 
 

@@ -47,8 +47,11 @@ class Exclusion(NamedTuple):
     excluded: float
 
     def __repr__(self) -> str:
-        """One line: whether it is accepted, and its residuals to three digits."""
-        return check_summary(self)
+        """One line: whether it is accepted, and its residuals.
+
+        The mass that it excludes is one over the errors of the solver, so that a bound tells.
+        """
+        return check_summary(self, excluded=1.0 / MASS_EXCLUDED)
 
 
 def check_exclusion(

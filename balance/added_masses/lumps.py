@@ -28,6 +28,7 @@ from balance.tolerances import (
     LUMP_RESIDUAL,
     LUMP_SPREAD,
 )
+from kinematics.linalg.ties import first_direction, first_largest, first_least
 
 __all__ = ["Lumps", "fewer_lumps", "lumps_of", "refine_lumps"]
 
@@ -149,14 +150,14 @@ def fewer_lumps(rows: Array, costs: Array, lumps: Sequence[Lumps]) -> list[Lumps
         rank = int(np.sum(values > FIXED_RANK_RELATIVE * values.max(initial=0.0)))
         if rank == kept.size:
             break
-        change = V[-1] * masses[kept]
+        change = first_direction(V[rank:]) * masses[kept]
         change *= -1.0 if prices[kept] @ change > 0.0 else 1.0
         falling = change < 0.0
         if not falling.any():
             break
         step = np.full(kept.size, np.inf)
         step[falling] = -masses[kept][falling] / change[falling]
-        first = int(np.argmin(step))
+        first = first_least(step)
         masses[kept] = np.maximum(masses[kept] + step[first] * change, 0.0)
         masses[kept[first]] = 0.0
     own = [(owner == k) & (masses > 0.0) for k in range(len(lumps))]
@@ -220,7 +221,8 @@ def _products(region: Region, P: Array) -> Lumps:
     done: list[Array] = []
     while len(left) > 1:
         own = [float(p @ G @ p) for p in left]
-        low, high = int(np.argmin(own)), int(np.argmax(own))
+        size = max(map(abs, own))
+        low, high = first_least(own, size), first_largest(own, size)
         if low == high or own[high] - own[low] <= 0.0:
             break
         p, q = left[low], left[high]

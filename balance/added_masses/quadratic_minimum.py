@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.added_masses.regions import Region
 from balance.tolerances import CURVATURE_ZERO, STATIONARY_INSIDE
+from kinematics.linalg.ties import first_least
 
 __all__ = ["least_values", "minimise_in_ball", "minimise_in_region"]
 
@@ -54,8 +55,7 @@ def minimise_in_region(region: Region, form: ArrayLike) -> tuple[float, Array]:
     points = points[region.excess(points) <= STATIONARY_INSIDE]
     p = np.column_stack([points, np.ones(len(points))])
     values = np.einsum("ni,ij,nj->n", p, M, p)
-    least = int(np.argmin(values))
-    return float(values[least]), points[least]
+    return float(values.min()), points[first_least(values, float(np.abs(M).max()))]
 
 
 def least_values(regions: Sequence[Region], forms: Array) -> Array:

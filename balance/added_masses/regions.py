@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.tolerances import HULL_FLAT, INSIDE_REGION
 from kinematics.errors import UsageError
+from kinematics.linalg.ties import first_least
 from kinematics.model.arrays import freeze
 from kinematics.urdf.robot_tree import rotation_of_angles
 
@@ -210,7 +211,7 @@ def cylinder_region(centre: ArrayLike, axis: ArrayLike, radius: float, length: f
     text = f"cylinder({_listed([*c, *n, radius, length])})"
     n = n / np.abs(n).max()
     n = n / np.linalg.norm(n)
-    side = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
+    side = np.cross(n, np.eye(3)[first_least(np.abs(n), 1.0)])
     side /= np.linalg.norm(side)
     axes = np.column_stack([radius * side, radius * np.cross(n, side), 0.5 * length * n])
     return _round("cylinder", _place(axes, c), text)

@@ -11,7 +11,8 @@ from balance.added_masses.decide import decide
 from balance.added_masses.link_regions import default_region
 from balance.added_masses.regions import Region
 from balance.spaces.design_space import DesignSpace
-from balance.tolerances import GROWTH_RELATIVE
+from balance.tolerances import BOUND_RELATIVE, GROWTH_RELATIVE
+from kinematics.linalg.ties import rank_least_first
 
 __all__ = ["single_relaxations"]
 
@@ -33,7 +34,8 @@ def single_relaxations(
         regions: region by position of the body; no matter in them balances the linkage.
 
     Returns:
-        Growths of regions, the smallest first, then further links, the lightest first.
+        Growths of regions, the smallest first, then further links, the lightest first;
+        equal ones in the order of the bodies.
     """
     grown = [one for b in regions if (one := _smallest_growth(space, regions, b))]
     more = []
@@ -44,9 +46,12 @@ def single_relaxations(
             )
             if found.verdict == "feasible":
                 more.append(Relaxation(space.bodies[b], None, found.added_mass))
-    grown.sort(key=lambda one: one.factor or 0.0)
-    more.sort(key=lambda one: one.mass)
-    return (*grown, *more)
+    factors = [one.factor or 0.0 for one in grown]
+    masses = [one.mass for one in more]
+    return (
+        *(grown[k] for k in rank_least_first(factors, relative=2.0 * GROWTH_RELATIVE)),
+        *(more[k] for k in rank_least_first(masses, relative=BOUND_RELATIVE)),
+    )
 
 
 def _smallest_growth(

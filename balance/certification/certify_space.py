@@ -41,6 +41,7 @@ from kinematics.closure.continuation import continue_along
 from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
 from kinematics.model.linkage import Notice
 from kinematics.urdf.rational_screws import exact_geometry
+from kinematics.wording import size_text
 
 __all__ = ["certify"]
 
@@ -267,7 +268,7 @@ def _reason_unverified(
 
 
 def _momenta_left(residual: float) -> str:
-    return f"momenta of {residual:.1e} of the conditions are left at finite poses"
+    return f"momenta of {size_text(residual)} of the conditions are left at finite poses"
 
 
 def _adds_no_condition(space: DesignSpace, exact: Exact) -> bool:
@@ -309,7 +310,11 @@ def _certify_rounded(
     tiny = settled.dropped <= SINGULAR_VALUE_ROUND_OFF and residual <= MOMENTUM_RESIDUAL_CLEAR
     parallel = settled.nullity > settled.serial_nullity
     level = LEVELS[bool(sure and ((tiny and parallel) or same))]
-    seen = f"momenta vanish to {residual:.0e}; " if level == "verified" else ""
+    seen = (
+        f"momenta are {size_text(residual, '.0e')} of the conditions; "
+        if level == "verified"
+        else ""
+    )
     certainty = Certainty(level, seen + reason, *bounds, residual, poses, doubts)
     return add_correction_notice(space, with_certainty(settled, certainty))
 

@@ -19,6 +19,7 @@ from balance.cli.several_models import (
 )
 from balance.cli.spinner import spinner
 from kinematics.errors import ExactError
+from kinematics.linalg.ties import rank_least_first
 
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
@@ -248,7 +249,8 @@ def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
         return "as it was, for its loops close at its own pose"
     moved = [joint for joint in linkage.joints if joint.name in positions]
     within, _ = wrap_turns(moved, [positions[joint.name] for joint in moved])
-    pairs = sorted(zip(moved, within.tolist(), strict=True), key=lambda pair: -abs(pair[1]))
+    ranks = rank_least_first([-abs(q) for q in within.tolist()])
+    pairs = [(moved[k], float(within[k])) for k in ranks]
     named = [f"{joint.name} by {position_text(joint, q, 6)}" for joint, q in pairs]
     more = f" and {len(named) - MAX_NAMES} more" if len(named) > MAX_NAMES else ""
     where = "the pose asked for" if linkage.at else "the pose at which its loops close"

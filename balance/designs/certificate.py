@@ -227,9 +227,15 @@ def _split_known_terms(
 
 
 def _surplus(Z: Array) -> float:
-    """Compute the largest λ with ``Z - λ e eᵀ ⪰ 0``, where e is the last unit vector."""
+    """Compute the largest λ with ``Z - λ e eᵀ ⪰ 0``, where e is the last unit vector.
+
+    It is 0 if round-off makes the rest of the matrix singular.
+    """
     S, w, slack = Z[:-1, :-1], Z[:-1, -1], MASS_MULTIPLIER_RELATIVE * float(np.abs(Z).max())
     if slack == 0.0:
         return 0.0
-    surplus = float(Z[-1, -1] - w @ np.linalg.solve(S + slack * np.eye(len(S)), w))
+    try:
+        surplus = float(Z[-1, -1] - w @ np.linalg.solve(S + slack * np.eye(len(S)), w))
+    except np.linalg.LinAlgError:
+        return 0.0
     return surplus if abs(surplus) > slack else 0.0

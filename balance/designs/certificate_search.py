@@ -154,8 +154,16 @@ def _solve_factors(blocks: Array, L: Array) -> Array:
     last, solved = gauss_newton(
         conditions, L.reshape(-1), _AlternatingSteps(), converged, never_stop, MAX_STEPS
     )
-    found: Array = last.x if solved else last.next
-    return found.reshape(L.shape)
+    factors = last.x if solved else _take_step(last)
+    return factors.reshape(L.shape)
+
+
+def _take_step(last: Iterate) -> Array:
+    """Return the unknowns after the step, or before it if its equations are singular."""
+    try:
+        return np.asarray(last.next)
+    except np.linalg.LinAlgError:
+        return np.asarray(last.x)
 
 
 class _AlternatingSteps:

@@ -74,6 +74,20 @@ def minimise_distance(
     fixed = whiten @ constant @ whiten.swapaxes(-1, -2)
     whiten = whiten[:, None]
     own = whiten @ blocks @ whiten.swapaxes(-1, -2)
+    try:
+        return _take_newton_steps(own, fixed, lines, offset, start)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _take_newton_steps(
+    own: Array, fixed: Array, lines: Array, offset: Array, start: Array
+) -> Array | None:
+    """Minimise the distance from the identity; see `minimise_distance`.
+
+    Raises:
+        LinAlgError: round-off makes the Hessian singular, or a matrix indefinite.
+    """
     v, before = start.copy(), np.inf
     for _ in range(MAX_STEPS):
         L, down = _newton_system(own, fixed + np.einsum("bnij,n->bij", own, v))

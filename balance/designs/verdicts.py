@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from balance.designs.constraints import Constraints
 from balance.designs.mass_regions import reach_of
 from balance.spaces.design_space import DesignSpace
-from balance.tolerances import CERTIFICATE_ENTRY_RELATIVE
+from balance.tolerances import CERTIFICATE_ENTRY_RELATIVE, MASSES_EQUAL
+from kinematics.linalg.ties import first_largest
+from kinematics.wording import ten_digits
 
 __all__ = [
     "TOO_NARROW",
@@ -83,10 +85,11 @@ def describe_furthest(space: DesignSpace, P: Array, constraints: Constraints) ->
         P: pseudo-inertias (bodies, k, k), in the coordinates of the chain.
         constraints: constraints with balls.
     """
-    b = max(constraints.balls, key=lambda b: reach_of(constraints.balls[b], P[b]))
+    reaches = [reach_of(ball, P[b]) for b, ball in constraints.balls.items()]
+    b = list(constraints.balls)[first_largest(reaches, relative=MASSES_EQUAL)]
     ball, name, length = constraints.balls[b], space.bodies[b], space.chain.frame.length
     away = float(np.linalg.norm(P[b][:-1, -1] / P[b][-1, -1] - ball.centre))
     if away > ball.radius:
-        return f"centre of mass of {name} {away * length:.2g} m away"
+        return f"centre of mass of {name} {ten_digits(away * length):.2g} m away"
     spread = reach_of(ball, P[b]) * ball.radius * length
-    return f"mass of {name} {spread:.2g} m away (root mean square)"
+    return f"mass of {name} {ten_digits(spread):.2g} m away (root mean square)"

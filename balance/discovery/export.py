@@ -22,6 +22,7 @@ from balance.spaces.design_space import DesignSpace
 from balance.verification.result import Verification
 from balance.verification.to_pinocchio import verify
 from kinematics.errors import LinkageError
+from kinematics.linalg.ties import rank_least_first
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
@@ -65,7 +66,8 @@ def export_member(job: DiscoveryJob, family: Family, seed: int = 1) -> ExportedM
         LinkageError: no member can be read as a linkage.
     """
     drawn = random_members(job.structure, family, DRAWN, np.random.default_rng([seed, 2]))
-    found = [m.geometry for m in sorted(family.members, key=lambda m: -m.margin)[:OWN]]
+    ranks = rank_least_first([-member.margin for member in family.members], 1.0)
+    found = [family.members[k].geometry for k in ranks[:OWN]]
     members = LaneGeometry(*(np.concatenate(a) for a in zip(*found, drawn, strict=True)))
     best = None
     for geometry, rational in _candidates(job, family, members):

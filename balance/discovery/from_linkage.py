@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from balance.discovery.structure import LaneGeometry
 from balance.discovery.topologies import TOPOLOGIES, Edge, Topology, edge_list
 from kinematics.errors import UsageError
+from kinematics.linalg.ties import first_least
 from kinematics.model.linkage import GROUND, Joint, Linkage
 
 __all__ = ["from_linkage"]
@@ -138,7 +139,7 @@ def _place(
 
 def _turn(n: Array) -> Array:
     """A rotation that carries a unit vector to z."""
-    x = np.cross(np.eye(3)[int(np.argmin(np.abs(n)))], n)
+    x = np.cross(np.eye(3)[first_least(np.abs(n), 1.0)], n)
     x = x / np.sqrt(x @ x)
     return np.stack([x, np.cross(n, x), n])
 

@@ -284,7 +284,7 @@ def _link_rates(
     right = np.zeros((*poses.S.shape[:-1], twists.shape[-1]))
     rows = open_by.shape[2] * open_by.shape[3]
     right[..., :rows, :] = -open_by.reshape(*open_by.shape[:2], rows, -1)
-    dq = np.linalg.solve(poses.S, right)
+    dq = _solve(poses.S, right)
     terms = carried + poses.carried[..., None] * dq[..., None, :]
     return np.einsum("kj,lpjdc->lpkdc", structure.paths, terms), twists
 
@@ -304,7 +304,7 @@ def _twist_rates(structure: TopologyArrays, poses: Poses, eta: Array, twists: Ar
     right = np.zeros((*poses.S.shape[:-1], shape[-2] * shape[-1]))
     rows = shape[2] * shape[3]
     right[..., :rows, :] = -loops.reshape(*shape[:2], rows, -1)
-    dC = np.linalg.solve(poses.S, right).reshape(*poses.C.shape, -1)
+    dC = _solve(poses.S, right).reshape(*poses.C.shape, -1)
     paths = structure.paths[structure.bodies]
     return np.einsum("bj,lpjdc,lpjw->lpbwdc", paths, ds, poses.C) + np.einsum(
         "bj,lpjd,lpjwc->lpbwdc", paths, poses.carried, dC

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from balance.discovery.lane_motion import follow_curves
 from balance.discovery.structure import LaneGeometry, TopologyArrays
 from balance.discovery.topologies import Topology
+from kinematics.linalg.ties import first_largest
 
 __all__ = ["MotionRange", "motion_range"]
 
@@ -80,7 +81,7 @@ def motion_range(
         return None
     ways = _ways(structure, geometry)
     ranges = [_range_of(structure, ways, k) for k in driving]
-    return max(ranges, key=lambda found: found.size)
+    return ranges[first_largest([found.size for found in ranges])]
 
 
 def _ways(structure: TopologyArrays, geometry: LaneGeometry) -> list[tuple[Array, Array, bool]]:

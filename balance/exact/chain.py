@@ -26,6 +26,7 @@ from kinematics.linalg.rational import (
     rational_null_space,
     root,
 )
+from kinematics.linalg.ties import first_largest
 from kinematics.model.chain import loop_joints
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
@@ -221,7 +222,7 @@ def _plane_normal(
         free = rational_null_space(slides, 3)
         sizes = [abs(float(dot(v, v))) ** 0.5 for v in free]
         along = [abs(float(x @ normal)) for x in np.array(free, dtype=np.float64)]
-        n = tuple(free[int(np.argmax(np.array(along) / sizes))])
+        n = tuple(free[first_largest(np.array(along) / sizes)])
     largest = max(n, key=abs)
     return tuple(-x for x in n) if largest < 0 else n
 

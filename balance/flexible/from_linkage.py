@@ -18,6 +18,7 @@ from balance.flexible.mechanism_types import GearRelation, JointDrive, Mechanism
 from balance.flexible.support_points import support_points
 from balance.flexible.supported_modes import Clamp, EndBody, Support
 from kinematics.errors import BodyError, LinkageError
+from kinematics.linalg.ties import first_largest
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.plane import plane_axes
 from kinematics.spatial.inertia import inertia_tensor
@@ -96,7 +97,7 @@ class _Builder:
             [j for j, one in enumerate(linkage.joints) if np.any(one.screw[:3])], turning,
             strict=True) if j not in idle]  # fmt: skip
         normal = normals[0] if normals else np.array([0.0, 0.0, 1.0])
-        normal = normal * np.sign(normal[np.argmax(np.abs(normal))])
+        normal = normal * np.sign(normal[first_largest(np.abs(normal))])
         self.axes = plane_axes(normal / np.linalg.norm(normal))
         self.group = list(range(len(linkage.joints)))
         for j in sorted(idle):

@@ -16,7 +16,7 @@ from balance.flexible.from_linkage import FlexibleLinkage, flexible_linkage
 from balance.flexible.simulate import FlexibleMotion, simulate
 from kinematics.model.linkage import Notice
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import html_facts, repr_lines
+from kinematics.wording import html_facts, repr_lines, size_text
 
 __all__ = ["FlexibleSimulation", "needed_modes", "simulate_flexible"]
 
@@ -50,7 +50,7 @@ class FlexibleSimulation:
             f"FlexibleSimulation of {self.flexible.linkage.name} over {self.time[-1]:g} s",
             f"shaking force {self.peak_force:.4g} N, moment {self.peak_moment:.4g} N m at most",
             f"bends: {bends or 'nothing'}",
-            f"drift of energy {self.motion.energy_drift:.1e}",
+            f"drift of energy {size_text(self.motion.energy_drift)}",
         )
 
     def _repr_html_(self) -> str:
@@ -60,7 +60,7 @@ class FlexibleSimulation:
             ("duration", f"{self.time[-1]:g} s"),
             ("shaking force", f"{self.peak_force:.4g} N at most"),
             ("shaking moment", f"{self.peak_moment:.4g} N m at most"),
-            ("energy", f"drift {self.motion.energy_drift:.1e}"),
+            ("energy", f"drift {size_text(self.motion.energy_drift)}"),
         )
 
     @property

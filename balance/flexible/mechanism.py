@@ -145,7 +145,7 @@ class PlanarMechanism:
                 moment, row = drive.profile(t)[0], found.positions[drive.joint].row
                 right[:n] += moment * row
                 power += moment * float(row @ v)
-        solution = np.asarray(np.linalg.solve(_bordered(mass, found.rows), right), np.float64)
+        solution = _solve_bordered(mass, found.rows, right)
         power += float(solution[n:] @ found.rates)
         return Dynamics(solution[:n], solution[n:], power, mass, bias)
 
@@ -219,9 +219,8 @@ class PlanarMechanism:
 
     def _correction(self, p: Array, v: Array, rows: Array, residual: Array) -> Array:
         """Solve G Δ = residual for the Δ of least mass-weighted size."""
-        full = _bordered(self.inertia(p, v)[0], rows)
         right = np.concatenate([np.zeros(len(p)), residual])
-        return np.asarray(np.linalg.solve(full, right)[: len(p)])
+        return _solve_bordered(self.inertia(p, v)[0], rows, right)[: len(p)]
 
     def check(self) -> None:
         """Refuse dependent constraints.
@@ -242,9 +241,19 @@ class PlanarMechanism:
             )
 
 
-def _bordered(mass: Array, rows: Array) -> Array:
-    """Compose the matrix [[M, Gᵀ], [G, 0]]."""
+def _solve_bordered(mass: Array, rows: Array, right: Array) -> Array:
+    """Solve [[M, Gᵀ], [G, 0]] x = right.
+
+    Raises:
+        LinkageError: the matrix is singular: constraints depend on one another at this pose.
+    """
     n, m = len(mass), len(rows)
     full = np.zeros((n + m, n + m))
     full[:n, :n], full[:n, n:], full[n:, :n] = mass, rows.T, rows
-    return full
+    try:
+        return np.asarray(np.linalg.solve(full, right), np.float64)
+    except np.linalg.LinAlgError:
+        raise LinkageError(
+            "the flexible mechanism reaches a singular pose, where its constraints depend on "
+            "one another; give a shorter duration or another motion"
+        ) from None

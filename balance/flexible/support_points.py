@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from balance.flexible.free_modes import mode_numbers, mode_shape, mode_slope
 from kinematics.errors import LinkageError, UsageError
-from kinematics.wording import count_noun, first_names, repr_lines
+from kinematics.wording import count_noun, first_names, repr_lines, size_text
 
 __all__ = [
     "Bar", "STATIC_POINT", "SupportPoints", "static_deflection", "support_points",
@@ -78,7 +78,7 @@ class SupportPoints:
         return repr_lines(
             f"SupportPoints: {count_noun(len(self.points), 'point')}, hinges at "
             f"±{self.hinge:.9f} of the length",
-            f"silent symmetric modes: {modes} (residual {self.residual:.1e})",
+            f"silent symmetric modes: {modes} (residual {size_text(self.residual)})",
         )
 
 
@@ -177,7 +177,10 @@ def _newton(unknown: Array, half: int, waves: Array, goal: Array) -> Array | Non
         value, jacobian = _residual(unknown, half, waves)
         if np.abs(value - goal).max() < SUPPORT_RESIDUAL:
             return unknown
-        unknown = unknown - np.linalg.solve(jacobian, value - goal)
+        try:
+            unknown = unknown - np.linalg.solve(jacobian, value - goal)
+        except np.linalg.LinAlgError:
+            return None
         if np.any(np.diff(np.concatenate([[0.0], unknown[:half], [0.5]])) <= 0.0):
             return None
     value, _ = _residual(unknown, half, waves)

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.flexible.beam import Beam, Mesh, bending_matrices, element_rows, uniform_mesh
+from balance.motion_tolerances import MODE_PEAKS_EQUAL
 from kinematics.errors import LinkageError
+from kinematics.linalg.ties import first_largest
 from kinematics.wording import count_noun, first_names
 
 __all__ = [
@@ -110,7 +112,9 @@ def supported_modes(
     squares, basis = component_modes(mesh, condition_rows(mesh, supports), end_body, count)
     shapes = basis[0::2].T
     scale = np.abs(shapes).max(axis=1)
-    peak = shapes[np.arange(len(shapes)), np.abs(shapes).argmax(axis=1)]
+    peak = np.array(
+        [shape[first_largest(np.abs(shape), relative=MODE_PEAKS_EQUAL)] for shape in shapes]
+    )
     return SupportedModes(
         np.sqrt(np.maximum(squares, 0.0)), mesh.nodes,
         shapes / (np.sign(peak) * np.where(scale > 0.0, scale, 1.0))[:, None],

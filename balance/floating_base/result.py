@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from balance.floating_base.base import FloatingBase
 from balance.floating_base.samples import Samples
-from balance.motion_tolerances import BASE_DRIFT_RELATIVE
+from balance.motion_tolerances import BASE_DRIFT_RELATIVE, INTEGRAL_DETERMINED
 from balance.verification.input_paths import InputPath
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.wording import count_noun, html_facts, repr_lines
+from kinematics.wording import count_noun, html_facts, repr_lines, size_text
 
-__all__ = ["FLOATING_BASE_SCHEMA", "FloatingBaseMotion"]
+__all__ = ["FLOATING_BASE_SCHEMA", "FloatingBaseMotion", "drift_text"]
 
 Array = NDArray[np.float64]
 
@@ -62,9 +62,11 @@ class FloatingBaseMotion:
         return repr_lines(
             f"FloatingBaseMotion of {self.model}: {count_noun(self.time.size, 'sample')} "
             f"over {self.duration:.4g} s",
-            f"the base turns {self.rotation:.3g} rad and moves {self.displacement:.3g} m",
-            f"drift of energy {self.energy_drift:.1e}, of momentum {self.momentum_drift:.1e}",
-            f"{self.verdict} (residual {self.residual:.1e}, tolerance {self.tolerance:.1e})",
+            f"the base turns {self.rotation_text} and moves {self.displacement_text}",
+            f"drift of energy {drift_text(self.energy_drift)}, of momentum "
+            f"{drift_text(self.momentum_drift)}",
+            f"{self.verdict} (residual {drift_text(self.residual)}, "
+            f"tolerance {self.tolerance:.1e})",
         )
 
     def _repr_html_(self) -> str:
@@ -72,9 +74,13 @@ class FloatingBaseMotion:
         return html_facts(
             f"{self.model} on a base that floats",
             ("duration", f"{self.duration:.4g} s"),
-            ("base", f"turns {self.rotation:.3g} rad, moves {self.displacement:.3g} m"),
-            ("drift", f"energy {self.energy_drift:.1e}, momentum {self.momentum_drift:.1e}"),
-            ("verdict", f"{self.verdict} (residual {self.residual:.1e})"),
+            ("base", f"turns {self.rotation_text}, moves {self.displacement_text}"),
+            (
+                "drift",
+                f"energy {drift_text(self.energy_drift)}, momentum "
+                f"{drift_text(self.momentum_drift)}",
+            ),
+            ("verdict", f"{self.verdict} (residual {drift_text(self.residual)})"),
         )
 
     @property
@@ -101,6 +107,17 @@ class FloatingBaseMotion:
     def displacement(self) -> float:
         """Largest displacement of its centre of mass from the start, metres."""
         return _largest(self.samples.displacement)
+
+    @property
+    def rotation_text(self) -> str:
+        """The rotation with its unit; as a bound where the integration decides it."""
+        return f"{size_text(self.rotation, '.3g', floor=INTEGRAL_DETERMINED)} rad"
+
+    @property
+    def displacement_text(self) -> str:
+        """The displacement with its unit; as a bound where the integration decides it."""
+        text = size_text(self.displacement, ".3g", self.length, INTEGRAL_DETERMINED)
+        return f"{text} m"
 
     @property
     def energy_drift(self) -> float:
@@ -154,7 +171,7 @@ class FloatingBaseMotion:
     @property
     def brief(self) -> str:
         """Summary in one line."""
-        return f"{self.verdict}, residual {self.residual:.1e}"
+        return f"{self.verdict}, residual {drift_text(self.residual)}"
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -168,8 +185,8 @@ class FloatingBaseMotion:
             )
         if not self.agreed:
             found.append(
-                f"energy drifts by {self.energy_drift:.1e} and momentum by "
-                f"{self.momentum_drift:.1e}: no verdict"
+                f"energy drifts by {drift_text(self.energy_drift)} and momentum by "
+                f"{drift_text(self.momentum_drift)}: no verdict"
             )
         return tuple(found)
 
@@ -210,6 +227,11 @@ class FloatingBaseMotion:
             "remarks": list(self.remarks),
             "warnings": [notice._asdict() for notice in self.notices],
         }  # fmt: skip
+
+
+def drift_text(size: float) -> str:
+    """Write a relative size along a motion; as a bound where the integration decides it."""
+    return size_text(size, floor=INTEGRAL_DETERMINED)
 
 
 def _largest(vectors: Array) -> float:

@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.motion_tolerances import MOMENTUM_NULL
 from kinematics.errors import UsageError
+from kinematics.linalg.ties import first_least
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import (
@@ -38,7 +39,7 @@ from kinematics.spatial.inertia import (
     parameters,
 )
 from kinematics.spatial.screws import twist_axis, wrench_axis
-from kinematics.wording import repr_lines
+from kinematics.wording import repr_lines, ten_digits
 
 __all__ = ["BalancingFamily", "balancing_family", "planar_balancing_body"]
 
@@ -92,18 +93,21 @@ class BalancingFamily:
             verb = "does" if len(self.unmet) == 1 else "do"
             return f"{' and '.join(self.unmet)} {verb} not hold"
         if self.mass is not None and not self.mass > 0.0:
-            return f"the mass would be {self.mass:.3g} kg"
+            return f"the mass would be {ten_digits(self.mass):.3g} kg"
         if not np.isfinite(self.least_mass):
             return "the moment of inertia about the axis would not be above 0"
         if self.mass is not None and not self.mass > self.least_mass:
-            return f"the mass is {self.mass:.3g} kg and must be above {self.least_mass:.3g} kg"
+            return (
+                f"the mass is {ten_digits(self.mass):.3g} kg and must be above "
+                f"{ten_digits(self.least_mass):.3g} kg"
+            )
         return ""
 
     def __repr__(self) -> str:
         """Two lines: pitches and freedom, and the mass."""
         freedom = "empty" if self.unmet else f"{self.basis.shape[1]} free parameters"
-        mass = f"mass {self.mass:.4g} kg" if self.mass is not None else (
-            f"mass above {self.least_mass:.4g} kg"
+        mass = f"mass {ten_digits(self.mass):.4g} kg" if self.mass is not None else (
+            f"mass above {ten_digits(self.least_mass):.4g} kg"
         )  # fmt: skip
         return repr_lines(
             f"BalancingFamily: twist of {self.twist_pitch} pitch, momentum of "
@@ -299,7 +303,7 @@ def _round_tensor(n: Array, g: Array) -> Array:
 
 def _across(n: Array) -> tuple[Array, Array]:
     """Compute two unit vectors perpendicular to n and to each other."""
-    a = np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
+    a = np.cross(n, np.eye(3)[first_least(np.abs(n), 1.0)])
     a /= np.linalg.norm(a)
     return a, np.cross(n, a)
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from balance.motion_tolerances import MOMENTS_EQUAL
 from kinematics.errors import UsageError
+from kinematics.linalg.ties import first_least
 
 __all__ = ["critical_moment", "inertia_from_moments", "momentum_margins"]
 
@@ -140,8 +141,8 @@ def _aligned(moments: Array, w: Array, x: Array) -> Array:
     """Compute a tensor of which ω is a principal axis."""
     rate = float(np.linalg.norm(w))
     n = w / rate
-    k = int(np.argmin(np.abs(moments - float(n @ x) / rate)))
-    a = np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
+    k = first_least(np.abs(moments - float(n @ x) / rate), float(moments[0]))
+    a = np.cross(n, np.eye(3)[first_least(np.abs(n), 1.0)])
     a /= np.linalg.norm(a)
     axes, others = (a, np.cross(n, a)), np.delete(moments, k)
     G = moments[k] * np.outer(n, n)

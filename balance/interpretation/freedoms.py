@@ -184,5 +184,5 @@ def _with_values(terms: Sequence[Term], x: Array) -> list[Term]:
 def _normalise(values: Array) -> Array:
     """Divide values by the largest, make the first positive, and remove round-off."""
     values = values / np.abs(values).max()
-    values *= np.sign(values[np.flatnonzero(values)[0]])
-    return np.array([round_to_fraction(value, FRACTION_ROUND_OFF) for value in values])
+    rounded = np.array([round_to_fraction(value, FRACTION_ROUND_OFF) for value in values])
+    return np.asarray(rounded * np.sign(rounded[np.flatnonzero(rounded)[0]]))

@@ -13,11 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.tolerances import SOLUTION_OUTSIDE, SOLUTIONS_EQUAL, TERM_ABSENT
+from kinematics.linalg.ties import first_largest, rank_least_first
 
 __all__ = ["SparseSearch"]
 
 Array = NDArray[np.float64]
 
+# Part by which the cost of the last term is raised, so that the optimum is unique: well above
+# the accuracy of the linear programme, well below differences that matter.
+COST_RISE = 1e-3
+GOLDEN_RATIO = 0.5 * (1.0 + 5.0**0.5)
 # Most entries of all linear programmes that search for more solutions than needed.
 MAX_PROGRAMME_ENTRIES = 300_000
 
@@ -60,7 +65,8 @@ class SparseSearch(NamedTuple):
         for w in self._directions(MAX_PROGRAMME_ENTRIES // entries) if len(pool) > 1 else []:
             other = self.sparse(w)
             pool += [other] if other is not None else []
-        pool.sort(key=lambda x: (np.count_nonzero(x), self.cost @ np.abs(x)))
+        ranks = rank_least_first([float(self.cost @ np.abs(x)) for x in pool])
+        pool = sorted((pool[k] for k in ranks), key=np.count_nonzero)
         chosen: list[Array] = []
         for x in pool:
             if self._new(chosen, x):
@@ -82,7 +88,7 @@ class SparseSearch(NamedTuple):
             known = _span(self.shadow @ np.array(found).T) if found else np.empty((count, 0))
             rest = np.linalg.qr(known, "complete")[0][:, known.shape[1] :]
             left = rest.T @ self.shadow
-            w = rest @ left[:, np.argmax(np.linalg.norm(left, axis=0) / self.cost)]
+            w = rest @ left[:, first_largest(np.linalg.norm(left, axis=0) / self.cost)]
             w /= np.linalg.norm(w)
             few = self.sparse(w)
             if few is None or not self._new(found, few):
@@ -108,12 +114,13 @@ class SparseSearch(NamedTuple):
         """Find the cheapest x in the space with ``w @ shadow @ x = 1``; None if none is found.
 
         A linear programme finds its terms, the singular vector of their columns its values.
+        Of equally cheap solutions it takes one with early terms.
         """
         from scipy.optimize import linprog
 
         A = np.vstack([self.conditions, w @ self.shadow])
         b = np.append(np.zeros(len(self.conditions)), 1.0)
-        cost = np.concatenate([self.cost, self.cost])
+        cost = np.tile(self.cost * _preferences(self.cost.size), 2)
         solved = linprog(cost, A_eq=np.hstack([A, -A]), b_eq=b, method="highs-ds")
         if solved.x is None:
             return None
@@ -132,6 +139,15 @@ class SparseSearch(NamedTuple):
         """Decide whether a combination lies in the design space, to round-off."""
         outside = np.linalg.norm(self.conditions @ x)
         return bool(outside <= SOLUTION_OUTSIDE * np.linalg.norm(self.shadow @ x))
+
+
+def _preferences(count: int) -> Array:
+    """Compute factors of costs (count,) that rise a little, so that no two sums are equal.
+
+    The multiples of the golden ratio, modulo 1, make sums of steps differ as well.
+    """
+    k = np.arange(count, dtype=np.float64)
+    return np.asarray(1.0 + COST_RISE * (k + np.mod(k * GOLDEN_RATIO, 1.0)) / (count + 1.0))
 
 
 def _span(vectors: Array) -> Array:

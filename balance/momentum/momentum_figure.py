@@ -21,6 +21,7 @@ from kinematics.errors import PackageError
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import Motion
 from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.wording import ten_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -111,7 +112,11 @@ def _draw(axes: Axes, lines: Sequence[ScrewLine], pivots: Array, axes_of: Array)
         foot = line.point + (centre - line.point) @ line.direction * line.direction
         ends = foot + np.outer([-size, size], line.direction)
         colour = f"C{number}"
-        label = line.body if line.pitch == 0.0 else f"{line.body}, pitch {line.pitch:.3g} m"
+        label = (
+            line.body
+            if line.pitch == 0.0
+            else f"{line.body}, pitch {ten_digits(line.pitch):.3g} m"
+        )
         axes.plot(*(ends @ axes_of.T).T, color=colour, linewidth=1, label=label)
         step = line.direction * size * line.magnitude / (3.0 * largest)
         axes.quiver(*(axes_of @ foot), *(axes_of @ step), color=colour, **_arrow(axes_of))

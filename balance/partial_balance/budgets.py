@@ -28,6 +28,7 @@ from balance.verification.trajectory import Trajectory
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["pareto", "partial", "single"]
 
@@ -220,15 +221,21 @@ def _result(
     weights = _weights(problem, best.s)
     share = best.value / (given.objective or 1.0)
     mass = sum(one.mass for one in weights)
-    what = f"{share:.3g} of the {problem.objective} in the file"
+    left_over = size_text(share, ".3g", floor=SHAKING_GAP_PROVED)
+    what = f"{left_over} of the {problem.objective} in the file"
     if problem.program.balanced and not weights:
         text = "optimal: the masses in the file are balanced, and nothing is added"
         verdict: Literal["optimal", "undecided"] = "optimal"
     elif gap <= SHAKING_GAP_PROVED:
-        text = f"optimal: {mass:.4g} kg leave {what}, and nothing in the regions does better"
+        text = (
+            f"optimal: {ten_digits(mass):.4g} kg leave {what}, and nothing in the "
+            "regions does better"
+        )
         verdict = "optimal"
     else:
-        text = f"undecided: {mass:.4g} kg leave {what}; {gap:.1e} of it may be saved"
+        text = (
+            f"undecided: {ten_digits(mass):.4g} kg leave {what}; {gap:.1e} of it may be saved"
+        )
         verdict = "undecided"
     z = freeze(problem.matter.parameters(best.s))
     return PartialBalance(

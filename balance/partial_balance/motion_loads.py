@@ -27,6 +27,7 @@ from balance.verification.shaking_wrench import Loads, load_regressors
 from balance.verification.trajectory import Trajectory
 from kinematics.closure.joint_positions import input_chain
 from kinematics.closure.series import expand_from
+from kinematics.linalg.ties import first_largest
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage
 from kinematics.spatial.inertia import from_pseudo_inertia
@@ -137,7 +138,7 @@ class AddedParameters:
     @property
     def input_units(self) -> Array:
         """SI units per unit of each input of the chain (inputs,)."""
-        moving = np.argmax(np.abs(self.chain.columns), axis=0)
+        moving = [first_largest(column) for column in np.abs(self.chain.columns).T]
         return np.asarray(self.chain.units[moving])
 
 
@@ -216,7 +217,7 @@ class MotionLoads:
             found: from `reactions`.
         """
         chain = self.matter.chain
-        moving = np.argmax(np.abs(chain.columns), axis=0)
+        moving = [first_largest(column) for column in np.abs(chain.columns).T]
         scale = chain.frame.length**2 / self.matter.input_units
         return np.asarray(found.motors[:, moving] * scale[:, None])
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from balance.motion_tolerances import CONE_DOUBLE_ROOT, CONE_RESIDUAL, MOMENTUM_NULL
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton
+from kinematics.linalg.ties import first_basis, first_largest, round_clear
 from kinematics.linalg.vectors import distinct_vectors
 
 __all__ = ["Tangents", "leading_directions", "null_basis", "tangent_directions"]
@@ -31,6 +32,8 @@ Array = NDArray[np.float64]
 # Kinds of a pose: regular; several paths cross; they touch, or one folds; none leaves it.
 Kind = Literal["regular", "crossing", "fold", "isolated"]
 
+# Decimals of the components of unit tangents by which they are sorted.
+LINE_DECIMALS = 6
 # Random starts of the search for lines of the cone, and their seed.
 STARTS = 40
 SEED = 7
@@ -59,14 +62,15 @@ def null_basis(here: RowsAtPose, least: float = MOMENTUM_NULL) -> tuple[Array, A
         least: singular values up to this part of the bodies' own momenta count as zero.
 
     Returns:
-        Bases as columns (w, dimension) and (rows, left dimension), and all singular values over
-        the bodies' own momenta (w,), falling; zero where there are fewer rows.
+        Bases as columns (w, dimension) and (rows, left dimension), which depend on the spaces
+        alone, and all singular values over the bodies' own momenta (w,), falling; zero where
+        there are fewer rows.
     """
     U, sizes, Vt = np.linalg.svd(here.rows, full_matrices=True)
     values = np.zeros(Vt.shape[0])
     values[: sizes.size] = sizes / (here.scale or 1.0)
     rank = int(np.count_nonzero(values > least))
-    return Vt[rank:].T, U[:, rank:], values
+    return first_basis(Vt[rank:]).T, first_basis(U[:, rank:].T).T, values
 
 
 def leading_directions(N: Array) -> Array:
@@ -84,7 +88,7 @@ def leading_directions(N: Array) -> Array:
     leaders: list[int] = []
     for _ in range(k):
         sizes = np.linalg.norm(left, axis=1)
-        lead = int(np.argmax(sizes))
+        lead = first_largest(sizes)
         leaders.append(lead)
         row = left[lead] / sizes[lead]
         left = left - np.outer(left @ row, row)
@@ -113,7 +117,17 @@ def tangent_directions(equations: RestEquations, here: RowsAtPose, generic: int,
         return Tangents("crossing", leading_directions(N), k)
     found, double = _lines_of_two(Q) if k == 2 else (_lines_of_many(Q, k), False)
     kind: Kind = "isolated" if len(found) == 0 else "fold" if double else "crossing"
-    return Tangents(kind, found @ N.T, max(1, k - len(Q)) if len(found) else 0)
+    lines = _arrange_lines(found @ N.T)
+    return Tangents(kind, lines, max(1, k - len(Q)) if len(lines) else 0)
+
+
+def _arrange_lines(lines: Array) -> Array:
+    """Sort lines (count, w) by their components; the largest of each becomes positive."""
+    signed = np.array([v * np.sign(v[first_largest(np.abs(v))]) for v in lines])
+    order = sorted(
+        range(len(lines)), key=lambda k: tuple(-round_clear(signed[k], LINE_DECIMALS))
+    )
+    return signed[order].reshape(lines.shape)
 
 
 def _quadratics(derivative: Array, N: Array, L: Array, scale: float) -> Array:
@@ -167,7 +181,7 @@ def _lines_of_many(Q: Array, k: int) -> Array:
         found = gauss_newton(equations, start, LeastNorm(1e-8, 0.5), solved, failed, 40)
         if found.solved:
             v = found.last.x / np.linalg.norm(found.last.x)
-            lines.append(v * np.sign(v[np.argmax(np.abs(v))]))
+            lines.append(v * np.sign(v[first_largest(np.abs(v))]))
     first = distinct_vectors(
         lines, lambda some, v: np.abs(some - v).max(axis=1) <= CONE_DOUBLE_ROOT
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.motion_tolerances import PATH_MOMENTUM, RATE_RESIDUAL_RELATIVE
+from balance.motion_tolerances import INTEGRAL_DETERMINED, PATH_MOMENTUM, RATE_RESIDUAL_RELATIVE
 from balance.reactionless_paths.follow import PathEvent
 from balance.reactionless_paths.rest_equations import RestEquations
 from balance.verification.given_motions import rate_columns, rates_off
@@ -18,6 +18,7 @@ from kinematics.closure.newton import forward_kinematics
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["ReactionlessPath", "path_table", "sample_path", "timed_path"]
 
@@ -64,14 +65,20 @@ class ReactionlessPath:
     def __repr__(self) -> str:
         """One line: its extent, and the largest momentum."""
         return (
-            f"ReactionlessPath through pose {self.start + 1}: s from {self.s[0]:.4g} to "
-            f"{self.s[-1]:.4g}, momentum ≤ {self.residual:.1e} of the bodies' own"
+            f"ReactionlessPath through pose {self.start + 1}: s from "
+            f"{ten_digits(self.s[0]):.4g} to "
+            f"{ten_digits(self.s[-1]):.4g}, momentum {self.residual_text} of the bodies' own"
         )
 
     @property
     def residual(self) -> float:
         """Largest momentum along the path over the bodies' own."""
         return float(self.momentum.max())
+
+    @property
+    def residual_text(self) -> str:
+        """The residual, as a bound where steps and round-off decide it."""
+        return size_text(self.residual, floor=INTEGRAL_DETERMINED)
 
     @property
     def reactionless(self) -> bool:

@@ -22,6 +22,7 @@ from kinematics.errors import PoseError, UsageError
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.wording import ten_digits
 
 __all__ = ["find_paths"]
 
@@ -150,7 +151,8 @@ def _start(equations: RestEquations, u: Array) -> RowsAtPose:
     here = equations.at(equations.close(q))
     if here.conditioning < PATH_CONDITIONING:
         where = ", ".join(
-            f"{name}={value:.4g}" for name, value in zip(linkage.inputs, u, strict=True)
+            f"{name}={ten_digits(value):.4g}"
+            for name, value in zip(linkage.inputs, u, strict=True)
         )
         raise PoseError(
             f"{linkage.source}: the pose {where} is a singular one of the linkage; start "

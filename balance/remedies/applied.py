@@ -10,7 +10,7 @@ import numpy as np
 
 from balance.remedies.catalogue import CATALOGUE
 from balance.remedies.request import RemedyRequest
-from kinematics.wording import repr_lines
+from kinematics.wording import repr_lines, ten_digits
 
 __all__ = ["AppliedRemedy", "RemedyVerdict", "inertia_ratio", "refused", "with_cost"]
 
@@ -70,7 +70,10 @@ class AppliedRemedy:
         head = f"AppliedRemedy {self.remedy}: {self.words}"
         if self.added_mass is None or self.inertia_ratio is None:
             return repr_lines(head, f"{self.verdict}: {self.reason}")
-        costs = f"{self.added_mass:.4g} kg added, input inertia × {self.inertia_ratio:.4g}"
+        costs = (
+            f"{ten_digits(self.added_mass):.4g} kg added, input inertia × "
+            f"{ten_digits(self.inertia_ratio):.4g}"
+        )
         return repr_lines(head, f"{self.verdict}: {costs}")
 
     @property
@@ -159,5 +162,6 @@ def with_cost(
     return replace(
         done, added_mass=added, mass_ratio=added / given, input_inertia=felt,
         inertia_ratio=inertia_ratio(request, felt),
-        reason=done.reason or f"balanced: {added:.4g} kg added to {given:.4g} kg",
+        reason=done.reason or f"balanced: {ten_digits(added):.4g} kg added to "
+                              f"{ten_digits(given):.4g} kg",
     )  # fmt: skip

@@ -24,7 +24,9 @@ from balance.remedies.own_masses import apply_own_masses
 from balance.remedies.partial_baseline import apply_partial
 from balance.remedies.request import RemedyRequest
 from balance.remedies.wheels.balancing_wheels import apply_active_wheel, apply_passive_wheel
+from balance.tolerances import MASSES_EQUAL
 from kinematics.errors import UsageError
+from kinematics.linalg.ties import rank_least_first
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.wording import first_names, html_facts, repr_lines
 
@@ -79,8 +81,11 @@ class RemedyComparison:
     @property
     def balanced(self) -> tuple[AppliedRemedy, ...]:
         """Results that balance the linkage, the least added mass first."""
-        found = (one for one in self.results if one.verdict == "feasible")
-        return tuple(sorted(found, key=lambda one: (one.added_mass or 0.0, one.lost_freedoms)))
+        found = [one for one in self.results if one.verdict == "feasible"]
+        found.sort(key=lambda one: one.lost_freedoms)
+        masses = [one.added_mass or 0.0 for one in found]
+        ranks = rank_least_first(masses, self.request.given_mass, MASSES_EQUAL)
+        return tuple(found[k] for k in ranks)
 
     @property
     def verdict(self) -> str:

@@ -18,6 +18,7 @@ from balance.verification.to_pinocchio import verify
 from kinematics.errors import LinkageError
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
+from kinematics.wording import size_text
 
 __all__ = ["judge", "verify_file"]
 
@@ -82,7 +83,7 @@ def verify_file(
     if request.balance == "dynamic":
         residual = max(residual, checked.moment_residual)
     if not residual <= SHAKING_RELATIVE:
-        reason = f"its file shakes by {residual:.1e} of the bodies' own inertia"
+        reason = f"its file shakes by {size_text(residual)} of the bodies' own inertia"
         return replace(blank, reason=reason, residual=residual)
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     done = replace(

@@ -28,7 +28,7 @@ from balance.transfers.compute_transfers import Transfers
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice
 from kinematics.urdf.validate_inertias import UNPHYSICAL
-from kinematics.wording import first_names, html_facts, repr_lines
+from kinematics.wording import first_names, html_facts, repr_lines, size_text
 
 __all__ = ["REPORT_SCHEMA", "AsGiven", "DesignSpace", "residual_of", "square_doubt"]
 
@@ -147,16 +147,18 @@ class DesignSpace(SpaceData):
         limit = DROPPED_CLEARLY * relative_tolerance(self.chain)
         if self.dropped > limit:
             found.append(
-                f"a singular value of {self.dropped:.1e} counts as round-off: ranks may be "
-                "too low"
+                f"a singular value of {size_text(self.dropped)} counts as round-off: "
+                "ranks may be too low"
             )
         transfers = self.chain_transfers
         if transfers.kept < KEPT_CLEARLY:
-            found.append(f"a direction of size {transfers.kept:.1e} decides about transfers")
+            found.append(
+                f"a direction of size {size_text(transfers.kept)} decides about transfers"
+            )
         if transfers.dropped > limit:
             found.append(
-                f"a direction of size {transfers.dropped:.1e} counts as round-off: the serial "
-                "part may be wrong"
+                f"a direction of size {size_text(transfers.dropped)} counts as round-off: "
+                "the serial part may be wrong"
             )
         return (*found, *square_doubt(self.kept))
 

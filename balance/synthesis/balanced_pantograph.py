@@ -19,6 +19,7 @@ from balance.synthesis.pantograph import (
     second_centre,
 )
 from balance.synthesis.rr_chain import RRChain
+from kinematics.linalg.ties import first_largest
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.write_numbers import element_text, number_words
@@ -106,7 +107,7 @@ class BalancedPantograph:
         if abs(math.sin(self.opening)) >= REGULAR:
             return 0.0, 0.0
         path = np.linspace(min(self.deltas), max(self.deltas), POSES)
-        best = float(path[np.argmax(np.abs(np.sin(path)))])
+        best = float(path[first_largest(np.abs(np.sin(path)))])
         inertias = self.inertias
         link = float(link_turn(best, inertias) - link_turn(self.opening, inertias))
         return link, link - (best - self.opening)

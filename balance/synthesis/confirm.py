@@ -18,6 +18,7 @@ from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
+from kinematics.wording import size_text
 
 __all__ = ["Confirmation", "confirm_along", "confirm_relation"]
 
@@ -108,7 +109,7 @@ def _judge(checked: Verification, balanced: bool, words: str) -> Confirmation:
     if not balanced:
         reasons.append("its masses are not in the design space")
     if not momentum <= SYNTHESIS_MOMENTUM:
-        reasons.append(f"it keeps {momentum:.1e} of the momentum of its bodies")
+        reasons.append(f"it keeps {size_text(momentum)} of the momentum of its bodies")
     if not checked.balanced:
-        reasons.append(f"it shakes by {shaking:.1e} of the inertia of its bodies")
+        reasons.append(f"it shakes by {size_text(shaking)} of the inertia of its bodies")
     return Confirmation(not reasons, momentum, shaking, words, "; ".join(reasons))

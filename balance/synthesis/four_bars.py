@@ -32,6 +32,7 @@ from balance.synthesis.constrained_motion import Defect
 from balance.synthesis.positions import Displacement, Position, displacements, size_of
 from balance.synthesis.zero_contour import refine_roots
 from kinematics.errors import SynthesisError
+from kinematics.linalg.ties import rank_least_first
 
 __all__ = ["FOUR_BARS", "FourBarDesign", "four_bars_through", "place_four_bar"]
 
@@ -171,7 +172,8 @@ def four_bars_through(
     good = [
         each for each in found if 0.02 * size < abs(each.scale) and each.spread < 50.0 * size
     ]
-    return tuple(sorted(good, key=lambda each: (len(each.defects), each.spread)))
+    ranks = rank_least_first([each.spread for each in good])
+    return tuple(sorted((good[k] for k in ranks), key=lambda each: len(each.defects)))
 
 
 def _pole(step: Displacement, number: int) -> complex:

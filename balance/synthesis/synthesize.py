@@ -39,6 +39,8 @@ from balance.synthesis.rr_chain import (
 )
 from balance.synthesis.three_positions import default_window
 from kinematics.errors import UsageError
+from kinematics.linalg.ties import rank_least_first
+from kinematics.wording import ten_digits
 
 __all__ = ["KINDS", "SynthesisRequest", "synthesize"]
 
@@ -192,7 +194,8 @@ def _changes(request: SynthesisRequest, pantograph: BalancedPantograph) -> tuple
         return ("masses in proportion to the chain: links of 1 kg, a payload of 0.1 kg",)
     given, own = asdict(request.masses), asdict(pantograph.masses)
     return tuple(
-        f"{name} changed from {given[name]:.6g} to {own[name]:.6g}, so that C = 0, k = -J2/J1"
+        f"{name} changed from {ten_digits(given[name]):.6g} to {ten_digits(own[name]):.6g}, "
+        "so that C = 0, k = -J2/J1"
         for name in own
         if own[name] != given[name]
     )
@@ -218,7 +221,10 @@ def _nonlinear(request: SynthesisRequest) -> Synthesis:
         request.positions, line, masses, np.linspace(low, high, GRID),
         np.linspace(0.0, HIGHEST * own or 1.0, GRID), progress=request.progress,
     )  # fmt: skip
-    words = f"{line.free} pivots up to {max(-low, high):.4g} m from the chord were searched"
+    words = (
+        f"{line.free} pivots up to {ten_digits(max(-low, high)):.4g} m from the chord "
+        "were searched"
+    )
     return _choose(request, designs, found, words)
 
 
@@ -239,7 +245,8 @@ def _choose(
     request: SynthesisRequest, designs: Sequence[BalancedPantograph], found: object, words: str
 ) -> Synthesis:
     """Confirm the best designs: without defects, and with short first links."""
-    ranked = sorted(designs, key=lambda one: (len(list_defects(one)), one.chain.length))
+    ranks = rank_least_first([one.chain.length for one in designs])
+    ranked = sorted((designs[k] for k in ranks), key=lambda one: len(list_defects(one)))
     mechanisms = tuple(_pantograph(one, None) for one in ranked[:MOST])
     remarks = [words]
     if request.masses is None:

@@ -12,8 +12,10 @@ from balance.motion_tolerances import AGREEMENT_RELATIVE, CONDITIONING_NOTICE
 from balance.options import Balance
 from balance.verification.crank_revolution import Crank
 from balance.verification.run import PARTS, Run
+from kinematics.linalg.ties import first_largest
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.wording import count_noun, html_facts, repr_lines
+from kinematics.tolerances import TIE_RELATIVE
+from kinematics.wording import count_noun, html_facts, repr_lines, size_text
 
 __all__ = ["VERIFY_SCHEMA", "Verification"]
 
@@ -54,8 +56,8 @@ class Verification:
         count = count_noun(len(self.runs), "motion")
         return repr_lines(
             f"Verification of {self.model}, {self.balance} balance, over {count}",
-            f"shaking force {self.force:.3g} N, {self.force_residual:.1e} of inertia",
-            f"shaking moment {self.moment:.3g} N m, {self.moment_residual:.1e} of inertia",
+            f"shaking force {self.force_text}",
+            f"shaking moment {self.moment_text}",
             f"{self.verdict} (tolerance {self.tolerance:.1e})",
         )
 
@@ -65,8 +67,8 @@ class Verification:
             f"Verification of {self.model}",
             ("balance", self.balance),
             ("motions", str(len(self.runs))),
-            ("shaking force", f"{self.force:.3g} N, {self.force_residual:.1e} of inertia"),
-            ("shaking moment", f"{self.moment:.3g} N m, {self.moment_residual:.1e} of inertia"),
+            ("shaking force", self.force_text),
+            ("shaking moment", self.moment_text),
             ("verdict", f"{self.verdict} (tolerance {self.tolerance:.1e})"),
         )
 
@@ -174,24 +176,51 @@ class Verification:
     def brief(self) -> str:
         """Summary in one line."""
         return (
-            f"{self.verdict}, shaking force {self.force_residual:.1e} and moment "
-            f"{self.moment_residual:.1e} of inertia"
+            f"{self.verdict}, shaking force {size_text(self.force_residual)} and moment "
+            f"{size_text(self.moment_residual)} of inertia"
         )
 
     def worst(self, part: str) -> int:
-        """Return the index of the motion with the peak ``"force"`` or ``"moment"``."""
-        return int(np.argmax([run.peak(part) for run in self.runs]))
+        """Return the index of the first motion with the peak ``"force"`` or ``"moment"``."""
+        return first_largest([run.peak(part) for run in self.runs], self.part_scale(part))
+
+    def part_scale(self, part: str) -> float:
+        """Return what the shaking ``"force"`` or ``"moment"`` is relative to, N or N m."""
+        return self.scale if part == "force" else self.scale * self.length
+
+    def load_text(self, part: str, load: float) -> str:
+        """Write a shaking ``"force"`` or ``"moment"`` with its unit; round-off as a bound.
+
+        Args:
+            part: ``"force"`` or ``"moment"``.
+            load: its size, N or N m.
+        """
+        unit = "N" if part == "force" else "N m"
+        return f"{size_text(load, '.3g', self.part_scale(part))} {unit}"
+
+    @property
+    def force_text(self) -> str:
+        """The peak shaking force, and its residual, in words."""
+        load = self.load_text("force", self.force)
+        return f"{load}, {size_text(self.force_residual)} of inertia"
+
+    @property
+    def moment_text(self) -> str:
+        """The peak shaking moment, and its residual, in words."""
+        load = self.load_text("moment", self.moment)
+        return f"{load}, {size_text(self.moment_residual)} of inertia"
 
     @property
     def plotted(self) -> int:
         """Index of the motion that figures show.
 
         By default it has the peak that decides the verdict: the largest force, or moment over
-        the characteristic length.
+        the characteristic length. If both are round-off, the force counts.
         """
         if self.shown is not None:
             return self.shown
-        if self.balance == "force" or self.force_residual >= self.moment_residual:
+        ahead = self.moment_residual - self.force_residual
+        if self.balance == "force" or ahead <= TIE_RELATIVE * max(1.0, self.force_residual):
             return self.worst("force")
         return self.worst("moment")
 
@@ -251,7 +280,9 @@ class Verification:
                 "next one may shake otherwise"
             )
         if not self.agreed:
-            found.append(f"Pinocchio and our series differ by {self.agreement:.1e}: no verdict")
+            found.append(
+                f"Pinocchio and our series differ by {size_text(self.agreement)}: no verdict"
+            )
         return tuple(found)
 
     def to_dict(self) -> dict[str, object]:
@@ -297,7 +328,7 @@ class Verification:
         if self.bearing == 0.0:
             return None
         peaks = np.max([run.bearing.max(axis=0) for run in self.runs], axis=0)
-        return self.linkage.joints[int(np.argmax(peaks))].name
+        return self.linkage.joints[first_largest(peaks)].name
 
     def _speed(self) -> dict[str, object] | None:
         """Return the entry ``speed`` of the data."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.verification.trajectory import Trajectory
-from kinematics.wording import repr_lines
+from kinematics.wording import repr_lines, size_text
 
 __all__ = ["PARTS", "Run"]
 
@@ -71,7 +71,9 @@ class Run:
     def __repr__(self) -> str:
         """Two lines: the motion and its peaks."""
         force, moment = self.peak("force"), self.peak("moment")
+        scale = float(self.inertia.max(initial=0.0))
         return repr_lines(
             f"Run: {self.trajectory!r}",
-            f"shaking force {force:.3g} N, shaking moment {moment:.3g} N m",
+            f"shaking force {size_text(force, '.3g', scale)} N, shaking moment "
+            f"{size_text(moment, '.3g', scale)} N m",
         )

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from kinematics.assembly.loop_openness import loop_residual, weld_gaps
 from kinematics.closure.newton import forward_kinematics
 from kinematics.errors import OpenLoopError
+from kinematics.linalg.ties import first_largest, rank_least_first
 from kinematics.mobility.components import Component
 from kinematics.mobility.first_order import first_order_mobility_of
 from kinematics.model.arrays import freeze
 from kinematics.model.full_turns import position_text, wrap_turns
 from kinematics.model.linkage import Notice, UnassembledLinkage
-from kinematics.tolerances import ALMOST_CLOSED_RESIDUAL, UNMOVED_DISTANCE
+from kinematics.tolerances import ALMOST_CLOSED_RESIDUAL, MOTION_EQUAL, UNMOVED_DISTANCE
 from kinematics.wording import count_noun
 
 __all__ = [
@@ -100,8 +101,8 @@ def other_poses_of(
             poses[number] = (each.part, q)
             there = freeze(sum_positions(draft, units, poses) * units + before)
             found.append((motion / each.motion, there))
-    found.sort(key=lambda pair: pair[0])
-    return tuple(there for _, there in found[:MAX_OTHER_POSES])
+    order = rank_least_first([motion for motion, _ in found], relative=MOTION_EQUAL)
+    return tuple(found[k][1] for k in order[:MAX_OTHER_POSES])
 
 
 def pose_words(draft: UnassembledLinkage, q: Array, joints: Iterable[int]) -> str:
@@ -162,7 +163,7 @@ def closing_notices(found: ClosedComponent) -> list[Notice]:
     q, _ = wrap_turns(joints, found.q)
     home = forward_kinematics(chain, np.zeros(q.size))
     opening = np.abs(loop_residual(chain, weld_gaps(found.part), home)).max()
-    furthest = int(np.argmax(np.abs(q)))
+    furthest = first_largest(np.abs(q), relative=MOTION_EQUAL)
     joint = joints[furthest]
     how = "from the pose of the file"
     if found.starts > 1:

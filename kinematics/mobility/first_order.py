@@ -16,6 +16,7 @@ from kinematics.linalg.gauss_newton import (
     gauss_newton,
     step_grows,
 )
+from kinematics.linalg.ties import first_largest
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import Chain
 from kinematics.tolerances import (
@@ -97,7 +98,7 @@ def independent_rows(free: Array) -> NDArray[np.int64]:
     rest, chosen = free.copy(), []
     for _ in range(free.shape[1]):
         sizes = np.linalg.norm(rest, axis=1)
-        chosen.append(int(np.argmax(sizes)))
+        chosen.append(first_largest(sizes))
         rest = project_out(rest.T, rest[chosen[-1]] / sizes[chosen[-1]]).T
     return np.sort(np.array(chosen))
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import expand, loop_matrix
 from kinematics.linalg.gauss_newton import Iterate, LevenbergMarquardt, gauss_newton
+from kinematics.linalg.ties import first_largest
 from kinematics.linalg.vectors import distinct_vectors, project_out
 from kinematics.mobility.first_order import (
     closure_equations,
@@ -109,7 +110,7 @@ def analyse_local_mobility(
 
 def _order_of_single_freedom(chain: Chain, N: Array) -> int:
     """Find the order at which a single freedom stops closing the loops; 0 if none is found."""
-    joint = int(np.argmax(np.abs(N[:, 0])))
+    joint = first_largest(np.abs(N[:, 0]))
     moved = move_chain(chain, np.array([joint]), np.eye(1))
     series = expand(moved, np.ones((1, 1)), MAX_ORDER - 1)
     sizes = np.abs(series.C[0]).max(axis=(1, 2))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kinematics.errors import CoordinateError
 from kinematics.linalg.vectors import project_out
 from kinematics.model.linkage import Joint, Notice, UnassembledLinkage, names_of
-from kinematics.tolerances import REMAINING_FREEDOM, STANDSTILL_RELATIVE
+from kinematics.tolerances import REMAINING_FREEDOM, STANDSTILL_RELATIVE, TIE_RELATIVE
 
 __all__ = ["choose_coordinates"]
 
@@ -94,7 +94,8 @@ def _candidate_inputs(draft: UnassembledLinkage, rest: Array) -> list[int]:
     conditioned; joints of the tree come before those of loops, earlier ones before later.
     """
     sizes = np.linalg.norm(rest, axis=1)
-    good = np.flatnonzero(sizes >= max(sizes.max(initial=0.0) / 3.0, REMAINING_FREEDOM))
+    least = (1.0 - TIE_RELATIVE) * sizes.max(initial=0.0) / 3.0
+    good = np.flatnonzero(sizes >= max(least, REMAINING_FREEDOM))
     return sorted(good.tolist(), key=lambda j: (draft.joints[j].in_loop, j))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.linalg.skyline_qr import envelope_table
-from kinematics.wording import count_noun, vector_text
+from kinematics.wording import count_noun, ten_digits, vector_text
 
 __all__ = ["Chain", "Frame", "IntArray", "Structure", "freeze", "read_only"]
 
@@ -57,7 +57,10 @@ class Frame:
 
     def __repr__(self) -> str:
         """Give one line: origin and length."""
-        return f"Frame: origin {vector_text(self.origin)} m, length {self.length:.4g} m"
+        return (
+            f"Frame: origin {vector_text(self.origin)} m, length "
+            f"{ten_digits(self.length):.4g} m"
+        )
 
 
 class Structure:

@@ -16,7 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.model.arrays import Chain, IntArray, freeze
-from kinematics.wording import count_noun, first_names, html_facts, repr_lines, vector_text
+from kinematics.wording import (
+    count_noun,
+    first_names,
+    html_facts,
+    repr_lines,
+    ten_digits,
+    vector_text,
+)
 
 if TYPE_CHECKING:
     from kinematics.urdf_elements.element import Document, Element
@@ -103,7 +110,7 @@ class Body:
 
     def __repr__(self) -> str:
         """Give one line: mass and link."""
-        return f"Body {self.name}: {self.inertia[0]:.4g} kg, on link {self.link}"
+        return f"Body {self.name}: {ten_digits(self.inertia[0]):.4g} kg, on link {self.link}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +277,8 @@ class Linkage(UnassembledLinkage):
         """Text of the reference pose, if a caller asked for it; otherwise empty."""
         kinds = {joint.name: joint.kind for joint in self.joints}
         named = (
-            f"{name} = {value:.6g} {'m' if kinds.get(name) == 'prismatic' else 'rad'}"
+            f"{name} = {ten_digits(value):.6g} "
+            f"{'m' if kinds.get(name) == 'prismatic' else 'rad'}"
             for name, value in (self.at or {}).items()
         )
         return f"{', '.join(named)} from the pose of the file" if self.at else ""

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.linalg.ties import first_largest
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import lock_joints
@@ -41,7 +42,7 @@ def plane_normal(chain: Chain, tolerance: float = PLANAR_DEVIATION) -> Array | N
             n = n / np.linalg.norm(n)
     else:
         return None
-    n = n * np.sign(n[np.argmax(np.abs(n))])
+    n = n * np.sign(n[first_largest(np.abs(n))])
     along = np.abs(np.sum(turning[:, :3] * turning[:, 3:], axis=1))
     off_axis = np.linalg.norm(np.cross(turning[:, :3], n), axis=1)
     out_of_plane = np.abs(sliding @ n)
@@ -55,7 +56,7 @@ def plane_axes(normal: Array) -> Array:
     The first is the axis that comes after the one nearest the normal in the cycle x, y, z,
     made perpendicular to the normal.
     """
-    helper = np.eye(3)[(int(np.argmax(np.abs(normal))) + 1) % 3]
+    helper = np.eye(3)[(first_largest(np.abs(normal)) + 1) % 3]
     x = project_out(helper, normal)
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(normal, x), normal])

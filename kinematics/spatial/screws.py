@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.tolerances import SCREW_PART_RELATIVE
-from kinematics.wording import vector_text
+from kinematics.wording import ten_digits, vector_text
 
 __all__ = [
     "Ad",
@@ -147,7 +147,10 @@ class ScrewAxis:
     def __repr__(self) -> str:
         """Give one line: point, direction, pitch and magnitude."""
         where = f"through {vector_text(self.point)} m along {vector_text(self.direction)}"
-        return f"ScrewAxis {where}, pitch {self.pitch:.4g} m, magnitude {self.magnitude:.4g}"
+        return (
+            f"ScrewAxis {where}, pitch {ten_digits(self.pitch):.4g} m, magnitude "
+            f"{ten_digits(self.magnitude):.4g}"
+        )
 
 
 def _line_of_screw(line: Array, moment: Array, tolerance: float) -> ScrewAxis:

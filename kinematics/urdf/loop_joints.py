@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinematics.linalg.ties import first_largest
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import freeze
 from kinematics.model.chain import loop_joints
@@ -65,7 +66,7 @@ def perpendicular_to(n: Array, direction: ArrayLike | None = None) -> Array:
         Unit vector (3,).
     """
     if direction is None:
-        d = np.roll(np.eye(3), 1, axis=1)[np.argmax(np.abs(n))]
+        d = np.roll(np.eye(3), 1, axis=1)[first_largest(np.abs(n))]
     else:
         d = unit_vector(direction)
     return unit_vector(project_out(d, n))

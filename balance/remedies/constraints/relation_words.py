@@ -25,6 +25,7 @@ from balance.tolerances import (
     FRACTION_IN_TEXT,
     TERMS_RANK,
 )
+from kinematics.wording import ten_digits
 
 __all__ = ["InertiaNeed", "inertia_needs", "turning_ratios"]
 
@@ -55,7 +56,7 @@ class InertiaNeed(NamedTuple):
         if self.constant is None:
             sides[1].append("terms of the masses")
         elif self.constant:
-            sides[self.constant < 0.0].append(f"{abs(self.constant):.6g} kg m²")
+            sides[self.constant < 0.0].append(f"{ten_digits(abs(self.constant)):.6g} kg m²")
             sides.reverse()
         left, right = (" + ".join(side) or "0" for side in sides)
         return f"{left} = {right}"
@@ -144,4 +145,8 @@ def _named(bodies: Sequence[str], row: Array) -> dict[str, float]:
 
 
 def _term(factor: float, name: str) -> str:
-    return f"J({name})" if abs(factor - 1.0) <= FRACTION_IN_TEXT else f"{factor:.6g} J({name})"
+    return (
+        f"J({name})"
+        if abs(factor - 1.0) <= FRACTION_IN_TEXT
+        else f"{ten_digits(factor):.6g} J({name})"
+    )

@@ -21,6 +21,7 @@ from balance.verification.to_pinocchio import verify
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["apply_slider_path"]
 
@@ -88,13 +89,15 @@ def _verified(
         residual = max(residual, checked.moment_residual)
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     reason = (
-        f"balanced along a path of {length:.3g} rad of the inputs, one of "
+        f"balanced along a path of {ten_digits(length):.3g} rad of the inputs, one of "
         f"{found.dimension} reactionless directions; a slider or cam must hold it"
     )
     good = residual <= SHAKING_RELATIVE
+    if not good:
+        reason = f"its path shakes by {size_text(residual)} of the bodies' own inertia"
     done = AppliedRemedy(
         KEY, words, "feasible" if good else "undecided",
-        reason if good else f"its path shakes by {residual:.1e} of the bodies' own inertia",
+        reason,
         lost_freedoms=request.freedoms - 1, residual=residual, urdf=urdf,
         files={"path.csv": path_table(linkage, path)},
         details={"length": length, "choices": found.dimension},

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from balance.remedies.momentum_along import momentum_along
 from balance.tolerances import AS_GIVEN_RESIDUAL
 from balance.verification.trajectory import random_motions
+from kinematics.linalg.ties import first_direction, first_largest, round_clear
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
 from kinematics.wording import vector_text
@@ -185,14 +186,14 @@ def place_of(linkage: Linkage) -> Place:
         ahead = float(np.linalg.norm(com - joints[body.link].point))
         radius = max(radius, float(way[body.link]) + 2.0 * ahead)
     radius = radius or slide
-    digits = 1 - int(np.floor(np.log10(radius)))
+    digits = 1 - int(np.floor(np.log10(radius * (1.0 + AS_GIVEN_RESIDUAL))))
     radius = float(np.round(np.ceil(radius * 10.0**digits - AS_GIVEN_RESIDUAL), 0))
     R = linkage.chain.frame.R
     axes = np.eye(3) if not linkage.planar or _is_coordinate(R[2]) else R
     if linkage.planar and _is_coordinate(R[2]):
-        axes = np.roll(np.eye(3), 2 - int(np.argmax(np.abs(R[2]))), axis=0)
+        axes = np.roll(np.eye(3), 2 - first_largest(np.abs(R[2])), axis=0)
     return Place(
-        np.round(centre, digits), round(radius / 10.0**digits, digits), axes, linkage.planar
+        round_clear(centre, digits), round(radius / 10.0**digits, digits), axes, linkage.planar
     )
 
 
@@ -239,7 +240,10 @@ def _left_axis(momenta: _Momenta, force: bool) -> list[Array]:
     if not left.size:
         return []
     _, sizes, directions = np.linalg.svd(left)
-    return [directions[0]] if sizes[0] > np.sqrt(AS_GIVEN_RESIDUAL) else []
+    if not sizes[0] > np.sqrt(AS_GIVEN_RESIDUAL):
+        return []
+    equal = sizes >= (1.0 - np.sqrt(AS_GIVEN_RESIDUAL)) * sizes[0]
+    return [first_direction(directions[: sizes.size][equal])]
 
 
 def _turn_point(momenta: _Momenta, n: Array, place: Place, force: bool) -> Array | None:
@@ -259,7 +263,7 @@ def _turn_point(momenta: _Momenta, n: Array, place: Place, force: bool) -> Array
     _, sizes, directions = np.linalg.svd(p)
     if sizes[1] > AS_GIVEN_RESIDUAL * sizes[0]:
         return point
-    return _beside(place, np.round(directions[0], 15), point)
+    return _beside(place, np.round(first_direction(directions[:1]), 15), point)
 
 
 def _across(place: Place, n: Array) -> Array:

@@ -26,7 +26,9 @@ from balance.remedies.counter_rotations.rotor_sets import (
     decide_rotors,
 )
 from balance.spaces.design_space import DesignSpace
-from kinematics.wording import count_noun, repr_lines
+from balance.tolerances import MASSES_EQUAL
+from kinematics.linalg.ties import rank_least_first
+from kinematics.wording import count_noun, repr_lines, ten_digits
 
 __all__ = [
     "FewestRotors",
@@ -61,7 +63,7 @@ class RotorSet:
         """One line: the joints, and the ratio."""
         names = ", ".join(self.joints)
         return repr_lines(
-            f"RotorSet on {names}: {self.ratio:.4g} of the own rotational inertia"
+            f"RotorSet on {names}: {ten_digits(self.ratio):.4g} of the own rotational inertia"
         )
 
 
@@ -152,7 +154,9 @@ def fewest_of(conditions: RotorConditions, progress: Progress | None = None) -> 
     verdict: Verdict = "undecided"
     if sure:
         verdict = "infeasible" if size is None else "feasible"
-    sets.sort(key=lambda one: (one.ratio, one.joints))
+    sets.sort(key=lambda one: one.joints)
+    ratios = [one.ratio for one in sets]
+    sets = [sets[k] for k in rank_least_first(ratios, relative=MASSES_EQUAL)]
     return FewestRotors(
         verdict, conditions.joints, size if sure else None, tuple(sets), minimal,
         tuple(found.certificates), conditions, _words(verdict, conditions, sets),
@@ -285,6 +289,7 @@ def _words(verdict: Verdict, conditions: RotorConditions, sets: Sequence[RotorSe
     best = ", ".join(sets[0].joints)
     others = f"; {count_noun(len(sets), 'set')} of that size do" if len(sets) > 1 else ""
     return (
-        f"feasible with {number}, and not with fewer: on {best}, with {sets[0].ratio:.4g} of "
+        f"feasible with {number}, and not with fewer: on {best}, with "
+        f"{ten_digits(sets[0].ratio):.4g} of "
         f"the linkage's own rotational inertia{others}"
     )

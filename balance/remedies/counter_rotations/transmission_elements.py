@@ -19,7 +19,9 @@ from balance.added_masses.regions import Region, ball_region
 from balance.designs.mass_regions import joint_points
 from balance.remedies.counter_rotations.rotor_elements import RotorWriter
 from balance.remedies.request import RemedyRequest
+from kinematics.linalg.ties import first_largest, round_clear
 from kinematics.model.chain import path
+from kinematics.tolerances import TIE_RELATIVE
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.make_elements import inertial, joint, link, loop, origin
 from kinematics.urdf_elements.write_numbers import number_words
@@ -229,11 +231,11 @@ class TransmissionWriter(RotorWriter):
         turn = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
         e = np.column_stack([np.cos(turn), np.sin(turn)])
         sines = np.abs(np.outer(e[:, 0], flat[:, 1]) - np.outer(e[:, 1], flat[:, 0])) / lengths
-        best = e[int(np.argmax(np.round(sines.min(axis=1), 9)))]
+        best = e[first_largest(sines.min(axis=1))]
         length = LEVER * float(lengths.min())
         # Four digits, so that both levers of a parallelogram have the same decimals.
-        digits = 3 - int(np.floor(np.log10(length)))
-        return np.asarray(np.round(length * best, digits) @ self.axes[:2])
+        digits = 3 - int(np.floor(np.log10(length * (1.0 + TIE_RELATIVE))))
+        return np.asarray(round_clear(length * best, digits) @ self.axes[:2])
 
     def _local(self, name: str, vector: Array) -> Array:
         """Express an inertial vector (3,) in the frame of the link after a joint."""

@@ -28,6 +28,7 @@ from balance.spaces.compute_space import design_space
 from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
+from kinematics.wording import size_text
 
 __all__ = ["apply_added_dyad", "buildable", "walks_from_random"]
 
@@ -215,6 +216,6 @@ def _none(slides: bool, tried: int, best: float) -> AppliedRemedy:
     kind = "RRP" if slides else "RRR"
     reason = (
         f"no member found: {tried} known geometries, and {WALKS} walks to related angles "
-        f"(best residual {best:.1e}), have no buildable masses; others may"
+        f"(best residual {size_text(best)}), have no buildable masses; others may"
     )
     return AppliedRemedy("added_dyad", f"{kind} between any two links", "undecided", reason)

@@ -34,6 +34,7 @@ from balance.verification.trajectory import Trajectory, drive, order_inputs, ran
 from kinematics.errors import LinkageError, PoseError
 from kinematics.model.linkage import GROUND, Joint, Linkage
 from kinematics.model.motion import Motion, motion_of
+from kinematics.wording import ten_digits
 
 __all__ = ["build_geared_wheel"]
 
@@ -93,7 +94,10 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     radius, centre = request.rotor_radius, _crank_joint(linkage, crank).point
     point = centre + 2.0 * radius * linkage.chain.frame.R[0]
     wheel = make_wheel(found.document, normal, point, table.inertia, radius)
-    words = f"a wheel of {wheel.mass:.4g} kg on the base that {crank} drives at a varying ratio"
+    words = (
+        f"a wheel of {ten_digits(wheel.mass):.4g} kg on the base that {crank} drives at "
+        "a varying ratio"
+    )
     blank = AppliedRemedy("passive_wheel", words, "undecided", "")
     done, moved = verify_with_wheels(request, blank, found, [wheel], runs)
     motion = motion_columns((*linkage.inputs, wheel.joint), moved[0])

@@ -26,6 +26,7 @@ from balance.remedies.wheels.wheels_on_base import (
 )
 from balance.verification.trajectory import Trajectory, random_motions
 from kinematics.model.motion import motion_of
+from kinematics.wording import ten_digits
 
 __all__ = ["build_motor_wheels"]
 
@@ -62,7 +63,10 @@ def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
     mass = sum(wheel.mass for wheel in wheels)
     count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"
     blank = AppliedRemedy(
-        "active_wheel", f"{count} of {mass:.4g} kg on the base, with motors", "undecided", ""
+        "active_wheel",
+        f"{count} of {ten_digits(mass):.4g} kg on the base, with motors",
+        "undecided",
+        "",
     )
     fine = fine_motion(found.linkage, limits)
     done, (*moved, shown) = verify_with_wheels(request, blank, found, wheels, [*runs, fine])

@@ -28,6 +28,7 @@ from kinematics.model_gallery import load
 from kinematics.urdf_elements import make_elements
 from kinematics.urdf_elements.element import Document, Element
 from kinematics.urdf_elements.write_numbers import number_words
+from kinematics.wording import size_text
 
 __all__ = [
     "ForceBalanced", "NoWheel", "Wheel", "balance_force", "fine_motion", "has_momentum",
@@ -268,7 +269,7 @@ def verify_with_wheels(
         new_joints=tuple(wheel.joint for wheel in wheels),
     )  # fmt: skip
     if not (residual <= SHAKING_RELATIVE and checked.agreed):
-        reason = f"its file shakes by {residual:.1e} of the bodies' own inertia"
+        reason = f"its file shakes by {size_text(residual)} of the bodies' own inertia"
         return replace(blank, reason=reason), moved
     felt = {
         name: value for name, value in input_inertia(whole).items()

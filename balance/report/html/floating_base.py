@@ -20,6 +20,7 @@ from balance.report.html.time_panels import (
     panels_picture,
 )
 from balance.report.text.floating_base import floating_base_facts
+from kinematics.linalg.ties import rank_least_first
 
 __all__ = ["floating_base_page", "floating_base_picture", "floating_base_table"]
 
@@ -30,8 +31,8 @@ ROUND_OFF = 1e-9
 def _panels(found: FloatingBaseMotion) -> list[Panel]:
     """Build the panels of a simulation."""
     of, axes, names = found.samples, ("x", "y", "z"), found.linkage.inputs
-    moving = np.argsort(-np.abs(of.u).max(axis=0), kind="stable")[:MAX_LINES]
-    shown = sorted(moving.tolist())
+    reach = np.abs(of.u).max(axis=0)
+    shown = sorted(rank_least_first((-reach).tolist())[:MAX_LINES])
     lines = [of.rotation, of.displacement, of.turning]
     titles = ("base rotation (rad)", "base displacement (m)", "base turning (rad/s)")
     return [

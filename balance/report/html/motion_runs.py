@@ -12,6 +12,7 @@ from balance.report.html.scene import scene
 from balance.report.html.time_panels import COLOURS, MAX_LINES
 from balance.taylor_poses.prediction import Predictions
 from kinematics.errors import UnreachedError
+from kinematics.linalg.ties import rank_least_first
 from kinematics.model.chain import rigid_parts
 
 __all__ = ["motion_runs"]
@@ -128,9 +129,8 @@ def _chart(found: Predictions, run: _Run) -> dict[str, Any]:
     for row, unit in enumerate(shown):
         mark = str(row + 1) if row else ""
         reach = np.where(units == unit, np.ptp(run.q, axis=0), -1.0)
-        most = sorted(
-            np.argsort(-reach, kind="stable")[: min(MAX_LINES, (units == unit).sum())]
-        )
+        ranks = rank_least_first((-reach).tolist())
+        most = sorted(ranks[: min(MAX_LINES, int((units == unit).sum()))])
         values = run.q[:, most]
         low, high = float(values.min()), float(values.max())
         margin = 0.08 * (high - low) or 1.0

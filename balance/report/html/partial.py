@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from balance.partial_balance.results import ParetoFront, PartialBalance
 from balance.report.html.plot_style import image, tidy
 from balance.report.html.time_panels import COLOURS
+from kinematics.linalg.ties import rank_least_first
 
 __all__ = ["front_picture"]
 
@@ -78,7 +79,9 @@ def _draw_inputs(ax: Any, mass: Array, shown: list[PartialBalance], name: str) -
     for key, before in given.items():
         if before > 0.0:
             lines[key] = [getattr(one.found, name)[key] / before for one in shown]
-    largest = sorted(lines, key=lambda key: -max(lines[key]))[:MOST_LINES]
+    names = list(lines)
+    ranks = rank_least_first([-max(line) for line in lines.values()])
+    largest = [names[k] for k in ranks[:MOST_LINES]]
     for key, colour in zip(largest, COLOURS * MOST_LINES, strict=False):
         ax.plot(mass, lines[key], "o-", ms=3, color=colour, label=key)
     ax.legend(fontsize=8, frameon=False)

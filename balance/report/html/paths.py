@@ -110,7 +110,7 @@ def _path_data(linkage: Linkage, number: int, path: ReactionlessPath) -> dict[st
     last = np.array([[p for part in frame for p in part][-1] for frame in frames])
     second = u[:, 1] if u.shape[1] > 1 else np.linspace(path.s[0], path.s[-1], FRAMES)
     return {
-        "label": f"{number}: {path.length:.3g} long, momentum {path.residual:.0e}",
+        "label": f"{number}: {path.length:.3g} long, momentum {path.residual_text}",
         "frames": frames, "trace": {"x": short(last[:, 0]), "y": short(last[:, 1])},
         "u": [short(u[:, 0]), short(second)], "time": short(time), "loads": loads,
         "straight": _straight_loads(linkage, path),

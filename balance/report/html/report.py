@@ -21,6 +21,7 @@ from balance.report.html.robot_shapes import robot_shapes
 from balance.report.html.scene import scene
 from balance.report.text.report import (
     decoupling_facts,
+    gap_text,
     inertia_sections,
     report_facts,
     report_table,
@@ -29,6 +30,7 @@ from balance.spaces.design_space import DesignSpace
 from balance.tolerances import COMPONENT_ZERO_RELATIVE
 from kinematics.model.linkage import Notice
 from kinematics.spatial.inertia import pseudo_inertia
+from kinematics.wording import number_text
 
 __all__ = ["report_page"]
 
@@ -86,9 +88,12 @@ def _spectra(space: DesignSpace) -> list[dict[str, object]]:
     return [
         {
             "order": order.order,
-            "values": [float(f"{value:.4g}") for value in decision.singular_values],
+            "values": [
+                float(number_text(value)) for value in decision.singular_values.tolist()
+            ],
             "kept": decision.kept,
             "dropped": decision.dropped,
+            "gap": gap_text(decision.kept, decision.dropped),
         }
         for order, decision in zip(space.orders, decisions, strict=True)
     ]
@@ -178,7 +183,7 @@ def _primitive_text(p: Primitive) -> str:
 
 def _signed(value: float) -> str:
     """Format a number with its sign."""
-    return f"{value:+.4g}".replace("-", "−")
+    return number_text(value, "+.4g").replace("-", "−")
 
 
 def _vector(vector: NDArray[np.float64]) -> str:
@@ -186,4 +191,4 @@ def _vector(vector: NDArray[np.float64]) -> str:
     kept = np.where(
         np.abs(vector) > COMPONENT_ZERO_RELATIVE * np.abs(vector).max(), vector, 0.0
     )
-    return "(" + ", ".join(f"{x:.4g}" for x in kept).replace("-", "−") + ")"
+    return "(" + ", ".join(map(number_text, kept.tolist())).replace("-", "−") + ")"

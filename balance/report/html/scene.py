@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 from balance.tolerances import POINT_EQUAL_RELATIVE
 from kinematics.closure.joint_positions import si_chain
+from kinematics.linalg.ties import first_largest
 from kinematics.linalg.vectors import distinct_vectors
 from kinematics.model.arrays import Chain
 from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
 from kinematics.spatial.inertia import pseudo_inertia
+from kinematics.wording import number_text
 
 __all__ = ["scene"]
 
@@ -136,7 +138,7 @@ def _tip(corners: Sequence[Sequence[float]], body: dict, linkage: Linkage) -> li
     start = linkage.joints[body["link"]].point
     ends = [*corners, body["centre"]] if len(corners) < 2 else corners
     away = [float(np.linalg.norm(np.asarray(corner) - start)) for corner in ends]
-    return list(ends[int(np.argmax(away))])
+    return list(ends[first_largest(away)])
 
 
 def _joint_data(
@@ -187,7 +189,7 @@ def _motion_columns(linkage: Linkage, motion: Motion) -> list[dict[str, object]]
     length = linkage.chain.frame.length
     columns = []
     for c in motion.basis.T:
-        free = next((i for i, x in enumerate(c) if x == 1.0), int(np.argmax(np.abs(c))))
+        free = next((i for i, x in enumerate(c) if x == 1.0), first_largest(np.abs(c)))
         columns.append({
             "label": _label(motion.inputs, c, free),
             "angle": kinds[motion.inputs[free]] != "prismatic",
@@ -204,7 +206,7 @@ def _label(inputs: Sequence[str], column: Array, free: int) -> str:
         return " = ".join(inputs[i] for i in moved)
     terms = []
     for i in (i for i in moved if i != free):
-        ratio = f"{abs(column[i] / column[free]):.3g}"
+        ratio = number_text(abs(column[i] / column[free]), ".3g")
         sign = "" if column[i] * column[free] > 0 else "−"
         terms.append(f"{inputs[i]} = {sign}{'' if ratio == '1' else f'{ratio} '}{inputs[free]}")
     return ", ".join(terms)

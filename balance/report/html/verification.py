@@ -23,6 +23,7 @@ from balance.report.html.time_panels import (
 from balance.tolerances import FORCE_EQUAL_RELATIVE
 from balance.verification.result import Verification
 from balance.verification.run import Run
+from kinematics.linalg.ties import rank_least_first
 
 __all__ = ["motion_heading", "panels", "verification_picture", "verification_table"]
 
@@ -93,7 +94,8 @@ def _largest_columns(
 ) -> tuple[tuple[str, ...], Array]:
     """Select the columns (N, n) of the largest values, in their order."""
     reach = np.abs(values).max(axis=0)
-    chosen = sorted(sorted(among, key=lambda k: -reach[k])[:MAX_LINES])
+    ranked = rank_least_first([-reach[k] for k in among])
+    chosen = sorted(among[i] for i in ranked[:MAX_LINES])
     return tuple(names[k] for k in chosen), values[:, chosen].T
 
 

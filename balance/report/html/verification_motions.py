@@ -15,6 +15,8 @@ from balance.report.html.time_panels import COLOURS, DASHES, PanelColumn, panels
 from balance.report.html.verification import motion_heading, panels
 from balance.verification.result import Verification
 from balance.verification.run import Run
+from kinematics.linalg.ties import rank_least_first
+from kinematics.wording import ten_digits
 
 __all__ = ["motion_choice", "motions_data"]
 
@@ -66,7 +68,8 @@ def motion_choice(found: Sequence[Verification]) -> list[int]:
     peaks = [
         max(run.peak("force"), run.peak("moment") / first.length) for run in first.runs[:count]
     ]
-    ranked = sorted(range(count), key=lambda k: (k != first.plotted, -peaks[k]))
+    ranked = rank_least_first([-peak for peak in peaks], first.scale)
+    ranked.sort(key=lambda k: k != first.plotted)
     return sorted(ranked[:most])
 
 
@@ -97,7 +100,7 @@ def _run_data(found: Verification, run: Run, chart: dict[str, object]) -> dict[s
         "time": short(run.trajectory.time[picked]),
         "q": [short(q) for q in run.trajectory.q[picked]],
         "force": [short(f) for f in force],
-        "rows": _numbers(run),
+        "rows": _numbers(found, run),
     }
 
 
@@ -129,12 +132,12 @@ def _polar(found: Verification, time: list[float | None], force: Array) -> dict[
     return {"data": traces, "layout": layout}
 
 
-def _numbers(run: Run) -> list[tuple[str, str]]:
+def _numbers(found: Verification, run: Run) -> list[tuple[str, str]]:
     """List the peaks and the root mean squares of one motion."""
     rows = []
-    for part, unit in (("force", "N"), ("moment", "N m")):
-        rows.append((f"shaking {part}", f"{run.peak(part):.3g} {unit}"))
-        rows.append((f"shaking {part}, rms", f"{run.rms(part):.3g} {unit}"))
-    rows.append(("bearing force", f"{float(run.bearing.max(initial=0.0)):.3g} N"))
+    for part in ("force", "moment"):
+        rows.append((f"shaking {part}", found.load_text(part, run.peak(part))))
+        rows.append((f"shaking {part}, rms", found.load_text(part, run.rms(part))))
+    rows.append(("bearing force", f"{ten_digits(float(run.bearing.max(initial=0.0))):.3g} N"))
     rows.append(("duration", f"{run.trajectory.duration:.4g} s"))
     return rows

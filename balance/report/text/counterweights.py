@@ -7,15 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import DENSITIES, Counterweight
-from balance.report.text.design import FORCE_ONLY, OTHER_WAYS
+from balance.report.text.design import FORCE_ONLY, OTHER_WAYS, vector_digits
+from balance.tolerances import MASSES_EQUAL
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["counterweight_rows", "counterweights_facts", "counterweights_text"]
 
 UNITS = {"mass": "kg", "inertia": "kg m²", "rotor": "kg m²"}
 CUBIC_CENTIMETRES = 1e6
-DIGITS = 6
+DIGITS = 5
 # Added mass, over the given mass, above which partial balance is named, and above which a
 # change of the request is no help.
 MUCH_ADDED = 3.0
@@ -44,13 +48,19 @@ def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
         default = " (default: half the link's length about its joint)"
         pairs.append((f"region {name}", region.text + default * (name in found.chosen)))
     if found.value is not None:
-        value = f"{found.minimise}: {found.value:.{DIGITS}g} {UNITS[found.minimise]}"
-        pairs.append(("minimised", f"{value}, the least up to {found.gap:.1e} of it"))
+        value = (
+            f"{found.minimise}: {ten_digits(found.value):.{DIGITS}g} {UNITS[found.minimise]}"
+        )
+        gap = size_text(found.gap or 0.0, floor=MASSES_EQUAL)
+        pairs.append(("minimised", f"{value}; gap to its proved bound {gap} of it"))
         share = found.added_mass / found.given_mass if found.given_mass else 0.0
-        added = f"{found.added_mass:.{DIGITS}g} kg, {share:.3g} times the given mass"
+        added = (
+            f"{ten_digits(found.added_mass):.{DIGITS}g} kg, {ten_digits(share):.3g} "
+            "times the given mass"
+        )
         if share > MUCH_ADDED:
             added += " (--partial --pareto 10 weighs mass against shaking)"
-        pairs += [("added", added), ("residual", f"{found.residual:.1e}")]
+        pairs += [("added", added), ("residual", size_text(found.residual or 0.0))]
     if found.check:
         pairs.append(("certificate", str(found.check)))
     most = MOST_ADDED * found.given_mass
@@ -69,11 +79,12 @@ def counterweight_rows(weights: Sequence[Counterweight]) -> list[tuple[str, ...]
     for weight in weights:
         parts = [(lump.mass, lump.position) for lump in weight.lumps]
         for mass, position in parts or [(weight.mass, weight.com)]:
-            place = ", ".join(f"{x + 0.0:.{DIGITS}g}" for x in position.round(9))
+            place = vector_digits(position, DIGITS)
             volumes = (
-                f"{CUBIC_CENTIMETRES * mass / density:.4g}" for density in DENSITIES.values()
+                f"{ten_digits(CUBIC_CENTIMETRES * mass / density):.4g}"
+                for density in DENSITIES.values()
             )
-            rows.append((weight.link, f"{mass:.{DIGITS}g}", place, *volumes))
+            rows.append((weight.link, f"{ten_digits(mass):.{DIGITS}g}", place, *volumes))
     return rows
 
 
@@ -95,7 +106,7 @@ def counterweights_text(found: Counterweights) -> str:
     for weight in found.weights:
         if not weight.lumps:
             entries = [weight.inertia[i, j] for i, j in _ENTRIES]
-            moments = ", ".join(f"{x:.{DIGITS}g}" for x in entries)
+            moments = vector_digits(np.array(entries), DIGITS)
             lines.append(f"{weight.link} needs about its centre Ixx, Iyy, Izz, Ixy, Ixz, Iyz = "
                          f"{moments} kg m²")  # fmt: skip
     return "\n".join(lines)

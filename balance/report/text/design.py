@@ -13,8 +13,17 @@ from numpy.typing import NDArray
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
+from kinematics.linalg.ties import round_clear
+from kinematics.wording import size_text, ten_digits
 
-__all__ = ["FORCE_ONLY", "OTHER_WAYS", "body_rows", "design_facts", "design_text"]
+__all__ = [
+    "FORCE_ONLY",
+    "OTHER_WAYS",
+    "body_rows",
+    "design_facts",
+    "design_text",
+    "vector_digits",
+]
 
 Array = NDArray[np.float64]
 
@@ -33,8 +42,11 @@ NEAR_SPECIAL_TEXT = (
     "to first order, a change of the geometry by {:.1e} of the size enlarges the design space: "
     "were coordinates rounded?"
 )
-# Digits of masses, and of the largest component of a vector.
-DIGITS = 6
+# Digits of masses, and of the largest component of a vector: the conic solver finds an optimum
+# to about six, and those of other processors may differ in the last of them.
+DIGITS = 4
+# Digits of moments of inertia: objectives determine them less well than masses.
+MOMENT_DIGITS = 2
 
 
 def design_facts(design: Design) -> list[tuple[str, str]]:
@@ -51,7 +63,7 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     pairs += [("design space", size), ("verdict", design.words)]
     pairs += _what_else(design)
     if design.minimise:
-        value = "" if design.value is None else f": {design.value:.{DIGITS}g}"
+        value = "" if design.value is None else f": {_objective_text(design.value)}"
         unit = _unit(design) if value else ""
         pairs.append(("minimised", f"{design.minimise}{value}{unit}"))
     if design.floor:
@@ -64,7 +76,7 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     pairs.append(("limits", _region_text(design)))
     if design.residuals:
         named = [item for item in design.residuals._asdict().items() if item[0] != "accepted"]
-        pairs.append(("residuals", ", ".join(f"{name} {x:.1e}" for name, x in named)))
+        pairs.append(("residuals", ", ".join(f"{name} {size_text(x)}" for name, x in named)))
     return pairs
 
 
@@ -104,7 +116,8 @@ def _floor_text(design: Design) -> str:
     assert design.floor is not None
     mass, moment = design.floor
     text = (
-        f"each link at least {mass:.3g} kg, with second moments of at least {moment:.3g} kg m²"
+        f"each link at least {ten_digits(mass):.3g} kg, with second moments of at least "
+        f"{ten_digits(moment):.3g} kg m²"
     )
     if design.keep or any(low > 0.0 for low, _ in design.bounds.values()):
         return text
@@ -125,6 +138,11 @@ def _region_text(design: Design) -> str:
     )
 
 
+def _objective_text(value: float) -> str:
+    """Write the value of an objective; a change that is round-off as a bound."""
+    return size_text(value, f".{DIGITS}g")
+
+
 def _unit(design: Design) -> str:
     """Return the unit of the objective, after a blank."""
     assert design.minimise is not None
@@ -135,7 +153,9 @@ def _unit(design: Design) -> str:
         if joint.kind == "prismatic" and joint.name in {*space.inputs} - {*space.idle}
     ]
     if design.minimise == "rotor" and slides:
-        return f"{unit}, {', '.join(slides)} in lengths of {space.length:.{DIGITS}g} m"
+        return (
+            f"{unit}, {', '.join(slides)} in lengths of {ten_digits(space.length):.{DIGITS}g} m"
+        )
     return unit
 
 
@@ -148,14 +168,23 @@ def _mass_range(low: float, high: float) -> str:
 
 def _row(body: BodyInertia) -> tuple[str, ...]:
     """Build the row of one body, with principal moments about its centre of mass."""
-    com = "" if body.link_com is None else _vector(body.link_com)
+    com = "" if body.link_com is None else vector_digits(body.link_com)
     inertia = body.link_inertia
-    moments = "" if inertia is None else _vector(np.asarray(np.linalg.eigvalsh(inertia)))
-    return body.name, f"{body.mass:.{DIGITS}g}", com, moments
+    moments = (
+        ""
+        if inertia is None
+        else vector_digits(np.asarray(np.linalg.eigvalsh(inertia)), MOMENT_DIGITS)
+    )
+    return body.name, f"{ten_digits(body.mass):.{DIGITS}g}", com, moments
 
 
-def _vector(vector: Array) -> str:
-    """Format numbers to the last decimal place of the largest one."""
-    largest = float(np.abs(vector).max())
-    place = DIGITS - 1 - int(np.floor(np.log10(largest))) if largest else 0
-    return ", ".join(f"{x + 0.0:.{DIGITS}g}" for x in np.round(vector, place))
+def vector_digits(vector: Array, digits: int = DIGITS) -> str:
+    """Format numbers to the last decimal place of the largest one.
+
+    Args:
+        vector: the numbers (n,).
+        digits: significant digits of the largest one.
+    """
+    largest = ten_digits(float(np.abs(vector).max()))
+    place = digits - 1 - int(np.floor(np.log10(largest))) if largest else 0
+    return ", ".join(f"{x + 0.0:.{digits}g}" for x in round_clear(vector, place).tolist())

@@ -14,6 +14,7 @@ from balance.flexible.simulate import FlexibleMotion
 from balance.flexible.support_points import STATIC_POINT, SupportPoints
 from balance.flexible.supported_modes import SupportedModes
 from balance.flexible.translators import TranslatorMotion
+from kinematics.wording import size_text, ten_digits
 
 __all__ = [
     "flexible_motion_facts", "flexible_motion_text", "free_modes_text", "similarity_text",
@@ -40,8 +41,8 @@ def free_modes_text(modes: Sequence[FreeMode]) -> str:
     """Write the modes of a free beam, without dimensions: λ², and zeros over the length."""
     rows = [("mode", "λ² = ω √(ρA l⁴ / EI)", "zeros ± ξ from the middle")]
     for one in modes:
-        zeros = " ".join(f"{zero:.15g}" for zero in one.zeros)
-        rows.append((str(one.number), f"{one.frequency:.12f}", zeros))
+        zeros = " ".join(f"{zero:.12g}" for zero in one.zeros)
+        rows.append((str(one.number), f"{one.frequency:.9f}", zeros))
     return "\n".join(_table(rows))
 
 
@@ -49,7 +50,9 @@ def supported_modes_text(modes: SupportedModes) -> str:
     """Write the frequencies of a beam on supports."""
     rows = [("mode", "frequency (Hz)", "ω (rad/s)")]
     for k, omega in enumerate(modes.frequencies.tolist(), 1):
-        rows.append((str(k), f"{omega / (2.0 * np.pi):.7g}", f"{omega:.7g}"))
+        rows.append(
+            (str(k), f"{ten_digits(omega / (2.0 * np.pi)):.7g}", f"{ten_digits(omega):.7g}")
+        )
     return "\n".join(_table(rows))
 
 
@@ -61,7 +64,7 @@ def supports_text(found: SupportPoints) -> str:
     modes = ", ".join(map(str, found.modes)) or "none"
     facts = [
         ("balanced", f"symmetric modes {modes}, and all antisymmetric ones"),
-        ("residual", f"{found.residual:.1e}"),
+        ("residual", size_text(found.residual)),
         ("hinge", f"ξ = ±{found.hinge:.9f}"),
         ("static", f"two points at ξ = ±{STATIC_POINT:.9f} for a uniform load"),
     ]
@@ -89,25 +92,36 @@ def similarity_text(
     """
     beam = second.beam
     facts = [
-        ("counter-arm", f"length {beam.length:.6g} m, EI {beam.bending:.6g} N m², "
-         f"ρA {beam.line_mass:.6g} kg/m, tip {second.tip_mass:.6g} kg"),
-        ("", f"tip radius {second.tip_radius:.6g} m, tip inertia {second.tip_inertia:.6g} "
-         f"kg m², hub radius {second.hub_radius:.6g} m"),
-        ("scale", f"{found.scale:.6g}"),
-        ("same material", f"thickness × {found.scale**2:.6g}, width × {found.scale**-4:.6g}, "
-         f"width of rigid parts × {found.scale**-3:.6g}"),
-        ("frequencies", " and ".join(f"{f:.6g} Hz" for f in found.frequencies)),
+        ("counter-arm", f"length {ten_digits(beam.length):.6g} m, EI "
+                        f"{ten_digits(beam.bending):.6g} N m², "
+         f"ρA {ten_digits(beam.line_mass):.6g} kg/m, tip {ten_digits(second.tip_mass):.6g} kg"),
+        ("", f"tip radius {ten_digits(second.tip_radius):.6g} m, tip inertia "
+             f"{ten_digits(second.tip_inertia):.6g} "
+         f"kg m², hub radius {ten_digits(second.hub_radius):.6g} m"),
+        ("scale", f"{ten_digits(found.scale):.6g}"),
+        ("same material", f"thickness × {ten_digits(found.scale**2):.6g}, width × "
+                          f"{ten_digits(found.scale**-4):.6g}, "
+         f"width of rigid parts × {ten_digits(found.scale**-3):.6g}"),
+        ("frequencies", " and ".join(f"{ten_digits(f):.6g} Hz" for f in found.frequencies)),
         ("similar", "yes" if found.similar else "no"),
     ]  # fmt: skip
     if motion is not None:
-        facts.append(("shaking force", f"{motion.peak_force:.4g} N at most"))
-        facts.append(("shaking moment", f"{motion.peak_moment:.4g} N m at most"))
+        facts.append(("shaking force", f"{ten_digits(motion.peak_force):.4g} N at most"))
+        facts.append(("shaking moment", f"{ten_digits(motion.peak_moment):.4g} N m at most"))
     if translator is not None:
         facts += _translator_facts(translator)
     rows = [("condition", "equal", "arm", "counter-arm", "difference")]
     for one in found.conditions:
         state = "holds" if one.holds else f"{one.difference:+.3%}"
-        rows.append((one.name, one.words, f"{one.left:.6g}", f"{one.right:.6g}", state))
+        rows.append(
+            (
+                one.name,
+                one.words,
+                f"{ten_digits(one.left):.6g}",
+                f"{ten_digits(one.right):.6g}",
+                state,
+            )
+        )
     return "\n".join([*_facts(facts), "", *_table(rows)])
 
 
@@ -117,16 +131,19 @@ def _translator_facts(found: TranslatorMotion) -> list[tuple[str, str]]:
     low, high = (round(1e3 * y, 2) + 0.0 for y in found.displacement)
     hubs = "half of it on each hub" if one.both else "on the lower hub"
     return [
-        ("counter-block", f"{other.mass:.6g} kg, length {other.length:.6g} m, breadth "
-         f"{other.breadth:.6g} m"),
+        ("counter-block", f"{ten_digits(other.mass):.6g} kg, length "
+                          f"{ten_digits(other.length):.6g} m, breadth "
+         f"{ten_digits(other.breadth):.6g} m"),
         ("driven by", f"{one.moment:g} N m, {hubs}, within {one.rise:g} s; for "
          f"{found.pair.times[-1]:g} s"),
-        ("displacement", f"{low:.2f} to {high:.2f} mm"),
-        ("shaking force", f"{found.pair.peak_force:.4g} N at most, {found.reduction:.0f} times "
+        ("displacement", f"{ten_digits(low):.2f} to {ten_digits(high):.2f} mm"),
+        ("shaking force", f"{ten_digits(found.pair.peak_force):.4g} N at most, "
+                          f"{ten_digits(found.reduction):.0f} times "
          "less than without counter-translator"),
-        ("shaking moment", f"{found.pair.peak_moment:.4g} N m at most, about the middle "
+        ("shaking moment", f"{ten_digits(found.pair.peak_moment):.4g} N m at most, about the "
+                           "middle "
          "between the hubs"),
-        ("energy", f"drifts by {found.pair.energy_drift:.1e} of the largest"),
+        ("energy", f"drifts by {size_text(found.pair.energy_drift)} of the largest"),
     ]  # fmt: skip
 
 
@@ -144,16 +161,18 @@ def flexible_motion_facts(
     pairs = [
         ("linkage", linkage.linkage.name),
         ("duration", f"{motion.times[-1]:g} s"),
-        ("shaking force", f"{motion.peak_force:.4g} N at most"),
-        ("shaking moment", f"{moment:.4g} N m at most, about the centre of mass at the start, "
-         f"({x:.4g}, {y:.4g}) m in the plane"),
+        ("shaking force", f"{ten_digits(motion.peak_force):.4g} N at most"),
+        ("shaking moment", f"{ten_digits(moment):.4g} N m at most, about the centre of mass "
+                           "at the start, "
+         f"({ten_digits(x):.4g}, {ten_digits(y):.4g}) m in the plane"),
     ]  # fmt: skip
     for name, model in linkage.beams.items():
         peak = float(beam_deflection(motion, linkage, name).max())
-        pairs.append((name, f"beam of {model.part.length:.4g} m and {model.mesh.beam.mass:.4g} "
+        pairs.append((name, f"beam of {ten_digits(model.part.length):.4g} m and "
+                            f"{ten_digits(model.mesh.beam.mass):.4g} "
                       f"kg, {len(model.mesh.nodes) - 1} elements, {model.part.size} modes: "
-                      f"bends by {peak:.3g} m at most"))  # fmt: skip
-    pairs.append(("energy", f"drifts by {motion.energy_drift:.1e} of the largest"))
+                      f"bends by {ten_digits(peak):.3g} m at most"))  # fmt: skip
+    pairs.append(("energy", f"drifts by {size_text(motion.energy_drift)} of the largest"))
     pairs.append(("integrator", f"{motion.method}, {motion.steps} steps"))
     return pairs
 

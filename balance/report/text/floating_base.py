@@ -10,8 +10,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.floating_base.result import FloatingBaseMotion
-from kinematics.wording import first_names, vector_text
+from balance.floating_base.result import FloatingBaseMotion, drift_text
+from balance.motion_tolerances import INTEGRAL_DETERMINED
+from kinematics.wording import first_names, number_text, size_text, ten_digits, vector_text
 
 __all__ = ["floating_base_facts", "floating_base_text"]
 
@@ -22,7 +23,7 @@ def floating_base_facts(found: FloatingBaseMotion) -> list[tuple[str, str]]:
     """List the facts on a simulation as pairs of label and value."""
     of = found.samples
     space = "planar" if found.planar else "spatial"
-    steps = found.time.size - 1
+    steps, fastest = found.time.size - 1, float(of.speed.max())
     return [
         ("linkage", f"{found.model}, on a {space} base"),
         ("file", found.linkage.source),
@@ -31,13 +32,15 @@ def floating_base_facts(found: FloatingBaseMotion) -> list[tuple[str, str]]:
         ("inputs", _inputs_text(found)),
         *([("at the start", _values_text(found.initial))] if found.initial else []),
         ("duration", f"{found.duration:.4g} s, {steps} steps"),
-        ("base turns", f"{found.rotation:.3g} rad, at most {_speed(of.turning)} rad/s"),
-        ("base moves", f"{found.displacement:.3g} m, at most {_speed(of.velocity)} m/s"),
-        ("at the end", f"{_vector(of.turning[-1])} rad/s, {_vector(of.velocity[-1])} m/s"),
-        ("drift", f"energy {found.energy_drift:.1e}, momentum {found.momentum_drift:.1e}, "
-                  "of their peaks"),
+        ("base turns", f"{found.rotation_text}, at most {_speed(of.turning, fastest)} rad/s"),
+        ("base moves", f"{found.displacement_text}, at most "
+                       f"{_speed(of.velocity, fastest * found.length)} m/s"),
+        ("at the end", f"{_vector(of.turning[-1], fastest)} rad/s, "
+                       f"{_vector(of.velocity[-1], fastest * found.length)} m/s"),
+        ("drift", f"energy {drift_text(found.energy_drift)}, momentum "
+                  f"{drift_text(found.momentum_drift)}, of their peaks"),
         *(("note", remark) for remark in found.remarks),
-        ("verdict", f"{found.verdict} (residual {found.residual:.1e}, tolerance "
+        ("verdict", f"{found.verdict} (residual {drift_text(found.residual)}, tolerance "
                     f"{found.tolerance:.1e})"),
     ]  # fmt: skip
 
@@ -45,13 +48,18 @@ def floating_base_facts(found: FloatingBaseMotion) -> list[tuple[str, str]]:
 def _base_facts(found: FloatingBaseMotion) -> list[tuple[str, str]]:
     """List the facts on the base and its springs."""
     base = found.base
-    moments = ", ".join(f"{moment:.4g}" for moment in dict.fromkeys(base.moments))
-    facts = [("base", f"{base.mass:.4g} kg, {moments} kg m² about {vector_text(base.com)} m")]
+    moments = ", ".join(f"{ten_digits(moment):.4g}" for moment in dict.fromkeys(base.moments))
+    facts = [
+        (
+            "base",
+            f"{ten_digits(base.mass):.4g} kg, {moments} kg m² about {vector_text(base.com)} m",
+        )
+    ]
     if not base.on_springs:
         return facts
     springs = [(base.turning_stiffness, "N m/rad"), (base.stiffness, "N/m")]
-    words = [f"{stiffness:.4g} {unit}" for stiffness, unit in springs if stiffness]
-    tones = ", ".join(f"{frequency:.4g}" for frequency in found.frequencies)
+    words = [f"{ten_digits(stiffness):.4g} {unit}" for stiffness, unit in springs if stiffness]
+    tones = ", ".join(f"{ten_digits(frequency):.4g}" for frequency in found.frequencies)
     return [
         *facts, ("springs", ", ".join(words)),
         ("frequencies", f"{tones} Hz, inputs held at the start"),
@@ -69,17 +77,19 @@ def _inputs_text(found: FloatingBaseMotion) -> str:
 
 def _values_text(values: Mapping[str, float]) -> str:
     """Write values by name."""
-    return ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+    return ", ".join(f"{name} = {ten_digits(value):.6g}" for name, value in values.items())
 
 
-def _speed(vectors: Array) -> str:
-    """Write the largest size of vectors (N, 3)."""
-    return f"{np.linalg.norm(vectors, axis=1).max():.3g}"
+def _speed(vectors: Array, fastest: float) -> str:
+    """Write the largest size of vectors (N, 3), beside that of the bodies on the base."""
+    largest = float(np.linalg.norm(vectors, axis=1).max())
+    return size_text(largest, ".3g", fastest, INTEGRAL_DETERMINED)
 
 
-def _vector(vector: Array) -> str:
-    """Write a vector (3,)."""
-    return f"({', '.join(f'{x + 0.0:.6g}' for x in vector)})"
+def _vector(vector: Array, fastest: float) -> str:
+    """Write a vector (3,), beside the largest size of that of the bodies on the base."""
+    texts = (number_text(x, ".6g", fastest, INTEGRAL_DETERMINED) for x in vector.tolist())
+    return f"({', '.join(texts)})"
 
 
 def floating_base_text(

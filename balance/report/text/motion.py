@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from balance.taylor_poses.prediction import Prediction, Predictions, assign_inputs
 from kinematics.assembly.tool_frame import tool_coordinates
 from kinematics.model.full_turns import wrap_turns
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["motion_facts", "measure", "motion_tables", "motion_text"]
 
@@ -28,7 +29,7 @@ PATH_DECIMALS = 6
 
 def measure(found: Predictions) -> str:
     """Name the units of distances and errors."""
-    return f"radians and lengths of {found.length:.3g} m"
+    return f"radians and lengths of {ten_digits(found.length):.3g} m"
 
 
 def motion_facts(found: Predictions) -> list[tuple[str, str]]:
@@ -42,7 +43,7 @@ def motion_facts(found: Predictions) -> list[tuple[str, str]]:
         pairs += _tool_facts(found, found.tool)
     if motion.motion.relations:
         pairs.append(("motion", ", ".join(motion.motion.relations)))
-    radius = f"{motion.radius:.3g} ({measure(found)}), estimated"
+    radius = f"{ten_digits(motion.radius):.3g} ({measure(found)}), estimated"
     if np.isinf(motion.radius):
         radius = "infinite: the motion is linear"
     pairs += [
@@ -60,7 +61,7 @@ def _tool_facts(found: Predictions, link: str) -> list[tuple[str, str]]:
     """Name the moving point, and note that other postures may reach the same pose."""
     name = link
     if found.point is not None:
-        at = ", ".join(f"{x:.6g}" for x in found.point)
+        at = ", ".join(f"{ten_digits(x):.6g}" for x in found.point)
         name = f"{link}, its point ({at}) m in the frame of the link"
     inputs = found.motion.motion.inputs
     free = [each for each in inputs if each not in tool_coordinates(link)]
@@ -77,7 +78,7 @@ def _pose_facts(found: Predictions, pose: Prediction) -> list[tuple[str, str]]:
     """List the facts on the pose at the end of a line."""
     pairs = [
         ("target", assign_inputs(found.motion, pose.u)),
-        ("distance", f"{pose.distance:.3g}"),
+        ("distance", f"{ten_digits(pose.distance):.3g}"),
     ]
     if pose.reason:
         return [*pairs, ("verdict", f"not reached: {pose.reason}")]
@@ -95,7 +96,7 @@ def _path_facts(found: Predictions) -> list[tuple[str, str]]:
         outcome = f"not reached: {len(unreached)} of {count} poses; pose {first}: {pose.reason}"
     distance = max(pose.distance for pose in found.poses)
     return [
-        ("distance", f"up to {distance:.3g}"),
+        ("distance", f"up to {ten_digits(distance):.3g}"),
         ("error", _largest_errors(found)),
         ("verdict", outcome),
     ]
@@ -133,11 +134,17 @@ def motion_tables(found: Predictions, most: int = MAX_POSES) -> list[list[tuple[
 
 def _pose_row(number: int, pose: Prediction) -> tuple[str, ...]:
     """Build the row of one pose of a path."""
-    estimate = "none" if pose.error is None else f"{pose.error:.1e}"
-    true = "none" if pose.difference is None else f"{pose.difference:.1e}"
+    estimate = "none" if pose.error is None else size_text(pose.error)
+    true = "none" if pose.difference is None else size_text(pose.difference)
     if pose.reason:
         estimate, true = "none", "not reached"
-    return str(number), *(f"{x:.6g}" for x in pose.u), f"{pose.distance:.3g}", estimate, true
+    return (
+        str(number),
+        *(f"{ten_digits(x):.6g}" for x in pose.u),
+        f"{ten_digits(pose.distance):.3g}",
+        estimate,
+        true,
+    )
 
 
 def _joint_table(found: Predictions, pose: Prediction) -> list[tuple[str, ...]]:
@@ -155,7 +162,7 @@ def _joint_table(found: Predictions, pose: Prediction) -> list[tuple[str, ...]]:
     if corrected is not None and predicted is not None and pose.error is not None:
         head += ["predicted", "difference"]
         columns.append(_position_texts(found, predicted))
-        columns.append([f"{q:.1e}" if q else "0" for q in predicted - corrected])
+        columns.append([size_text(q) for q in (predicted - corrected).tolist()])
     return [("joint", "unit", *head), *zip(joints, found.units, *columns, strict=True)]
 
 
@@ -201,8 +208,10 @@ def _error_text(estimate: float | None, difference: float | None) -> str:
     """Describe the estimated and the true error of a prediction."""
     text = "no estimate beyond the radius of convergence"
     if estimate is not None:
-        text = f"{estimate:.1e} estimated"
-    return text if difference is None else f"{text}, {difference:.1e} to the corrected pose"
+        text = f"{size_text(estimate)} estimated"
+    return (
+        text if difference is None else f"{text}, {size_text(difference)} to the corrected pose"
+    )
 
 
 def _first_names(names: tuple[str, ...]) -> str:

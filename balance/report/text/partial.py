@@ -10,10 +10,12 @@ from math import inf
 
 from balance.partial_balance.results import ParetoFront, PartialBalance
 from balance.report.text.counterweights import counterweight_rows
+from balance.tolerances import SHAKING_GAP_PROVED
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["front_rows", "partial_facts", "partial_text"]
 
-DIGITS = 6
+DIGITS = 4
 
 
 def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
@@ -29,17 +31,28 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
         pairs.append(("pose", space.linkage.pose))
     if space.motion:
         pairs.append(("motion", ", ".join(space.motion.relations)))
-    counts = "forces alone" if weight == inf else f"{weight:.4g} N m count as 1 N"
+    counts = "forces alone" if weight == inf else f"{ten_digits(weight):.4g} N m count as 1 N"
     pairs.append(("minimised", f"root mean square of the {front.objective}, {counts}"))
     if front.frame is not None:
-        pairs.append(("frame", f"natural frequency {front.frame.frequency:.4g} Hz"))
+        pairs.append(("frame", f"natural frequency {ten_digits(front.frame.frequency):.4g} Hz"))
     pairs.append(("verdict", best.words))
     if best.found is not None:
         for label, name, unit in (("force", "force", "N"), ("moment", "moment", "N m")):
             before, after = getattr(given, name), getattr(best.found, name)
-            pairs.append((label, f"{before:.4g} {unit} before, {after:.4g} {unit} after (rms)"))
+            pairs.append(
+                (
+                    label,
+                    f"{ten_digits(before):.4g} {unit} before, {_rest(after, before)} {unit} "
+                    "after (rms)",
+                )
+            )
         pairs += _drives(best)
     return pairs
+
+
+def _rest(after: float, before: float) -> str:
+    """Write what is left of a load, as a bound if it is less than the solver's accuracy."""
+    return size_text(after, f".{DIGITS}g", before, SHAKING_GAP_PROVED)
 
 
 def _drives(best: PartialBalance) -> list[tuple[str, str]]:
@@ -49,8 +62,10 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
     return [
         (
             f"input {name}",
-            f"inertia {inertia[name]:.4g} before, {best.found.inertia[name]:.4g} after; peak "
-            f"torque {torque[name]:.4g} before, {best.found.torque[name]:.4g} after",
+            f"inertia {ten_digits(inertia[name]):.4g} before, "
+            f"{ten_digits(best.found.inertia[name]):.4g} after; peak "
+            f"torque {ten_digits(torque[name]):.4g} before, "
+            f"{ten_digits(best.found.torque[name]):.4g} after",
         )
         for name in inertia
     ]
@@ -68,13 +83,17 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [head]
     for one in front.designs:
         if one.found is None:
-            rows.append((f"{one.budget:.{DIGITS}g}", "-", "-", "-", "-", one.verdict))
+            rows.append(
+                (f"{ten_digits(one.budget):.{DIGITS}g}", "-", "-", "-", "-", one.verdict)
+            )
             continue
-        numbers = (
-            one.mass, one.found.objective, one.found.force, one.found.moment,
-            max(one.found.torque.values(), default=0.0),
-        )  # fmt: skip
-        rows.append((*(f"{x:.{DIGITS}g}" for x in numbers), one.verdict))
+        given, torque = one.given, max(one.found.torque.values(), default=0.0)
+        loads = (
+            _rest(getattr(one.found, name), getattr(given, name))
+            for name in ("objective", "force", "moment")
+        )
+        mass, torque_text = (f"{ten_digits(x):.{DIGITS}g}" for x in (one.mass, torque))
+        rows.append((mass, *loads, torque_text, one.verdict))
     return rows
 
 

@@ -8,8 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from balance.motion_tolerances import LOCAL_CURVE_STEP
 from balance.reactionless_paths.found_paths import ReactionlessPaths, StartPose
 from balance.reactionless_paths.path import ReactionlessPath
+from kinematics.wording import number_text, ten_digits
 
 __all__ = ["path_rows", "paths_facts", "paths_text"]
 
@@ -46,7 +48,7 @@ def paths_facts(found: ReactionlessPaths) -> list[tuple[str, str]]:
     pairs += [
         ("null space", f"{found.dimension} of {width} rates in general, by "
                        f"{found.poses} poses"),
-        ("lengths", f"radians and lengths of {unit:.3g} m, in all joints"),
+        ("lengths", f"radians and lengths of {ten_digits(unit):.3g} m, in all joints"),
     ]  # fmt: skip
     for number, start in enumerate(found.starts[:MAX_ROWS], 1):
         pairs.append((f"pose {number}", _start_words(found, start)))
@@ -60,16 +62,16 @@ def paths_facts(found: ReactionlessPaths) -> list[tuple[str, str]]:
 
 def _named(found: ReactionlessPaths, values: Array, digits: int = 4) -> str:
     """Format values of the inputs: ``u1=0.3, u2=-0.1``."""
-    pairs = zip(found.linkage.inputs, values + 0.0, strict=True)
-    texts = [f"{name}={value:.{digits}g}" for name, value in pairs]
+    pairs = zip(found.linkage.inputs, values.tolist(), strict=True)
+    texts = [f"{name}={number_text(value, f'.{digits}g', 1.0)}" for name, value in pairs]
     return ", ".join([*texts[:MAX_INPUTS], *["…"] * (len(texts) > MAX_INPUTS)])
 
 
 def _start_words(found: ReactionlessPaths, start: StartPose) -> str:
     """Describe a start: where it is, and what kind of pose."""
     words = f"{_named(found, start.u)}: {KINDS[start.kind]}, null space {start.dimension}"
-    if start.distance > 0.0:
-        words += f" ({start.distance:.2g} from the pose asked for)"
+    if start.distance > LOCAL_CURVE_STEP:
+        words += f" ({ten_digits(start.distance):.2g} from the pose asked for)"
     return words
 
 
@@ -91,11 +93,11 @@ def path_rows(found: ReactionlessPaths) -> list[tuple[str, ...]]:
 
 def _row(found: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple[str, ...]:
     """Build the row of one path."""
-    ends = " | ".join(f"{event.text} at {event.s:.4g}" for event in path.events)
+    ends = " | ".join(f"{event.text} at {ten_digits(event.s):.4g}" for event in path.events)
     direction = path.direction / (np.linalg.norm(path.direction) or 1.0)
     return (
         str(number), f"pose {path.start + 1}", _named(found, direction, 3),
-        f"{path.length:.4g}", f"{path.residual:.1e}", ends,
+        f"{ten_digits(path.length):.4g}", path.residual_text, ends,
     )  # fmt: skip
 
 

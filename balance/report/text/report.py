@@ -8,6 +8,8 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING
 
+from kinematics.wording import size_text, ten_digits
+
 if TYPE_CHECKING:
     from balance.decoupled.decoupling import Decoupling
     from balance.dynamic_equivalence.pure_inertia import PureInertia
@@ -20,6 +22,7 @@ __all__ = [
     "comparison_facts",
     "decoupling_facts",
     "explanation_sections",
+    "gap_text",
     "inertia_sections",
     "report_facts",
     "report_for_terminal",
@@ -52,17 +55,27 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     if space.idle:
         lines.append(("idle joints", ", ".join(space.idle)))
     given = space.as_given
-    residual = "" if given.residual is None else f" (residual {given.residual:.1e})"
+    residual = "" if given.residual is None else f" (residual {size_text(given.residual)})"
     return [
         *lines,
         ("conditions", f"{space.rank}, {_completeness(space)}"),
         ("design space", f"{space.nullity} of {count} dimensions: {_parts_text(space)}"),
-        ("gap", f"{space.kept:.1e} kept, {space.dropped:.1e} dropped (singular values)"),
+        ("gap", gap_text(space.kept, space.dropped)),
         *([("near-special", _distance_text(change))] if change < inf else []),
         ("certainty", space.assurance),
         *(("in doubt", doubt) for doubt in space.doubts),
         ("as given", f"{given.verdict}{residual}"),
     ]
+
+
+def gap_text(kept: float, dropped: float) -> str:
+    """Describe the gap between singular values that count and those that do not.
+
+    Args:
+        kept: the smallest that counts, relative to the largest.
+        dropped: bound of the largest that does not.
+    """
+    return f"{kept:.1e} kept, {size_text(dropped)} dropped (singular values)"
 
 
 def _distance_text(change: float) -> str:
@@ -145,7 +158,7 @@ def decoupling_facts(found: Decoupling) -> list[tuple[str, str]]:
     Args:
         found: result of `balance.decoupling`.
     """
-    residual = "" if found.residual is None else f" (residual {found.residual:.1e})"
+    residual = "" if found.residual is None else f" (residual {size_text(found.residual)})"
     ranks = " ".join(str(order.rank) for order in found.orders)
     return [
         ("as given", f"{found.words}{residual}"),
@@ -164,11 +177,13 @@ def inertia_sections(found: PureInertia) -> list[tuple[str, list[tuple[str, str]
     """
     stay = {item.body for item in found.left}
     inertias = [
-        (name, "mass stays" if name in stay else f"{value:.6g} kg m²")
+        (name, "mass stays" if name in stay else f"{ten_digits(value):.6g} kg m²")
         for name, value in zip(found.space.bodies, found.inertias.tolist(), strict=True)
     ]
     moved = [(", ".join(item.joints), item.gains_text) for item in found.moved]
-    left = [(item.body, f"{item.mass:.6g} kg: {item.reason}") for item in found.left]
+    left = [
+        (item.body, f"{ten_digits(item.mass):.6g} kg: {item.reason}") for item in found.left
+    ]
     related = [(str(k), text) for k, text in enumerate(found.relation_words, 1)]
     asked = [(str(k), text) for k, text in enumerate(found.condition_words, 1)]
     sections = [

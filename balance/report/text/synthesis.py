@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["mechanism_rows", "synthesis_facts", "synthesis_text"]
 
@@ -23,13 +24,14 @@ def synthesis_facts(found: Synthesis) -> list[tuple[str, str]]:
         found: the synthesis.
     """
     places = "; ".join(
-        f"({each.x:.6g}, {each.y:.6g}) at {math.degrees(each.angle):.6g}°"
+        f"({ten_digits(each.x):.6g}, {ten_digits(each.y):.6g}) at "
+        f"{ten_digits(math.degrees(each.angle)):.6g}°"
         for each in found.positions
     )
     kind = found.kind if found.kind == "four-bar" else f"{found.kind}, {found.case}"
     pairs = [("positions", places), ("mechanism", kind)]
     if found.ratio is not None:
-        pairs.append(("ratio", f"k = {found.ratio:.6g}"))
+        pairs.append(("ratio", f"k = {ten_digits(found.ratio):.6g}"))
     pairs += [("verdict", found.words), *(("remark", words) for words in found.remarks)]
     for one in found.mechanisms[:1]:
         pairs += _best(one)
@@ -43,9 +45,15 @@ def _best(one: SynthesizedMechanism) -> list[tuple[str, str]]:
         pairs.append(("motion", f"--motion {one.relation}"))
     numbers = one.numbers
     if "J1" in numbers:
-        lengths = ", ".join(f"{name} {numbers[name]:.6g}" for name in ("l1", "l2", "l3"))
-        centres = ", ".join(f"{name} {numbers[name]:.6g}" for name in ("s1", "s2", "s3", "s4"))
-        inertias = ", ".join(f"{name} {numbers[name]:.6g}" for name in ("J1", "J2", "C"))
+        lengths = ", ".join(
+            f"{name} {ten_digits(numbers[name]):.6g}" for name in ("l1", "l2", "l3")
+        )
+        centres = ", ".join(
+            f"{name} {ten_digits(numbers[name]):.6g}" for name in ("s1", "s2", "s3", "s4")
+        )
+        inertias = ", ".join(
+            f"{name} {ten_digits(numbers[name]):.6g}" for name in ("J1", "J2", "C")
+        )
         pairs += [("lengths", f"{lengths} m"), ("centres", f"{centres} m"),
                   ("inertias", f"{inertias} kg m²")]  # fmt: skip
     return pairs
@@ -62,15 +70,18 @@ def mechanism_rows(found: Synthesis) -> list[tuple[str, ...]]:
 
 def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
     """Build the row of a mechanism."""
-    pivots = "  ".join(f"{name} ({z.real:.5g}, {z.imag:.5g})" for name, z in one.pivots.items())
-    turns = ", ".join(f"{math.degrees(turn):.5g}" for turn in one.link_turns[1:])
+    pivots = "  ".join(
+        f"{name} ({ten_digits(z.real):.5g}, {ten_digits(z.imag):.5g})"
+        for name, z in one.pivots.items()
+    )
+    turns = ", ".join(f"{ten_digits(math.degrees(turn)):.5g}" for turn in one.link_turns[1:])
     sizes = (
-        NONE if value is None else f"{value:.1e}"
+        NONE if value is None else size_text(value)
         for value in (one.confirmation.momentum, one.confirmation.shaking)
     )
     defects = "; ".join(f"{each.kind}: {each.words}" for each in one.defects) or "none"
     space = one.confirmation.space or one.confirmation.reason
-    return (one.kind, pivots, turns, f"{one.position_error:.1e}", *sizes, space, defects)
+    return (one.kind, pivots, turns, size_text(one.position_error), *sizes, space, defects)
 
 
 def synthesis_text(found: Synthesis) -> str:

@@ -8,14 +8,15 @@ from __future__ import annotations
 import numpy as np
 
 from balance.verification.result import Verification
-from kinematics.wording import first_names
+from kinematics.linalg.ties import first_largest
+from kinematics.wording import first_names, size_text, ten_digits
 
 __all__ = ["verification_facts", "verification_text"]
 
 
 def verification_facts(found: Verification) -> list[tuple[str, str]]:
     """List the facts on a verification as pairs of label and value."""
-    ratio = f"{found.force_ratio:.1e} (force), {found.moment_ratio:.1e} (moment)"
+    ratio = f"{size_text(found.force_ratio)} (force), {size_text(found.moment_ratio)} (moment)"
     joint = found.most_loaded()
     force, moment = (_peak_text(found, part) for part in ("force", "moment"))
     return [
@@ -24,13 +25,16 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         *([("pose", found.linkage.pose)] if found.linkage.at else []),
         ("inputs", first_names(found.linkage.inputs)),
         *_motion_facts(found),
-        ("shaking force", f"{force}; {found.force_residual:.1e} of inertia"),
-        ("shaking moment", f"{moment}; {found.moment_residual:.1e} of inertia"),
-        ("inertia", f"{found.scale:.3g} N, the bodies' own at its peak"),
-        ("bearing force", f"{found.bearing:.3g} N" + (f" in {joint}" if joint else "")),
+        ("shaking force", f"{force}; {size_text(found.force_residual)} of inertia"),
+        ("shaking moment", f"{moment}; {size_text(found.moment_residual)} of inertia"),
+        ("inertia", f"{ten_digits(found.scale):.3g} N, the bodies' own at its peak"),
+        (
+            "bearing force",
+            f"{ten_digits(found.bearing):.3g} N" + (f" in {joint}" if joint else ""),
+        ),
         ("to bearing", ratio),
-        ("agreement", f"{found.agreement:.1e}, Pinocchio and our series"),
-        ("closure", f"{found.closure:.1e} radians, characteristic lengths"),
+        ("agreement", f"{size_text(found.agreement)}, Pinocchio and our series"),
+        ("closure", f"{size_text(found.closure)} radians, characteristic lengths"),
         *(("note", remark) for remark in found.remarks),
         ("verdict", f"{_verdict(found)} (tolerance {found.tolerance:.1e})"),
     ]
@@ -50,34 +54,40 @@ def _motion_facts(found: Verification) -> list[tuple[str, str]]:
         crank = found.crank
         return [
             ("motion", f"one revolution of {crank.joint} at {crank.rpm:.6g} rpm "
-                       f"({crank.speed:.6g} rad/s), {samples - 1} steps"),
+                       f"({ten_digits(crank.speed):.6g} rad/s), {samples - 1} steps"),
             ("duration", f"{found.duration:.4g} s"),
         ]  # fmt: skip
     count, number = len(found.runs), found.plotted
     origin = "given" if found.seed is None else f"random, seed {found.seed}"
     units = {joint.name: "m" if joint.kind == "prismatic" else "rad"
              for joint in found.linkage.joints}  # fmt: skip
-    amplitudes = [f"{name} {size:.3g} {units[name]}" for name, size in found.amplitude.items()]
-    force, moment = (found.runs[number].peak(part) for part in ("force", "moment"))
+    amplitudes = [
+        f"{name} {ten_digits(size):.3g} {units[name]}" for name, size in found.amplitude.items()
+    ]
+    loads = ", ".join(
+        found.load_text(part, found.runs[number].peak(part)) for part in ("force", "moment")
+    )
     return [
         ("motions", f"{count} {origin}; {samples} samples"),
         ("duration", f"{found.duration:.4g} s" + (" each" if count > 1 else "")),
         ("amplitude", first_names(amplitudes)),
-        ("plotted", f"motion {number + 1} of {count}: {force:.3g} N, {moment:.3g} N m"),
+        ("plotted", f"motion {number + 1} of {count}: {loads}"),
     ]
 
 
 def _peak_text(found: Verification, part: str) -> str:
     """Describe the peak of the shaking force or moment, and where it occurs."""
-    unit = "N" if part == "force" else "N m"
     number = found.worst(part)
     run = found.runs[number]
-    peak = f"{run.peak(part):.3g} {unit}"
+    peak = found.load_text(part, run.peak(part))
     if found.crank is None:
         return f"{peak} in motion {number + 1}"
     at = found.linkage.inputs.index(found.crank.joint)
-    angle = np.degrees(run.trajectory.u[np.argmax(run.sizes(part)), at])
-    return f"peak {peak} at {angle:.1f}°, rms {run.rms(part):.3g} {unit}"
+    sample = first_largest(run.sizes(part), found.part_scale(part))
+    angle = np.degrees(run.trajectory.u[sample, at])
+    return (
+        f"peak {peak} at {ten_digits(angle):.1f}°, rms {found.load_text(part, run.rms(part))}"
+    )
 
 
 def _ratios(first: Verification, second: Verification) -> str:
@@ -90,7 +100,8 @@ def _ratios(first: Verification, second: Verification) -> str:
              for one in (first, second)),
         )  # fmt: skip
         if getattr(second, f"{part}_residual") > second.tolerance:
-            words.append(f"{part} {peak / other:.3g} (peak), {mean / others:.3g} (rms)")
+            ratios = (size_text(ratio, ".3g") for ratio in (peak / other, mean / others))
+            words.append("{} {} (peak), {} (rms)".format(part, *ratios))
     return "; ".join(words) or "the second does not shake"
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from balance.discovery.quantities import quantities_of
 from balance.discovery.watch import WatchedWalk
 from balance.report.text.discovery import SCHEMA
+from kinematics.wording import size_text
 
 __all__ = ["walk_data", "walk_facts", "walk_text"]
 
@@ -71,6 +72,6 @@ def walk_text(data: Data) -> str:
     for k, ratio in enumerate(data["ratios"]):
         name = "polished" if data["polished"] and k == last else str(k)
         told = more and k < len(data["falling"])
-        momentum = f"     {data['falling'][k]:.2e}" if told else ""
-        lines.append(f"{name:>8}  {ratio:.2e}{momentum}")
+        momentum = f"     {size_text(data['falling'][k], '.2e')}" if told else ""
+        lines.append(f"{name:>8}  {size_text(ratio, '.2e')}{momentum}")
     return "\n".join(lines) + "\n"

@@ -8,8 +8,10 @@ import pytest
 import kinematics
 from balance import check_certificate, check_design, design_space
 from balance.designs.best_design import design
+from balance.designs.certificate_search import refine_matrices
 from balance.designs.constraints import constraints_of
 from balance.designs.feasibility import feasible
+from balance.tolerances import CERTIFICATE_RANK_RELATIVE
 from tests.support.laws import bounded_cloud
 from tests.support.shapes import conditions, functional, outside
 
@@ -31,6 +33,17 @@ def test_certificates_are_sharp(model):
     assert check.accepted and check.separation < 1e-12
     assert check.eigenvalue > -1e-15 and check.orthogonality < 3e-13
     assert sum(np.trace(Z) for Z in certificate) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_singular_system_of_conditions_ends_the_refinement():
+    """Two equal conditions among forty: their diagonal term is lost in round-off."""
+    blocks = np.zeros((1, 40, 2, 2))
+    blocks[0, :2] = np.diag([1.0, -0.5])
+    refined = list(refine_matrices(blocks, np.eye(2)[None]))
+    assert len(refined) == len(CERTIFICATE_RANK_RELATIVE)
+    for Z in refined:
+        assert np.trace(Z[0]) == pytest.approx(1.0, rel=1e-12)
+        assert np.linalg.eigvalsh(Z[0]).min() >= 0.0
 
 
 def changed(number, digit):

@@ -31,6 +31,6 @@ function spectrum() {
   const last = scene.spectra[scene.spectra.length - 1];
   out.push(`<path d="M${left} ${top}V${H - bottom}H${W - right}" class="frame"/>`);
   out.push(`<text x="${left + (W - left - right) / 2}" y="${H - 6}" text-anchor="middle">order of derivative</text>`);
-  const label = `Singular values by order; at order ${last.order} the smallest kept is ${last.kept.toExponential(1)}, the largest dropped at most ${last.dropped.toExponential(1)}`;
+  const label = `Singular values by order; at order ${last.order} ${last.gap}`;
   target.innerHTML = `<svg viewBox="0 0 ${W} ${H}" role="img" aria-label="${label}">${out.join("")}</svg>`;
 }

@@ -1,0 +1,287 @@
+"""Random rounding of floating-point functions: Monte Carlo arithmetic at their boundary.
+
+A library for linear algebra adds in an order of its own, fuses multiplications with additions
+on one processor and not on another, and has elementary functions with errors of its own. Its
+result is that of exact arithmetic for data changed in their last bits. The functions of this
+file draw such results at random:
+
+- Sums of products (``@``, ``np.dot``, ``np.einsum``): the terms are added in random order, and
+  each product that a double does not hold exactly changes by up to half a unit in its last
+  place, as a fused multiplication changes it. So a sum that cancels leaves another round-off,
+  and a sum of products of short numbers, which every processor computes exactly, stays.
+- Linear algebra (``np.linalg``, ``scipy.linalg``): each entry of the matrix other than zero
+  changes by up to one unit in its last place (backward stability), unless each row and column
+  has one entry at most, in which case all processors agree.
+- Norms and elementary functions (sine, exponential), and what compiled kernels return or write:
+  the last bit of the result changes, unless 26 bits hold it, or it is the norm of such numbers
+  or of a single one.
+
+Square roots, sums and elementwise arithmetic are rounded correctly, in an order that NumPy
+fixes, on all processors: they stay. Integers are computed exactly, as floats too, and stay.
+
+Sources: D. S. Parker, Monte Carlo arithmetic, UCLA CSD-970002 (1997). J. Vignes, Discrete
+stochastic arithmetic for validating results of numerical software, Numerical Algorithms 37
+(2004), of which CADNA is the library. F. Févotte, B. Lathuilière, VERROU: a CESTAC evaluation
+without recompilation, SCAN (2016).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+import numpy as np
+
+__all__ = ["PERTURBED", "RandomRounding", "perturb_last_bits", "perturbed", "rounding"]
+
+# Half a unit in the last place of 1.
+HALF_UNIT = 2.0**-53
+# Bits of a double that are not of its leading 26: a product of two numbers without them is exact.
+LONG = np.int64(2**27 - 1)
+MANTISSA = np.int64(2**52 - 1)
+
+
+class RandomRounding:
+    """The source of random numbers, and whether results are perturbed at present."""
+
+    def __init__(self) -> None:
+        """Begin without perturbation."""
+        self.seed: int | None = None
+        self._generator = np.random.default_rng(0)
+
+    def begin(self, seed: int | None, label: str = "") -> None:
+        """Perturb from now on, or with no seed stop it.
+
+        Args:
+            seed: of the run.
+            label: of what follows; each has random numbers of its own, in any order.
+        """
+        self.seed = seed
+        if seed is not None:
+            self._generator = np.random.default_rng([seed, *label.encode()])
+
+    def signs(self, shape: tuple[int, ...]) -> np.ndarray:
+        """Draw -1, 0 or 1."""
+        return self._generator.integers(-1, 2, shape).astype(np.float64)
+
+    def fractions(self, shape: tuple[int, ...]) -> np.ndarray:
+        """Draw numbers between -1 and 1."""
+        return self._generator.random(shape) * 2.0 - 1.0
+
+    def order(self, count: int) -> np.ndarray:
+        """Draw a permutation."""
+        return self._generator.permutation(count)
+
+
+rounding = RandomRounding()
+
+
+def perturb_last_bits(values: Any) -> Any:
+    """Change floats by -1, 0 or 1 units in the last place; those of up to 26 bits stay."""
+    if isinstance(values, tuple):
+        items = [perturb_last_bits(value) for value in values]
+        return type(values)(*items) if hasattr(values, "_fields") else tuple(items)
+    if isinstance(values, complex | np.complex128):
+        return type(values)(complex(perturb_last_bits(values.real), perturb_last_bits(values.imag)))
+    if isinstance(values, float):  # also np.float64
+        return type(values)(perturb_last_bits(np.array([values]))[0])
+    if not isinstance(values, np.ndarray) or values.size == 0:
+        return values
+    if values.dtype == np.complex128:
+        parts = np.ascontiguousarray(values).view(np.float64)
+        return perturb_last_bits(parts).view(np.complex128).reshape(values.shape)
+    if values.dtype != np.float64:
+        return values
+    units = rounding.signs(values.shape)
+    units[~(_long(values) & np.isfinite(values))] = 0.0
+    return values + units * np.spacing(values, where=units != 0.0, out=np.zeros_like(units))
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """Which doubles are finite, and neither zero nor powers of two."""
+    bits = np.ascontiguousarray(values).view(np.int64)
+    return ((bits & MANTISSA) != 0) & np.isfinite(values)
+
+
+def _long(values: np.ndarray) -> np.ndarray:
+    """Which doubles have more than 26 significant bits."""
+    return (np.ascontiguousarray(values).view(np.int64) & LONG) != 0
+
+
+def _is_real(*arrays: Any) -> bool:
+    """Whether all arguments are arrays of doubles with entries, that are not all integers."""
+    return all(
+        isinstance(a, np.ndarray) and a.dtype == np.float64 and a.size > 0 for a in arrays
+    ) and not all((a == np.rint(a)).all() for a in arrays)
+
+
+def _split(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Magnitudes of the entries other than powers of two, and of the short ones among them."""
+    magnitude = np.where(_rounded(values), np.abs(values), 0.0)
+    return magnitude, np.where(_long(values), 0.0, magnitude)
+
+
+def _products_error(product: Callable[..., Any], *factors: np.ndarray) -> Any:
+    """Sum the magnitudes of the products that are not exact."""
+    inexact, short = zip(*map(_split, factors), strict=True)
+    total = product(*inexact)
+    return total - product(*short) if len(factors) == 2 else total
+
+
+def _matmul(plain: Callable[..., Any], a: Any, b: Any) -> Any:
+    """``a @ b`` with terms in random order, and products rounded at random."""
+    if not _is_real(a, b) or a.shape[-1] == 1:
+        return plain(a, b)
+    order = rounding.order(a.shape[-1])
+    result = plain(a[..., order], b[order] if b.ndim == 1 else b[..., order, :])
+    error = _products_error(plain, a, b)
+    noise = rounding.fractions(np.shape(error))
+    result = result + HALF_UNIT * error * noise
+    if _is_gram(a, b):  # a library computes one triangle of Aᵀ A
+        result = np.tril(result) + np.tril(result, -1).T
+    return result
+
+
+def _is_gram(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether one matrix is the transpose of the other, in the same memory."""
+    return (
+        a.ndim == b.ndim == 2
+        and a.shape == b.shape[::-1]
+        and a.strides == b.strides[::-1]
+        and a.__array_interface__["data"] == b.__array_interface__["data"]
+    )
+
+
+def _einsum(plain: Callable[..., Any], *operands: Any, **options: Any) -> Any:
+    """``np.einsum`` with products rounded at random, and summed axes in random order."""
+    words, *arrays = operands
+    if not isinstance(words, str) or len(arrays) < 2 or not _is_real(*arrays):
+        return plain(*operands, **options)
+    result = plain(words, *_shuffled(words, arrays), **options)
+    error = _products_error(lambda *factors: plain(words, *factors), *arrays)
+    result = result + HALF_UNIT * error * rounding.fractions(np.shape(error))
+    if "out" in options:
+        options["out"][...] = result
+        return options["out"]
+    return result
+
+
+def _shuffled(words: str, arrays: list[np.ndarray]) -> list[np.ndarray]:
+    """Arrays with each axis that is summed over in random order, one for all of them."""
+    inputs, _, output = words.replace(" ", "").partition("->")
+    if "->" not in words:
+        return arrays
+    axes = [_axes(labels, array.ndim) for labels, array in zip(inputs.split(","), arrays, strict=True)]
+    for label in sorted(set(inputs) - set(output) - set(",.")):
+        lengths = {array.shape[k] for where, array in zip(axes, arrays, strict=True)
+                   for k in where.get(label, ())}  # fmt: skip
+        if lengths == {1} or len(lengths) > 1:
+            continue
+        order = rounding.order(lengths.pop())
+        for i, where in enumerate(axes):
+            for k in where.get(label, ()):
+                arrays[i] = np.take(arrays[i], order, axis=k)
+    return arrays
+
+
+def _axes(labels: str, dimensions: int) -> dict[str, list[int]]:
+    """The axes of each label of an operand of ``np.einsum``."""
+    head, dots, tail = labels.partition("...")
+    axes: dict[str, list[int]] = {}
+    for k, label in enumerate(head):
+        axes.setdefault(label, []).append(k)
+    for k, label in enumerate(reversed(tail)):
+        axes.setdefault(label, []).append(dimensions - 1 - k)
+    return axes
+
+
+def _summing(plain: Callable[..., Any], a: Any, b: Any, *rest: Any, **options: Any) -> Any:
+    """Another product of two arrays, with products rounded at random."""
+    result = plain(a, b, *rest, **options)
+    if not _is_real(a, b):
+        return result
+    error = _products_error(lambda x, y: plain(x, y, *rest, **options), a, b)
+    return result + HALF_UNIT * error * rounding.fractions(np.shape(error))
+
+
+def _shake(matrix: Any) -> Any:
+    """A matrix with entries changed in their last bit; one with single entries stays."""
+    values = np.asarray(matrix)
+    if values.dtype not in (np.float64, np.complex128) or values.ndim < 2 or values.size == 0:
+        return matrix
+    there = values != 0.0
+    if there.sum(axis=-1).max() <= 1 and there.sum(axis=-2).max() <= 1:
+        return matrix
+    if values.dtype == np.complex128:
+        return values * (1.0 + 2 * HALF_UNIT * rounding.signs(values.shape))
+    return values + np.spacing(values) * rounding.signs(values.shape) * there
+
+
+def _decomposition(plain: Callable[..., Any], *matrices: Any, **options: Any) -> Any:
+    """A function of matrices, whose entries are rounded at random first."""
+    return plain(*map(_shake, matrices), **options)
+
+
+def _norm(plain: Callable[..., Any], x: Any, *rest: Any, **options: Any) -> Any:
+    """``np.linalg.norm``, its last bit changed, unless it is that of short numbers or of one."""
+    result = plain(x, *rest, **options)
+    values = np.asarray(x)
+    if values.dtype != np.float64 or values.size == 0:
+        return result
+    axis = options.get("axis", rest[1] if len(rest) > 1 else None)
+    keep = options.get("keepdims", False)
+    exact = ~_long(values).any(axis=axis, keepdims=keep)
+    exact |= np.count_nonzero(values, axis=axis, keepdims=keep) <= 1
+    if np.ndim(result) == 0:
+        return result if exact else perturb_last_bits(result)
+    return np.where(exact, result, perturb_last_bits(result))
+
+
+def _elementary(plain: Callable[..., Any], *values: Any, **options: Any) -> Any:
+    """A function of numbers, the last bits of its result changed."""
+    result = perturb_last_bits(plain(*values, **options))
+    if "out" in options:
+        options["out"][...] = result
+    return result
+
+
+MODELS = {
+    _matmul: "np.matmul np.dot np.vdot np.inner operator.matmul",
+    _einsum: "np.einsum",
+    _summing: "np.tensordot",
+    _norm: "np.linalg.norm",
+    _decomposition: (
+        "np.linalg.svd np.linalg.solve np.linalg.inv np.linalg.lstsq np.linalg.qr "
+        "np.linalg.eigvalsh np.linalg.eigh np.linalg.eig np.linalg.eigvals np.linalg.det "
+        "np.linalg.slogdet np.linalg.pinv np.linalg.matrix_rank np.linalg.cholesky "
+        "np.linalg.cond scipy.linalg.eigh scipy.linalg.svd scipy.linalg.expm "
+        "scipy.linalg.null_space"
+    ),
+    _elementary: (
+        "np.sin np.cos np.tan np.arcsin np.arccos np.arctan np.arctan2 np.sinh np.cosh "
+        "np.tanh np.exp np.expm1 np.log np.log1p np.log2 np.log10 np.hypot np.roots "
+        "math.sin math.cos math.tan math.asin math.acos math.atan math.atan2 math.exp "
+        "math.log math.log10 math.hypot"
+    ),
+}  # fmt: skip
+# The model of every function that is perturbed, by the name that sources call it by.
+PERTURBED = {name: model for model, names in MODELS.items() for name in names.split()}
+
+
+def perturbed(name: str, plain: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that rounds its results at random while `rounding` has a seed.
+
+    Args:
+        name: one of `PERTURBED`.
+        plain: the function itself.
+    """
+    model = PERTURBED[name]
+
+    @wraps(plain)
+    def function(*arguments: Any, **options: Any) -> Any:
+        if rounding.seed is None:
+            return plain(*arguments, **options)
+        return model(plain, *arguments, **options)
+
+    return function

@@ -43,35 +43,36 @@ MANTISSA = np.int64(2**52 - 1)
 
 
 class RandomRounding:
-    """The source of random numbers, and whether results are perturbed at present."""
+    """Random numbers that are functions of a seed and of the numbers to round.
+
+    A processor gives one result for one input: so do these, and equal numbers stay equal.
+    """
 
     def __init__(self) -> None:
         """Begin without perturbation."""
         self.seed: int | None = None
-        self._generator = np.random.default_rng(0)
 
-    def begin(self, seed: int | None, label: str = "") -> None:
-        """Perturb from now on, or with no seed stop it.
+    def signs(self, values: np.ndarray, places: Any = 0) -> np.ndarray:
+        """Draw -1, 0 or 1 for each number; for each place too, if indices are given."""
+        return (self._hash(values, places) % np.uint64(3)).astype(np.float64) - 1.0
 
-        Args:
-            seed: of the run.
-            label: of what follows; each has random numbers of its own, in any order.
-        """
-        self.seed = seed
-        if seed is not None:
-            self._generator = np.random.default_rng([seed, *label.encode()])
-
-    def signs(self, shape: tuple[int, ...]) -> np.ndarray:
-        """Draw -1, 0 or 1."""
-        return self._generator.integers(-1, 2, shape).astype(np.float64)
-
-    def fractions(self, shape: tuple[int, ...]) -> np.ndarray:
-        """Draw numbers between -1 and 1."""
-        return self._generator.random(shape) * 2.0 - 1.0
+    def fractions(self, values: np.ndarray) -> np.ndarray:
+        """Draw a number between -1 and 1 for each number."""
+        return self._hash(values) * 2.0**-63 - 1.0
 
     def order(self, count: int) -> np.ndarray:
         """Draw a permutation."""
-        return self._generator.permutation(count)
+        return np.random.default_rng([self.seed, count]).permutation(count)
+
+    def _hash(self, values: np.ndarray, places: Any = 0) -> np.ndarray:
+        """Mix mantissas with the seed by the finaliser of SplitMix64."""
+        bits = np.ascontiguousarray(values).view(np.uint64) & np.uint64(MANTISSA)
+        with np.errstate(over="ignore"):
+            bits = bits + np.uint64(self.seed * 2 + 1) * np.uint64(0x9E3779B97F4A7C15)
+            bits = bits + np.asarray(places, np.uint64) * np.uint64(0xD1B54A32D192ED03)
+            bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+            bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        return bits ^ (bits >> np.uint64(31))
 
 
 rounding = RandomRounding()
@@ -93,7 +94,7 @@ def perturb_last_bits(values: Any) -> Any:
         return perturb_last_bits(parts).view(np.complex128).reshape(values.shape)
     if values.dtype != np.float64:
         return values
-    units = rounding.signs(values.shape)
+    units = rounding.signs(values)
     units[~(_long(values) & np.isfinite(values))] = 0.0
     return values + units * np.spacing(values, where=units != 0.0, out=np.zeros_like(units))
 
@@ -136,21 +137,16 @@ def _matmul(plain: Callable[..., Any], a: Any, b: Any) -> Any:
     order = rounding.order(a.shape[-1])
     result = plain(a[..., order], b[order] if b.ndim == 1 else b[..., order, :])
     error = _products_error(plain, a, b)
-    noise = rounding.fractions(np.shape(error))
-    result = result + HALF_UNIT * error * noise
-    if _is_gram(a, b):  # a library computes one triangle of Aᵀ A
-        result = np.tril(result) + np.tril(result, -1).T
-    return result
+    return _add_noise(result, error)
 
 
-def _is_gram(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether one matrix is the transpose of the other, in the same memory."""
-    return (
-        a.ndim == b.ndim == 2
-        and a.shape == b.shape[::-1]
-        and a.strides == b.strides[::-1]
-        and a.__array_interface__["data"] == b.__array_interface__["data"]
-    )
+def _add_noise(result: Any, error: Any) -> Any:
+    """Change sums of products by the random part of the error of their products."""
+    values = np.atleast_1d(result)
+    fractions = rounding.fractions(values).reshape(values.shape)
+    noise = np.where(values < 0.0, -fractions, fractions)
+    changed = values + HALF_UNIT * error * noise
+    return changed[0] if np.ndim(result) == 0 else changed
 
 
 def _einsum(plain: Callable[..., Any], *operands: Any, **options: Any) -> Any:
@@ -160,7 +156,7 @@ def _einsum(plain: Callable[..., Any], *operands: Any, **options: Any) -> Any:
         return plain(*operands, **options)
     result = plain(words, *_shuffled(words, arrays), **options)
     error = _products_error(lambda *factors: plain(words, *factors), *arrays)
-    result = result + HALF_UNIT * error * rounding.fractions(np.shape(error))
+    result = _add_noise(result, error)
     if "out" in options:
         options["out"][...] = result
         return options["out"]
@@ -202,7 +198,7 @@ def _summing(plain: Callable[..., Any], a: Any, b: Any, *rest: Any, **options: A
     if not _is_real(a, b):
         return result
     error = _products_error(lambda x, y: plain(x, y, *rest, **options), a, b)
-    return result + HALF_UNIT * error * rounding.fractions(np.shape(error))
+    return _add_noise(result, error)
 
 
 def _shake(matrix: Any) -> Any:
@@ -213,9 +209,9 @@ def _shake(matrix: Any) -> Any:
     there = values != 0.0
     if there.sum(axis=-1).max() <= 1 and there.sum(axis=-2).max() <= 1:
         return matrix
-    if values.dtype == np.complex128:
-        return values * (1.0 + 2 * HALF_UNIT * rounding.signs(values.shape))
-    return values + np.spacing(values) * rounding.signs(values.shape) * there
+    parts = np.ascontiguousarray(values).view(np.float64)
+    units = rounding.signs(parts, np.arange(parts.size).reshape(parts.shape))
+    return (parts + np.spacing(parts) * units * (parts != 0.0)).view(values.dtype)
 
 
 def _decomposition(plain: Callable[..., Any], *matrices: Any, **options: Any) -> Any:

@@ -182,7 +182,9 @@ def _call_wrap(name: str, plain: str) -> ast.expr:
 
 
 def _separate_cache(module: ModuleType, variant: str) -> None:
-    """Let a variant have a folder of compiled kernels of its own."""
+    """Let a variant have a folder of compiled kernels of its own, unless it is the usual one."""
+    if variant == "as_built":
+        return
     plain = module.cache_folder
 
     def cache_folder() -> Path | None:
@@ -199,6 +201,8 @@ def _separate_cache(module: ModuleType, variant: str) -> None:
 def _compile_otherwise(module: ModuleType, variant: Variant) -> None:
     """Compile kernels as a variant says."""
     import numba
+
+    _let_numba_see_kernels()
 
     config = numba.config
     config.CPU_NAME, config.CPU_FEATURES = variant.processor, variant.features
@@ -233,22 +237,37 @@ class _PerturbedKernel:
         """Run the kernel; perturb what it returns, and what it changes in its arguments."""
         if rounding.seed is None:
             return self._kernel(*arguments)
-        arrays = [array for array in _arrays(arguments) if array.flags.writeable]
-        before = [array.copy() for array in arrays]
+        given = list(_arrays(arguments))
+        inputs = np.concatenate([np.ravel(values) for values in given]) if given else np.empty(0)
+        before = [array.copy() for array in given]
         result = self._kernel(*arguments)
-        for array, old in zip(arrays, before, strict=True):
+        for array, old in zip(given, before, strict=True):
             changed = array != old
-            array[changed] = perturb_last_bits(array[changed])
-        if any(value is argument for value in _arrays((result,)) for argument in arrays):
+            if changed.any():
+                array[changed] = _perturb_computed(array[changed], inputs)
+        if isinstance(result, np.ndarray) and any(np.shares_memory(result, a) for a in given):
             return result
-        return perturb_last_bits(result)
+        return _perturb_computed(result, inputs)
+
+
+def _perturb_computed(result: Any, inputs: np.ndarray) -> Any:
+    """Perturb the numbers of a result that are not copies of inputs."""
+    if isinstance(result, tuple):
+        items = [_perturb_computed(item, inputs) for item in result]
+        return type(result)(*items) if hasattr(result, "_fields") else tuple(items)
+    if isinstance(result, float | np.ndarray) and np.asarray(result).dtype == np.float64:
+        values = np.where(np.isin(result, inputs), result, perturb_last_bits(result))
+        return values if isinstance(result, np.ndarray) else float(values)
+    return result
 
 
 def _arrays(values: Any) -> Iterator[np.ndarray]:
-    """The arrays of doubles among arguments, also in tuples."""
+    """The doubles among arguments, as arrays, also in tuples."""
     for value in values:
         if isinstance(value, tuple):
             yield from _arrays(value)
+        elif isinstance(value, float):
+            yield np.array(value)
         elif isinstance(value, np.ndarray) and value.dtype == np.float64:
             yield value
 
@@ -259,8 +278,6 @@ def _perturbed_kernel(
     """The decorator of kernels, for perturbed ones."""
     if function is None:
         return partial(_perturbed_kernel, kernel, **options)
-    if "numba" in sys.modules:
-        _let_numba_see_kernels()
     return _PerturbedKernel(kernel(function, **options))
 
 
@@ -268,9 +285,6 @@ def _let_numba_see_kernels() -> None:
     """Let kernels call perturbed ones as the plain ones that they hold."""
     from numba.extending import typeof_impl
 
-    if _PerturbedKernel in typeof_impl.registry:
-        return
-
     @typeof_impl.register(_PerturbedKernel)
     def _(value: Any, context: Any) -> Any:
-        return typeof_impl(value._kernel, context)
+        return typeof_impl(getattr(value._kernel, "compiled", value._kernel), context)

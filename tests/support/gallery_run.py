@@ -1,6 +1,8 @@
-"""Run the commands of the gallery in one process, and print what each printed, as JSON.
+"""Commands in a process of its own, with the rounding as it is or perturbed.
 
-``python -m tests.support.gallery_run [--seed N] [--variant NAME] [--only WORD]``
+``python -m tests.support.gallery_run`` runs every command of the gallery. With the options
+``--seed N``, and ``--variant NAME`` if not the seed shall choose how kernels run, the rounding is
+perturbed. ``--only WORDS`` takes the commands with these words. It prints a JSON object a line.
 """
 
 from __future__ import annotations
@@ -8,46 +10,76 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import subprocess
 import sys
 import tempfile
-import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+from tests.support.rounding import VARIANTS, perturb_rounding
 
-from tests.support.perturbed_functions import rounding  # noqa: E402
-from tests.support.rounding import VARIANTS, install  # noqa: E402
+__all__ = ["Printed", "run_commands"]
+
+ROOT = Path(__file__).parents[2]
+
+
+class Printed(NamedTuple):
+    """What a command printed, and its exit code."""
+
+    code: int
+    out: str
+    err: str
+
+
+def run_commands(
+    commands: Sequence[str], seed: int | None = None, variant: str = ""
+) -> dict[str, Printed]:
+    """Run commands in one new process, in an empty folder.
+
+    Args:
+        commands: each as in a shell, without the name of the program.
+        seed: of the perturbed rounding; None leaves the rounding as it is.
+        variant: how kernels run, one of `tests.support.rounding.VARIANTS`.
+
+    Returns:
+        What each command printed.
+    """
+    options = [] if seed is None else ["--seed", str(seed)]
+    options += ["--variant", variant] if variant else []
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [sys.executable, "-m", "tests.support.gallery_run", "--folder", folder,
+             "--commands", "-", *options],
+            cwd=ROOT, input="\n".join(commands), text=True, stdout=subprocess.PIPE, check=True,
+        )  # fmt: skip
+    records = map(json.loads, done.stdout.splitlines())
+    return {command: Printed(*printed) for command, printed in records}
 
 
 def main() -> None:
-    """Run the commands."""
-    parser = argparse.ArgumentParser()
+    """Run the commands, and print what each printed."""
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int)
-    parser.add_argument("--variant", choices=VARIANTS)
+    parser.add_argument("--variant", choices=VARIANTS, default="")
     parser.add_argument("--only", default="")
-    parser.add_argument("--out")
+    parser.add_argument("--commands", type=argparse.FileType(), metavar="FILE")
+    parser.add_argument("--folder", default=".")
     options = parser.parse_args()
-    if options.variant or options.seed is not None:
-        install(options.variant or "as_built")
-    from tests.fuzz.sweep_words import STUDY
-    from tests.support.command_runs import asked
-    from tests.support.gallery_commands import DATA, all_commands
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if options.seed is not None:
+        perturb_rounding(options.seed, options.variant)
+    from tests.support.gallery_commands import all_commands, prepare_folder, words_of
 
-    rounding.seed = options.seed
+    commands = options.commands.read().splitlines() if options.commands else all_commands()
     _stay_in_this_process()
-    commands = [words for words in all_commands() if options.only in " ".join(words)]
-    out = open(options.out, "w") if options.out else sys.stdout
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        Path("study.toml").write_text(STUDY, encoding="utf-8")
-        for words in commands:
-            label = " ".join(words).replace(str(DATA), "tests/data")
-            start = time.perf_counter()
-            done = asked(words)
-            seconds = time.perf_counter() - start
-            record = {"command": label, "code": done.code, "out": done.out, "err": done.err,
-                      "seconds": seconds}  # fmt: skip
-            print(json.dumps(record), file=out, flush=True)
+    prepare_folder(Path(options.folder))
+    os.chdir(options.folder)
+    from tests.support.command_runs import asked
+
+    for command in commands:
+        if options.only in command:
+            print(json.dumps([command, asked(words_of(command))]), flush=True)
 
 
 def _stay_in_this_process() -> None:

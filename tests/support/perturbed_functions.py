@@ -28,8 +28,9 @@ without recompilation, SCAN (2016).
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
@@ -37,9 +38,11 @@ __all__ = ["PERTURBED", "RandomRounding", "perturb_last_bits", "perturbed", "rou
 
 # Half a unit in the last place of 1.
 HALF_UNIT = 2.0**-53
-# Bits of a double that are not of its leading 26: a product of two numbers without them is exact.
-LONG = np.int64(2**27 - 1)
-MANTISSA = np.int64(2**52 - 1)
+# Bits of the mantissa of a double, and those after its leading 26: a product of two numbers
+# without the latter is exact.
+MANTISSA, LONG = np.uint64(2**52 - 1), np.uint64(2**27 - 1)
+# Odd factors that mix bits (those of SplitMix64).
+FACTORS = np.array([0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0xD1B54A32D192ED03], np.uint64)
 
 
 class RandomRounding:
@@ -52,27 +55,40 @@ class RandomRounding:
         """Begin without perturbation."""
         self.seed: int | None = None
 
-    def signs(self, values: np.ndarray, places: Any = 0) -> np.ndarray:
-        """Draw -1, 0 or 1 for each number; for each place too, if indices are given."""
-        return (self._hash(values, places) % np.uint64(3)).astype(np.float64) - 1.0
+    def bits(self, values: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
+        """Draw 64 bits for each number by its mantissa, and for each place if any are given.
 
-    def fractions(self, values: np.ndarray) -> np.ndarray:
-        """Draw a number between -1 and 1 for each number."""
-        return self._hash(values) * 2.0**-63 - 1.0
+        Args:
+            values: contiguous doubles.
+            places: indices of the same shape.
+        """
+        drawn = values.view(np.uint64) & MANTISSA
+        if places is not None:
+            drawn += places * FACTORS[2]
+        drawn += FACTORS[:1] * np.uint64(self.seed + 1)
+        for factor in FACTORS[:2]:
+            drawn *= factor
+            drawn ^= drawn >> np.uint64(29)
+        return drawn * FACTORS[0]
+
+    def units(self, values: np.ndarray, places: np.ndarray | None = None) -> np.ndarray:
+        """Draw -1, 0, 0 or 1 for each number."""
+        quarter = self.bits(values, places) >> np.uint64(62)
+        return ((quarter.view(np.int64) + 1) >> 1) - 1
+
+    def chooses(self, name: str, count: int) -> bool:
+        """Whether the seed is one of those, one in ``count``, that choose a name."""
+        return (self.seed + crc32(name.encode())) % count == 0
 
     def order(self, count: int) -> np.ndarray:
         """Draw a permutation."""
-        return np.random.default_rng([self.seed, count]).permutation(count)
+        return _order(self.seed, count)
 
-    def _hash(self, values: np.ndarray, places: Any = 0) -> np.ndarray:
-        """Mix mantissas with the seed by the finaliser of SplitMix64."""
-        bits = np.ascontiguousarray(values).view(np.uint64) & np.uint64(MANTISSA)
-        with np.errstate(over="ignore"):
-            bits = bits + np.uint64(self.seed * 2 + 1) * np.uint64(0x9E3779B97F4A7C15)
-            bits = bits + np.asarray(places, np.uint64) * np.uint64(0xD1B54A32D192ED03)
-            bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-            bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        return bits ^ (bits >> np.uint64(31))
+
+@cache
+def _order(seed: int, count: int) -> np.ndarray:
+    """Draw the permutation of a seed."""
+    return np.random.default_rng([seed, count]).permutation(count)
 
 
 rounding = RandomRounding()
@@ -83,31 +99,22 @@ def perturb_last_bits(values: Any) -> Any:
     if isinstance(values, tuple):
         items = [perturb_last_bits(value) for value in values]
         return type(values)(*items) if hasattr(values, "_fields") else tuple(items)
-    if isinstance(values, complex | np.complex128):
-        return type(values)(complex(perturb_last_bits(values.real), perturb_last_bits(values.imag)))
-    if isinstance(values, float):  # also np.float64
+    if isinstance(values, np.ndarray):
+        if values.dtype not in (np.float64, np.complex128) or values.size == 0:
+            return values
+        numbers = np.ascontiguousarray(values).view(np.float64)
+        whole = numbers.view(np.int64)
+        # The bits of doubles of one sign are in the order of their size.
+        moved = whole + rounding.units(numbers) * _long(numbers)
+        return moved.view(values.dtype).reshape(values.shape)
+    if isinstance(values, float | complex):  # also np.float64 and np.complex128
         return type(values)(perturb_last_bits(np.array([values]))[0])
-    if not isinstance(values, np.ndarray) or values.size == 0:
-        return values
-    if values.dtype == np.complex128:
-        parts = np.ascontiguousarray(values).view(np.float64)
-        return perturb_last_bits(parts).view(np.complex128).reshape(values.shape)
-    if values.dtype != np.float64:
-        return values
-    units = rounding.signs(values)
-    units[~(_long(values) & np.isfinite(values))] = 0.0
-    return values + units * np.spacing(values, where=units != 0.0, out=np.zeros_like(units))
-
-
-def _rounded(values: np.ndarray) -> np.ndarray:
-    """Which doubles are finite, and neither zero nor powers of two."""
-    bits = np.ascontiguousarray(values).view(np.int64)
-    return ((bits & MANTISSA) != 0) & np.isfinite(values)
+    return values
 
 
 def _long(values: np.ndarray) -> np.ndarray:
-    """Which doubles have more than 26 significant bits."""
-    return (np.ascontiguousarray(values).view(np.int64) & LONG) != 0
+    """Which doubles have more than 26 significant bits; infinities and NaNs have not."""
+    return (values.view(np.uint64) & LONG) != 0
 
 
 def _is_real(*arrays: Any) -> bool:
@@ -117,17 +124,18 @@ def _is_real(*arrays: Any) -> bool:
     ) and not all((a == np.rint(a)).all() for a in arrays)
 
 
-def _split(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Magnitudes of the entries other than powers of two, and of the short ones among them."""
-    magnitude = np.where(_rounded(values), np.abs(values), 0.0)
-    return magnitude, np.where(_long(values), 0.0, magnitude)
-
-
 def _products_error(product: Callable[..., Any], *factors: np.ndarray) -> Any:
-    """Sum the magnitudes of the products that are not exact."""
-    inexact, short = zip(*map(_split, factors), strict=True)
+    """Sum the magnitudes of the products that are not exact.
+
+    They are those of numbers other than powers of two, unless both are short.
+    """
+    factors = tuple(map(np.ascontiguousarray, factors))
+    inexact = [np.abs(x) * ((x.view(np.uint64) & MANTISSA) != 0) for x in factors]
     total = product(*inexact)
-    return total - product(*short) if len(factors) == 2 else total
+    long = [_long(x) for x in factors]
+    if len(factors) > 2 or any(where.all() for where in long):
+        return total
+    return total - product(*(x * ~where for x, where in zip(inexact, long, strict=True)))
 
 
 def _matmul(plain: Callable[..., Any], a: Any, b: Any) -> Any:
@@ -136,16 +144,14 @@ def _matmul(plain: Callable[..., Any], a: Any, b: Any) -> Any:
         return plain(a, b)
     order = rounding.order(a.shape[-1])
     result = plain(a[..., order], b[order] if b.ndim == 1 else b[..., order, :])
-    error = _products_error(plain, a, b)
-    return _add_noise(result, error)
+    return _add_noise(result, _products_error(plain, a, b))
 
 
 def _add_noise(result: Any, error: Any) -> Any:
-    """Change sums of products by the random part of the error of their products."""
-    values = np.atleast_1d(result)
-    fractions = rounding.fractions(values).reshape(values.shape)
-    noise = np.where(values < 0.0, -fractions, fractions)
-    changed = values + HALF_UNIT * error * noise
+    """Change sums of products by a random part of the error of their products."""
+    values = np.ascontiguousarray(np.atleast_1d(result))
+    fractions = rounding.bits(values) * 2.0**-63 - 1.0
+    changed = values + (HALF_UNIT * error) * np.copysign(1.0, values) * fractions
     return changed[0] if np.ndim(result) == 0 else changed
 
 
@@ -210,8 +216,9 @@ def _shake(matrix: Any) -> Any:
     if there.sum(axis=-1).max() <= 1 and there.sum(axis=-2).max() <= 1:
         return matrix
     parts = np.ascontiguousarray(values).view(np.float64)
-    units = rounding.signs(parts, np.arange(parts.size).reshape(parts.shape))
-    return (parts + np.spacing(parts) * units * (parts != 0.0)).view(values.dtype)
+    places = np.arange(parts.size, dtype=np.uint64).reshape(parts.shape)
+    moved = parts.view(np.int64) + rounding.units(parts, places) * (parts != 0.0)
+    return moved.view(values.dtype)
 
 
 def _decomposition(plain: Callable[..., Any], *matrices: Any, **options: Any) -> Any:
@@ -227,7 +234,7 @@ def _norm(plain: Callable[..., Any], x: Any, *rest: Any, **options: Any) -> Any:
         return result
     axis = options.get("axis", rest[1] if len(rest) > 1 else None)
     keep = options.get("keepdims", False)
-    exact = ~_long(values).any(axis=axis, keepdims=keep)
+    exact = ~_long(np.ascontiguousarray(values)).any(axis=axis, keepdims=keep)
     exact |= np.count_nonzero(values, axis=axis, keepdims=keep) <= 1
     if np.ndim(result) == 0:
         return result if exact else perturb_last_bits(result)

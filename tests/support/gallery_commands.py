@@ -8,7 +8,14 @@ from pathlib import Path
 import kinematics
 from tests.fuzz.sweep_words import STUDY
 
-__all__ = ["all_commands", "file_commands", "model_commands", "prepare_folder", "words_of"]
+__all__ = [
+    "SAMPLE",
+    "all_commands",
+    "file_commands",
+    "model_commands",
+    "prepare_folder",
+    "words_of",
+]
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data"
@@ -54,9 +61,9 @@ flex modes --count 4 --beam length:1,EI:1,rhoA:1 --pin 0
 flex supports 3
 flex supports 4
 flex similar --arm length:0.1,EI:0.0045,rhoA:0.024,tip:0.01 --scale 0.5
-flex simulate four_bar_general --flex coupler=EI:5,rhoA:1 --duration 0.02 --samples 3 --elements 3 --modes 1
+flex simulate four_bar_general --flex coupler=EI:5,rhoA:1 --duration 0.01 --samples 3 --elements 3
 motion five_bar --tool left_upper --along x,rz --to left_upper.x=0.01,left_upper.rz=0.02
-motion near_special/rrr_platform_p120.urdf --tool plat --along ry,y --order 7 --to=plat.ry=-0.0500755,plat.y=-0.0455308
+motion near_special/rrr_platform_p120.urdf --tool plat --along ry,y --to plat.ry=-0.05,plat.y=-0.045
 design near_special/de_fb_304.urdf --balance force --keep L1 --bounds L3=0.1:2 --bounds L4=0:1
 report digits/two_yokes_1mm_irrational_relation.urdf --motion e1=e2
 sweep run study.toml --out sweep.db --workers 1
@@ -69,6 +76,20 @@ synthesize --positions "0.3,0.1,11; 0.1,0.4,-40" --moving 0.4,0.4 --nonlinear
 synthesize --positions "0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70" --kind four-bar
 models
 """.strip().splitlines())  # fmt: skip
+
+# Some of all these, for each kind of answer.
+SAMPLE = (
+    "report four_bar_kite --balance force",
+    "report near_special/pl_grid_1921.urdf",
+    "design fuga_i --max-order 0 --keep left_lower --keep right_lower",
+    "remedies four_bar_general --only own_masses",
+    "paths five_bar --length 0.2",
+    "flex supports 3",
+    "discover walk --topology slider-crank --start 2",
+    "sweep run study.toml --out sweep.db --workers 1",
+    "sweep show sweep.db --count 5",
+    "synthesize --positions '0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70' --kind four-bar",
+)
 
 
 def model_commands(model: str) -> list[str]:
@@ -88,7 +109,9 @@ def file_commands() -> list[str]:
 
 def all_commands() -> list[str]:
     """All of them, as in a shell and without the name of the program."""
-    models = [command for model in sorted(kinematics.gallery()) for command in model_commands(model)]
+    models = [
+        command for model in sorted(kinematics.gallery()) for command in model_commands(model)
+    ]
     return models + file_commands() + list(OTHER)
 
 

@@ -1,8 +1,9 @@
 """Commands in a process of its own, with the rounding as it is or perturbed.
 
-``python -m tests.support.gallery_run`` runs every command of the gallery. With the options
-``--seed N``, and ``--variant NAME`` if not the seed shall choose how kernels run, the rounding is
-perturbed. ``--only WORDS`` takes the commands with these words. It prints a JSON object a line.
+``python -m tests.support.gallery_run`` runs every command of the gallery and prints what each
+printed, one in a line, as JSON. With ``--seed N`` the rounding is perturbed; the seed chooses
+how kernels run, unless ``--variant NAME`` does. ``--only WORDS`` takes the commands with these
+words.
 """
 
 from __future__ import annotations

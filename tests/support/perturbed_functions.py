@@ -174,7 +174,10 @@ def _shuffled(words: str, arrays: list[np.ndarray]) -> list[np.ndarray]:
     inputs, _, output = words.replace(" ", "").partition("->")
     if "->" not in words:
         return arrays
-    axes = [_axes(labels, array.ndim) for labels, array in zip(inputs.split(","), arrays, strict=True)]
+    axes = [
+        _axes(labels, array.ndim)
+        for labels, array in zip(inputs.split(","), arrays, strict=True)
+    ]
     for label in sorted(set(inputs) - set(output) - set(",.")):
         lengths = {array.shape[k] for where, array in zip(axes, arrays, strict=True)
                    for k in where.get(label, ())}  # fmt: skip
@@ -227,7 +230,7 @@ def _decomposition(plain: Callable[..., Any], *matrices: Any, **options: Any) ->
 
 
 def _norm(plain: Callable[..., Any], x: Any, *rest: Any, **options: Any) -> Any:
-    """``np.linalg.norm``, its last bit changed, unless it is that of short numbers or of one."""
+    """``np.linalg.norm``, changed in its last bit, unless it is of short numbers or of one."""
     result = plain(x, *rest, **options)
     values = np.asarray(x)
     if values.dtype != np.float64 or values.size == 0:

@@ -2,11 +2,11 @@
 
 ``python -m pytest --rounding SEED`` runs tests so. `perturb_rounding` puts a finder before
 those of Python. It loads the modules of `kinematics` and `balance` from their sources with each
-matrix product and each function of `tests.support.perturbed_functions` replaced. Kernels stay as
-they are, because Numba compiles them from their sources. They are compiled in one of the ways of
-`VARIANTS`, with a cache of its own, and what one kernel in four returns or writes is perturbed
-where Python calls it; the seed chooses which. In the way ``uncompiled``, each ``+ - * /`` of a
-kernel is rounded at random: Monte Carlo arithmetic proper, for small linkages.
+matrix product and each function of `tests.support.perturbed_functions` replaced. Kernels stay
+as they are, because Numba compiles them from their sources. They are compiled in one of the
+ways of `VARIANTS`, with a cache of its own, and what one kernel in two returns or writes is
+perturbed where Python calls it; the seed chooses which. In the way ``uncompiled``, each
+``+ - * /`` of a kernel is rounded at random: Monte Carlo arithmetic proper, for small linkages.
 
 The product knows nothing of this. Other libraries, such as Clarabel and Pinocchio, compute as
 ever.
@@ -40,7 +40,7 @@ PACKAGES = ("kinematics", "balance")
 # Names by which rewritten modules call what is perturbed.
 FUNCTION, OPERATION = "__perturbed_function__", "__perturbed_operation__"
 # Each seed perturbs the results of one in so many kernels, because it takes time.
-KERNELS = 4
+KERNELS = 2
 
 
 class Variant(NamedTuple):
@@ -209,7 +209,7 @@ def _call(maker: str, name: str, *plain: str) -> ast.expr:
 
 
 def _separate_cache(module: ModuleType, variant: str) -> None:
-    """Let a variant have a folder of compiled kernels of its own, unless it is the usual one."""
+    """Give a variant its own folder of compiled kernels, unless it is the usual one."""
     plain = module.cache_folder
 
     def cache_folder() -> Path | None:

@@ -35,7 +35,7 @@ def function(name):
 
 def numbers(*shape):
     """Doubles of both signs with all their bits."""
-    return np.random.default_rng(shape).uniform(-1.0, 1.0, shape)
+    return np.random.default_rng(shape).uniform(-1.0, 1.0, shape) / 3.0
 
 
 def exact_product(a, b):
@@ -68,7 +68,7 @@ def test_a_sum_that_cancels_leaves_a_round_off(seed):
 
 @pytest.mark.parametrize("name", sorted(PERTURBED))
 def test_what_every_processor_computes_exactly_stays(name, seed):
-    if not name.startswith(("np.", "operator.")) or name in ("np.roots", "np.vdot"):
+    if not name.startswith(("np.", "operator.")) or name == "np.roots":
         return
     change, plain = function(name)
     if name == "np.tensordot":
@@ -76,12 +76,14 @@ def test_what_every_processor_computes_exactly_stays(name, seed):
     elif name == "np.linalg.norm":
         assert change(np.array([3.0, 4.0])) == 5.0
         assert change(np.array([0.0, -0.1, 0.0])) == 0.1
-    elif name in ("operator.matmul", "np.dot", "np.inner"):
+    elif name in ("operator.matmul", "np.matmul", "np.dot"):
         integers = np.rint(1e9 * numbers(4, 4))
         for a, b in ((SHORT, SHORT), (integers, np.eye(4)), (np.eye(4), numbers(4, 4))):
             assert np.array_equal(change(a, b), plain(a, b))
     elif name in ("np.linalg.solve", "np.linalg.lstsq"):
-        assert np.array_equal(change(2.0 * np.eye(3), numbers(3))[0], 0.5 * numbers(3)[0])
+        arguments = 2.0 * np.eye(3), numbers(3, 1)
+        first = change(*arguments)[0], plain(*arguments)[0]
+        assert np.array_equal(*first)
     elif name.startswith("np.linalg."):
         result = change(2.0 * np.eye(3))
         first = result[0] if isinstance(result, tuple) else result
@@ -132,8 +134,8 @@ def test_operations_are_exact_or_off_by_a_unit(name, seed):
         result = change(float(a), float(b))
         assert abs(result - plain(a, b)) <= np.spacing(abs(plain(a, b)))
         moved += result != plain(a, b)
-        assert change(3.0, 0.5) == plain(3.0, 0.5) and change(3, 5) == plain(3, 5)
-    assert 50 < moved < 150
+        assert change(3.0, 0.5) == plain(3.0, 0.5) and change(6, 2) == plain(6, 2)
+    assert 20 < moved < 150
     array = numbers(20)
     assert operation(f"in place {name}")(array, numbers(20, 1)[:, 0]) is array
 

@@ -61,9 +61,9 @@ flex modes --count 4 --beam length:1,EI:1,rhoA:1 --pin 0
 flex supports 3
 flex supports 4
 flex similar --arm length:0.1,EI:0.0045,rhoA:0.024,tip:0.01 --scale 0.5
-flex simulate four_bar_general --flex coupler=EI:5,rhoA:1 --duration 0.01 --samples 3 --elements 3
+flex simulate four_bar_general --flex coupler=EI:5,rhoA:1 --duration 0.01 --samples 3
 motion five_bar --tool left_upper --along x,rz --to left_upper.x=0.01,left_upper.rz=0.02
-motion near_special/rrr_platform_p120.urdf --tool plat --along ry,y --to plat.ry=-0.05,plat.y=-0.045
+motion near_special/rrr_platform_p120.urdf --tool plat --along ry,y --to plat.ry=-0.05
 design near_special/de_fb_304.urdf --balance force --keep L1 --bounds L3=0.1:2 --bounds L4=0:1
 report digits/two_yokes_1mm_irrational_relation.urdf --motion e1=e2
 sweep run study.toml --out sweep.db --workers 1
@@ -84,7 +84,7 @@ SAMPLE = (
     "design fuga_i --max-order 0 --keep left_lower --keep right_lower",
     "remedies four_bar_general --only own_masses",
     "paths five_bar --length 0.2",
-    "flex supports 3",
+    "flex modes",
     "discover walk --topology slider-crank --start 2",
     "sweep run study.toml --out sweep.db --workers 1",
     "sweep show sweep.db --count 5",

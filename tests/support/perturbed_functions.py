@@ -224,9 +224,9 @@ def _shake(matrix: Any) -> Any:
     return moved.view(values.dtype)
 
 
-def _decomposition(plain: Callable[..., Any], *matrices: Any, **options: Any) -> Any:
-    """A function of matrices, whose entries are rounded at random first."""
-    return plain(*map(_shake, matrices), **options)
+def _decomposition(plain: Callable[..., Any], matrix: Any, *others: Any, **options: Any) -> Any:
+    """A function of a matrix, whose entries are rounded at random first."""
+    return plain(_shake(matrix), *others, **options)
 
 
 def _norm(plain: Callable[..., Any], x: Any, *rest: Any, **options: Any) -> Any:
@@ -253,7 +253,7 @@ def _elementary(plain: Callable[..., Any], *values: Any, **options: Any) -> Any:
 
 
 MODELS = {
-    _matmul: "np.matmul np.dot np.vdot np.inner operator.matmul",
+    _matmul: "np.matmul np.dot operator.matmul",
     _einsum: "np.einsum",
     _summing: "np.tensordot",
     _norm: "np.linalg.norm",

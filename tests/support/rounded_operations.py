@@ -9,7 +9,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable
 from functools import cache
-from math import inf, nextafter
+from math import frexp, inf, isfinite, nextafter
 from typing import Any
 
 import numpy as np
@@ -82,7 +82,7 @@ def operation(name: str) -> Callable[[Any, Any], Any]:
 
 def _step(value: float) -> float:
     """Change a double by -1, 0, 0 or 1 units in its last place, unless 26 bits hold it."""
-    if value != value or value in (inf, -inf) or value * 2.0**26 % 1.0 == 0.0:
+    if not isfinite(value) or frexp(value)[0] * 2.0**26 % 1.0 == 0.0:
         return value
     mixed = (hash(abs(value)) * FACTOR + rounding.seed) * FACTOR & WORD
     quarter = mixed >> 62

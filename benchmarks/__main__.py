@@ -36,7 +36,7 @@ def main(argv: list[str] | None = None) -> int:
     if options.check:
         names = sorted({name.split(":")[0] for name in known})
     run = Run(5 if options.quick else 31, Markdown() if options.markdown else Text())
-    for name in options.names or names:
+    for name in _named(options.names) or names:
         run.module(name)
     if options.check:
         # Regressions are measured again and the better ratio is kept, to tolerate load from
@@ -56,7 +56,8 @@ def main(argv: list[str] | None = None) -> int:
 def _options(argv: list[str] | None) -> argparse.Namespace:
     """Parse the command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("names", nargs="*", help="claims to run; all by default")
+    text = "claims to run, or a part of their names; all by default"
+    parser.add_argument("names", nargs="*", help=text)
     parser.add_argument("--quick", action="store_true", help="few repetitions, to try it out")
     parser.add_argument("--markdown", action="store_true", help="print tables in Markdown")
     parser.add_argument("--table", action="store_true", help="run what the last table needs")
@@ -67,6 +68,14 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
     )  # fmt: skip
     stored.add_argument("--record", action="store_true", help=f"write them to {BASELINE.name}")
     return parser.parse_args(argv)
+
+
+def _named(words: list[str]) -> list[str]:
+    """The claims with these names, or else with these words in their names."""
+    parts = {word: [name for name in CLAIMS if word in name] for word in words}
+    return [
+        name for word in words for name in ([word] if word in CLAIMS else parts[word] or [word])
+    ]
 
 
 def _lost(known: dict[str, float], ratios: dict[str, float]) -> dict[str, float]:

@@ -13,6 +13,8 @@ from zlib import crc32
 
 import pytest
 
+from tests.support.rounding import perturb_rounding
+
 ROOT = Path(__file__).parents[1]
 
 # Files of tests that need no kernels. They come first, while all kernels are compiled.
@@ -33,6 +35,10 @@ if folder is not None:
         if ALL not in ready_kernels(pathlib.Path(balance.__file__).parent):
             kinematics.compile()
 """
+PERTURB = """
+from tests.support.rounding import perturb_rounding
+perturb_rounding({})
+"""
 compiler = pytest.StashKey()
 bytecode = pytest.StashKey()
 
@@ -49,9 +55,11 @@ CASES = 6
 
 
 def pytest_addoption(parser):
-    """The one switch of the suite."""
+    """The switches of the suite: all of it, and another rounding."""
     text = "also run the tests and the cases of tables that the default run leaves out"
     parser.addoption("--everything", action="store_true", help=text)
+    text = "change results of floating-point functions and kernels in their last bits at random"
+    parser.addoption("--rounding", type=int, metavar="SEED", help=text)
 
 
 def pytest_configure(config):
@@ -60,9 +68,12 @@ def pytest_configure(config):
         text = f"{mark}: tests that {reason}; left out without --everything"
         config.addinivalue_line("markers", text)
     config.addinivalue_line("markers", f"table(cases={CASES}): cases that run by default")
+    seed = config.getoption("rounding")
+    if seed is not None:
+        perturb_rounding(seed)
     if config.getoption("numprocesses", None):
         config.stash[bytecode] = keep_bytecode()
-        config.stash[compiler] = start_compiler()
+        config.stash[compiler] = start_compiler(seed)
 
 
 def keep_bytecode():
@@ -78,10 +89,11 @@ def keep_bytecode():
     return folder
 
 
-def start_compiler():
+def start_compiler(seed):
     """Start the process that compiles all kernels, and wait until it holds their lock."""
+    code = COMPILE if seed is None else PERTURB.format(seed) + COMPILE
     process = subprocess.Popen(
-        [sys.executable, "-c", COMPILE], cwd=ROOT, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True
     )
     process.stdout.readline()
     return process

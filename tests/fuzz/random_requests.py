@@ -7,25 +7,20 @@ seed stands for the cases that follow it, so that ``--seed 4711 --cases 1`` is o
 from __future__ import annotations
 
 import argparse
-import io
 import json
-import logging
 import random
 import shlex
 import sys
 import tempfile
 import time
-import warnings
 from collections import Counter
-from contextlib import redirect_stderr, redirect_stdout
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from jsonschema import Draft202012Validator
 
 import balance
-from balance.cli.main import main as run_command
 from kinematics import gallery
 from tests.fuzz.fuzz import written
 from tests.fuzz.mutants import mutant
@@ -41,6 +36,7 @@ from tests.fuzz.request_words import (
     parsers,
 )
 from tests.fuzz.sweep_words import sweep_words
+from tests.support.command_runs import Outcome, asked
 from tests.support.small_linkages import small_linkage
 from tests.support.time_limit import time_limit
 
@@ -51,27 +47,6 @@ FLEX = ("flex simulate", "flex modes", "flex simulate", "flex supports", "flex s
 # Models that take long are asked seldom.
 LARGE = ("delta", "stewart_6ups", "three_rsr", "three_rsr_rational", "four_bar_chain",
          "four_rrr_parallel", "eight_bar", "scissor_three_stage")  # fmt: skip
-
-
-class Outcome(NamedTuple):
-    """What a command did."""
-
-    code: int
-    out: str
-    err: str
-
-
-def asked(words: list[str]) -> Outcome:
-    """Run one command with its streams caught; warnings of libraries are shown, as to users."""
-    out, err, root = io.StringIO(), io.StringIO(), logging.getLogger()
-    kept, root.handlers = root.handlers, []
-    try:
-        with redirect_stdout(out), redirect_stderr(err), warnings.catch_warnings():
-            warnings.resetwarnings()
-            code = run_command(words)
-    finally:
-        root.handlers = kept
-    return Outcome(code, out.getvalue(), err.getvalue())
 
 
 @cache

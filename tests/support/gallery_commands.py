@@ -1,0 +1,126 @@
+"""Commands on every linkage of the gallery and on files that were read wrong once."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import kinematics
+from tests.fuzz.sweep_words import STUDY
+
+__all__ = [
+    "SAMPLE",
+    "all_commands",
+    "file_commands",
+    "model_commands",
+    "prepare_folder",
+    "words_of",
+]
+
+ROOT = Path(__file__).parents[2]
+DATA = ROOT / "tests" / "data"
+FOLDERS = ("near_special", "digits", "dialects")
+# Linkages of which each command takes seconds: of these, only the cheap ones run.
+LARGE = ("delta", "stewart_6ups", "three_rsr", "three_rsr_rational", "four_bar_chain",
+         "scissor_three_stage", "four_rrr_parallel", "eight_bar", "rusr",
+         "three_four_bars_platform")  # fmt: skip
+CHEAP = (
+    "report {model}",
+    "report {model} --balance force",
+    "verify {model} --trajectories 1",
+    "design {model}",
+)
+EVERY = (
+    *CHEAP,
+    "report {model} --explain --decoupled --pure-inertia",
+    "verify {model} --trajectories 1 --balance force",
+    "design {model} --balance force --minimise mass",
+    "design {model} --balance force --add {links}",
+    "remedies {model} --only own_masses",
+    "motion {model} --to {inputs}",
+    "paths {model} --length 0.2",
+)
+# Commands that take no linkage, or options of their own.
+OTHER = tuple("""
+report three_rsr --motion u2=u3
+report four_bar_kite --exact
+report four_rrr --inputs a1,b1,c1 --balance force --motion c1=-a1-b1
+verify four_rrr_prototype --motion b1=-2*a1 --motion c1=a1 --trajectories 1
+verify four_bar_kite_balanced --speed 300rpm
+verify four_bar_kite --trajectories 1 --against four_bar_kite_balanced
+verify slider_pantograph --base free --base-mass 10 --base-inertia 1 --duration 0.1
+report fuga_i --max-order 0
+design fuga_i --max-order 0 --keep left_lower --keep right_lower
+design four_bar_kite --minimise mass --bounds coupler=0.1:1
+design four_bar_general --balance force --add crank,rocker --partial --budget 1.5
+design four_bar_general --balance force --add crank,rocker --partial --pareto 3
+remedies four_bar_general --only own_masses,duplicates
+remedies zero_reaction_arm --only slider_path
+flex modes
+flex modes --count 4 --beam length:1,EI:1,rhoA:1 --pin 0
+flex supports 3
+flex supports 4
+flex similar --arm length:0.1,EI:0.0045,rhoA:0.024,tip:0.01 --scale 0.5
+flex simulate four_bar_general --flex coupler=EI:5,rhoA:1 --duration 0.01 --samples 3
+motion five_bar --tool left_upper --along x,rz --to left_upper.x=0.01,left_upper.rz=0.02
+motion near_special/rrr_platform_p120.urdf --tool plat --along ry,y --to plat.ry=-0.05
+design near_special/de_fb_304.urdf --balance force --keep L1 --bounds L3=0.1:2 --bounds L4=0:1
+report digits/two_yokes_1mm_irrational_relation.urdf --motion e1=e2
+sweep run study.toml --out sweep.db --workers 1
+sweep show sweep.db --count 5
+discover run --topology slider-crank --starts 10 --out slider.db --workers 0
+discover show slider.db --members 5 --tried 1
+discover walk --topology slider-crank --start 2
+synthesize --positions "0.3,0.1,11; 0.1,0.4,-40" --moving 0.2,-0.1 --ratio -0.5
+synthesize --positions "0.3,0.1,11; 0.1,0.4,-40" --moving 0.4,0.4 --nonlinear
+synthesize --positions "0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70" --kind four-bar
+models
+""".strip().splitlines())  # fmt: skip
+
+# Some of all these, for each kind of answer.
+SAMPLE = (
+    "report four_bar_kite --balance force",
+    "report near_special/pl_grid_1921.urdf",
+    "design fuga_i --max-order 0 --keep left_lower --keep right_lower",
+    "remedies four_bar_general --only own_masses",
+    "paths five_bar --length 0.2",
+    "flex modes",
+    "discover walk --topology slider-crank --start 2",
+    "sweep run study.toml --out sweep.db --workers 1",
+    "sweep show sweep.db --count 5",
+    "synthesize --positions '0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70' --kind four-bar",
+)
+
+
+def model_commands(model: str) -> list[str]:
+    """Commands on a linkage of the gallery."""
+    linkage = kinematics.load(model, bodies="all")
+    links = ",".join(body.name for body in linkage.bodies[:2])
+    inputs = ",".join(f"{name}=0.05" for name in linkage.inputs)
+    templates = CHEAP if model in LARGE else EVERY
+    return [text.format(model=model, links=links, inputs=inputs) for text in templates]
+
+
+def file_commands() -> list[str]:
+    """A report on every file."""
+    files = [path for name in FOLDERS for path in sorted((DATA / name).glob("*.urdf"))]
+    return [f"report {path.relative_to(DATA).as_posix()}" for path in files]
+
+
+def all_commands() -> list[str]:
+    """All of them, as in a shell and without the name of the program."""
+    models = [
+        command for model in sorted(kinematics.gallery()) for command in model_commands(model)
+    ]
+    return models + file_commands() + list(OTHER)
+
+
+def words_of(command: str) -> list[str]:
+    """The words of a command, with the place of files that it names."""
+    words = shlex.split(command)
+    return [str(DATA / word) if word.startswith(FOLDERS) else word for word in words]
+
+
+def prepare_folder(folder: Path) -> None:
+    """Write the files that commands read from the folder in which they run."""
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")

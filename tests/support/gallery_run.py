@@ -1,0 +1,99 @@
+"""Commands in a process of its own, with the rounding as it is or perturbed.
+
+``python -m tests.support.gallery_run`` runs every command of the gallery and prints what each
+printed, one in a line, as JSON. With ``--seed N`` the rounding is perturbed; the seed chooses
+how kernels run, unless ``--variant NAME`` does. ``--only WORDS`` takes the commands with these
+words.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from tests.support.rounding import VARIANTS, perturb_rounding
+
+__all__ = ["Printed", "run_commands"]
+
+ROOT = Path(__file__).parents[2]
+
+
+class Printed(NamedTuple):
+    """What a command printed, and its exit code."""
+
+    code: int
+    out: str
+    err: str
+
+
+def run_commands(
+    commands: Sequence[str], seed: int | None = None, variant: str = ""
+) -> dict[str, Printed]:
+    """Run commands in one new process, in an empty folder.
+
+    Args:
+        commands: each as in a shell, without the name of the program.
+        seed: of the perturbed rounding; None leaves the rounding as it is.
+        variant: how kernels run, one of `tests.support.rounding.VARIANTS`.
+
+    Returns:
+        What each command printed.
+    """
+    options = [] if seed is None else ["--seed", str(seed)]
+    options += ["--variant", variant] if variant else []
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [sys.executable, "-m", "tests.support.gallery_run", "--folder", folder,
+             "--commands", "-", *options],
+            cwd=ROOT, input="\n".join(commands), text=True, stdout=subprocess.PIPE, check=True,
+        )  # fmt: skip
+    records = map(json.loads, done.stdout.splitlines())
+    return {command: Printed(*printed) for command, printed in records}
+
+
+def main() -> None:
+    """Run the commands, and print what each printed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int)
+    parser.add_argument("--variant", choices=VARIANTS, default="")
+    parser.add_argument("--only", default="")
+    parser.add_argument("--commands", type=argparse.FileType(), metavar="FILE")
+    parser.add_argument("--folder", default=".")
+    options = parser.parse_args()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if options.seed is not None:
+        perturb_rounding(options.seed, options.variant)
+    from tests.support.gallery_commands import all_commands, prepare_folder, words_of
+
+    commands = options.commands.read().splitlines() if options.commands else all_commands()
+    _stay_in_this_process()
+    prepare_folder(Path(options.folder))
+    os.chdir(options.folder)
+    from tests.support.command_runs import asked
+
+    for command in commands:
+        if options.only in command:
+            print(json.dumps([command, asked(words_of(command))]), flush=True)
+
+
+def _stay_in_this_process() -> None:
+    """Let studies use no processes of their own, whose rounding would not be perturbed."""
+    from balance.result_files import chunk_runs
+
+    plain = chunk_runs.run_chunks
+
+    def run_chunks(job: object, file: object, *, workers: int, **options: object) -> object:
+        return plain(job, file, workers=0, **options)
+
+    chunk_runs.run_chunks = run_chunks
+
+
+if __name__ == "__main__":
+    main()

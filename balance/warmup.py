@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import numpy as np
@@ -25,24 +25,38 @@ from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
 from kinematics.taylor.taylor_motion import taylor_motion
 
-__all__ = ["warm_up_balance"]
+__all__ = ["warm_up_balance", "warm_up_single"]
 
 SMALL_STEP = 0.01
+# Kinds of balance, and whether in space, that need kernels of their own.
+OPTIONS: tuple[tuple[Balance, bool], ...] = (("force", False), ("dynamic", True))
 
 
 def warm_up_balance() -> Iterator[None]:
     """Run the work of the commands on the smallest linkage of each kind.
 
-    The kernels of the first answer come first. Yields after each stage.
+    The kernels of the first answer come first, those of many poses and geometries last. Yields
+    after each stage.
     """
+    yield from warm_up_single()
+    yield from _run_stages(_map_momentum, _find_spaces_of_many)
+    yield from kinematics.warmup.warm_up_many_poses()
+
+
+def warm_up_single() -> Iterator[None]:
+    """Run what is done with a linkage in one pose and geometry; yields after each stage."""
+    yield from _run_stages(_find_space, _move, _predict, _find_other_spaces)
+    yield from kinematics.warmup.warm_up_kinematics()
+
+
+def _run_stages(*stages: Callable[[Linkage], None]) -> Iterator[None]:
     linkages = kinematics.warmup.smallest_linkages()
     yield
-    for work in (_find_space, _move, _predict, _find_other_spaces):
+    for work in stages:
         for linkage in linkages:
             with suppress(LinkageError):
                 work(linkage)
             yield
-    yield from kinematics.warmup.warm_up_kinematics()
 
 
 def _find_space(linkage: Linkage) -> None:
@@ -60,15 +74,21 @@ def _predict(linkage: Linkage) -> None:
     inputs = np.full(linkage.mobility, SMALL_STEP)
     predict(taylor_motion(linkage, 2), inputs)
     momentum_regressor(linkage, inputs)
-    momentum_map(linkage, {linkage.inputs[0]: [0.0, SMALL_STEP]})
     momentum_taylor(linkage, 2)
 
 
 def _find_other_spaces(linkage: Linkage) -> None:
-    screws = np.array([joint.screw for joint in linkage.joints])[None]
-    options: tuple[tuple[Balance, bool], ...] = (("force", False), ("dynamic", True))
-    for balance, spatial in options:
+    for balance, spatial in OPTIONS:
         certify(design_space(linkage, None, balance, max_order=2, spatial=spatial))
+
+
+def _map_momentum(linkage: Linkage) -> None:
+    momentum_map(linkage, {linkage.inputs[0]: [0.0, SMALL_STEP]})
+
+
+def _find_spaces_of_many(linkage: Linkage) -> None:
+    screws = np.array([joint.screw for joint in linkage.joints])[None]
+    for balance, spatial in OPTIONS:
         design_space_many(linkage, screws, balance, spatial=spatial, bases=True)
     first = linkage.joints[0]
     sweep(linkage, {f"{first.whole}.origin.x": [float(first.point[0])]})

@@ -16,16 +16,15 @@ from kinematics.model_gallery import gallery, load
 from kinematics.taylor.many_poses import taylor_motion_many
 from kinematics.taylor.taylor_motion import taylor_motion
 
-__all__ = ["smallest_linkages", "warm_up_kinematics"]
+__all__ = ["smallest_linkages", "warm_up_kinematics", "warm_up_many_poses"]
 
 ORDER = 2
 
 
 def warm_up_kinematics() -> Iterator[None]:
-    """Run all kernels once: expand motions, and move a tool, of the smallest linkages."""
+    """Run the kernels of single poses: expand motions of linkages and of a tool."""
     for linkage in smallest_linkages():
         taylor_motion(linkage, ORDER)
-        taylor_motion_many(linkage, [[0.0] * len(linkage.joints)], ORDER)
         yield
         for body, direction in product(linkage.bodies, "xyz"):
             try:
@@ -33,6 +32,13 @@ def warm_up_kinematics() -> Iterator[None]:
             except LinkageError:
                 continue  # the link cannot move that way
             break
+        yield
+
+
+def warm_up_many_poses() -> Iterator[None]:
+    """Run the kernels that expand motions at many poses, of the smallest linkages."""
+    for linkage in smallest_linkages():
+        taylor_motion_many(linkage, [[0.0] * len(linkage.joints)], ORDER)
         yield
 
 

@@ -25,7 +25,7 @@ PLAIN = (
 ).split()
 # What compiles them: once, for all processes of the tests, which wait for this lock.
 COMPILE = """
-import pathlib, balance, kinematics
+import pathlib, sys, balance, kinematics
 from filelock import FileLock
 from kinematics.compiled.cache_contents import ALL, cache_folder, ready_kernels
 folder = cache_folder()
@@ -33,7 +33,12 @@ if folder is not None:
     with FileLock(folder / "kernels.lock"):
         print("locked", flush=True)
         if ALL not in ready_kernels(pathlib.Path(balance.__file__).parent):
-            kinematics.compile()
+            if sys.argv[1] == "all":
+                kinematics.compile()
+            else:
+                from balance.warmup import warm_up_single
+                for _ in warm_up_single():
+                    pass
 """
 PERTURB = """
 from tests.support.rounding import perturb_rounding
@@ -46,7 +51,7 @@ bytecode = pytest.StashKey()
 LEFT_OUT = {
     "bench": "run benchmarks",
     "browser": "drive a browser",
-    "compile": "compile kernels, or test their cache",
+    "compile": "need the kernels of sweeps, or test the cache of kernels",
     "docs": "run pages of the documentation, or build the site",
     "slow": "take seconds",
 }
@@ -63,7 +68,10 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """Compile all kernels, beside the first tests, if several processes will need them."""
+    """Compile kernels, beside the first tests, if several processes will need them.
+
+    The default run compiles those of single poses and geometries alone.
+    """
     for mark, reason in LEFT_OUT.items():
         text = f"{mark}: tests that {reason}; left out without --everything"
         config.addinivalue_line("markers", text)
@@ -73,7 +81,8 @@ def pytest_configure(config):
         perturb_rounding(seed)
     if config.getoption("numprocesses", None):
         config.stash[bytecode] = keep_bytecode()
-        config.stash[compiler] = start_compiler(seed)
+        kernels = "all" if config.getoption("everything") else "single"
+        config.stash[compiler] = start_compiler(kernels, seed)
 
 
 def keep_bytecode():
@@ -89,11 +98,11 @@ def keep_bytecode():
     return folder
 
 
-def start_compiler(seed):
-    """Start the process that compiles all kernels, and wait until it holds their lock."""
+def start_compiler(kernels, seed):
+    """Start the process that compiles kernels, and wait until it holds their lock."""
     code = COMPILE if seed is None else PERTURB.format(seed) + COMPILE
     process = subprocess.Popen(
-        [sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", code, kernels], cwd=ROOT, stdout=subprocess.PIPE, text=True
     )
     process.stdout.readline()
     return process

@@ -15,6 +15,8 @@ closed-loop linkages", 2019, for the tangent cone of loops).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
+from math import comb
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -32,6 +34,8 @@ Array = NDArray[np.float64]
 # Kinds of a pose: regular; several paths cross; they touch, or one folds; none leaves it.
 Kind = Literal["regular", "crossing", "fold", "isolated"]
 
+# Most directions that are tried where the second order decides nothing.
+MOST_DIRECTIONS = 40
 # Decimals of the components of unit tangents by which they are sorted.
 LINE_DECIMALS = 6
 # Random starts of the search for lines of the cone, and their seed.
@@ -96,6 +100,33 @@ def leading_directions(N: Array) -> Array:
     return np.asarray(directions / np.linalg.norm(directions, axis=1, keepdims=True))
 
 
+def _resting_directions(N: Array) -> Array:
+    """List directions of a null space in which all coordinates rest that can.
+
+    Where the equations say nothing at second order, paths leave along special directions
+    only, and those of a symmetric linkage are among these.
+
+    Args:
+        N: orthonormal columns (w, k).
+
+    Returns:
+        Unit directions (count, w); `leading_directions` if there are too many.
+    """
+    w, k = N.shape
+    if comb(w, k - 1) > MOST_DIRECTIONS:
+        return leading_directions(N)
+    lines: list[Array] = []
+    for resting in combinations(range(w), k - 1):
+        _, sizes, Vt = np.linalg.svd(N[list(resting)], full_matrices=True)
+        if sizes.min(initial=1.0) > CONE_DOUBLE_ROOT:
+            lines.append(N @ Vt[-1])
+    lines = list(_arrange_lines(np.array(lines).reshape(-1, w)))
+    first = distinct_vectors(
+        lines, lambda some, v: np.abs(some - v).max(axis=1) <= CONE_DOUBLE_ROOT
+    )
+    return np.array([lines[i] for i in first]).reshape(-1, w)
+
+
 def tangent_directions(equations: RestEquations, here: RowsAtPose, generic: int,
                        least: float = MOMENTUM_NULL) -> Tangents:  # fmt: skip
     """Find the directions of all paths through a pose, from the pose alone.
@@ -114,7 +145,7 @@ def tangent_directions(equations: RestEquations, here: RowsAtPose, generic: int,
         return Tangents("regular", leading_directions(N), k)
     Q = _quadratics(equations.derivative(here.q), N, L, here.scale)
     if len(Q) == 0:
-        return Tangents("crossing", leading_directions(N), k)
+        return Tangents("crossing", _resting_directions(N), k)
     found, double = _lines_of_two(Q) if k == 2 else (_lines_of_many(Q, k), False)
     kind: Kind = "isolated" if len(found) == 0 else "fold" if double else "crossing"
     lines = _arrange_lines(found @ N.T)

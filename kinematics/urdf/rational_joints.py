@@ -40,6 +40,7 @@ from kinematics.urdf.rational_poses import (
 )
 from kinematics.urdf_elements.element import Element
 from kinematics.urdf_elements.joint_types import coordinate_names
+from kinematics.wording import size_text
 
 __all__ = ["RationalJoints"]
 
@@ -245,7 +246,8 @@ class RationalJoints:
         gap = add_vectors(after.d, scale_vector(Fraction(-1), before.d))
         if self.closed and any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
             size = float(dot(gap, gap)) ** 0.5
-            self._note(loop.label, f"open by {size:.1e} m in its decimals: closed there")
+            text = f"open by {size_text(size)} m in its decimals: closed there"
+            self._note(loop.label, text)
             away = self.change_number(Fraction(size), self.length) - Fraction(size)
             centre = add_vectors(centre, scale_vector(away / Fraction(size), gap))
         if kind == "universal":

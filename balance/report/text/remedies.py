@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from balance.remedies.applied import AppliedRemedy
 from balance.remedies.compare import RemedyComparison
-from kinematics.wording import ten_digits
+from kinematics.wording import size_text, ten_digits
 
 __all__ = ["remedies_facts", "remedies_text", "remedy_rows"]
 
@@ -62,7 +62,7 @@ def _row(one: AppliedRemedy) -> tuple[str, ...]:
         for value in (one.added_mass, one.mass_ratio, one.inertia_ratio)
     )  # fmt: skip
     counts = len(one.new_links), len(one.new_joints), -one.lost_freedoms
-    shaking = NONE if one.residual is None else f"{one.residual:.1e}"
+    shaking = NONE if one.residual is None else size_text(one.residual)
     return (one.remedy, one.verdict, *numbers, *map(str, counts), shaking)
 
 

@@ -17,6 +17,7 @@ from balance.report.data import Report, report_data
 from balance.report.html.report import report_page
 from balance.report.html.scene import scene
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
+from kinematics.wording import size_text
 from tests.support.hostile_names import HOSTILE, hostile
 from tests.support.page_elements import Elements
 
@@ -67,7 +68,7 @@ def test_page_holds_the_report(model, motion):
         row = "".join(str(order[key]) for key in ("order", "rank", "nullity"))
         assert row in re.sub(r"\s", "", found.text)
     for number in (space.kept, space.dropped, space.as_given.residual):
-        assert f"{number:.1e}" in found.text
+        assert size_text(number) in found.text
     words = [f["words"] for f in report["freedoms"]]
     words += [f["words"] for transfer in report["transfers"] for f in transfer["freedoms"]]
     assert words and all(line in found.text for line in words)

@@ -49,6 +49,18 @@ LOOPS = {
 }
 
 
+def chain(joints: int, mimics: bool = False) -> str:
+    """Write a robot that is an open chain."""
+    parts = []
+    for k in range(1, joints + 1):
+        mimic = f'<mimic joint="j{k - 1}"/>' if mimics and k > 1 else ""
+        parts.append(
+            f'<link name="l{k}">{INERTIAL}</link><joint name="j{k}" type="revolute">'
+            f'<parent link="l{k - 1}"/><child link="l{k}"/>{mimic}</joint>'
+        )
+    return HEAD + "".join(parts) + "</robot>"
+
+
 class _Refused:
     """A command that refuses a file."""
 
@@ -87,8 +99,9 @@ class _Refused:
 
 def _report(folder: Path) -> int:
     """Report on the robot in a folder, and return the exit code."""
+    loops = ["--loops", "robot.yaml"] if (folder / "robot.yaml").exists() else []
     return subprocess.run(
-        [sys.executable, "-m", "balance", "report", "robot.urdf"], cwd=folder,
+        [sys.executable, "-m", "balance", "report", "robot.urdf", *loops], cwd=folder,
         capture_output=True, check=False, env=os.environ | {"PYTHONPATH": str(ROOT)},
     ).returncode  # fmt: skip
 
@@ -114,9 +127,8 @@ class HostileLoops(_Refused):
     claims = (("track_refusal", 3.0), ("track_files_read", 0.0))
 
     def setup(self, case: str) -> None:
-        """Choose a robot and the file beside it."""
-        text = gallery()["four_bar_general"].read_text("utf-8")
-        self.files = {"robot.urdf": text, "robot.yaml": LOOPS[case]}
+        """Choose an open chain and the file beside it, which is to close it."""
+        self.files = {"robot.urdf": chain(2), "robot.yaml": LOOPS[case]}
 
 
 class LongRobots:
@@ -128,14 +140,7 @@ class LongRobots:
 
     def setup(self, joints: int, kind: str) -> None:
         """Write the robot."""
-        parts = []
-        for k in range(1, joints + 1):
-            mimic = f'<mimic joint="j{k - 1}"/>' if kind == "mimics" and k > 1 else ""
-            parts.append(
-                f'<link name="l{k}">{INERTIAL}</link><joint name="j{k}" type="revolute">'
-                f'<parent link="l{k - 1}"/><child link="l{k}"/>{mimic}</joint>'
-            )
-        self.text = HEAD + "".join(parts) + "</robot>"
+        self.text = chain(joints, kind == "mimics")
 
     def _read(self) -> tuple[float, int]:
         """Read the robot: processor time in seconds, and the number of its bodies."""

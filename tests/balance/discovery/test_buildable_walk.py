@@ -16,6 +16,8 @@ from balance.discovery.topologies import topology
 from balance.discovery.walk import LaneConditions, conditions_at
 from tests.support.planted import four_bar_lanes, mirrored
 
+pytestmark = pytest.mark.compile
+
 ROOT = np.sqrt(2.0)
 
 

@@ -12,6 +12,8 @@ from balance.discovery.topologies import topology
 from balance.discovery.walk import conditions_at
 from kinematics.errors import UsageError
 
+pytestmark = pytest.mark.compile
+
 # Gallery models by topology; the last two have no name.
 NAMED = {
     "four_bar_kite": "four-bar", "slider_crank": "slider-crank", "six_bar_watt": "watt1",

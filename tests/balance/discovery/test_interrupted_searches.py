@@ -13,6 +13,8 @@ from balance.result_files.results_file import ResultsFile
 from kinematics.errors import FileError
 from tests.support.killed_runs import kill_and_resume, paths_of
 
+pytestmark = pytest.mark.compile
+
 ROOT = Path(__file__).parents[3]
 STARTS = 200
 WORDS = (

@@ -8,6 +8,8 @@ from balance.discovery.starts import random_starts
 from balance.discovery.structure import LaneGeometry
 from balance.discovery.topologies import topology
 
+pytestmark = pytest.mark.compile
+
 
 def four_bar(base, crank, coupler, rocker, angle):
     """The range of the four-bar A B C D whose crank AB is at an angle to the base AD."""

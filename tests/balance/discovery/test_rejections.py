@@ -19,6 +19,8 @@ from tests.support.planted import (
     similar_ternaries,
 )
 
+pytestmark = pytest.mark.compile
+
 # Members of each family: all together 200, or more.
 COUNT = number_of_cases(6, 34)
 

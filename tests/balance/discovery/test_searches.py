@@ -11,6 +11,8 @@ from balance.result_files.results_file import ResultsFile
 from kinematics.errors import UsageError
 from tests.support.covering import number_of_cases
 
+pytestmark = pytest.mark.compile
+
 FOUR_BARS = {
     frozenset(["AD = BC", "AB = CD"]), frozenset(["AD = AB", "BC = CD"]),
     frozenset(["AD = CD", "AB = BC"]),

@@ -13,6 +13,8 @@ from balance.discovery.topologies import TOPOLOGIES, topology
 from balance.discovery.walk import generic_nullity
 from tests.support.planted import four_bar_lanes, mirrored
 
+pytestmark = pytest.mark.compile
+
 # Of most geometries: figures of the design document, and of transfers at joints.
 NULLITY = {
     "four-bar": 4, "slider-crank": 5, "watt1": 7, "watt2": 7, "stephenson1": 7,

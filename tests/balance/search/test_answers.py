@@ -20,6 +20,8 @@ from kinematics.model.linkage import Linkage
 from tests.support.covering import number_of_cases
 from tests.support.one_by_one import integers, one_by_one
 
+pytestmark = pytest.mark.compile
+
 # Geometries of each topology, and the part of them that is special.
 COUNT, SPECIAL = number_of_cases(50, 2500), 0.02
 Points = dict[str, np.ndarray]

@@ -19,6 +19,8 @@ from tests.support.drafts import axis_edge, linked
 from tests.support.laws import outside
 from tests.support.one_by_one import integers, one_by_one
 
+pytestmark = pytest.mark.compile
+
 
 def four_bars(count, seed):
     """Corners of four-bars (count, 4, 2): any, kites, parallelograms, antiparallelograms.

@@ -14,6 +14,8 @@ from balance.verification.crank_revolution import revolve_crank
 from kinematics.urdf_elements.element import Document
 from tests.support.sweep_topologies import gallery_text, write_numbers
 
+pytestmark = pytest.mark.compile
+
 STUDIES = Path(__file__).resolve().parents[3] / "docs" / "studies"
 ALL = {
     "rank": {}, "orders": {"count": 5}, "singular_values": {}, "distance": {},

@@ -13,6 +13,8 @@ import pytest
 import balance
 from tests.support.sweep_topologies import Topology, topologies
 
+pytestmark = pytest.mark.compile
+
 TOPOLOGIES = topologies()
 INTEGERS = ("rank", "nullity", "serial", "kmax")
 

@@ -16,6 +16,8 @@ from kinematics.errors import PoseError
 from kinematics.model.arrays import freeze
 from kinematics.spatial.screws import Ad
 
+pytestmark = pytest.mark.compile
+
 NAMES = (
     "four_bar_general", "five_bar", "three_rsr", "slider_crank", "bennett", "four_rrr", "hprs",
 )  # fmt: skip

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.support.covering import spread
 from tests.support.gallery_commands import SAMPLE, all_commands
 from tests.support.gallery_run import run_commands
 from tests.support.perturbed_functions import PERTURBED, perturb_last_bits, perturbed, rounding
@@ -159,9 +160,12 @@ def test_numbers_of_the_product_change_and_what_is_printed_does_not():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("variant", COMPILED)
+@pytest.mark.parametrize("variant", spread(tuple(COMPILED), len(COMPILED)))
 def test_what_is_printed_does_not_depend_on_rounding(variant):
-    """Every command of the gallery, byte for byte: digits, words, notices and exit codes."""
+    """Every command of the gallery, byte for byte: digits, words, notices and exit codes.
+
+    Kernels are compiled in every way with ``ALL_CASES=1``.
+    """
     commands = all_commands()
     usual, other = as_printed(commands), as_printed(commands, 1, variant)
     changed = {c: (usual[c], other[c]) for c in commands if usual[c] != other[c]}

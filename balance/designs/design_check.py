@@ -19,6 +19,7 @@ from balance.tolerances import (
     DESIGN_RESIDUAL,
     FAR_ORIGIN_ROUND_OFF,
     KEPT_BODY_RESIDUAL,
+    REACH_RELATIVE,
 )
 from kinematics.linalg.vectors import project_out
 from kinematics.spatial.inertia import from_pseudo_inertia
@@ -104,7 +105,7 @@ def check_design(
     accepted = (
         balanced
         and eigenvalue > doubt
-        and furthest <= 1.0 + BOUND_RELATIVE
+        and furthest <= 1.0 + REACH_RELATIVE
         and _satisfies(space, z, constraints)
     )
     return DesignCheck(accepted, conditions, eigenvalue, furthest)

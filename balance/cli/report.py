@@ -19,7 +19,6 @@ from balance.cli.several_models import (
 )
 from balance.cli.spinner import spinner
 from kinematics.errors import ExactError
-from kinematics.linalg.ties import rank_least_first
 
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
@@ -243,6 +242,7 @@ def _write_files(arguments: argparse.Namespace, report: Report) -> tuple[Notice,
 
 def _describe_pose(linkage: Linkage, positions: dict[str, float]) -> str:
     """Describe the pose of the written file by the displacements of the joints."""
+    from kinematics.linalg.ties import rank_least_first
     from kinematics.model.full_turns import position_text, wrap_turns
 
     if not positions:

@@ -21,7 +21,7 @@ from tests.support.gallery_run import Printed, run_commands
 DIGITS = 16
 
 
-class Quantity(NamedTuple):
+class _Quantity(NamedTuple):
     """A printed quantity: the commands that print it, where in text and where in JSON."""
 
     commands: tuple[str, ...]
@@ -40,31 +40,33 @@ MODES = ("flex modes --count 2",)
 NUMBER = r"([-+.e\d]+)"
 
 QUANTITIES = {
-    "rank": Quantity(REPORTS, rf"conditions +{NUMBER}", ("rank",)),
-    "nullity": Quantity(REPORTS, rf"design space +{NUMBER}", ("nullity",)),
-    "gap, kept": Quantity(REPORTS, r"gap +(.*?) kept", ("margin", "kept")),
-    "gap, dropped": Quantity(REPORTS, r"kept, (.*?) dropped", ("margin", "dropped")),
-    "near-special": Quantity(REPORTS, rf"a change by {NUMBER}", ("margin", "change")),
-    "residual of the file": Quantity(REPORTS, r"\(residual (.*?)\)", ("as_given", "residual")),
-    "shaking force, N": Quantity(VERIFIED, rf"shaking force +{NUMBER} N", ("shaking", "force")),
-    "shaking moment, N m": Quantity(
+    "rank": _Quantity(REPORTS, rf"conditions +{NUMBER}", ("rank",)),
+    "nullity": _Quantity(REPORTS, rf"design space +{NUMBER}", ("nullity",)),
+    "gap, kept": _Quantity(REPORTS, r"gap +(.*?) kept", ("margin", "kept")),
+    "gap, dropped": _Quantity(REPORTS, r"kept, (.*?) dropped", ("margin", "dropped")),
+    "near-special": _Quantity(REPORTS, rf"a change by {NUMBER}", ("margin", "change")),
+    "residual of the file": _Quantity(REPORTS, r"\(residual (.*?)\)", ("as_given", "residual")),
+    "shaking force, N": _Quantity(
+        VERIFIED, rf"shaking force +{NUMBER} N", ("shaking", "force")
+    ),
+    "shaking moment, N m": _Quantity(
         VERIFIED, rf"shaking moment +{NUMBER} N m", ("shaking", "moment")
     ),
-    "agreement": Quantity(VERIFIED, r"agreement +(.*?), Pin", ("agreement",)),
-    "closure": Quantity(VERIFIED, r"closure +(.*?) radians", ("closure",)),
-    "least mass, kg": Quantity(DESIGN, rf"mass: {NUMBER} kg", ("value",)),
-    "mass of a link, kg": Quantity(DESIGN, rf"\ncrank +{NUMBER}", ("bodies", 0, "mass")),
-    "centre of mass, m": Quantity(
+    "agreement": _Quantity(VERIFIED, r"agreement +(.*?), Pin", ("agreement",)),
+    "closure": _Quantity(VERIFIED, r"closure +(.*?) radians", ("closure",)),
+    "least mass, kg": _Quantity(DESIGN, rf"mass: {NUMBER} kg", ("value",)),
+    "mass of a link, kg": _Quantity(DESIGN, rf"\ncrank +{NUMBER}", ("bodies", 0, "mass")),
+    "centre of mass, m": _Quantity(
         DESIGN, rf"\ncrank +\S+ +{NUMBER}", ("bodies", 0, "link_com", 0)
     ),
-    "moment of inertia, kg m²": Quantity(
+    "moment of inertia, kg m²": _Quantity(
         DESIGN, rf"\ncrank .*  {NUMBER}", ("bodies", 0, "moments", 0)
     ),
-    "counterweights, kg": Quantity(ADDED, rf"added +{NUMBER} kg", ("added_mass",)),
-    "joint position, rad": Quantity(
+    "counterweights, kg": _Quantity(ADDED, rf"added +{NUMBER} kg", ("added_mass",)),
+    "joint position, rad": _Quantity(
         MOTION, rf"\nq2 +rad +{NUMBER}", ("poses", 0, "corrected", 1)
     ),
-    "frequency of a beam": Quantity(MODES, rf"\n1 +{NUMBER}", ("modes", 0, "frequency")),
+    "frequency of a beam": _Quantity(MODES, rf"\n1 +{NUMBER}", ("modes", 0, "frequency")),
 }
 
 

@@ -10,8 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.exact.chain import ExactChain
-from balance.exact.modular import PRIMES, Echelon
-from balance.exact.modular_series import Momenta, Remainders, Twists, chain_modulo
+from balance.exact.modular import Echelon
+from balance.exact.modular_series import (
+    Momenta,
+    Remainders,
+    Twists,
+    chain_modulo,
+    primes_of,
+)
 
 __all__ = ["ExactConditions", "joints_at_rest", "orders_closed", "directions_of"]
 
@@ -124,7 +130,7 @@ def orders_closed(chain: ExactChain, order: int) -> int:
 
 def _twists_along_rays(chain: ExactChain) -> Iterator[Twists]:
     """Compute series along a few rays, modulo a prime that divides no denominator or pivot."""
-    found = next(filter(None, (chain_modulo(chain, p) for p in PRIMES)), None)
+    found = next(filter(None, (chain_modulo(chain, p) for p in primes_of(chain))), None)
     if found is not None:
         for ray in islice(directions_of(chain.width), min(chain.width, MAX_TEST_RAYS)):
             yield Twists(found, ray)

@@ -4,7 +4,8 @@ The joint screws come as rational numbers from the decimals of the file. The con
 each order are rational functions of them, so that they can be computed modulo a prime: a
 rank modulo a prime is a lower bound of the true one, whatever the prime, and falls short of
 it only where the prime divides a minor, at which another prime would differ. Axes are not
-normalised, so a relation between inputs is rescaled by the lengths of their axes.
+normalised, so a relation between inputs is rescaled by the lengths of their axes; where these
+have no rational ratio, modulo primes in which their square roots exist.
 
 The loops must close at every order. They do if their screws span all relative motions of the
 links on them (implicit function theorem). An overconstrained linkage is tested order by order,
@@ -20,8 +21,7 @@ from typing import NamedTuple
 
 from balance.exact.chain import ExactChain, loops_are_regular
 from balance.exact.conditions import ExactConditions
-from balance.exact.modular import PRIMES
-from balance.exact.modular_series import chain_modulo, first_order_mobility
+from balance.exact.modular_series import chain_modulo, first_order_mobility, primes_of
 from kinematics.errors import ExactError, InexactClosureError
 from kinematics.model.linkage import Notice
 from kinematics.wording import count_noun, repr_lines
@@ -214,7 +214,7 @@ def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
 
 def _start_runs(source: str, chain: ExactChain) -> list[ExactConditions]:
     """Prepare the conditions modulo the first two usable primes."""
-    found = filter(None, (chain_modulo(chain, prime) for prime in PRIMES))
+    found = filter(None, (chain_modulo(chain, prime) for prime in primes_of(chain)))
     runs = [ExactConditions(remainders) for remainders in islice(found, 2)]
     if len(runs) < 2:
         raise ExactError(

@@ -36,7 +36,7 @@ from kinematics.model.motion import Motion
 from kinematics.urdf.rational_screws import Geometry
 from kinematics.wording import count_noun
 
-__all__ = ["ExactChain", "exact_chain", "loops_are_regular"]
+__all__ = ["ExactChain", "exact_chain", "lie_algebra", "loops_are_regular"]
 
 IntArray = NDArray[np.int64]
 Relation = dict[int, Fraction]
@@ -289,12 +289,16 @@ def loops_are_regular(chain: ExactChain, locked: Collection[int] = ()) -> bool:
     )
     for ends in chain.ends:
         around = sorted(loop_joints(chain.parent, *ends) - still)
-        constraints += _lie_algebra_dimension([chain.screws[j] for j in around])
+        constraints += len(lie_algebra([chain.screws[j] for j in around]))
     return len(set(chain.dependent) - still) == constraints
 
 
-def _lie_algebra_dimension(screws: Sequence[Vector]) -> int:
-    """Compute the dimension of the Lie algebra that screws generate."""
+def lie_algebra(screws: Sequence[Vector]) -> list[list[Fraction]]:
+    """Compute a basis of the Lie algebra that screws generate, in echelon form.
+
+    Args:
+        screws: twists ``[ω; v]`` (count, 6).
+    """
     basis = echelon(screws)[0]
     while len(basis) < 6:
         wider = echelon(
@@ -303,4 +307,4 @@ def _lie_algebra_dimension(screws: Sequence[Vector]) -> int:
         if len(wider) == len(basis):
             break
         basis = wider
-    return len(basis)
+    return basis

@@ -19,7 +19,7 @@ from balance.exact.modular_series import (
     primes_of,
 )
 
-__all__ = ["ExactConditions", "joints_at_rest", "orders_closed", "directions_of"]
+__all__ = ["ExactConditions", "directions_of", "first_orders_of_motion", "orders_closed"]
 
 IntArray = NDArray[np.int64]
 
@@ -90,8 +90,8 @@ class ExactConditions:
         self.ranks.append(self._echelon.rank)
 
 
-def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
-    """Find the joints that do not move at the orders 0 … order, ascending.
+def first_orders_of_motion(chain: ExactChain, order: int) -> IntArray:
+    """Find the lowest of the orders 0 … order at which each joint has a rate.
 
     Exact for these orders, unless a prime divides a rate; no proof for higher orders.
 
@@ -100,14 +100,17 @@ def joints_at_rest(chain: ExactChain, order: int) -> list[int]:
         order: the highest order.
 
     Returns:
-        Numbers of the joints; empty if no prime is usable.
+        The order for each joint, -1 if it does not move at any (n,); 0 if no prime is usable.
     """
-    moving = np.zeros(len(chain.parent), dtype=np.bool_)
+    lowest = np.full(len(chain.parent), -1)
     for twists in _twists_along_rays(chain):
-        while twists.orders <= order and not moving.all():
+        moving = np.zeros(len(chain.parent), dtype=np.bool_)
+        while twists.orders <= order and not (moving | (lowest == 0)).all():
             twists.extend()
+            sooner = twists.moving & ~moving & ((lowest < 0) | (lowest >= twists.orders))
+            lowest[sooner] = twists.orders - 1
             moving |= twists.moving
-    return np.flatnonzero(~moving).tolist() if moving.any() else []
+    return lowest if (lowest >= 0).any() else np.zeros_like(lowest)
 
 
 def orders_closed(chain: ExactChain, order: int) -> int:

@@ -154,6 +154,7 @@ def ranks_of(
     max_order: int | None = None,
     expected: int = 0,
     upper_bound: int | None = None,
+    least: int = 0,
 ) -> Exact:
     """Compute the rank of the conditions on a chain by order, without a tolerance.
 
@@ -165,6 +166,7 @@ def ranks_of(
         expected: a rank that is known or believed to be reached.
         upper_bound: a rank that is known not to be exceeded: the order that reaches it is
             the last one.
+        least: the lowest order at which the rank may count as final, but for that bound.
 
     Raises:
         ExactError: the loops do not close exactly, or the inputs do not determine the other
@@ -180,7 +182,7 @@ def ranks_of(
         if max_order is None and not complete and order not in stops:
             continue
         plateau = _required_plateau(kmax, best[-1] >= expected, upper_bound is not None)
-        settled = complete or kmax + plateau <= order
+        settled = complete or max(kmax + plateau, least) <= order
         if settled and max_order is None:
             best = best[: kmax + 1 + (0 if complete else MIN_PLATEAU)]
             break
@@ -196,9 +198,9 @@ def ranks_of(
 def _required_plateau(kmax: int, reached: bool, careful: bool) -> int | float:
     """Compute how many orders must add nothing before the rank counts as final.
 
-    A body that is driven through dead centres moves with a power m of the input: conditions
-    on it come at the orders ``m - 1``, ``2 m - 1``, …, those on its drive long before. In all
-    linkages tried, a false plateau is no longer than that.
+    This is no proof. A body that is driven through dead centres moves with a power m of the
+    input: conditions on it come at the orders ``m - 1``, ``2 m - 1``, …, those on its drive
+    long before. In all linkages tried, a false plateau is no longer than that.
 
     Args:
         kmax: the last order that added a condition.

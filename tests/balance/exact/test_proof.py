@@ -39,7 +39,7 @@ def test_joints_that_follow_others_are_proved(tmp_path):
 
 
 def test_joints_that_follow_others_at_an_irrational_ratio_are_proved(tmp_path):
-    """The axis of the last joint is as long as √5: a proof holds with its root, and no other."""
+    """The axis of the last joint is as long as √5: a proof holds with its root alone."""
     head, last = arm_text().rsplit("</joint>", 1)
     path = arm(tmp_path, f'{head}<mimic joint="j0" multiplier="3"/></joint>{last}')
     proof = proof_of(design_space(kinematics.load(path), balance="force"))

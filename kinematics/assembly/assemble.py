@@ -251,11 +251,12 @@ def _note_small_singular_values(
     )  # fmt: skip
     if not small:
         return []
+    here, fewer = count_noun(mobility, "degree"), count_noun(small, "constraint")
     text = (
-        f"as written the loops close and leave {count_noun(mobility, 'degree')} of freedom, "
-        f"which is the answer; if axes were rounded by up to {AXIS_ROUNDING:.0e}, so that "
-        f"{count_noun(small, 'constraint')} fewer are left, there are {mobility + small}: write axes "
-        "that are meant to be parallel, or to meet, with the same digits"
+        f"as written the loops close and leave {here} of freedom, which is the answer; if axes "
+        f"were rounded by up to {AXIS_ROUNDING:.0e}, so that {fewer} fewer are left, there are "
+        f"{mobility + small}: write axes that are meant to be parallel, or to meet, with the "
+        "same digits"
     )
     return [Notice("nearly_special", text)]
 

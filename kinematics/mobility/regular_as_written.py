@@ -76,7 +76,8 @@ def _exact_rank(part: Component, rational: RationalJoints) -> int | None:
         return None
     rows: list[Vector] = []
     for signs in loop_signs(part.chain.parent, part.chain.ends).astype(int).tolist():
-        rows += zip(*([sign * x for x in s] for sign, s in zip(signs, screws, strict=True)))
+        columns = [[sign * x for x in s] for sign, s in zip(signs, screws, strict=True)]
+        rows += zip(*columns, strict=True)
     for mimic in part.draft.mimics:
         row = [Fraction(0)] * len(joints)
         row[mimic.joint] = Fraction(1)

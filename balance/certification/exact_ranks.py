@@ -44,7 +44,7 @@ def exact_ranks(
 
     Raises:
         ExactError: the linkage is not from a file with closed loops, or its loops do not
-            close exactly, or the motion relates axes whose lengths have no rational ratio.
+            close exactly, or relations of rates need too many square roots.
         MotionError: a relation is wrong, or the motion is that of other inputs.
         MobilityError: the linkage cannot follow the motion.
         ValueError: options are given with a design space, which has its own.

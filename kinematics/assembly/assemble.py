@@ -32,12 +32,14 @@ from kinematics.closure.newton import Pose
 from kinematics.errors import CoordinateError, MobilityError, MotionError
 from kinematics.mobility.components import Component, component_freedoms, split_components
 from kinematics.mobility.independent_coordinates import choose_coordinates
+from kinematics.mobility.regular_as_written import regular_loop_ranks
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
 from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
+from kinematics.wording import count_noun
 
 __all__ = ["assemble", "moving_chain"]
 
@@ -126,6 +128,10 @@ def _assemble_at_pose(
     chain = arrange_loops(draft)
     parts = split_components(draft, whole=chain)
     free, spectra = component_freedoms(parts, len(draft.joints))
+    ranks: list[int | None] = [None] * len(parts)
+    if plane_normal(chain) is None:
+        ranks = regular_loop_ranks(draft, parts, spectra)
+        free, spectra = component_freedoms(parts, len(draft.joints), ranks)
     mobility = free.shape[1]
     if mobility == 0:
         raise MobilityError(
@@ -137,10 +143,12 @@ def _assemble_at_pose(
     idle, poses = _find_idle_joints(draft, chain, parts)
     near = any(
         pose is not None and is_near_singular(part.with_columns(chain), values, pose)
-        for part, values, pose in zip(parts, spectra, poses, strict=True)
+        for part, values, pose, rank in zip(parts, spectra, poses, ranks, strict=True)
+        if rank is None
     )
     spatial, flat = reduce_to_plane(chain, idle)
     notices += _note_nearly_planar(flat)
+    notices += _note_small_singular_values(mobility, spectra, ranks)
     linkage = Linkage(
         **{
             f.name: getattr(draft, f.name)
@@ -155,7 +163,10 @@ def _assemble_at_pose(
         chain=flat,
         spatial_chain=spatial,
     )
-    rounded = any(has_near_zero_singular_values(values, flat.planar) for values in spectra)
+    rounded = any(
+        has_near_zero_singular_values(values, flat.planar)
+        for values, rank in zip(spectra, ranks, strict=True) if rank is None
+    )  # fmt: skip
     return linkage, rounded, near
 
 
@@ -222,6 +233,32 @@ def _note_nearly_planar(chain: Chain) -> list[Notice]:
         "to be planar"
     )
     return [Notice("nearly_planar", text)]
+
+
+def _note_small_singular_values(
+    mobility: int, spectra: Sequence[Array], ranks: Sequence[int | None]
+) -> list[Notice]:
+    """Make a notice if loops that are regular as written were not, had axes been rounded.
+
+    Args:
+        mobility: degrees of freedom as written.
+        spectra: singular values of the loop matrix of each component (n,).
+        ranks: its rank, if it is regular as written and has small singular values.
+    """
+    small = sum(
+        rank - int(np.sum(values > AXIS_ROUNDING * values.max()))
+        for values, rank in zip(spectra, ranks, strict=True) if rank is not None
+    )  # fmt: skip
+    if not small:
+        return []
+    here, fewer = count_noun(mobility, "degree"), count_noun(small, "constraint")
+    text = (
+        f"as written the loops close and leave {here} of freedom, which is the answer; if axes "
+        f"were rounded by up to {AXIS_ROUNDING:.0e}, so that {fewer} fewer are left, there are "
+        f"{mobility + small}: write axes that are meant to be parallel, or to meet, with the "
+        "same digits"
+    )
+    return [Notice("nearly_special", text)]
 
 
 def _find_idle_joints(

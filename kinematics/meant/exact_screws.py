@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.linalg.rational import Vector, cross, dot, nearby_fraction
+from kinematics.meant.bennett_loops import bennett_axes
 from kinematics.meant.four_joint_loops import (
     Pin,
     Relation,
@@ -25,6 +26,9 @@ __all__ = ["Figure", "exact_screws", "find_figures"]
 
 Array = NDArray[np.float64]
 
+# Error of the axes of a Bennett linkage in half widths of the intervals: those of the last two
+# depend on all others.
+MAX_BENNETT_ERROR = 4.0
 # Gap up to which loops count as closed in a file whose pose is the reference pose, in parts of
 # the size.
 CLOSED_GAP = 1e-12
@@ -42,6 +46,7 @@ class Figure(NamedTuple):
         slides: joints that slide.
         relations: those that hold, or nearly.
         size: length to which errors of the relations are relative.
+        axes: rational screws of the joints, if the relations decide all of them.
     """
 
     joints: tuple[int, ...]
@@ -52,6 +57,7 @@ class Figure(NamedTuple):
     slides: tuple[Slide, ...]
     relations: tuple[Relation, ...]
     size: float
+    axes: tuple[Vector, ...] = ()
 
 
 def find_figures(linkage: Linkage, widths: LinkWidths, limit: float) -> list[Figure]:
@@ -71,6 +77,8 @@ def find_figures(linkage: Linkage, widths: LinkWidths, limit: float) -> list[Fig
         figure = _planar_figure(linkage, widths, joints, normals, limit)
         if figure is None:
             figure = _spherical_figure(linkage, widths, joints, limit)
+        if figure is None:
+            figure = _bennett_figure(linkage, widths, joints)
         if figure is not None:
             figures.append(figure)
     return figures
@@ -94,6 +102,10 @@ def exact_screws(
     screws: dict[int, Vector] = {}
     holding: list[Relation] = []
     for figure in figures:
+        if figure.axes and nearness > 0:
+            screws.update(zip(figure.joints, figure.axes, strict=True))
+            holding += figure.relations
+            continue
         wanted = [x for x in figure.relations if x.nearness <= nearness]
         places, true = apply_relations(
             figure.places, wanted, figure.slides, figure.normal
@@ -208,6 +220,58 @@ def _spherical_figure(
     return Figure(
         joints, None, _rational(centre), tuple(pins), tuple(places), (), tuple(relations), 1.0
     )
+
+
+def _bennett_figure(
+    linkage: Linkage, widths: LinkWidths, joints: tuple[int, ...]
+) -> Figure | None:
+    """Make the figure of four axes of a Bennett linkage; None if they are not."""
+    around = _order_around(widths, joints)
+    if any(linkage.joints[j].kind != "revolute" for j in joints) or not around:
+        return None
+    centre = np.mean([linkage.joints[j].point for j in joints], axis=0)
+    size = extent(linkage).length
+    known = []
+    for j in around:
+        screw = np.array(linkage.joints[j].screw)
+        screw[3:] = (screw[3:] - np.cross(centre, screw[:3])) / size
+        known.append(screw)
+    axes = bennett_axes(known)
+    if axes is None:
+        return None
+    unit = [_floats(axis) / np.linalg.norm(_floats(axis[:3])) for axis in axes]
+    error = float(np.abs(np.array(unit) - known).max())
+    width = widths.angle + widths.place / size
+    if error > MAX_BENNETT_ERROR * width:
+        return None
+    length, o = nearby_fraction(Fraction(size)), _rational(centre)
+    moved = {
+        j: axis[:3]
+        + tuple(length * x + y for x, y in zip(axis[3:], cross(o, axis[:3]), strict=True))
+        for j, axis in zip(around, axes, strict=True)
+    }
+    relation = Relation(
+        "Bennett linkage", around, (1,) * 4, -1, error, error / (MAX_BENNETT_ERROR * width)
+    )
+    return Figure(
+        joints, None, None, (), (), (), (relation,), size, tuple(moved[j] for j in joints)
+    )
+
+
+def _order_around(widths: LinkWidths, joints: tuple[int, ...]) -> tuple[int, ...]:
+    """Order four joints around their loop; empty if they are not those of one loop of four."""
+    if len(joints) != 4 or len({link for j in joints for link in widths.links[j]}) != 4:
+        return ()
+    around = [joints[0]]
+    link = widths.links[joints[0]][1]
+    while len(around) < 4:
+        following = [j for j in joints if j not in around and link in widths.links[j]]
+        if len(following) != 1:
+            return ()
+        around.append(following[0])
+        before, after = widths.links[following[0]]
+        link = after if before == link else before
+    return tuple(around)
 
 
 def _pin_widths(

@@ -5,8 +5,8 @@ the real polynomial ``M = t² - 2 s t + s² + λ² n²``, and ``t - h`` is a rot
 The motion of the link opposite to the ground is ``C = (t - h1) (t - h2)``; it has a second
 factorisation ``C = (t - h4) (t - h3)`` with ``M3 = M1`` and ``M4 = M2``, which four divisions
 give: with the remainder ``r1 t + r0`` of C modulo M1, ``h3 = -r1⁻¹ r0`` and
-``h4 = h1 + h2 - h3``. The four lines are the axes of a Bennett linkage, and each is of this kind
-(G. Hegedüs, J. Schicho and H.-P. Schröcker, Factorization of rational curves in the Study
+``h4 = h1 + h2 - h3``. The four lines are the axes of a Bennett linkage, and each one is of this
+kind (G. Hegedüs, J. Schicho and H.-P. Schröcker, Factorization of rational curves in the Study
 quadric, 2013). If h1 and h2 are rational, so are h3 and h4.
 """
 
@@ -119,7 +119,11 @@ def bennett_axes(screws: Sequence[Array]) -> tuple[Vector, ...] | None:
         line = h.a.v + h.b.v
         if h.b.s or not any(h.a.v):
             return None
-        sign = 1 if float(sum(float(x) * y for x, y in zip(h.a.v, screw[:3], strict=True))) > 0 else -1
+        sign = (
+            1
+            if float(sum(float(x) * y for x, y in zip(h.a.v, screw[:3], strict=True))) > 0
+            else -1
+        )
         found.append(tuple(sign * x for x in line))
     return tuple(found)
 

@@ -60,12 +60,14 @@ def file_digits(tree: Element) -> FileDigits | None:
         The digits; None if all numbers are short, and so exact.
     """
     counts = [_count_digits(word) for word in _geometry_words(tree)]
-    decimals, significant = (max(x, default=0) for x in zip(*counts, strict=True)) if counts else (0, 0)
+    decimals, significant = (
+        (max(x, default=0) for x in zip(*counts, strict=True)) if counts else (0, 0)
+    )
     return FileDigits(decimals, significant) if significant >= MIN_DIGITS else None
 
 
 def _geometry_words(tree: Element) -> Iterator[str]:
-    """Yield the numbers of origins and axes, without angles that stand for multiples of π/12."""
+    """Yield the numbers of origins and axes, without those that stand for multiples of π/12."""
     for owner in tree.children:
         if owner.tag not in ("joint", "loop"):
             continue

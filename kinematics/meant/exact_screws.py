@@ -107,9 +107,7 @@ def exact_screws(
             holding += figure.relations
             continue
         wanted = [x for x in figure.relations if x.nearness <= nearness]
-        places, true = apply_relations(
-            figure.places, wanted, figure.slides, figure.normal
-        )
+        places, true = apply_relations(figure.places, wanted, figure.slides, figure.normal)
         holding += [
             relation._replace(
                 pins=tuple(figure.pins[p].joints[0] for p in relation.pins),
@@ -355,8 +353,7 @@ def _direction(linkage: Linkage, j: int) -> Array:
 
 
 def _unit_vector(n: Array) -> Vector:
-    """Make a rational unit vector next to n, by stereographic projection along its largest
-    component."""
+    """Make a rational unit vector next to n, by stereographic projection."""
     k = int(np.argmax(np.abs(n)))
     sign = 1 if n[k] > 0 else -1
     others = [i for i in range(3) if i != k]

@@ -208,24 +208,20 @@ def _named(
         names = ["rhombus", *names]
     choices = [(name, "opposite") for name in names]
     choices += [("kite", kind) for kind in ("kite", "turned kite") if kind in kinds]
-    normal = None
     for name, kind in choices:
         error, nearness, order = close[kind]
         if name == "rhombus":
             error, nearness = (max(x[k] for x in close.values()) for k in (0, 1))
         P, Q, R, S = (places[k] for k in order)
-        image = _float_image(name, P, Q, R, figure.planar, normal)
+        image = _float_image(name, P, Q, R, figure.planar)
         if np.linalg.norm(image - S) <= IMAGE_DISTANCE * figure.size:
             pins, turned = (tuple(x[k] for k in order) for x in (loop, signs))
             return Relation(name, pins, turned, -1, error, nearness)
     return None
 
 
-def _float_image(
-    name: str, P: Array, Q: Array, R: Array, planar: bool, normal: Array | None
-) -> Array:
+def _float_image(name: str, P: Array, Q: Array, R: Array, planar: bool) -> Array:
     """Compute the image of Q in floating point."""
-    del normal
     if name in ("parallelogram", "rhombus"):
         if planar:
             return np.asarray(P + R - Q)
@@ -252,29 +248,29 @@ def _slider_cranks(
     d = np.array([float(x) for x in slide.d])
     d /= np.linalg.norm(d)
     before, after = slide.links
-    for O, C in product(range(len(pins)), repeat=2):
-        if O == C or before not in pins[O].links or after not in pins[C].links:
+    for first, C in product(range(len(pins)), repeat=2):
+        if first == C or before not in pins[first].links or after not in pins[C].links:
             continue
-        w = places[C] - places[O]
+        w = places[C] - places[first]
         offset = float(np.linalg.norm(w - (w @ d) * d))
-        width = pins[O].links[before] + pins[C].links[after]
+        width = pins[first].links[before] + pins[C].links[after]
         width += sum(slide.angles) * float(np.linalg.norm(w))
         for A in range(len(pins)):
-            if A in (O, C) or (O, A) not in between or (A, C) not in between:
+            if A in (first, C) or (first, A) not in between or (A, C) not in between:
                 continue
-            for a, b in product(between[O, A], between[A, C]):
+            for a, b in product(between[first, A], between[A, C]):
                 if len({a, b, before, after}) < 4:
                     continue
                 error = abs(
-                    figure.distance(places[O], places[A])
+                    figure.distance(places[first], places[A])
                     - figure.distance(places[A], places[C])
                 )
-                known = pins[O].links[a] + pins[A].links[a]
+                known = pins[first].links[a] + pins[A].links[a]
                 known += pins[A].links[b] + pins[C].links[b]
                 nearness = max(error / max(known, 1e-300), offset / max(width, 1e-300))
                 if nearness <= limit and abs(w @ d) > PINS_DISTINCT * figure.size:
                     yield Relation(
-                        "isosceles slider-crank", (O, A, C), (1, 1, 1), number,
+                        "isosceles slider-crank", (first, A, C), (1, 1, 1), number,
                         max(error, offset), nearness,
                     )  # fmt: skip
 
@@ -321,9 +317,9 @@ def _choices(
 ) -> Iterator[tuple[tuple[int, ...], tuple[Vector, ...]]]:  # fmt: skip
     """Yield pins that a relation can move, and their places."""
     if relation.slide >= 0:
-        O, A, C = relation.pins
+        first, A, C = relation.pins
         d = slides[relation.slide].d
-        for fixed, moving in ((O, C), (C, O)):
+        for fixed, moving in ((first, C), (C, first)):
             w = _sum(places[A], places[fixed], -1)
             yield (moving,), (_sum(places[fixed], d, 2 * dot(w, d) / dot(d, d)),)
         return

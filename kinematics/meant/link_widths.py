@@ -89,9 +89,7 @@ def link_widths(linkage: Linkage, digits: FileDigits) -> LinkWidths:
     middle = np.mean([joint.point for joint in linkage.joints], axis=0)
     far_size = size + float(np.abs(middle).max())
     whole = Width(whole.place + whole.angle * size, whole.angle)
-    return LinkWidths(
-        links, widths, whole, linkage.displaced is not None, ROUND_OFF * far_size
-    )
+    return LinkWidths(links, widths, whole, linkage.displaced is not None, ROUND_OFF * far_size)
 
 
 def _rigid_links(linkage: Linkage) -> tuple[tuple[int, int], ...]:
@@ -116,9 +114,7 @@ class _Reader:
         """Read the elements of a file; ``size`` is the lever of angles, metres."""
         self._digits, self._size = digits, size
         self._items = {item.name: item for item in tree.every("joint") + tree.every("loop")}
-        self._carrier = {
-            _link(item, "child"): item for item in tree.every("joint")
-        }
+        self._carrier = {_link(item, "child"): item for item in tree.every("joint")}
 
     def sides(self, name: str) -> tuple[Width, Width]:
         """Compute the half widths of a joint on the link before it and on that after it."""

@@ -127,17 +127,17 @@ Z = _vector(0, 0, 1)
 
 def _four_bar(rng, a, b, c, d, sign):
     """Pins O, A, B, C of a four-bar with crank a, coupler b, rocker c, base d."""
-    O, C = _vector(0, 0, 0), _polar(d, _uniform(rng, 0, 6.28))
+    origin, C = _vector(0, 0, 0), _polar(d, _uniform(rng, 0, 6.28))
     while True:
         A = _polar(a, _uniform(rng, 0, 6.28))
         B = _circles(A, b, C, c, sign)
         if B is not None:
-            return O, A, B, C
+            return origin, A, B, C
 
 
-def _pins(O, A, B, C):
+def _pins(origin, A, B, C):
     return (
-        MeantJoint("continuous", 0, 1, O, Z), MeantJoint("continuous", 1, 2, A, Z),
+        MeantJoint("continuous", 0, 1, origin, Z), MeantJoint("continuous", 1, 2, A, Z),
         MeantJoint("continuous", 0, 3, C, Z), MeantJoint("revolute", 2, 3, B, Z, True),
     )  # fmt: skip
 
@@ -166,8 +166,10 @@ def _opposite(rng, off, crossed):
         along = unit(add(C, A, -1))
         w = add(B, A, -1)
         B = add(add(A, along, 2 * dot(w, along)), w, -1)
-    return _pins(_vector(0, 0, 0), A, B, C) if not off else _pins(
-        _vector(0, 0, 0), A, add(B, (off, off / 3, 0)), C
+    return (
+        _pins(_vector(0, 0, 0), A, B, C)
+        if not off
+        else _pins(_vector(0, 0, 0), A, add(B, (off, off / 3, 0)), C)
     )
 
 
@@ -205,13 +207,12 @@ def pantograph(rng, off):
             break
     ratio = _uniform(rng, 0.3, 0.8)
     u, v = _polar(a, first), _polar(b, second)
-    O, P, T = _vector(0, 0, 0), u, add(u, v)
+    origin, P = _vector(0, 0, 0), u
     K, M = tuple(ratio * x for x in u), add(u, tuple(ratio * x for x in v))
     Q = add(add(K, M), P, -1)
     Q = add(Q, (off, 0, 0))
-    del T
     return (
-        MeantJoint("continuous", 0, 1, O, Z), MeantJoint("continuous", 1, 2, P, Z),
+        MeantJoint("continuous", 0, 1, origin, Z), MeantJoint("continuous", 1, 2, P, Z),
         MeantJoint("continuous", 1, 3, K, Z), MeantJoint("continuous", 3, 4, Q, Z),
         MeantJoint("revolute", 4, 2, M, Z, True),
     )  # fmt: skip
@@ -253,9 +254,7 @@ def _spherical(axes):
 def _directions(rng, count):
     while True:
         found = [unit(_vector(*rng.standard_normal(3))) for _ in range(count)]
-        if all(
-            abs(dot(a, b)) < 0.8 for i, a in enumerate(found) for b in found[:i]
-        ):
+        if all(abs(dot(a, b)) < 0.8 for i, a in enumerate(found) for b in found[:i]):
             return found
 
 
@@ -358,12 +357,12 @@ def meant_text(
         if joint.loop:
             if joint.kind == "prismatic":
                 point = add(point, n, _uniform(rng, -0.5, 0.5))
-            second = F
-            lines.append(
-                f'<loop name="j{k}" type="{joint.kind}"><predecessor link="L{joint.before}">'
-                f'{local(joint.before, point, F)}</predecessor><successor link="L{joint.after}">'
-                f'{local(joint.after, point, second)}</successor><axis xyz="{axis}"/></loop>'
-            )
+                lines.append(
+                    f'<loop name="j{k}" type="{joint.kind}"><predecessor link="L{joint.before}">'
+                    f"{local(joint.before, point, F)}</predecessor>"
+                    f'<successor link="L{joint.after}">'
+                    f'{local(joint.after, point, F)}</successor><axis xyz="{axis}"/></loop>'
+                )
             continue
         origin = local(joint.before, point, F)
         poses[joint.after] = F, point

@@ -4,7 +4,8 @@ Writers drop zeros at the end of a number, so the last digit is that of the file
 a file whose numbers have up to F decimals and D significant digits is known to
 ``max(10^-F, 10^(e - D + 1))`` with ``10^e ≤ |x| < 10^(e+1)``, which holds for formats of fixed
 decimals and of fixed significant digits. A number that is shorter than both by
-`EXACT_ZEROS` digits or more is exact: so many zeros do not come from rounding.
+`EXACT_ZEROS` digits or more is exact: so many zeros do not come from rounding. Where many
+numbers of a file are short, they are design values, and `EXACT_ZEROS_OF_MANY` digits suffice.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ __all__ = ["FileDigits", "file_digits"]
 MIN_DIGITS = 6
 # Zeros at the end of a number that do not come from rounding: one in 10^5 does.
 EXACT_ZEROS = 5
+# The same in a file in which so large a part of the numbers is short by as many digits; of
+# rounded numbers, one in a hundred is.
+EXACT_ZEROS_OF_MANY, MANY = 2, 0.2
 # Digits with which a number stands for a double and its neighbours.
 DOUBLE_DIGITS = 16
 
@@ -33,16 +37,18 @@ class FileDigits(NamedTuple):
     Attributes:
         decimals: most digits after the point, F.
         significant: most significant digits, D.
+        exact_zeros: digits by which an exact number is shorter than both.
     """
 
     decimals: int
     significant: int
+    exact_zeros: int = EXACT_ZEROS
 
     def half_unit(self, word: str) -> float:
         """Compute half the width of the interval of a number, 0 if it is exact."""
         places, digits = _count_digits(word)
         short = self.decimals - places, self.significant - digits
-        if min(short) >= EXACT_ZEROS or not float(word):
+        if min(short) >= self.exact_zeros or not float(word):
             return 0.0
         size = abs(float(word))
         exponent = floor(log10(size)) - self.significant + 1
@@ -59,11 +65,13 @@ def file_digits(tree: Element) -> FileDigits | None:
     Returns:
         The digits; None if all numbers are short, and so exact.
     """
-    counts = [_count_digits(word) for word in _geometry_words(tree)]
-    decimals, significant = (
-        (max(x, default=0) for x in zip(*counts, strict=True)) if counts else (0, 0)
-    )
-    return FileDigits(decimals, significant) if significant >= MIN_DIGITS else None
+    counts = [_count_digits(word) for word in _geometry_words(tree) if float(word)]
+    decimals, significant = (max((x[k] for x in counts), default=0) for k in (0, 1))
+    if significant < MIN_DIGITS:
+        return None
+    short = sum(min(decimals - x, significant - y) >= EXACT_ZEROS_OF_MANY for x, y in counts)
+    many = short > MANY * len(counts)
+    return FileDigits(decimals, significant, EXACT_ZEROS_OF_MANY if many else EXACT_ZEROS)
 
 
 def _geometry_words(tree: Element) -> Iterator[str]:

@@ -12,6 +12,7 @@ from kinematics.meant.digits import FileDigits
 from kinematics.model.chain import extent
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.urdf.nominal_angles import nearest_twelfth
+from kinematics.urdf.robot_tree import pose_matrix
 from kinematics.urdf_elements.element import Element
 
 __all__ = ["LinkWidths", "Width", "link_widths"]
@@ -43,6 +44,7 @@ class LinkWidths(NamedTuple):
             shape of the file; otherwise the links on which loops end have shapes that all
             numbers decide.
         round_off: of positions, metres.
+        gap: largest distance of the two frames of a loop of the file, metres.
     """
 
     links: tuple[tuple[int, int], ...]
@@ -50,6 +52,7 @@ class LinkWidths(NamedTuple):
     whole: Width
     closed: bool
     round_off: float
+    gap: float
 
     def of(self, link: int, joint: int) -> Width:
         """Find the half widths of a joint on a link."""

@@ -12,7 +12,6 @@ from kinematics.meant.digits import FileDigits
 from kinematics.model.chain import extent
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.urdf.nominal_angles import nearest_twelfth
-from kinematics.urdf.robot_tree import pose_matrix
 from kinematics.urdf_elements.element import Element
 
 __all__ = ["LinkWidths", "Width", "link_widths"]

@@ -231,19 +231,22 @@ def _assemble(
     """
     from kinematics.assembly.assemble import assemble
     from kinematics.error_text import clean
+    from kinematics.meant.as_meant import as_meant
     from kinematics.urdf.rounded_angles import ROUNDED_ANGLES
 
     try:
-        if not at:
-            return assemble(draft, inputs, exactly=exactly)
-        from kinematics.assembly.reference_pose import assemble_at
+        if at:
+            from kinematics.assembly.reference_pose import assemble_at
 
-        return assemble_at(draft, inputs, at, exactly=exactly)
+            linkage = assemble_at(draft, inputs, at, exactly=exactly)
+        else:
+            linkage = assemble(draft, inputs, exactly=exactly)
     except (OpenLoopError, MobilityError) as error:
         for notice in draft.notices:
             if notice.code == ROUNDED_ANGLES:
                 error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
         raise
+    return as_meant(linkage, exactly=exactly)
 
 
 def _read(

@@ -23,6 +23,7 @@ from balance.certification.correct_integers import (
     with_idle_joints,
     with_more_poses,
 )
+from balance.certification.meant_notice import add_meant_notice
 from balance.exact.chain import ExactChain, exact_chain, loops_are_regular
 from balance.exact.conditions import first_orders_of_motion, orders_closed
 from balance.exact.idle_joints import joints_shown_at_rest
@@ -39,9 +40,14 @@ from balance.tolerances import (
     PARALLEL_AXES_ROUNDED,
 )
 from kinematics.closure.continuation import continue_along
-from kinematics.errors import InexactClosureError, InexactPlaneError, LinkageError
+from kinematics.errors import (
+    ExactError,
+    InexactClosureError,
+    InexactPlaneError,
+    LinkageError,
+)
 from kinematics.model.linkage import Notice
-from kinematics.urdf.rational_screws import exact_geometry
+from kinematics.urdf.rational_screws import Geometry, rational_geometries
 from kinematics.wording import size_text
 
 __all__ = ["certify"]
@@ -103,7 +109,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
         found = _gather_evidence(space)
     except LinkageError as error:
         rounded = _certify_rounded(space, f"not by exact arithmetic: {error}", None)
-        return _add_rounding_notice(rounded, error)
+        return add_meant_notice(_add_rounding_notice(rounded, error))
     lines = list_differences(space, found)
     if (count := found.replaced) and lines:
         changed = with_changed_numbers(space)
@@ -131,7 +137,7 @@ def certify(space: DesignSpace) -> CertifiedSpace:
     certainty = _certainty_of(corrected, found, residual, poses)
     certified = add_correction_notice(space, with_certainty(corrected, certainty))
     certified.check_proved()
-    return certified
+    return add_meant_notice(certified)
 
 
 def _rests_on_replaced(space: DesignSpace, changed: DesignSpace | None) -> bool:
@@ -167,8 +173,19 @@ def _gather_evidence(space: DesignSpace) -> Evidence:
     Raises:
         LinkageError: exact arithmetic cannot be done.
     """
+    first: ExactError | None = None
+    for geometry in rational_geometries(space.linkage):
+        try:
+            return _gather_evidence_of(space, geometry)
+        except ExactError as error:
+            first = first or error
+    assert first is not None
+    raise first
+
+
+def _gather_evidence_of(space: DesignSpace, geometry: Geometry) -> Evidence:
+    """Compute the evidence of a geometry in rational numbers; see `_gather_evidence`."""
     linkage = space.linkage
-    geometry = exact_geometry(linkage)
     chain = exact_chain(
         linkage, geometry, space.motion, space.balance == "force", not space.planar
     )

@@ -30,8 +30,7 @@ class Quantity(NamedTuple):
 
 
 REPORTS = tuple(
-    f"report {model}"
-    for model in ("four_bar_kite", "five_bar", "bennett", "sarrus")
+    f"report {model}" for model in ("four_bar_kite", "five_bar", "bennett", "sarrus")
 )
 VERIFIED = tuple(f"verify {model} --trajectories 1" for model in ("four_bar_kite", "five_bar"))
 DESIGN = ("design four_bar_kite --minimise mass --bounds coupler=0.1:1",)

@@ -28,6 +28,7 @@ kinematics.model
 kinematics.urdf kinematics.closure
 kinematics.formats kinematics.mobility
 kinematics.assembly
+kinematics.meant
 kinematics.model_gallery kinematics.taylor kinematics.building
 kinematics.warmup
 

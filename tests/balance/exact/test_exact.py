@@ -329,7 +329,7 @@ def rewritten(tmp_path, model, joint, axis):
     def change(robot):
         robot.find(f"joint[@name='{joint}']/axis").set("xyz", axis)
 
-    return kinematics.load(altered(model, tmp_path, change))
+    return kinematics.load(altered(model, tmp_path, change), angles="as_written")
 
 
 def test_overconstrained_linkages_in_rounded_decimals_are_refused(tmp_path):

@@ -6,7 +6,8 @@ The facts behind the message are attributes, so that programs need not parse tex
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 __all__ = [
     "BodyError",
@@ -16,7 +17,9 @@ __all__ = [
     "InexactClosureError",
     "InexactPlaneError",
     "LinkageError",
+    "MeetingModesError",
     "MobilityError",
+    "ModeOfMotion",
     "MotionError",
     "OpenLoopError",
     "PackageError",
@@ -26,6 +29,10 @@ __all__ = [
     "UsageError",
     "WorkerError",
 ]
+
+
+# Modes that a message describes.
+MAX_LISTED_MODES = 8
 
 
 class LinkageError(ValueError):
@@ -167,6 +174,46 @@ class MobilityError(LinkageError):
         """Keep the facts beside the message."""
         self.order, self.joints = order, tuple(joints)
         super().__init__(text)
+
+
+class ModeOfMotion(NamedTuple):
+    """A mode of motion that starts from a pose at which several meet.
+
+    Attributes:
+        mobility: its degrees of freedom.
+        here: whether it passes that pose itself, or one that another mode leads to.
+        positions: of the joints of the tree at a pose on it, by name, counted from the pose of
+            the file, radians and metres.
+    """
+
+    mobility: int
+    here: bool
+    positions: Mapping[str, float]
+
+
+class MeetingModesError(MobilityError):
+    """A pose at which modes of motion meet, so that it does not determine which one is meant.
+
+    Attributes:
+        modes: all of them, in the order of their numbers, which start at 1.
+    """
+
+    def __init__(self, linkage: str, problem: str, modes: Sequence[ModeOfMotion]) -> None:
+        """Compose the message and list the modes."""
+        self.modes = tuple(modes)
+        listed = [
+            f"mode {number}: mobility {mode.mobility}, at "
+            + (", ".join(f"{name}={q:.3g}" for name, q in mode.positions.items()) or "its pose")
+            for number, mode in enumerate(self.modes[:MAX_LISTED_MODES], 1)
+        ]
+        more = len(self.modes) - len(listed)
+        text = "; ".join([*listed, *([f"and {more} more"] if more else [])])
+        joints = list(dict.fromkeys(name for mode in self.modes for name in mode.positions))
+        super().__init__(
+            f"{linkage}: {problem}: {text}; choose one by its number: --mode 1, or "
+            "load(…, mode=1)",
+            joints=joints,
+        )
 
 
 class CoordinateError(LinkageError):

@@ -10,7 +10,7 @@ vanishes at a generic pose vanishes everywhere.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,21 +23,29 @@ from kinematics.assembly.repair_axes import (
     repair_component,
 )
 from kinematics.assembly.singular_pose import (
+    ModeStart,
     generic_direction,
     is_near_singular,
     leave_singular_pose,
 )
 from kinematics.assembly.welded_bodies import merge_welded_bodies
 from kinematics.closure.newton import Pose
-from kinematics.errors import CoordinateError, MobilityError, MotionError
+from kinematics.errors import (
+    CoordinateError,
+    MeetingModesError,
+    MobilityError,
+    ModeOfMotion,
+    MotionError,
+)
 from kinematics.mobility.components import Component, component_freedoms, split_components
 from kinematics.mobility.independent_coordinates import choose_coordinates
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import arrange_loops, move_chain
+from kinematics.model.full_turns import wrap_turns
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
-from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
+from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE, NAMED_POSITION
 
 __all__ = ["assemble", "moving_chain"]
 
@@ -46,7 +54,11 @@ IntArray = NDArray[np.int64]
 
 
 def assemble(
-    draft: UnassembledLinkage, inputs: Sequence[str] | None = None, *, exactly: bool = False
+    draft: UnassembledLinkage,
+    inputs: Sequence[str] | None = None,
+    *,
+    exactly: bool = False,
+    mode: int | None = None,
 ) -> Linkage:
     """Close the loops of a linkage and choose its independent coordinates.
 
@@ -57,6 +69,8 @@ def assemble(
             completed with passive joints; a notice names these.
         exactly: whether axes count as written, even where overconstrained loops close with
             them only to rounding; otherwise they are moved until the loops close.
+        mode: number of a mode of motion, from 1, where several meet at the pose of the file.
+            The reference pose is one on that mode.
 
     Returns:
         The linkage at its reference pose, with loops closed.
@@ -64,18 +78,18 @@ def assemble(
     Raises:
         OpenLoopError: a loop does not close, or numbers overflow on the way, so that a
             decomposition of a matrix does not converge.
-        MobilityError: nothing can move, or it moves only infinitesimally, or several
-            branches of motion meet at the pose of the file.
+        MobilityError: nothing can move, or it moves only infinitesimally, or several modes of
+            motion meet at the pose of the file; `MeetingModesError` lists them.
         CoordinateError: an input is unknown or depends on the others.
     """
     try:
-        return _assemble(draft, inputs, exactly)
+        return _assemble(draft, inputs, exactly, mode)
     except np.linalg.LinAlgError:
         raise open_loop_error(draft, "", 1) from None
 
 
 def _assemble(
-    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool
+    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool, mode: int | None
 ) -> Linkage:
     """Close the loops of a linkage and choose its coordinates; see `assemble`."""
     draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
@@ -83,36 +97,98 @@ def _assemble(
     try:
         linkage, rounded, near = _assemble_at_pose(draft, wanted)
     except (CoordinateError, MobilityError) as error:
-        better = _repair_or_leave(draft, not exactly, error)
+        better = _repair_or_leave(draft, not exactly, mode, error)
     else:
         if not rounded and not near:
-            return linkage
-        better = _repair_or_leave(draft, rounded and not exactly)
+            return _only_mode(linkage, mode)
+        better = _repair_or_leave(draft, rounded and not exactly, mode)
         if better is draft:
-            return linkage
+            return _only_mode(linkage, mode)
     return _assemble_at_pose(better, wanted)[0]
+
+
+def _only_mode(linkage: Linkage, mode: int | None) -> Linkage:
+    """Return a linkage whose pose is regular; refuse a mode that it does not have.
+
+    Raises:
+        MobilityError: the mode asked for is not the first.
+    """
+    if mode not in (None, 1):
+        raise _unknown_mode_error(linkage, 1)
+    return linkage
+
+
+def _unknown_mode_error(draft: UnassembledLinkage, count: int) -> MobilityError:
+    """Make the error for the number of a mode that does not exist."""
+    there = "one mode of motion leaves" if count == 1 else f"{count} modes of motion leave"
+    return MobilityError(
+        f"{draft.source}: {there} the pose of the file; choose a mode from 1"
+        + (f" to {count}" if count > 1 else ", or none")
+    )
 
 
 def _repair_or_leave(
     draft: UnassembledLinkage,
     repair: bool,
+    mode: int | None,
     problem: CoordinateError | MobilityError | None = None,
 ) -> UnassembledLinkage:
     """Repair the rounded axes of a draft, or move it to a pose that is not singular.
 
     Raises:
-        MobilityError: neither is possible, or the branch to follow is not determined.
+        MobilityError: neither is possible, or the mode to follow is not determined.
         CoordinateError: there is nothing to repair: the given problem remains.
     """
     found = repair_axes(draft) if repair else ""
     if not isinstance(found, str):
         return found
-    regular = leave_singular_pose(draft)
-    if regular is draft and problem is not None:
+    starts = leave_singular_pose(draft)
+    if starts:
+        return _start_of_mode(draft, starts, mode)
+    if problem is not None:
         if found:
             raise MobilityError(f"{draft.source}: its loops do not close: {found}") from None
         raise problem
-    return regular
+    return draft
+
+
+def _start_of_mode(
+    draft: UnassembledLinkage, starts: Sequence[ModeStart], mode: int | None
+) -> UnassembledLinkage:
+    """Choose the mode asked for among those that leave the pose of a draft.
+
+    Raises:
+        MeetingModesError: there are several, and none is asked for.
+        MobilityError: there is none of that number.
+    """
+    if mode is not None and not 1 <= mode <= len(starts):
+        raise _unknown_mode_error(draft, len(starts))
+    if len(starts) == 1:
+        return starts[0].draft
+    if mode is None:
+        here = sum(start.here for start in starts)
+        problem = (
+            f"singular at the pose of the file: {here} modes of motion meet there"
+            f"{f', of {len(starts)} in all' if here < len(starts) else ''}, and the pose does "
+            "not determine which one is meant"
+        )
+        raise MeetingModesError(draft.source, problem, [_describe(start) for start in starts])
+    there = starts[mode - 1].draft
+    text = f"the reference pose is on mode {mode} of {len(starts)}, away from that of the file"
+    return replace(there, notices=(*there.notices, Notice("mode_of_motion", text)))
+
+
+def _describe(start: ModeStart) -> ModeOfMotion:
+    """Describe a mode by the positions of the joints of the tree at its pose."""
+    q = start.draft.displaced
+    assert q is not None
+    within, _ = wrap_turns(start.draft.joints, q)
+    positions = {
+        joint.name: float(x)
+        for joint, x in zip(start.draft.joints, within, strict=True)
+        if not joint.in_loop and abs(x) > NAMED_POSITION
+    }
+    return ModeOfMotion(start.mobility, start.here, positions)
 
 
 def _assemble_at_pose(

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from kinematics.closure.series import expand, loop_matrix
 from kinematics.mobility.first_order import first_order, step_along
+from kinematics.mobility.finite_pose import finite_pose
 from kinematics.mobility.motion_modes import Mode, closest_pose, find_modes
 from kinematics.mobility.reachable_modes import ReachableMode, reachable_modes
 from kinematics.model.arrays import Chain
@@ -103,7 +104,7 @@ def analyse_local_mobility(
         return LocalMobility(freedom, _estimate_order(chain, N), ())
     if len(modes) == 1:
         (mode,) = modes
-        far = step_along(chain, mode.poses[0].q)
+        far = finite_pose(chain, mode.poses[0])
         return LocalMobility(freedom, 0, (ReachableMode(mode.mobility, far, True),))
     return LocalMobility(freedom, 0, reachable_modes(chain, modes, distance, turning))
 

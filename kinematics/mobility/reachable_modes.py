@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import loop_matrix
-from kinematics.mobility.first_order import first_order, step_along
+from kinematics.mobility.first_order import first_order
 from kinematics.mobility.mode_curves import Curve, trace_curve, within_turn
+from kinematics.mobility.finite_pose import finite_pose
 from kinematics.mobility.motion_modes import Mode, find_modes
 from kinematics.model.arrays import Chain, freeze
 
@@ -78,7 +79,7 @@ def reachable_modes(
                 curves.append(trace_curve(chain, pose, turning))
             elif not here:
                 continue
-            far = node + step_along(at_node, near.q)
+            far = node + finite_pose(at_node, near)
             reached.append(ReachableMode(mode.mobility, far, here))
 
     visit(modes, nodes[0], chain)

@@ -6,8 +6,8 @@ The facts behind the message are attributes, so that programs need not parse tex
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
 __all__ = [
     "BodyError",
@@ -19,7 +19,6 @@ __all__ = [
     "LinkageError",
     "MeetingModesError",
     "MobilityError",
-    "ModeOfMotion",
     "MotionError",
     "OpenLoopError",
     "PackageError",
@@ -176,42 +175,28 @@ class MobilityError(LinkageError):
         super().__init__(text)
 
 
-class ModeOfMotion(NamedTuple):
-    """A mode of motion that starts from a pose at which several meet.
-
-    Attributes:
-        mobility: its degrees of freedom.
-        here: whether it passes that pose itself, or one that another mode leads to.
-        positions: of the joints of the tree at a pose on it, by name, counted from the pose of
-            the file, radians and metres.
-    """
-
-    mobility: int
-    here: bool
-    positions: Mapping[str, float]
-
-
 class MeetingModesError(MobilityError):
     """A pose at which modes of motion meet, so that it does not determine which one is meant.
 
     Attributes:
-        modes: all of them, in the order of their numbers, which start at 1.
+        modes: all of them, `kinematics.model.mode_of_motion.ModeOfMotion`.
     """
 
-    def __init__(self, linkage: str, problem: str, modes: Sequence[ModeOfMotion]) -> None:
+    def __init__(self, linkage: str, modes: Sequence[Any], joints: Sequence[str]) -> None:
         """Compose the message and list the modes."""
         self.modes = tuple(modes)
         listed = [
-            f"mode {number}: mobility {mode.mobility}, at "
-            + (", ".join(f"{name}={q:.3g}" for name, q in mode.positions.items()) or "its pose")
-            for number, mode in enumerate(self.modes[:MAX_LISTED_MODES], 1)
+            f"mode {mode.number}: mobility {mode.mobility}, at {mode.place}"
+            for mode in self.modes[:MAX_LISTED_MODES]
         ]
         more = len(self.modes) - len(listed)
         text = "; ".join([*listed, *([f"and {more} more"] if more else [])])
-        joints = list(dict.fromkeys(name for mode in self.modes for name in mode.positions))
+        here = sum(mode.here for mode in self.modes)
+        in_all = f", of {len(self.modes)} in all" if here < len(self.modes) else ""
         super().__init__(
-            f"{linkage}: {problem}: {text}; choose one by its number: --mode 1, or "
-            "load(…, mode=1)",
+            f"{linkage}: singular at the pose of the file: {here} modes of motion meet "
+            f"there{in_all}, and the pose does not determine which one is meant: {text}; choose "
+            "one by its number, such as --mode 1",
             joints=joints,
         )
 

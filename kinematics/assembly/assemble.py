@@ -32,9 +32,9 @@ from kinematics.assembly.welded_bodies import merge_welded_bodies
 from kinematics.closure.newton import Pose
 from kinematics.errors import (
     CoordinateError,
+    LinkageError,
     MeetingModesError,
     MobilityError,
-    ModeOfMotion,
     MotionError,
 )
 from kinematics.mobility.components import Component, component_freedoms, split_components
@@ -43,6 +43,7 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import arrange_loops, move_chain
 from kinematics.model.full_turns import wrap_turns
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
+from kinematics.model.mode_of_motion import ModeOfMotion
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
 from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE, NAMED_POSITION
@@ -94,17 +95,29 @@ def _assemble(
     """Close the loops of a linkage and choose its coordinates; see `assemble`."""
     draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
+    repaired: UnassembledLinkage | str = ""
     try:
         linkage, rounded, near = _assemble_at_pose(draft, wanted)
     except (CoordinateError, MobilityError) as error:
-        better = _repair_or_leave(draft, not exactly, mode, error)
+        problem: CoordinateError | MobilityError | None = error
+        repaired = repair_axes(draft) if not exactly else ""
     else:
         if not rounded and not near:
             return _only_mode(linkage, mode)
-        better = _repair_or_leave(draft, rounded and not exactly, mode)
-        if better is draft:
-            return _only_mode(linkage, mode)
-    return _assemble_at_pose(better, wanted)[0]
+        problem = None
+        repaired = repair_axes(draft) if rounded and not exactly else ""
+    if not isinstance(repaired, str):
+        return _only_mode(_assemble_at_pose(repaired, wanted)[0], mode)
+    starts = leave_singular_pose(draft)
+    if len(starts) > 1:
+        return _follow_mode(draft, starts, inputs, mode)
+    if starts:
+        return _only_mode(_assemble_at_pose(starts[0].draft, wanted)[0], mode)
+    if problem is None:
+        return _only_mode(linkage, mode)
+    if repaired:
+        raise MobilityError(f"{draft.source}: its loops do not close: {repaired}") from None
+    raise problem
 
 
 def _only_mode(linkage: Linkage, mode: int | None) -> Linkage:
@@ -127,59 +140,60 @@ def _unknown_mode_error(draft: UnassembledLinkage, count: int) -> MobilityError:
     )
 
 
-def _repair_or_leave(
+def _follow_mode(
     draft: UnassembledLinkage,
-    repair: bool,
+    starts: Sequence[ModeStart],
+    inputs: Sequence[str] | None,
     mode: int | None,
-    problem: CoordinateError | MobilityError | None = None,
-) -> UnassembledLinkage:
-    """Repair the rounded axes of a draft, or move it to a pose that is not singular.
+) -> Linkage:
+    """Assemble a linkage on one of the modes that leave its pose.
 
     Raises:
-        MobilityError: neither is possible, or the mode to follow is not determined.
-        CoordinateError: there is nothing to repair: the given problem remains.
+        MeetingModesError: no mode is asked for.
+        MobilityError: there is none of that number, or the linkage cannot move on it.
+        CoordinateError: an input cannot drive the linkage on it.
     """
-    found = repair_axes(draft) if repair else ""
-    if not isinstance(found, str):
-        return found
-    starts = leave_singular_pose(draft)
-    if starts:
-        return _start_of_mode(draft, starts, mode)
-    if problem is not None:
-        if found:
-            raise MobilityError(f"{draft.source}: its loops do not close: {found}") from None
-        raise problem
-    return draft
-
-
-def _start_of_mode(
-    draft: UnassembledLinkage, starts: Sequence[ModeStart], mode: int | None
-) -> UnassembledLinkage:
-    """Choose the mode asked for among those that leave the pose of a draft.
-
-    Raises:
-        MeetingModesError: there are several, and none is asked for.
-        MobilityError: there is none of that number.
-    """
-    if mode is not None and not 1 <= mode <= len(starts):
-        raise _unknown_mode_error(draft, len(starts))
-    if len(starts) == 1:
-        return starts[0].draft
     if mode is None:
-        here = sum(start.here for start in starts)
-        problem = (
-            f"singular at the pose of the file: {here} modes of motion meet there"
-            f"{f', of {len(starts)} in all' if here < len(starts) else ''}, and the pose does "
-            "not determine which one is meant"
-        )
-        raise MeetingModesError(draft.source, problem, [_describe(start) for start in starts])
-    there = starts[mode - 1].draft
+        modes = [_describe(start, inputs, k) for k, start in enumerate(starts, 1)]
+        raise MeetingModesError(draft.source, modes, _moving_joints(starts))
+    if not 1 <= mode <= len(starts):
+        raise _unknown_mode_error(draft, len(starts))
     text = f"the reference pose is on mode {mode} of {len(starts)}, away from that of the file"
-    return replace(there, notices=(*there.notices, Notice("mode_of_motion", text)))
+    linkage = _assemble_on_mode(starts[mode - 1], inputs)
+    return replace(linkage, notices=(*linkage.notices, Notice("mode_of_motion", text)))
 
 
-def _describe(start: ModeStart) -> ModeOfMotion:
-    """Describe a mode by the positions of the joints of the tree at its pose."""
+def _assemble_on_mode(start: ModeStart, inputs: Sequence[str] | None) -> Linkage:
+    """Assemble a linkage at a pose on a mode.
+
+    Inputs that the file marks, and that do not drive the linkage on this mode, are replaced.
+    """
+    wanted = tuple(inputs) if inputs is not None else start.draft.named_inputs
+    notices = []
+    try:
+        linkage, *_ = _assemble_at_pose(start.draft, wanted)
+    except CoordinateError as error:
+        if inputs is not None:
+            raise
+        linkage, *_ = _assemble_at_pose(start.draft, ())
+        text = (
+            f"{', '.join(error.names)} of the file cannot drive this mode: the inputs are "
+            f"{', '.join(linkage.inputs)}"
+        )
+        notices = [Notice("inputs_of_mode", text)]
+    assert linkage.displaced is not None
+    pose = dict(
+        zip(
+            linkage.inputs,
+            linkage.displaced[linkage.positions_of(linkage.inputs)].tolist(),
+            strict=True,
+        )
+    )
+    return replace(linkage, at=pose, notices=(*linkage.notices, *notices), other_poses=())
+
+
+def _describe(start: ModeStart, inputs: Sequence[str] | None, number: int) -> ModeOfMotion:
+    """Describe a mode by the pose on it."""
     q = start.draft.displaced
     assert q is not None
     within, _ = wrap_turns(start.draft.joints, q)
@@ -188,7 +202,19 @@ def _describe(start: ModeStart) -> ModeOfMotion:
         for joint, x in zip(start.draft.joints, within, strict=True)
         if not joint.in_loop and abs(x) > NAMED_POSITION
     }
-    return ModeOfMotion(start.mobility, start.here, positions)
+    linkage: Linkage | LinkageError
+    try:
+        linkage = _assemble_on_mode(start, inputs)
+    except LinkageError as error:
+        linkage = error
+    return ModeOfMotion(number, start.mobility, start.here, positions, linkage)
+
+
+def _moving_joints(starts: Sequence[ModeStart]) -> list[str]:
+    """List the joints that move differently on the modes."""
+    q = np.array([start.draft.displaced for start in starts])
+    differ = np.flatnonzero(np.ptp(q, axis=0) > NAMED_POSITION)
+    return [starts[0].draft.joints[j].name for j in differ]
 
 
 def _assemble_at_pose(

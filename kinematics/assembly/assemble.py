@@ -46,7 +46,7 @@ from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.mode_of_motion import ModeOfMotion
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
-from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE, NAMED_POSITION
+from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE, NAMED_POSITION, UNMOVED_DISTANCE
 
 __all__ = ["assemble", "moving_chain"]
 
@@ -200,7 +200,7 @@ def _describe(start: ModeStart, inputs: Sequence[str] | None, number: int) -> Mo
     positions = {
         joint.name: float(x)
         for joint, x in zip(start.draft.joints, within, strict=True)
-        if not joint.in_loop and abs(x) > NAMED_POSITION
+        if not joint.in_loop and abs(x) > UNMOVED_DISTANCE
     }
     linkage: Linkage | LinkageError
     try:

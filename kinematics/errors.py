@@ -195,8 +195,8 @@ class MeetingModesError(MobilityError):
         in_all = f", of {len(self.modes)} in all" if here < len(self.modes) else ""
         super().__init__(
             f"{linkage}: singular at the pose of the file: {here} modes of motion meet "
-            f"there{in_all}, and the pose does not determine which one is meant: {text}; choose "
-            "one by its number, such as --mode 1",
+            f"there{in_all}, and the pose does not determine which one is meant: {text}; "
+            "choose one by its number, such as --mode 1",
             joints=joints,
         )
 

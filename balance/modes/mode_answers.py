@@ -133,8 +133,9 @@ def motion_modes(
         spatial: likewise.
 
     Returns:
-        The modes: those that pass the pose of the file before those to which another mode leads,
-        by mobility, then by the rates of the joints. A single one if the pose is regular.
+        The modes: those that pass the pose of the file before those to which another mode
+        leads, by mobility, then by the rates of the joints. A single one if the pose is
+        regular.
 
     Raises:
         LinkageError: the linkage cannot be used.

@@ -46,7 +46,12 @@ from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
 from kinematics.model.mode_of_motion import ModeOfMotion
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
-from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE, NAMED_POSITION, UNMOVED_DISTANCE
+from kinematics.tolerances import (
+    AXIS_ROUNDING,
+    IDLE_JOINT_RELATIVE,
+    NAMED_POSITION,
+    UNMOVED_DISTANCE,
+)
 
 __all__ = ["assemble", "moving_chain"]
 

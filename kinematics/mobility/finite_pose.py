@@ -1,8 +1,9 @@
 """A finite pose on a mode, away from the singular pose at which it starts.
 
 The pose is as well conditioned as one within reach, and its independent joints are at round
-positions: half-angle tangents that are multiples of 1/16. Joints that turn as much as they, or not
-at all, then have rational half-angle tangents too, so that exact arithmetic closes the loops.
+positions: half-angle tangents that are multiples of 1/16. Joints that turn as much as they, or
+not at all, then have rational half-angle tangents too, so that exact arithmetic closes the
+loops.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ __all__ = ["finite_pose"]
 
 Array = NDArray[np.float64]
 
-# Least and furthest distance of the pose from the singular one (radians, characteristic lengths);
-# first, longest and shortest step on the way.
+# Least and furthest distance of the pose from the singular one (radians, characteristic
+# lengths); first, longest and shortest step on the way.
 NEAREST, FURTHEST = 0.25, 0.75
 FIRST, LONGEST, SHORTEST = 0.01, 0.08, 1e-4
 # Round positions are those whose half-angle tangent is a multiple of this.
@@ -58,7 +59,9 @@ def finite_pose(chain: Chain, start: SheetPose) -> Array:
 
 def _conditioning(chain: Chain, pose: SheetPose) -> float:
     """Compute the smallest singular value of the loop matrix that counts, over the largest."""
-    values, _ = loop_singular_values(loop_matrix(chain, forward_kinematics(chain, pose.q).screws))
+    values, _ = loop_singular_values(
+        loop_matrix(chain, forward_kinematics(chain, pose.q).screws)
+    )
     return float(values[pose.q.size - pose.T.shape[1] - 1] / values[0])
 
 

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.closure.series import expand, loop_matrix
-from kinematics.mobility.first_order import first_order, step_along
 from kinematics.mobility.finite_pose import finite_pose
+from kinematics.mobility.first_order import first_order, step_along
 from kinematics.mobility.motion_modes import Mode, closest_pose, find_modes
 from kinematics.mobility.reachable_modes import ReachableMode, reachable_modes
 from kinematics.model.arrays import Chain

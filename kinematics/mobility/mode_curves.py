@@ -1,11 +1,11 @@
 """Curves of closed poses: a mode of one degree of freedom, followed all around.
 
 Two curves that cross at a singular pose may be one motion, which passes that pose twice: a
-four-bar with a + b = c + d is one closed curve with a double point. And a curve may pass through
-other singular poses, where modes cross that do not come to the first one: a rhombus folds in two
-ways, at two poses. Both show when the curve is followed, straight through the singular poses on it.
-There the smallest singular value of the loop matrix that is not zero falls to zero, linearly on
-both sides.
+four-bar with a + b = c + d is one closed curve with a double point. And a curve may pass
+through other singular poses, where modes cross that do not come to the first one: a rhombus
+folds in two ways, at two poses. Both show when the curve is followed, straight through the
+singular poses on it. There the smallest singular value of the loop matrix that is not zero
+falls to zero, linearly on both sides.
 """
 
 from __future__ import annotations
@@ -141,8 +141,10 @@ def _follow(
         turned = 1.0 - float(there.T[:, 0] @ pose.T[:, 0])
         away = within_turn(start.q - pose.q, turning)
         ahead = float(away @ pose.T[:, 0])
-        if length > 2.0 * LONGEST and 0.0 <= ahead <= step and _arrives(
-            chain, pose, start, away
+        if (
+            length > 2.0 * LONGEST
+            and 0.0 <= ahead <= step
+            and _arrives(chain, pose, start, away)
         ):
             return poses, True
         length += step

@@ -1,7 +1,7 @@
 """Motion modes: the smooth motions that meet at a singular pose.
 
-Near a singular pose the closed poses form several sheets: each is a mode, with a mobility of its
-own. Directions of the tangent cone lead to closed poses at a small distance; at such a pose
+Near a singular pose the closed poses form several sheets: each is a mode, with a mobility of
+its own. Directions of the tangent cone lead to closed poses at a small distance; at such a pose
 the loop matrix is regular, and its kernel is tangent to the sheet. Poses belong to one mode if
 
 - one is reached from the other along the sheet, whose tangent space turns gradually: a path
@@ -114,7 +114,9 @@ def find_modes(chain: Chain, N: Array, distance: float) -> tuple[Mode, ...]:
         q, residual = closest_pose(chain, N, distance, N @ u)
         if residual <= NEAR_SINGULAR_RESIDUAL and np.abs(q).max() <= 10 * distance:
             poses.append(q)
-    first = distinct_vectors(poses, lambda some, q: _are_same(some, q, distance)) if poses else []
+    first = (
+        distinct_vectors(poses, lambda some, q: _are_same(some, q, distance)) if poses else []
+    )
     sheets = _regular_poses(chain, [poses[k] for k in first], distance)
     modes: list[Mode] = []
     for mobility in sorted({pose.T.shape[1] for pose in sheets}):
@@ -213,7 +215,9 @@ def _are_near(T: Array, other: Array) -> bool:
 
 def _are_same(some: Array, q: Array, distance: float) -> NDArray[np.bool_]:
     """Decide which poses (k, n) are the same as another (n,)."""
-    return np.asarray(np.abs(some - q).max(axis=1, initial=0.0) <= SAME_POSE_RELATIVE * distance)
+    return np.asarray(
+        np.abs(some - q).max(axis=1, initial=0.0) <= SAME_POSE_RELATIVE * distance
+    )
 
 
 def _regular_poses(chain: Chain, poses: Sequence[Array], distance: float) -> list[SheetPose]:
@@ -322,9 +326,7 @@ def _are_joined(
     )
 
 
-def _opposite(
-    chain: Chain, N: Array, distance: float, pose: SheetPose
-) -> SheetPose | None:
+def _opposite(chain: Chain, N: Array, distance: float, pose: SheetPose) -> SheetPose | None:
     """Find the pose on the other side of the singular pose; None without one."""
     q, residual = closest_pose(chain, N, distance, -pose.q / distance)
     if residual > NEAR_SINGULAR_RESIDUAL or np.linalg.norm(q + pose.q) > OPPOSITE * distance:
@@ -365,7 +367,10 @@ def _compare_modes(mode: Mode, other: Mode) -> int:
     moving = [int(np.sum(np.diag(each) > SAME_TANGENTS**2)) for each in (P, Q)]
     if moving[0] != moving[1]:
         return moving[0] - moving[1]
-    for a, b in ((np.diag(P), np.diag(Q)), (P[np.triu_indices_from(P)], Q[np.triu_indices_from(Q)])):
+    for a, b in (
+        (np.diag(P), np.diag(Q)),
+        (P[np.triu_indices_from(P)], Q[np.triu_indices_from(Q)]),
+    ):
         differ = np.flatnonzero(np.abs(a - b) > SAME_TANGENTS)
         if differ.size:
             return -1 if a[differ[0]] > b[differ[0]] else 1

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from kinematics.closure.newton import forward_kinematics
 from kinematics.closure.series import loop_matrix
+from kinematics.mobility.finite_pose import finite_pose
 from kinematics.mobility.first_order import first_order
 from kinematics.mobility.mode_curves import Curve, trace_curve, within_turn
-from kinematics.mobility.finite_pose import finite_pose
 from kinematics.mobility.motion_modes import Mode, find_modes
 from kinematics.model.arrays import Chain, freeze
 
@@ -85,7 +85,9 @@ def reachable_modes(
     visit(modes, nodes[0], chain)
     for curve in curves:  # grows on the way
         for node in curve.nodes:
-            known = any(np.abs(within_turn(node - x, turning)).max() <= SAME_NODE for x in nodes)
+            known = any(
+                np.abs(within_turn(node - x, turning)).max() <= SAME_NODE for x in nodes
+            )
             if known or len(nodes) > MAX_NODES:
                 continue
             nodes.append(node)

@@ -1,16 +1,16 @@
 """The tangent cone of the closed poses at a singular pose, to second order.
 
-Joint rates v that close the loops at first order, ``S_0 v = 0``, are tangent to a motion only if
-an acceleration closes them at second order:
+Joint rates v that close the loops at first order, ``S_0 v = 0``, are tangent to a motion only
+if an acceleration closes them at second order:
 
     S_0 a + Ṡ(v) v = 0        ⇔        Uᵀ Ṡ(v) v = 0,    Uᵀ S_0 = 0
 
 with the screws carried by their parents, ``ṡ_j = ad(V_parent) s_j`` (A. Müller, "Higher-order
 analysis of kinematic singularities of lower pair linkages and serial manipulators", J. Mech.
-Robotics 10, 2018; A. Müller, P. C. López-Custodio, J. S. Dai, "Identification of non-transversal
-motion bifurcations of linkages", J. Mech. Robotics 13, 2021). In coordinates u of the kernel,
-v = N u, each column of U gives a quadratic form, ``uᵀ Q u = 0``. Conditions of higher order make
-the cone smaller; the finite poses near the singular one decide about them.
+Robotics 10, 2018; A. Müller, P. C. López-Custodio, J. S. Dai, "Identification of
+non-transversal motion bifurcations of linkages", J. Mech. Robotics 13, 2021). In coordinates u
+of the kernel, v = N u, each column of U gives a quadratic form, ``uᵀ Q u = 0``. Conditions of
+higher order make the cone smaller; the finite poses near the singular one decide about them.
 """
 
 from __future__ import annotations

@@ -26,8 +26,8 @@ __all__ = [
 
 Matrix = tuple[Vector, ...]
 
-# Largest denominator of a simple fraction, and distance of a double from one: of random numbers,
-# about one in 2e7 is so near.
+# Largest denominator of a simple fraction, and distance of a double from one: of random
+# numbers, about one in 2e7 is so near.
 SIMPLE, SIMPLE_ROUND_OFF = 4096, 2e-15
 
 AXES = tuple(tuple(Fraction(int(i == j)) for j in range(3)) for i in range(3))

@@ -1,8 +1,8 @@
 """Closed poses of planar bars next to a flat one, by their own Newton method on points.
 
-Pins of a linkage of bars are points of the plane, and bars are distances between them. Poses come
-from random starts next to the flat one; the freedoms at each are the null space of the matrix of
-distances. Nothing is shared with the product: neither screws nor joint angles.
+Pins of a linkage of bars are points of the plane, and bars are distances between them. Poses
+come from random starts next to the flat one; the freedoms at each are the null space of the
+matrix of distances. Nothing is shared with the product: neither screws nor joint angles.
 """
 
 from __future__ import annotations

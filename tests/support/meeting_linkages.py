@@ -131,12 +131,15 @@ def three_upu(folder, height=2.0):
             kinds, pairwise(["base", *names]), (foot, 0 * up, 0 * up, up),
             (outer, inner, up / height, inner), strict=True,
         ):  # fmt: skip
-            slides = kind == "s"
-            elements.append(joint(f"{kind}{k}", "prismatic" if slides else "continuous", one,
-                                  other, along(place), axis, more=SLIDE if slides else ""))  # fmt: skip
+            name, type_of, more = f"{kind}{k}", "continuous", ""
+            if kind == "s":
+                type_of, more = "prismatic", SLIDE
+            elements.append(joint(name, type_of, one, other, along(place), axis, more=more))
         if first is None:
             first = foot
-            elements.append(joint("d0", "continuous", "top0", "platform", along([0, 0, 0]), outer))
+            elements.append(
+                joint("d0", "continuous", "top0", "platform", along([0, 0, 0]), outer)
+            )
         else:
             frames = along([0, 0, 0]), along(foot - first)
             elements.append(loop(f"d{k}", "revolute", (names[3], "platform"), frames, outer))

@@ -1,8 +1,9 @@
 """Modes of motion that meet at a pose, against points of bars closed by another Newton method.
 
-What tells the modes of a linkage apart is known by hand: sides that stay parallel, pins that stay
-on each other. Every closed pose that the independent route finds next to the flat one satisfies
-the conditions of one mode, every mode has such poses, and its pose satisfies them too.
+What tells the modes of a linkage apart is known by hand: sides that stay parallel, pins that
+stay on each other. Every closed pose that the independent route finds next to the flat one
+satisfies the conditions of one mode, every mode has such poses, and its pose satisfies them
+too.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ PARALLEL = ("sides parallel", lambda z: z[1] - z[0] - z[3] + z[2])
 ON_D = ("B on D", lambda z: z[1] - z[2])
 ON_A = ("C on A", lambda z: z[3] - z[0])
 NONE = ("general", None)
-# Modes in the order of their numbers: condition and mobility; then those that another mode leads to.
+# Modes in the order of their numbers: condition and mobility; then those that another mode
+# leads to.
 KNOWN = {
     "parallelogram": ([(PARALLEL, 1), (NONE, 1)], []),
     "kite": ([(ON_D, 1), (NONE, 1)], []),
@@ -56,8 +58,8 @@ def points_of(linkage, mode):
     points = np.zeros((len(x), 2))
     known = []
     for pin, one, other, at in linkage.pins:
-        k = next((k for k, each in enumerate(known) if each[0] == at and each[1] & {one, other}),
-                 None)  # fmt: skip
+        same = (k for k, each in enumerate(known) if each[0] == at and each[1] & {one, other})
+        k = next(same, None)
         if k is None:
             k = len(known)
             known.append((at, {one, other}))
@@ -179,14 +181,20 @@ def test_a_slider_crank_of_equal_bars_turns_or_slides(tmp_path):
         ("rhombus", (0, 0.7, 1.4, 0.7), 2, 1),
     ],
 )
-def test_spherical_four_bars_have_the_modes_of_planar_ones(name, angles, here, further, tmp_path):
+def test_spherical_four_bars_have_the_modes_of_planar_ones(
+    name, angles, here, further, tmp_path
+):
     modes = modes_of(spherical(tmp_path, angles, name))
     assert [mode.here for mode in modes] == [True] * here + [False] * further
     axes = [np.array([np.cos(x), np.sin(x), 0]) for x in angles]
     for mode in modes:
         q = {joint: mode.positions.get(joint, 0.0) for joint in "abd"}
-        crank, coupler, rocker = (Rotation.from_rotvec(q[j] * axes["abcd".index(j)]) for j in "abd")
-        assert (crank * coupler).apply(axes[2]) == pytest.approx(rocker.apply(axes[2]), abs=1e-9)
+        crank, coupler, rocker = (
+            Rotation.from_rotvec(q[j] * axes["abcd".index(j)]) for j in "abd"
+        )
+        assert (crank * coupler).apply(axes[2]) == pytest.approx(
+            rocker.apply(axes[2]), abs=1e-9
+        )
         off = np.array([crank.apply(axes[1]), rocker.apply(axes[2])])
         assert np.abs(off[:, 2]).max() > 0.1
 
@@ -194,9 +202,9 @@ def test_spherical_four_bars_have_the_modes_of_planar_ones(name, angles, here, f
 def test_the_three_upu_translates_or_turns_too(tmp_path):
     """A leg holds its outer axis n, n on the platform and its own direction in one plane.
 
-    Without rotation of the platform that is so at every place: one mode of mobility 3. Above the
-    base, all legs are parallel, and two rotations are free at first order: the other mode has
-    rotations, and three freedoms by the null space of the three conditions at its pose.
+    Without rotation of the platform that is so at every place: one mode of mobility 3. Above
+    the base, all legs are parallel, and two rotations are free at first order: the other mode
+    has rotations, and three freedoms by the null space of the three conditions at its pose.
     """
     modes = modes_of(three_upu(tmp_path))
     assert [mode.mobility for mode in modes] == [3, 3]
@@ -224,7 +232,9 @@ def conditions_of_legs(H, linkage):
 
     R, t, rates = H[:3, :3], H[:3, 3], []
     for axis in np.eye(3):
-        ends = [errors(Rotation.from_rotvec(s * axis).as_matrix() @ R, t) for s in (1e-6, -1e-6)]
+        ends = [
+            errors(Rotation.from_rotvec(s * axis).as_matrix() @ R, t) for s in (1e-6, -1e-6)
+        ]
         rates.append((ends[0] - ends[1]) / 2e-6)
         rates.append((errors(R, t + 1e-6 * axis) - errors(R, t - 1e-6 * axis)) / 2e-6)
     return errors(R, t), np.array(rates).T

@@ -33,6 +33,8 @@ __all__ = ["add_report"]
 MAX_NAMES = 6
 # Options that need one design space: where modes of motion meet, they need --mode.
 OF_ONE_MODE = ("explain", "decoupled", "pure_inertia", "html", "write_closed", "exact")
+# The notice on the pose of each mode, which the table gives.
+MODE_NOTICE = "mode_of_motion"
 
 
 def add_report(verbs: Verbs) -> None:
@@ -158,9 +160,13 @@ def _modes_outcome(error: MeetingModesError, arguments: argparse.Namespace) -> O
         for notice in _missing_certainty(each.space, arguments)
     ]  # fmt: skip
     sure = answers.sure and not missing
+    warnings = dict.fromkeys(
+        notice for each in answers.modes if each.space is not None
+        for notice in each.space.warnings if notice.code != MODE_NOTICE
+    )  # fmt: skip
     return Outcome(
         DONE if sure else UNDECIDED, answers.to_dict, lambda: modes_text(answers),
-        notices=missing,
+        notices=(*warnings, *missing),
     )  # fmt: skip
 
 

@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 # Longest and first step along a curve (radians, characteristic lengths), the shortest, and the
 # most of them.
 LONGEST, FIRST, SHORTEST, MAX_STEPS = 0.12, 0.03, 1e-5, 3000
+# Most steps times the square of the number of joints, with which the cost of a step grows.
+MAX_WORK = 600_000
 # Joint positions, in characteristic lengths, at which a curve is followed no further.
 FAR = 30.0
 # Smallest singular value, relative to the largest, next to which a singular pose is looked for;
@@ -129,7 +131,7 @@ def _follow(
     pose, step = start, FIRST
     poses = [start]
     length = 0.0
-    for _ in range(MAX_STEPS):
+    for _ in range(min(MAX_STEPS, MAX_WORK // len(start.q) ** 2)):
         there = follow_sheet(chain, pose, step * pose.T[:, 0])
         if there is None or np.linalg.norm(there.q - pose.q) > 1.5 * step:
             step *= 0.43  # no simple part: a pose that hits a node is avoided at the next try

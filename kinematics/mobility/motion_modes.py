@@ -117,7 +117,11 @@ def find_modes(chain: Chain, N: Array, distance: float) -> tuple[Mode, ...]:
     first = (
         distinct_vectors(poses, lambda some, q: _are_same(some, q, distance)) if poses else []
     )
-    sheets = _regular_poses(chain, [poses[k] for k in first], distance)
+    all_poses = [sheet_at(chain, poses[k]) for k in first]
+    sheets = [pose for pose in all_poses if _is_regular(chain, pose, distance)]
+    if all_poses and not sheets:
+        # Shaky everywhere: what the modes are does not show in the first-order freedoms.
+        return (Mode(max(pose.T.shape[1] for pose in all_poses), tuple(all_poses)),)
     modes: list[Mode] = []
     for mobility in sorted({pose.T.shape[1] for pose in sheets}):
         alike = [pose for pose in sheets if pose.T.shape[1] == mobility]
@@ -220,19 +224,11 @@ def _are_same(some: Array, q: Array, distance: float) -> NDArray[np.bool_]:
     )
 
 
-def _regular_poses(chain: Chain, poses: Sequence[Array], distance: float) -> list[SheetPose]:
-    """Select the poses whose first-order freedoms are all tangents of closed poses.
-
-    Where no pose is regular, the linkage is shaky everywhere: all are selected.
-    """
-    sheets = [sheet_at(chain, q) for q in poses]
-    regular = []
-    for pose in sheets:
-        generic = pose.T @ np.random.default_rng(1).standard_normal(pose.T.shape[1])
-        step = 0.1 * distance * generic / max(float(np.linalg.norm(generic)), 1e-300)
-        if all(_goes_on(chain, pose, sign * step) for sign in (1.0, -1.0)):
-            regular.append(pose)
-    return regular or sheets
+def _is_regular(chain: Chain, pose: SheetPose, distance: float) -> bool:
+    """Decide whether all first-order freedoms of a pose are tangents of closed poses."""
+    generic = pose.T @ np.random.default_rng(1).standard_normal(pose.T.shape[1])
+    step = 0.1 * distance * generic / max(float(np.linalg.norm(generic)), 1e-300)
+    return all(_goes_on(chain, pose, sign * step) for sign in (1.0, -1.0))
 
 
 def _goes_on(chain: Chain, pose: SheetPose, step: Array) -> bool:

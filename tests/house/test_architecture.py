@@ -44,7 +44,7 @@ balance.search balance.interpretation
 balance.certification
 balance.decoupled
 balance.designs balance.verification balance.taylor_poses
-balance.added_masses balance.dynamic_equivalence balance.floating_base
+balance.added_masses balance.dynamic_equivalence balance.floating_base balance.modes
 balance.instantaneous
 balance.partial_balance
 balance.sweeps balance.discovery

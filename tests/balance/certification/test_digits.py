@@ -73,7 +73,7 @@ def test_a_motion_between_axes_of_irrational_ratio_is_exact(capsys):
 def test_axes_tilted_by_little_are_not_mended_where_the_loop_is_regular(
     digits, angles, tmp_path
 ):
-    """A loop of four axes tilted by 10^-digits and a ball: 7 - 6, and the slide it stands on."""
+    """A loop of four tilted axes and a ball, 7 - 6, and the slide that it stands on."""
     text = (FOLDER / "mended_regular_1497.urdf").read_text("utf-8")
     path = tmp_path / "tilted.urdf"
     path.write_text(text.replace("0.0000000000", "0." + "0" * digits), encoding="utf-8")

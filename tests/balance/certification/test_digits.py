@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import kinematics
 from balance.cli.main import main
 
 FOLDER = Path(__file__).parents[2] / "data" / "digits"
@@ -65,3 +66,27 @@ def test_a_motion_between_axes_of_irrational_ratio_is_exact(capsys):
     _, found = report("two_yokes_1mm_irrational_relation", capsys, *words)
     assert [order["rank"] for order in found["orders"]] == [11, 15, 16, 19]
     assert (found["serial"], found["parallel"], found["idle"]) == (20, 1, [])
+
+
+@pytest.mark.parametrize("angles", ["nominal", "as_written"])
+@pytest.mark.parametrize("digits", [7, 8, 9, 10])
+def test_axes_tilted_by_little_are_not_mended_where_the_loop_is_regular(
+    digits, angles, tmp_path
+):
+    """A loop of four tilted axes and a ball, 7 - 6, and the slide that it stands on."""
+    text = (FOLDER / "mended_regular_1497.urdf").read_text("utf-8")
+    path = tmp_path / "tilted.urdf"
+    path.write_text(text.replace("0.0000000000", "0." + "0" * digits), encoding="utf-8")
+    linkage = kinematics.load(path, angles=angles)
+    assert linkage.mobility == 2
+    codes = [notice.code for notice in linkage.notices]
+    assert "nearly_special" in codes and "closes_to_rounding" not in codes
+
+
+def test_limits_of_one_position_are_told(tmp_path):
+    text = (FOLDER / "four_yokes.urdf").read_text("utf-8")
+    path = tmp_path / "limited.urdf"
+    path.write_text(text.replace('lower="-10" upper="10"', 'lower="0" upper="0.0"', 1))
+    (notice,) = (n for n in kinematics.load(path).notices if n.code == "oddities")
+    assert "joint 'y0' has limits of one position" in notice.message
+    assert 'type="fixed"' in notice.message

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 import numpy as np
 
-import kinematics.warmup
 from balance.certification.certify_space import certify
 from balance.instantaneous.workspace_map import momentum_map
 from balance.interpretation.explain import explain
@@ -24,6 +23,7 @@ from balance.verification.trajectory import random_motions
 from kinematics.errors import LinkageError
 from kinematics.model.linkage import Linkage
 from kinematics.taylor.taylor_motion import taylor_motion
+from kinematics.warmup import smallest_linkages, warm_up_many_poses, warm_up_single_poses
 
 __all__ = ["warm_up_balance", "warm_up_single"]
 
@@ -38,20 +38,22 @@ def warm_up_balance() -> Iterator[None]:
     The kernels of the first answer come first, those of many poses and geometries last. Yields
     after each stage.
     """
-    yield from warm_up_single()
-    yield from _run_stages(_map_momentum, _find_spaces_of_many)
-    yield from kinematics.warmup.warm_up_many_poses()
-
-
-def warm_up_single() -> Iterator[None]:
-    """Run what is done with a linkage in one pose and geometry; yields after each stage."""
-    yield from _run_stages(_find_space, _move, _predict, _find_other_spaces)
-    yield from kinematics.warmup.warm_up_kinematics()
-
-
-def _run_stages(*stages: Callable[[Linkage], None]) -> Iterator[None]:
-    linkages = kinematics.warmup.smallest_linkages()
+    linkages = smallest_linkages()
     yield
+    yield from warm_up_single(linkages)
+    yield from _run_stages(linkages, _map_momentum, _find_spaces_of_many)
+    yield from warm_up_many_poses(linkages)
+
+
+def warm_up_single(linkages: Sequence[Linkage]) -> Iterator[None]:
+    """Run what is done with linkages in one pose and geometry; yields after each stage."""
+    yield from _run_stages(linkages, _find_space, _move, _predict, _find_other_spaces)
+    yield from warm_up_single_poses(linkages)
+
+
+def _run_stages(
+    linkages: Sequence[Linkage], *stages: Callable[[Linkage], None]
+) -> Iterator[None]:
     for work in stages:
         for linkage in linkages:
             with suppress(LinkageError):

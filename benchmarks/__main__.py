@@ -36,7 +36,7 @@ def main(argv: list[str] | None = None) -> int:
     if options.check:
         names = sorted({name.split(":")[0] for name in known})
     run = Run(5 if options.quick else 31, Markdown() if options.markdown else Text())
-    for name in _named(options.names) or names:
+    for name in _select_claims(options.names) or names:
         run.module(name)
     if options.check:
         # Regressions are measured again and the better ratio is kept, to tolerate load from
@@ -70,8 +70,8 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
     return parser.parse_args(argv)
 
 
-def _named(words: list[str]) -> list[str]:
-    """The claims with these names, or else with these words in their names."""
+def _select_claims(words: list[str]) -> list[str]:
+    """Select the claims with these names, or else with these words in their names."""
     parts = {word: [name for name in CLAIMS if word in name] for word in words}
     return [
         name for word in words for name in ([word] if word in CLAIMS else parts[word] or [word])

@@ -6,7 +6,7 @@ of arrays, and these depend on the kind of linkage alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 
 from kinematics.assembly.tool_frame import tool
@@ -16,14 +16,27 @@ from kinematics.model_gallery import gallery, load
 from kinematics.taylor.many_poses import taylor_motion_many
 from kinematics.taylor.taylor_motion import taylor_motion
 
-__all__ = ["smallest_linkages", "warm_up_kinematics", "warm_up_many_poses"]
+__all__ = [
+    "smallest_linkages",
+    "warm_up_kinematics",
+    "warm_up_many_poses",
+    "warm_up_single_poses",
+]
 
 ORDER = 2
 
 
 def warm_up_kinematics() -> Iterator[None]:
+    """Run all kernels once, on the smallest linkages; yields after each stage."""
+    linkages = smallest_linkages()
+    yield
+    yield from warm_up_single_poses(linkages)
+    yield from warm_up_many_poses(linkages)
+
+
+def warm_up_single_poses(linkages: Sequence[Linkage]) -> Iterator[None]:
     """Run the kernels of single poses: expand motions of linkages and of a tool."""
-    for linkage in smallest_linkages():
+    for linkage in linkages:
         taylor_motion(linkage, ORDER)
         yield
         for body, direction in product(linkage.bodies, "xyz"):
@@ -35,9 +48,9 @@ def warm_up_kinematics() -> Iterator[None]:
         yield
 
 
-def warm_up_many_poses() -> Iterator[None]:
-    """Run the kernels that expand motions at many poses, of the smallest linkages."""
-    for linkage in smallest_linkages():
+def warm_up_many_poses(linkages: Sequence[Linkage]) -> Iterator[None]:
+    """Run the kernels that expand motions of linkages at many poses."""
+    for linkage in linkages:
         taylor_motion_many(linkage, [[0.0] * len(linkage.joints)], ORDER)
         yield
 

@@ -20,7 +20,7 @@ __all__ = [
     "number_text",
     "repr_lines",
     "size_text",
-    "ten_digits",
+    "round_to_ten_digits",
     "vector_text",
 ]
 
@@ -78,7 +78,7 @@ def size_text(
     return f"{size:{form}}"
 
 
-def ten_digits(value: float) -> float:
+def round_to_ten_digits(value: float) -> float:
     """Round a computed number to ten significant digits, the last of which still hold.
 
     Rounded once more to those of a format, halves such as 0.12345 are written alike whether
@@ -92,7 +92,7 @@ def number_text(
 ) -> str:
     """Write a computed number so that its last bits do not decide a digit: ``0.125``, ``0``.
 
-    See `ten_digits`.
+    See `round_to_ten_digits`.
 
     Args:
         value: the number.
@@ -100,7 +100,7 @@ def number_text(
         scale: a size in the unit of the number.
         floor: part of the scale up to which a number is round-off, and written as 0.
     """
-    return f"{0.0 if abs(value) <= floor * scale else ten_digits(value):{form}}"
+    return f"{0.0 if abs(value) <= floor * scale else round_to_ten_digits(value):{form}}"
 
 
 def count_noun(number: int, noun: str) -> str:

@@ -37,7 +37,8 @@ if folder is not None:
                 kinematics.compile()
             else:
                 from balance.warmup import warm_up_single
-                for _ in warm_up_single():
+                from kinematics.warmup import smallest_linkages
+                for _ in warm_up_single(smallest_linkages()):
                     pass
 """
 PERTURB = """
@@ -60,7 +61,7 @@ CASES = 6
 
 
 def pytest_addoption(parser):
-    """The switches of the suite: all of it, and another rounding."""
+    """Add the switches of the suite: all of it, and another rounding."""
     text = "also run the tests and the cases of tables that the default run leaves out"
     parser.addoption("--everything", action="store_true", help=text)
     text = "change results of floating-point functions and kernels in their last bits at random"
@@ -118,7 +119,7 @@ def pytest_unconfigure(config):
 
 @cache
 def wait_for_kernels():
-    """Wait until the process that compiles all kernels has ended."""
+    """Wait until the process that compiles kernels has ended."""
     from filelock import FileLock
 
     from kinematics.compiled.cache_contents import cache_folder
@@ -139,13 +140,13 @@ def pytest_collection_modifyitems(config, items):
     """Files that need no kernels come first, and the default run takes a part of the tests."""
     place = {f"test_{name}": k for k, name in enumerate(PLAIN)}
     items.sort(key=lambda item: place.get(item.path.stem, len(PLAIN)))
-    if not (config.getoption("everything") or names_files(config)):
-        rest = left_out(items)
+    if takes_a_part(config):
+        rest = select_left_out(items)
         config.hook.pytest_deselected(items=[item for item in items if item in rest])
         items[:] = [item for item in items if item not in rest]
 
 
-def left_out(items):
+def select_left_out(items):
     """Find the tests that only `--everything` runs: marked ones, and most cases of tables.
 
     A table keeps its first case, and others by the hash of their names, so that no type of
@@ -165,9 +166,15 @@ def left_out(items):
 
 def pytest_terminal_summary(terminalreporter, config):
     """Say what the default run left out."""
-    if not (config.getoption("everything") or names_files(config)):
-        terminalreporter.write_line(f"left out: tests that {', '.join(LEFT_OUT.values())};")
-        terminalreporter.write_line("python -m pytest --everything runs them too")
+    if takes_a_part(config):
+        reasons = "; ".join(LEFT_OUT.values())
+        terminalreporter.write_line(f"The default run leaves out tests that {reasons}.")
+        terminalreporter.write_line("`python -m pytest --everything` runs them too.")
+
+
+def takes_a_part(config):
+    """Whether the run is the default one, which takes a part of the tests."""
+    return not (config.getoption("everything") or names_files(config))
 
 
 def names_files(config):

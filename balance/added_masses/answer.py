@@ -14,7 +14,7 @@ from balance.added_masses.program import AddedObjective
 from balance.added_masses.regions import Region
 from balance.designs.feasibility import Verdict
 from balance.spaces.design_space import DesignSpace
-from kinematics.wording import html_facts, repr_lines, ten_digits
+from kinematics.wording import html_facts, number_text, repr_lines
 
 __all__ = ["COUNTERWEIGHTS_SCHEMA", "Counterweights", "Relaxation"]
 
@@ -44,11 +44,11 @@ class Relaxation:
         if self.factor is None:
             return (
                 f"adding matter to '{self.link}' too would do "
-                f"({ten_digits(self.mass):.4g} kg in all)"
+                f"({number_text(self.mass)} kg in all)"
             )
         return (
-            f"a region of '{self.link}' {ten_digits(self.factor):.4g} times as large would do "
-            f"({ten_digits(self.mass):.4g} kg in all)"
+            f"a region of '{self.link}' {number_text(self.factor)} times as large would do "
+            f"({number_text(self.mass)} kg in all)"
         )
 
 

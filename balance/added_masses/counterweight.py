@@ -13,7 +13,7 @@ from balance.added_masses.regions import Region
 from balance.inertial_parameters.conversions import mass_properties
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import from_pseudo_inertia
-from kinematics.wording import count_noun, ten_digits, vector_text
+from kinematics.wording import count_noun, number_text, vector_text
 
 __all__ = ["DENSITIES", "MOST_LUMPS", "Counterweight", "Lump", "counterweight_of"]
 
@@ -71,8 +71,7 @@ class Counterweight:
         what = "one body" if not self.lumps else count_noun(len(self.lumps), "lump")
         where = vector_text(self.com)
         return (
-            f"{self.link}: {ten_digits(self.mass):.4g} kg at {where} m in its link "
-            f"frame, {what}"
+            f"{self.link}: {number_text(self.mass)} kg at {where} m in its link frame, {what}"
         )
 
     def to_dict(self) -> dict[str, object]:

@@ -38,7 +38,7 @@ from balance.tolerances import (
 from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import from_pseudo_inertia
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["balance_residual", "decide"]
 
@@ -63,7 +63,7 @@ def decide(
     )  # fmt: skip
     program = build_added_program(space, regions, minimise)
     if space.as_given.balanced:
-        return _nothing_added(blank, program)
+        return _keep_given_masses(blank, program)
     if _left_over(program):
         return _proved(blank, regions, program.left)
     solution = solve_added(program)
@@ -77,7 +77,7 @@ def decide(
     return _balanced(blank, program, solution)
 
 
-def _nothing_added(blank: Counterweights, program: AddedProgram) -> Counterweights:
+def _keep_given_masses(blank: Counterweights, program: AddedProgram) -> Counterweights:
     """Return the verdict on masses that are balanced as they stand in the file."""
     space = program.space
     if not space.sure:
@@ -148,8 +148,8 @@ def _balanced(
     return replace(
         blank, verdict="feasible", value=value, z=freeze(z), residual=residual,
         weights=weights, gap=max(0.0, priced - bound) / priced if priced > 0.0 else 0.0,
-        words=f"feasible: {ten_digits(total):.4g} kg added to "
-              f"{ten_digits(blank.given_mass):.4g} kg balance it",
+        words=f"feasible: {number_text(total)} kg added to "
+              f"{number_text(blank.given_mass)} kg balance it",
     )  # fmt: skip
 
 

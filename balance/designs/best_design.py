@@ -25,7 +25,7 @@ from balance.inertial_parameters.conversions import LABELS
 from balance.spaces.compute_space import design_space
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import KEPT_BODY_RESIDUAL
-from kinematics.wording import html_facts, repr_lines, ten_digits
+from kinematics.wording import html_facts, number_text, repr_lines
 
 __all__ = ["DESIGN_SCHEMA", "Design", "Objective", "design"]
 
@@ -103,12 +103,12 @@ class Design:
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the mass of each body."""
-        bodies = (f"{body.name} {ten_digits(body.mass):.4g} kg" for body in self.bodies)
+        bodies = (f"{body.name} {number_text(body.mass)} kg" for body in self.bodies)
         return repr_lines(f"Design for {self.space.linkage.name}", self.words, *bodies)
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
-        bodies = ((body.name, f"{ten_digits(body.mass):.4g} kg") for body in self.bodies)
+        bodies = ((body.name, f"{number_text(body.mass)} kg") for body in self.bodies)
         title = f"Design for {self.space.linkage.name}"
         return html_facts(title, ("verdict", self.words), *bodies)
 

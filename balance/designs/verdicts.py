@@ -10,7 +10,7 @@ from balance.designs.mass_regions import reach_of
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CERTIFICATE_ENTRY_RELATIVE, MASSES_EQUAL
 from kinematics.linalg.ties import first_largest
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = [
     "TOO_NARROW",
@@ -90,6 +90,6 @@ def describe_furthest(space: DesignSpace, P: Array, constraints: Constraints) ->
     ball, name, length = constraints.balls[b], space.bodies[b], space.chain.frame.length
     away = float(np.linalg.norm(P[b][:-1, -1] / P[b][-1, -1] - ball.centre))
     if away > ball.radius:
-        return f"centre of mass of {name} {ten_digits(away * length):.2g} m away"
+        return f"centre of mass of {name} {number_text(away * length, '.2g')} m away"
     spread = reach_of(ball, P[b]) * ball.radius * length
-    return f"mass of {name} {ten_digits(spread):.2g} m away (root mean square)"
+    return f"mass of {name} {number_text(spread, '.2g')} m away (root mean square)"

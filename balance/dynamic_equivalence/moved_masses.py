@@ -11,7 +11,7 @@ from balance.inertial_parameters.conversions import to_chain
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import MASS_LEFT_RELATIVE
 from kinematics.model.arrays import freeze
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["LeftMass", "MovedMass", "empty_bodies", "given_in_plane", "masses_by_joint"]
 
@@ -35,7 +35,7 @@ class MovedMass(NamedTuple):
     def gains_text(self) -> str:
         """The masses in one line."""
         return ", ".join(
-            f"{name} {ten_digits(mass):+.6g} kg" for name, mass in self.gains.items()
+            f"{name} {number_text(mass, '+.6g')} kg" for name, mass in self.gains.items()
         )
 
     @property
@@ -69,7 +69,7 @@ class LeftMass(NamedTuple):
     @property
     def words(self) -> str:
         """The mass and the reason in one line."""
-        return f"{self.body}: {ten_digits(self.mass):.6g} kg stays: {self.reason}"
+        return f"{self.body}: {number_text(self.mass, '.6g')} kg stays: {self.reason}"
 
     def to_dict(self) -> dict[str, object]:
         """Convert to plain data, ready for JSON."""
@@ -190,7 +190,7 @@ def _reason(space: DesignSpace, T: Array, z: Array) -> str:
         where = "from its revolute joint"
     if np.abs(slid).max(initial=0.0) > MASS_LEFT_RELATIVE:
         where += ", across the slide"
-    return f"its centre of mass is {ten_digits(distance):.4g} m {where}{slides}"
+    return f"its centre of mass is {number_text(distance)} m {where}{slides}"
 
 
 def _at_slide(space: DesignSpace, T: Array) -> bool:

@@ -33,7 +33,7 @@ from balance.spaces.design_space import DesignSpace
 from balance.tolerances import FRACTION_ROUND_OFF, PURE_INERTIA_CONDITION
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
-from kinematics.wording import repr_lines, ten_digits
+from kinematics.wording import number_text, repr_lines
 
 __all__ = ["PureInertia", "inertia_conditions", "pure_inertia"]
 
@@ -97,7 +97,7 @@ class PureInertia:
         """The pure inertias in one line."""
         stay = {item.body for item in self.left}
         return ", ".join(
-            f"{name} {ten_digits(value):.6g} kg m²"
+            f"{name} {number_text(value, '.6g')} kg m²"
             for name, value in zip(self.space.bodies, self.inertias, strict=True)
             if name not in stay
         )
@@ -210,7 +210,7 @@ def _equation(row: Array, symbol: str, bodies: Sequence[str]) -> str:
     sides: list[list[str]] = [[], []]
     for c, name in zip(row.tolist(), bodies, strict=True):
         if c:
-            factor = "" if abs(c) == 1.0 else f"{ten_digits(abs(c)):.6g} "
+            factor = "" if abs(c) == 1.0 else f"{number_text(abs(c), '.6g')} "
             sides[c < 0].append(f"{factor}{symbol}({name})")
     left, right = (" + ".join(side) or "0" for side in sides)
     return f"{left} = {right}"

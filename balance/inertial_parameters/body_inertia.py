@@ -19,7 +19,7 @@ from kinematics.errors import BodyError
 from kinematics.model.arrays import freeze
 from kinematics.model.plane import plane_axes
 from kinematics.spatial.inertia import displace_parameters
-from kinematics.wording import ten_digits, vector_text
+from kinematics.wording import number_text, vector_text
 
 __all__ = ["BodyInertia", "body_inertias", "in_link_frames", "inertial_element"]
 
@@ -88,7 +88,7 @@ class BodyInertia:
             return f"BodyInertia of {self.name}: no mass"
         com = vector_text(self.link_com) if self.link_com is not None else "none"
         return (
-            f"BodyInertia of {self.name}: {ten_digits(self.mass):.4g} kg at {com} m in "
+            f"BodyInertia of {self.name}: {number_text(self.mass)} kg at {com} m in "
             "its link frame"
         )
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from balance.tolerances import ROD_DYADS_SINGULAR
 from kinematics.model.arrays import freeze
 from kinematics.spatial.inertia import pseudo_inertia
-from kinematics.wording import ten_digits, vector_text
+from kinematics.wording import number_text, vector_text
 
 __all__ = [
     "NOUNS",
@@ -106,7 +106,7 @@ class Primitive(NamedTuple):
         """One line: value, kind, body, place."""
         where = "" if self.point is None else f" at {vector_text(self.point)} m"
         along = "" if self.direction is None else f" along {vector_text(self.direction)}"
-        value = f"{ten_digits(self.value):+.4g} {UNITS[self.kind]}"
+        value = f"{number_text(self.value, '+.4g')} {UNITS[self.kind]}"
         return f"Primitive: {value} {NOUNS[self.kind]} on {self.body}{where}{along}"
 
     def parameters(self) -> Array:

@@ -39,7 +39,7 @@ from kinematics.spatial.inertia import (
     parameters,
 )
 from kinematics.spatial.screws import twist_axis, wrench_axis
-from kinematics.wording import repr_lines, ten_digits
+from kinematics.wording import number_text, repr_lines
 
 __all__ = ["BalancingFamily", "balancing_family", "planar_balancing_body"]
 
@@ -93,21 +93,21 @@ class BalancingFamily:
             verb = "does" if len(self.unmet) == 1 else "do"
             return f"{' and '.join(self.unmet)} {verb} not hold"
         if self.mass is not None and not self.mass > 0.0:
-            return f"the mass would be {ten_digits(self.mass):.3g} kg"
+            return f"the mass would be {number_text(self.mass, '.3g')} kg"
         if not np.isfinite(self.least_mass):
             return "the moment of inertia about the axis would not be above 0"
         if self.mass is not None and not self.mass > self.least_mass:
             return (
-                f"the mass is {ten_digits(self.mass):.3g} kg and must be above "
-                f"{ten_digits(self.least_mass):.3g} kg"
+                f"the mass is {number_text(self.mass, '.3g')} kg and must be above "
+                f"{number_text(self.least_mass, '.3g')} kg"
             )
         return ""
 
     def __repr__(self) -> str:
         """Two lines: pitches and freedom, and the mass."""
         freedom = "empty" if self.unmet else f"{self.basis.shape[1]} free parameters"
-        mass = f"mass {ten_digits(self.mass):.4g} kg" if self.mass is not None else (
-            f"mass above {ten_digits(self.least_mass):.4g} kg"
+        mass = f"mass {number_text(self.mass)} kg" if self.mass is not None else (
+            f"mass above {number_text(self.least_mass)} kg"
         )  # fmt: skip
         return repr_lines(
             f"BalancingFamily: twist of {self.twist_pitch} pitch, momentum of "

@@ -120,7 +120,7 @@ class SparseSearch(NamedTuple):
 
         A = np.vstack([self.conditions, w @ self.shadow])
         b = np.append(np.zeros(len(self.conditions)), 1.0)
-        cost = np.tile(self.cost * _preferences(self.cost.size), 2)
+        cost = np.tile(self.cost * _distinct_cost_factors(self.cost.size), 2)
         solved = linprog(cost, A_eq=np.hstack([A, -A]), b_eq=b, method="highs-ds")
         if solved.x is None:
             return None
@@ -141,7 +141,7 @@ class SparseSearch(NamedTuple):
         return bool(outside <= SOLUTION_OUTSIDE * np.linalg.norm(self.shadow @ x))
 
 
-def _preferences(count: int) -> Array:
+def _distinct_cost_factors(count: int) -> Array:
     """Compute factors of costs (count,) that rise a little, so that no two sums are equal.
 
     The multiples of the golden ratio, modulo 1, make sums of steps differ as well.

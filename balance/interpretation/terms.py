@@ -26,7 +26,7 @@ from balance.interpretation.named_points import (
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import FRACTION_IN_TEXT, GEOMETRY_EQUAL, TERMS_RANK
 from kinematics.model.arrays import Frame
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["Term", "describe_terms", "round_to_fraction", "term_vectors", "candidate_terms"]
 
@@ -217,4 +217,4 @@ def _number(value: float) -> str:
     fraction = Fraction(value).limit_denominator(12)
     if fraction and abs(float(fraction) - value) <= FRACTION_IN_TEXT:
         return f"{'-' if value < 0 else '+'}{abs(fraction)}"
-    return f"{ten_digits(value):+.6g}"
+    return number_text(value, "+.6g")

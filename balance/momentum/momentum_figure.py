@@ -21,7 +21,7 @@ from kinematics.errors import PackageError
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import Motion
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -115,7 +115,7 @@ def _draw(axes: Axes, lines: Sequence[ScrewLine], pivots: Array, axes_of: Array)
         label = (
             line.body
             if line.pitch == 0.0
-            else f"{line.body}, pitch {ten_digits(line.pitch):.3g} m"
+            else f"{line.body}, pitch {number_text(line.pitch, '.3g')} m"
         )
         axes.plot(*(ends @ axes_of.T).T, color=colour, linewidth=1, label=label)
         step = line.direction * size * line.magnitude / (3.0 * largest)

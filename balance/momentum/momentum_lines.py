@@ -27,7 +27,7 @@ from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
 from kinematics.spatial.screws import wrench_axis
-from kinematics.wording import ten_digits, vector_text
+from kinematics.wording import number_text, vector_text
 
 __all__ = [
     "Meeting",
@@ -64,7 +64,7 @@ class ScrewLine(NamedTuple):
         if not self.direction.any():
             return f"ScrewLine of {self.body}: at rest"
         where = f"through {vector_text(self.point)} m along {vector_text(self.direction)}"
-        return f"ScrewLine of {self.body}: {where}, pitch {ten_digits(self.pitch):.4g} m"
+        return f"ScrewLine of {self.body}: {where}, pitch {number_text(self.pitch)} m"
 
 
 class Meeting(NamedTuple):
@@ -81,7 +81,8 @@ class Meeting(NamedTuple):
     def __repr__(self) -> str:
         """One line: the point, and how far lines miss it."""
         return (
-            f"Meeting at {vector_text(self.point)} m, missed by {ten_digits(self.miss):.2g} m"
+            f"Meeting at {vector_text(self.point)} m, missed by "
+            f"{number_text(self.miss, '.2g')} m"
         )
 
 

@@ -28,7 +28,7 @@ from balance.verification.trajectory import Trajectory
 from kinematics.errors import UsageError
 from kinematics.model.arrays import freeze
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 __all__ = ["pareto", "partial", "single"]
 
@@ -228,14 +228,12 @@ def _result(
         verdict: Literal["optimal", "undecided"] = "optimal"
     elif gap <= SHAKING_GAP_PROVED:
         text = (
-            f"optimal: {ten_digits(mass):.4g} kg leave {what}, and nothing in the "
+            f"optimal: {number_text(mass)} kg leave {what}, and nothing in the "
             "regions does better"
         )
         verdict = "optimal"
     else:
-        text = (
-            f"undecided: {ten_digits(mass):.4g} kg leave {what}; {gap:.1e} of it may be saved"
-        )
+        text = f"undecided: {number_text(mass)} kg leave {what}; {gap:.1e} of it may be saved"
         verdict = "undecided"
     z = freeze(problem.matter.parameters(best.s))
     return PartialBalance(

@@ -16,7 +16,7 @@ from balance.partial_balance.elastic_frame import ElasticFrame
 from balance.partial_balance.shaking_problem import ShakingFigures
 from balance.spaces.design_space import DesignSpace
 from kinematics.model.linkage import Notice
-from kinematics.wording import html_facts, repr_lines, ten_digits
+from kinematics.wording import html_facts, number_text, repr_lines
 
 __all__ = ["PARTIAL_SCHEMA", "ParetoFront", "PartialBalance"]
 
@@ -78,12 +78,12 @@ class PartialBalance:
 
     def __repr__(self) -> str:
         """Up to six lines: the verdict, and the matter of each link."""
-        parts = (f"{one.link} +{ten_digits(one.mass):.4g} kg" for one in self.weights)
+        parts = (f"{one.link} +{number_text(one.mass)} kg" for one in self.weights)
         return repr_lines(f"PartialBalance of {self.space.linkage.name}", self.words, *parts)
 
     def _repr_html_(self) -> str:
         """Table of the same facts, for notebooks."""
-        parts = ((one.link, f"+{ten_digits(one.mass):.4g} kg") for one in self.weights)
+        parts = ((one.link, f"+{number_text(one.mass)} kg") for one in self.weights)
         title = f"PartialBalance of {self.space.linkage.name}"
         return html_facts(title, ("verdict", self.words), *parts)
 
@@ -140,7 +140,7 @@ class ParetoFront:
     def __repr__(self) -> str:
         """Up to six lines: mass and relative objective of the first designs."""
         parts = (
-            f"+{ten_digits(one.mass):.4g} kg: {ten_digits(one.share):.4g} of the "
+            f"+{number_text(one.mass)} kg: {number_text(one.share)} of the "
             f"{self.objective} in the file"
             for one in self.designs if one.found is not None
         )  # fmt: skip

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from balance.motion_tolerances import CONE_DOUBLE_ROOT, CONE_RESIDUAL, MOMENTUM_NULL
 from balance.reactionless_paths.rest_equations import RestEquations, RowsAtPose
 from kinematics.linalg.gauss_newton import Iterate, LeastNorm, gauss_newton
-from kinematics.linalg.ties import first_basis, first_largest, round_clear
+from kinematics.linalg.ties import first_basis, first_largest, round_decimals
 from kinematics.linalg.vectors import distinct_vectors
 
 __all__ = ["Tangents", "leading_directions", "null_basis", "tangent_directions"]
@@ -156,7 +156,7 @@ def _arrange_lines(lines: Array) -> Array:
     """Sort lines (count, w) by their components; the largest of each becomes positive."""
     signed = np.array([v * np.sign(v[first_largest(np.abs(v))]) for v in lines])
     order = sorted(
-        range(len(lines)), key=lambda k: tuple(-round_clear(signed[k], LINE_DECIMALS))
+        range(len(lines)), key=lambda k: tuple(-round_decimals(signed[k], LINE_DECIMALS))
     )
     return signed[order].reshape(lines.shape)
 

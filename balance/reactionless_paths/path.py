@@ -18,7 +18,7 @@ from kinematics.closure.newton import forward_kinematics
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 __all__ = ["ReactionlessPath", "path_table", "sample_path", "timed_path"]
 
@@ -66,8 +66,8 @@ class ReactionlessPath:
         """One line: its extent, and the largest momentum."""
         return (
             f"ReactionlessPath through pose {self.start + 1}: s from "
-            f"{ten_digits(self.s[0]):.4g} to "
-            f"{ten_digits(self.s[-1]):.4g}, momentum {self.residual_text} of the bodies' own"
+            f"{number_text(self.s[0])} to "
+            f"{number_text(self.s[-1])}, momentum {self.residual_text} of the bodies' own"
         )
 
     @property

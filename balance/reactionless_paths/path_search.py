@@ -22,7 +22,7 @@ from kinematics.errors import PoseError, UsageError
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["find_paths"]
 
@@ -151,7 +151,7 @@ def _start(equations: RestEquations, u: Array) -> RowsAtPose:
     here = equations.at(equations.close(q))
     if here.conditioning < PATH_CONDITIONING:
         where = ", ".join(
-            f"{name}={ten_digits(value):.4g}"
+            f"{name}={number_text(value)}"
             for name, value in zip(linkage.inputs, u, strict=True)
         )
         raise PoseError(

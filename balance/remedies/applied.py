@@ -10,7 +10,7 @@ import numpy as np
 
 from balance.remedies.catalogue import CATALOGUE
 from balance.remedies.request import RemedyRequest
-from kinematics.wording import repr_lines, ten_digits
+from kinematics.wording import number_text, repr_lines
 
 __all__ = ["AppliedRemedy", "RemedyVerdict", "inertia_ratio", "refused", "with_cost"]
 
@@ -71,8 +71,8 @@ class AppliedRemedy:
         if self.added_mass is None or self.inertia_ratio is None:
             return repr_lines(head, f"{self.verdict}: {self.reason}")
         costs = (
-            f"{ten_digits(self.added_mass):.4g} kg added, input inertia × "
-            f"{ten_digits(self.inertia_ratio):.4g}"
+            f"{number_text(self.added_mass)} kg added, input inertia × "
+            f"{number_text(self.inertia_ratio)}"
         )
         return repr_lines(head, f"{self.verdict}: {costs}")
 
@@ -162,6 +162,6 @@ def with_cost(
     return replace(
         done, added_mass=added, mass_ratio=added / given, input_inertia=felt,
         inertia_ratio=inertia_ratio(request, felt),
-        reason=done.reason or f"balanced: {ten_digits(added):.4g} kg added to "
-                              f"{ten_digits(given):.4g} kg",
+        reason=done.reason or f"balanced: {number_text(added)} kg added to "
+                              f"{number_text(given)} kg",
     )  # fmt: skip

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from balance.motion_tolerances import SYNTHESIS_LINK_FLAT
 from balance.synthesis.balanced_pantograph import ELBOW, SHOULDER, BalancedPantograph
 from balance.synthesis.momentum_integral import link_reverses, link_turn, link_turn_rate
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = [
     "Defect", "MotionTable", "constrained_motion", "list_defects", "motion_csv",
@@ -114,7 +114,7 @@ def list_defects(pantograph: BalancedPantograph) -> tuple[Defect, ...]:
     if flat <= max(deltas) + SYNTHESIS_LINK_FLAT:
         at = math.degrees(flat - deltas[0])
         found.append(
-            Defect("branch", f"the parallelogram is flat {ten_digits(at):+.1f}° of δ on")
+            Defect("branch", f"the parallelogram is flat {number_text(at, '+.1f')}° of δ on")
         )
         if len({math.sin(each) > 0.0 for each in deltas}) > 1:
             found.append(

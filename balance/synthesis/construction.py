@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from balance.synthesis.positions import displacements
 from balance.synthesis.rr_chain import RRChain
 from kinematics.errors import SynthesisError
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["Construction", "construct_chain"]
 
@@ -68,7 +68,7 @@ def construct_chain(chain: RRChain, chosen: str) -> Construction:
             "choose W1 and carry it with the tool to W2",
             "draw the perpendicular bisector of W1 and W2",
             "draw L1 through W1 at π/2 - β/2 = "
-            f"{ten_digits(math.degrees(0.5 * (math.pi - beta))):.4g}° to "
+            f"{number_text(math.degrees(0.5 * (math.pi - beta)))}° to "
             "the chord",
             "they meet in G",
         ),
@@ -104,9 +104,9 @@ def _from_fixed(chain: RRChain) -> Construction:
         (
             "the perpendicular bisectors of D1 D2 and of Q1 Q2 meet in the pole P12",
             "draw V through G and P12",
-            f"turn V about P12 by φ/2 = {ten_digits(math.degrees(0.5 * phi)):.4g}° to both "
+            f"turn V about P12 by φ/2 = {number_text(math.degrees(0.5 * phi))}° to both "
             "sides: L11, L12",
-            f"turn V about G by β/2 = {ten_digits(math.degrees(0.5 * beta)):.4g}° to both "
+            f"turn V about G by β/2 = {number_text(math.degrees(0.5 * beta))}° to both "
             "sides: L21, L22",
             "L11 and L21 meet in W1, L12 and L22 in W2",
         ),

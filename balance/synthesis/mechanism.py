@@ -13,7 +13,7 @@ from balance.synthesis.construction import Construction
 from balance.synthesis.error_map import AngleErrorMap
 from balance.synthesis.positions import Position
 from balance.synthesis.three_positions import CrossingMap
-from kinematics.wording import count_noun, html_facts, repr_lines, ten_digits
+from kinematics.wording import count_noun, html_facts, number_text, repr_lines
 
 __all__ = ["SYNTHESIS_SCHEMA", "Synthesis", "SynthesizedMechanism"]
 
@@ -168,7 +168,7 @@ class Synthesis:
 
 def _point(z: complex) -> str:
     """Write a point."""
-    return f"({ten_digits(z.real):.4g}, {ten_digits(z.imag):.4g}) m"
+    return f"({number_text(z.real)}, {number_text(z.imag)}) m"
 
 
 def _contour(found: AngleErrorMap | CrossingMap | None) -> list[dict[str, float]]:

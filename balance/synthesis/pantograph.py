@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.errors import SynthesisError, UsageError
-from kinematics.wording import repr_lines, ten_digits
+from kinematics.wording import number_text, repr_lines
 
 __all__ = [
     "PantographMasses", "ReducedInertias", "decouple", "default_masses", "match_ratio",
@@ -83,10 +83,10 @@ class PantographMasses:
         """Two lines: the mass of all, and the lengths."""
         mass = self.m1 + self.m2 + self.m3 + self.m4 + self.m5 + self.m6
         return repr_lines(
-            f"PantographMasses: {ten_digits(mass):.4g} kg",
-            f"l2 {ten_digits(self.l2):.4g} m, l3 {ten_digits(self.l3):.4g} m, inertias of "
-            f"links {ten_digits(self.inertia_1):.4g} "
-            f"and {ten_digits(self.inertia_2):.4g} kg m²",
+            f"PantographMasses: {number_text(mass)} kg",
+            f"l2 {number_text(self.l2)} m, l3 {number_text(self.l3)} m, inertias of "
+            f"links {number_text(self.inertia_1)} "
+            f"and {number_text(self.inertia_2)} kg m²",
         )
 
     def check(self) -> None:

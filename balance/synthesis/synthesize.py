@@ -40,7 +40,7 @@ from balance.synthesis.rr_chain import (
 from balance.synthesis.three_positions import default_window
 from kinematics.errors import UsageError
 from kinematics.linalg.ties import rank_least_first
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["KINDS", "SynthesisRequest", "synthesize"]
 
@@ -194,8 +194,8 @@ def _changes(request: SynthesisRequest, pantograph: BalancedPantograph) -> tuple
         return ("masses in proportion to the chain: links of 1 kg, a payload of 0.1 kg",)
     given, own = asdict(request.masses), asdict(pantograph.masses)
     return tuple(
-        f"{name} changed from {ten_digits(given[name]):.6g} to {ten_digits(own[name]):.6g}, "
-        "so that C = 0, k = -J2/J1"
+        f"{name} changed from {number_text(given[name], '.6g')} to "
+        f"{number_text(own[name], '.6g')}, so that C = 0, k = -J2/J1"
         for name in own
         if own[name] != given[name]
     )
@@ -222,7 +222,7 @@ def _nonlinear(request: SynthesisRequest) -> Synthesis:
         np.linspace(0.0, HIGHEST * own or 1.0, GRID), progress=request.progress,
     )  # fmt: skip
     words = (
-        f"{line.free} pivots up to {ten_digits(max(-low, high)):.4g} m from the chord "
+        f"{line.free} pivots up to {number_text(max(-low, high))} m from the chord "
         "were searched"
     )
     return _choose(request, designs, found, words)

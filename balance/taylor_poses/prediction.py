@@ -18,7 +18,7 @@ from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import IntArray, freeze
 from kinematics.model.full_turns import unit_of_joint, wrap_turns
 from kinematics.model.linkage import Notice
-from kinematics.wording import count_noun, repr_lines, size_text, ten_digits, vector_text
+from kinematics.wording import count_noun, number_text, repr_lines, size_text, vector_text
 
 if TYPE_CHECKING:
     from kinematics.model.linkage import Linkage
@@ -155,7 +155,7 @@ def assign_inputs(motion: TaylorMotion, u: Array) -> str:
         u: displacements of its inputs (inputs,), SI units.
     """
     pairs = zip(motion.motion.inputs, u, strict=True)
-    return ", ".join(f"{name}={ten_digits(value):.6g}" for name, value in pairs)
+    return ", ".join(f"{name}={number_text(value, '.6g')}" for name, value in pairs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +184,7 @@ class Predictions:
         reached = sum(pose.corrected is not None for pose in self.poses)
         return repr_lines(
             f"Predictions for {self.linkage.name}, order {self.motion.order}, radius of "
-            f"convergence {ten_digits(self.motion.radius):.3g}",
+            f"convergence {number_text(self.motion.radius, '.3g')}",
             f"{count_noun(len(self.poses), 'pose')}, {reached} reached",
         )
 
@@ -207,7 +207,7 @@ class Predictions:
     def brief(self) -> str:
         """Summary in one line."""
         missed = sum(pose.corrected is None for pose in self.poses)
-        radius = f"radius of convergence {ten_digits(self.motion.radius):.3g}"
+        radius = f"radius of convergence {number_text(self.motion.radius, '.3g')}"
         text = f"mobility {self.linkage.mobility}, {radius}"
         return f"{text}, {missed} of {len(self.poses)} poses not reached" if missed else text
 

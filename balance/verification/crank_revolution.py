@@ -34,7 +34,7 @@ from kinematics.linalg.vectors import project_out
 from kinematics.model.arrays import freeze
 from kinematics.model.linkage import Linkage
 from kinematics.model.motion import Motion
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["Crank", "crank_limits", "revolve_crank"]
 
@@ -187,8 +187,8 @@ def _limits_text(linkage: Linkage, joint: str, rates: Array) -> str:
     """Describe how far the crank can turn either way from the reference pose."""
     low, high = map(degrees, crank_limits(linkage, joint, rates))
     return (
-        f"the crank {joint} cannot turn fully: only from {ten_digits(low):.2f}° to "
-        f"{ten_digits(high):.2f}° about the "
+        f"the crank {joint} cannot turn fully: only from {number_text(low, '.2f')}° to "
+        f"{number_text(high, '.2f')}° about the "
         "reference pose; choose a joint that can with --inputs, or give a motion by --csv"
     )
 

@@ -19,7 +19,7 @@ __all__ = [
     "first_largest",
     "first_least",
     "rank_least_first",
-    "round_clear",
+    "round_decimals",
 ]
 
 Array = NDArray[np.float64]
@@ -107,7 +107,7 @@ def first_basis(rows: Array) -> Array:
     return basis
 
 
-def round_clear(values: ArrayLike, decimals: int) -> Array:
+def round_decimals(values: ArrayLike, decimals: int) -> Array:
     """Round numbers to decimals; halves, up to round-off, are rounded alike.
 
     Args:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.linalg.skyline_qr import envelope_table
-from kinematics.wording import count_noun, ten_digits, vector_text
+from kinematics.wording import count_noun, number_text, vector_text
 
 __all__ = ["Chain", "Frame", "IntArray", "Structure", "freeze", "read_only"]
 
@@ -58,8 +58,7 @@ class Frame:
     def __repr__(self) -> str:
         """Give one line: origin and length."""
         return (
-            f"Frame: origin {vector_text(self.origin)} m, length "
-            f"{ten_digits(self.length):.4g} m"
+            f"Frame: origin {vector_text(self.origin)} m, length {number_text(self.length)} m"
         )
 
 

@@ -20,8 +20,8 @@ from kinematics.wording import (
     count_noun,
     first_names,
     html_facts,
+    number_text,
     repr_lines,
-    ten_digits,
     vector_text,
 )
 
@@ -110,7 +110,7 @@ class Body:
 
     def __repr__(self) -> str:
         """Give one line: mass and link."""
-        return f"Body {self.name}: {ten_digits(self.inertia[0]):.4g} kg, on link {self.link}"
+        return f"Body {self.name}: {number_text(self.inertia[0])} kg, on link {self.link}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,7 +277,7 @@ class Linkage(UnassembledLinkage):
         """Text of the reference pose, if a caller asked for it; otherwise empty."""
         kinds = {joint.name: joint.kind for joint in self.joints}
         named = (
-            f"{name} = {ten_digits(value):.6g} "
+            f"{name} = {number_text(value, '.6g')} "
             f"{'m' if kinds.get(name) == 'prismatic' else 'rad'}"
             for name, value in (self.at or {}).items()
         )

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinematics.tolerances import SCREW_PART_RELATIVE
-from kinematics.wording import ten_digits, vector_text
+from kinematics.wording import number_text, vector_text
 
 __all__ = [
     "Ad",
@@ -148,8 +148,8 @@ class ScrewAxis:
         """Give one line: point, direction, pitch and magnitude."""
         where = f"through {vector_text(self.point)} m along {vector_text(self.direction)}"
         return (
-            f"ScrewAxis {where}, pitch {ten_digits(self.pitch):.4g} m, magnitude "
-            f"{ten_digits(self.magnitude):.4g}"
+            f"ScrewAxis {where}, pitch {number_text(self.pitch)} m, magnitude "
+            f"{number_text(self.magnitude)}"
         )
 
 

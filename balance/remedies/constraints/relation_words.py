@@ -25,7 +25,7 @@ from balance.tolerances import (
     FRACTION_IN_TEXT,
     TERMS_RANK,
 )
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["InertiaNeed", "inertia_needs", "turning_ratios"]
 
@@ -56,7 +56,7 @@ class InertiaNeed(NamedTuple):
         if self.constant is None:
             sides[1].append("terms of the masses")
         elif self.constant:
-            sides[self.constant < 0.0].append(f"{ten_digits(abs(self.constant)):.6g} kg m²")
+            sides[self.constant < 0.0].append(f"{number_text(abs(self.constant), '.6g')} kg m²")
             sides.reverse()
         left, right = (" + ".join(side) or "0" for side in sides)
         return f"{left} = {right}"
@@ -148,5 +148,5 @@ def _term(factor: float, name: str) -> str:
     return (
         f"J({name})"
         if abs(factor - 1.0) <= FRACTION_IN_TEXT
-        else f"{ten_digits(factor):.6g} J({name})"
+        else f"{number_text(factor, '.6g')} J({name})"
     )

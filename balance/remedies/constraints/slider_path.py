@@ -21,7 +21,7 @@ from balance.verification.to_pinocchio import verify
 from kinematics.model.linkage import Linkage
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 __all__ = ["apply_slider_path"]
 
@@ -89,7 +89,7 @@ def _verified(
         residual = max(residual, checked.moment_residual)
     added = sum(float(body.inertia[0]) for body in linkage.bodies) - request.given_mass
     reason = (
-        f"balanced along a path of {ten_digits(length):.3g} rad of the inputs, one of "
+        f"balanced along a path of {number_text(length, '.3g')} rad of the inputs, one of "
         f"{found.dimension} reactionless directions; a slider or cam must hold it"
     )
     good = residual <= SHAKING_RELATIVE

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from balance.remedies.momentum_along import momentum_along
 from balance.tolerances import AS_GIVEN_RESIDUAL
 from balance.verification.trajectory import random_motions
-from kinematics.linalg.ties import first_direction, first_largest, round_clear
+from kinematics.linalg.ties import first_direction, first_largest, round_decimals
 from kinematics.model.linkage import GROUND, Linkage
 from kinematics.model.motion import motion_of
 from kinematics.wording import vector_text
@@ -193,7 +193,10 @@ def place_of(linkage: Linkage) -> Place:
     if linkage.planar and _is_coordinate(R[2]):
         axes = np.roll(np.eye(3), 2 - first_largest(np.abs(R[2])), axis=0)
     return Place(
-        round_clear(centre, digits), round(radius / 10.0**digits, digits), axes, linkage.planar
+        round_decimals(centre, digits),
+        round(radius / 10.0**digits, digits),
+        axes,
+        linkage.planar,
     )
 
 

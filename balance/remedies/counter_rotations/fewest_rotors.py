@@ -28,7 +28,7 @@ from balance.remedies.counter_rotations.rotor_sets import (
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import MASSES_EQUAL
 from kinematics.linalg.ties import rank_least_first
-from kinematics.wording import count_noun, repr_lines, ten_digits
+from kinematics.wording import count_noun, number_text, repr_lines
 
 __all__ = [
     "FewestRotors",
@@ -63,7 +63,7 @@ class RotorSet:
         """One line: the joints, and the ratio."""
         names = ", ".join(self.joints)
         return repr_lines(
-            f"RotorSet on {names}: {ten_digits(self.ratio):.4g} of the own rotational inertia"
+            f"RotorSet on {names}: {number_text(self.ratio)} of the own rotational inertia"
         )
 
 
@@ -290,6 +290,6 @@ def _words(verdict: Verdict, conditions: RotorConditions, sets: Sequence[RotorSe
     others = f"; {count_noun(len(sets), 'set')} of that size do" if len(sets) > 1 else ""
     return (
         f"feasible with {number}, and not with fewer: on {best}, with "
-        f"{ten_digits(sets[0].ratio):.4g} of "
+        f"{number_text(sets[0].ratio)} of "
         f"the linkage's own rotational inertia{others}"
     )

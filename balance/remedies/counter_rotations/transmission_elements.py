@@ -19,7 +19,7 @@ from balance.added_masses.regions import Region, ball_region
 from balance.designs.mass_regions import joint_points
 from balance.remedies.counter_rotations.rotor_elements import RotorWriter
 from balance.remedies.request import RemedyRequest
-from kinematics.linalg.ties import first_largest, round_clear
+from kinematics.linalg.ties import first_largest, round_decimals
 from kinematics.model.chain import path
 from kinematics.tolerances import TIE_RELATIVE
 from kinematics.urdf_elements.element import Element
@@ -235,7 +235,7 @@ class TransmissionWriter(RotorWriter):
         length = LEVER * float(lengths.min())
         # Four digits, so that both levers of a parallelogram have the same decimals.
         digits = 3 - int(np.floor(np.log10(length * (1.0 + TIE_RELATIVE))))
-        return np.asarray(round_clear(length * best, digits) @ self.axes[:2])
+        return np.asarray(round_decimals(length * best, digits) @ self.axes[:2])
 
     def _local(self, name: str, vector: Array) -> Array:
         """Express an inertial vector (3,) in the frame of the link after a joint."""

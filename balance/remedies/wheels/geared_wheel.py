@@ -34,7 +34,7 @@ from balance.verification.trajectory import Trajectory, drive, order_inputs, ran
 from kinematics.errors import LinkageError, PoseError
 from kinematics.model.linkage import GROUND, Joint, Linkage
 from kinematics.model.motion import Motion, motion_of
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["build_geared_wheel"]
 
@@ -95,7 +95,7 @@ def build_geared_wheel(request: RemedyRequest) -> AppliedRemedy:
     point = centre + 2.0 * radius * linkage.chain.frame.R[0]
     wheel = make_wheel(found.document, normal, point, table.inertia, radius)
     words = (
-        f"a wheel of {ten_digits(wheel.mass):.4g} kg on the base that {crank} drives at "
+        f"a wheel of {number_text(wheel.mass)} kg on the base that {crank} drives at "
         "a varying ratio"
     )
     blank = AppliedRemedy("passive_wheel", words, "undecided", "")

@@ -26,7 +26,7 @@ from balance.remedies.wheels.wheels_on_base import (
 )
 from balance.verification.trajectory import Trajectory, random_motions
 from kinematics.model.motion import motion_of
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["build_motor_wheels"]
 
@@ -64,7 +64,7 @@ def build_motor_wheels(request: RemedyRequest) -> AppliedRemedy:
     count = "a wheel" if len(wheels) == 1 else f"{len(wheels)} wheels about perpendicular axes"
     blank = AppliedRemedy(
         "active_wheel",
-        f"{count} of {ten_digits(mass):.4g} kg on the base, with motors",
+        f"{count} of {number_text(mass)} kg on the base, with motors",
         "undecided",
         "",
     )

@@ -16,7 +16,7 @@ from balance.report.html.verification import motion_heading, panels
 from balance.verification.result import Verification
 from balance.verification.run import Run
 from kinematics.linalg.ties import rank_least_first
-from kinematics.wording import ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["motion_choice", "motions_data"]
 
@@ -138,6 +138,7 @@ def _numbers(found: Verification, run: Run) -> list[tuple[str, str]]:
     for part in ("force", "moment"):
         rows.append((f"shaking {part}", found.load_text(part, run.peak(part))))
         rows.append((f"shaking {part}, rms", found.load_text(part, run.rms(part))))
-    rows.append(("bearing force", f"{ten_digits(float(run.bearing.max(initial=0.0))):.3g} N"))
+    bearing = float(run.bearing.max(initial=0.0))
+    rows.append(("bearing force", f"{number_text(bearing, '.3g')} N"))
     rows.append(("duration", f"{run.trajectory.duration:.4g} s"))
     return rows

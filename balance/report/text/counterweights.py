@@ -13,7 +13,7 @@ from balance.added_masses.answer import Counterweights
 from balance.added_masses.counterweight import DENSITIES, Counterweight
 from balance.report.text.design import FORCE_ONLY, OTHER_WAYS, vector_digits
 from balance.tolerances import MASSES_EQUAL
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 __all__ = ["counterweight_rows", "counterweights_facts", "counterweights_text"]
 
@@ -48,14 +48,13 @@ def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
         default = " (default: half the link's length about its joint)"
         pairs.append((f"region {name}", region.text + default * (name in found.chosen)))
     if found.value is not None:
-        value = (
-            f"{found.minimise}: {ten_digits(found.value):.{DIGITS}g} {UNITS[found.minimise]}"
-        )
+        value = number_text(found.value, f".{DIGITS}g")
         gap = size_text(found.gap or 0.0, floor=MASSES_EQUAL)
+        value = f"{found.minimise}: {value} {UNITS[found.minimise]}"
         pairs.append(("minimised", f"{value}; gap to its proved bound {gap} of it"))
         share = found.added_mass / found.given_mass if found.given_mass else 0.0
         added = (
-            f"{ten_digits(found.added_mass):.{DIGITS}g} kg, {ten_digits(share):.3g} "
+            f"{number_text(found.added_mass, f'.{DIGITS}g')} kg, {number_text(share, '.3g')} "
             "times the given mass"
         )
         if share > MUCH_ADDED:
@@ -81,10 +80,10 @@ def counterweight_rows(weights: Sequence[Counterweight]) -> list[tuple[str, ...]
         for mass, position in parts or [(weight.mass, weight.com)]:
             place = vector_digits(position, DIGITS)
             volumes = (
-                f"{ten_digits(CUBIC_CENTIMETRES * mass / density):.4g}"
+                number_text(CUBIC_CENTIMETRES * mass / density)
                 for density in DENSITIES.values()
             )
-            rows.append((weight.link, f"{ten_digits(mass):.{DIGITS}g}", place, *volumes))
+            rows.append((weight.link, number_text(mass, f".{DIGITS}g"), place, *volumes))
     return rows
 
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
-from kinematics.linalg.ties import round_clear
-from kinematics.wording import size_text, ten_digits
+from kinematics.linalg.ties import round_decimals
+from kinematics.wording import number_text, round_to_ten_digits, size_text
 
 __all__ = [
     "FORCE_ONLY",
@@ -116,8 +116,8 @@ def _floor_text(design: Design) -> str:
     assert design.floor is not None
     mass, moment = design.floor
     text = (
-        f"each link at least {ten_digits(mass):.3g} kg, with second moments of at least "
-        f"{ten_digits(moment):.3g} kg m²"
+        f"each link at least {number_text(mass, '.3g')} kg, with second moments of at least "
+        f"{number_text(moment, '.3g')} kg m²"
     )
     if design.keep or any(low > 0.0 for low, _ in design.bounds.values()):
         return text
@@ -153,9 +153,8 @@ def _unit(design: Design) -> str:
         if joint.kind == "prismatic" and joint.name in {*space.inputs} - {*space.idle}
     ]
     if design.minimise == "rotor" and slides:
-        return (
-            f"{unit}, {', '.join(slides)} in lengths of {ten_digits(space.length):.{DIGITS}g} m"
-        )
+        length = number_text(space.length, f".{DIGITS}g")
+        return f"{unit}, {', '.join(slides)} in lengths of {length} m"
     return unit
 
 
@@ -175,7 +174,7 @@ def _row(body: BodyInertia) -> tuple[str, ...]:
         if inertia is None
         else vector_digits(np.asarray(np.linalg.eigvalsh(inertia)), MOMENT_DIGITS)
     )
-    return body.name, f"{ten_digits(body.mass):.{DIGITS}g}", com, moments
+    return body.name, number_text(body.mass, f".{DIGITS}g"), com, moments
 
 
 def vector_digits(vector: Array, digits: int = DIGITS) -> str:
@@ -185,6 +184,6 @@ def vector_digits(vector: Array, digits: int = DIGITS) -> str:
         vector: the numbers (n,).
         digits: significant digits of the largest one.
     """
-    largest = ten_digits(float(np.abs(vector).max()))
+    largest = round_to_ten_digits(float(np.abs(vector).max()))
     place = digits - 1 - int(np.floor(np.log10(largest))) if largest else 0
-    return ", ".join(f"{x + 0.0:.{digits}g}" for x in round_clear(vector, place).tolist())
+    return ", ".join(f"{x + 0.0:.{digits}g}" for x in round_decimals(vector, place).tolist())

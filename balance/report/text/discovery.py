@@ -11,7 +11,7 @@ from balance.discovery.quantities import quantities_of
 from balance.discovery.results import Found, FoundFamily
 from balance.discovery.topologies import Topology
 from balance.result_files.results_file import ResultsFile
-from kinematics.wording import count_noun, ten_digits
+from kinematics.wording import count_noun, number_text
 
 __all__ = [
     "SCHEMA", "families_data", "member_data", "member_text", "range_words",
@@ -95,8 +95,8 @@ def range_words(motion: Data | None) -> str:
         return "several degrees of freedom; no range was computed"
     if motion["full"]:
         return f"{motion['joint']} turns fully"
-    low, high = (f"{ten_digits(motion[k]):.0f}°".replace("-", "−") for k in ("low", "high"))
-    size = f"{ten_digits(motion['high'] - motion['low']):.0f}°"
+    low, high = (f"{number_text(motion[k], '.0f')}°".replace("-", "−") for k in ("low", "high"))
+    size = f"{number_text(motion['high'] - motion['low'], '.0f')}°"
     ends = [end for end in motion["ends"] if end]
     kinds = " and ".join(dict.fromkeys(f"a {end}" for end in ends))
     until = f", to {kinds}" if kinds else ""

@@ -14,7 +14,7 @@ from balance.flexible.simulate import FlexibleMotion
 from balance.flexible.support_points import STATIC_POINT, SupportPoints
 from balance.flexible.supported_modes import SupportedModes
 from balance.flexible.translators import TranslatorMotion
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 __all__ = [
     "flexible_motion_facts", "flexible_motion_text", "free_modes_text", "similarity_text",
@@ -51,7 +51,7 @@ def supported_modes_text(modes: SupportedModes) -> str:
     rows = [("mode", "frequency (Hz)", "ω (rad/s)")]
     for k, omega in enumerate(modes.frequencies.tolist(), 1):
         rows.append(
-            (str(k), f"{ten_digits(omega / (2.0 * np.pi)):.7g}", f"{ten_digits(omega):.7g}")
+            (str(k), number_text(omega / (2.0 * np.pi), ".7g"), number_text(omega, ".7g"))
         )
     return "\n".join(_table(rows))
 
@@ -92,22 +92,23 @@ def similarity_text(
     """
     beam = second.beam
     facts = [
-        ("counter-arm", f"length {ten_digits(beam.length):.6g} m, EI "
-                        f"{ten_digits(beam.bending):.6g} N m², "
-         f"ρA {ten_digits(beam.line_mass):.6g} kg/m, tip {ten_digits(second.tip_mass):.6g} kg"),
-        ("", f"tip radius {ten_digits(second.tip_radius):.6g} m, tip inertia "
-             f"{ten_digits(second.tip_inertia):.6g} "
-         f"kg m², hub radius {ten_digits(second.hub_radius):.6g} m"),
-        ("scale", f"{ten_digits(found.scale):.6g}"),
-        ("same material", f"thickness × {ten_digits(found.scale**2):.6g}, width × "
-                          f"{ten_digits(found.scale**-4):.6g}, "
-         f"width of rigid parts × {ten_digits(found.scale**-3):.6g}"),
-        ("frequencies", " and ".join(f"{ten_digits(f):.6g} Hz" for f in found.frequencies)),
+        ("counter-arm", f"length {number_text(beam.length, '.6g')} m, EI "
+                        f"{number_text(beam.bending, '.6g')} N m², "
+         f"ρA {number_text(beam.line_mass, '.6g')} kg/m, tip "
+         f"{number_text(second.tip_mass, '.6g')} kg"),
+        ("", f"tip radius {number_text(second.tip_radius, '.6g')} m, tip inertia "
+             f"{number_text(second.tip_inertia, '.6g')} "
+         f"kg m², hub radius {number_text(second.hub_radius, '.6g')} m"),
+        ("scale", number_text(found.scale, ".6g")),
+        ("same material", f"thickness × {number_text(found.scale**2, '.6g')}, width × "
+                          f"{number_text(found.scale**-4, '.6g')}, "
+         f"width of rigid parts × {number_text(found.scale**-3, '.6g')}"),
+        ("frequencies", " and ".join(f"{number_text(f, '.6g')} Hz" for f in found.frequencies)),
         ("similar", "yes" if found.similar else "no"),
     ]  # fmt: skip
     if motion is not None:
-        facts.append(("shaking force", f"{ten_digits(motion.peak_force):.4g} N at most"))
-        facts.append(("shaking moment", f"{ten_digits(motion.peak_moment):.4g} N m at most"))
+        facts.append(("shaking force", f"{number_text(motion.peak_force)} N at most"))
+        facts.append(("shaking moment", f"{number_text(motion.peak_moment)} N m at most"))
     if translator is not None:
         facts += _translator_facts(translator)
     rows = [("condition", "equal", "arm", "counter-arm", "difference")]
@@ -117,8 +118,8 @@ def similarity_text(
             (
                 one.name,
                 one.words,
-                f"{ten_digits(one.left):.6g}",
-                f"{ten_digits(one.right):.6g}",
+                number_text(one.left, ".6g"),
+                number_text(one.right, ".6g"),
                 state,
             )
         )
@@ -131,16 +132,16 @@ def _translator_facts(found: TranslatorMotion) -> list[tuple[str, str]]:
     low, high = (round(1e3 * y, 2) + 0.0 for y in found.displacement)
     hubs = "half of it on each hub" if one.both else "on the lower hub"
     return [
-        ("counter-block", f"{ten_digits(other.mass):.6g} kg, length "
-                          f"{ten_digits(other.length):.6g} m, breadth "
-         f"{ten_digits(other.breadth):.6g} m"),
+        ("counter-block", f"{number_text(other.mass, '.6g')} kg, length "
+                          f"{number_text(other.length, '.6g')} m, breadth "
+         f"{number_text(other.breadth, '.6g')} m"),
         ("driven by", f"{one.moment:g} N m, {hubs}, within {one.rise:g} s; for "
          f"{found.pair.times[-1]:g} s"),
-        ("displacement", f"{ten_digits(low):.2f} to {ten_digits(high):.2f} mm"),
-        ("shaking force", f"{ten_digits(found.pair.peak_force):.4g} N at most, "
-                          f"{ten_digits(found.reduction):.0f} times "
+        ("displacement", f"{number_text(low, '.2f')} to {number_text(high, '.2f')} mm"),
+        ("shaking force", f"{number_text(found.pair.peak_force)} N at most, "
+                          f"{number_text(found.reduction, '.0f')} times "
          "less than without counter-translator"),
-        ("shaking moment", f"{ten_digits(found.pair.peak_moment):.4g} N m at most, about the "
+        ("shaking moment", f"{number_text(found.pair.peak_moment)} N m at most, about the "
                            "middle "
          "between the hubs"),
         ("energy", f"drifts by {size_text(found.pair.energy_drift)} of the largest"),
@@ -161,17 +162,17 @@ def flexible_motion_facts(
     pairs = [
         ("linkage", linkage.linkage.name),
         ("duration", f"{motion.times[-1]:g} s"),
-        ("shaking force", f"{ten_digits(motion.peak_force):.4g} N at most"),
-        ("shaking moment", f"{ten_digits(moment):.4g} N m at most, about the centre of mass "
+        ("shaking force", f"{number_text(motion.peak_force)} N at most"),
+        ("shaking moment", f"{number_text(moment)} N m at most, about the centre of mass "
                            "at the start, "
-         f"({ten_digits(x):.4g}, {ten_digits(y):.4g}) m in the plane"),
+         f"({number_text(x)}, {number_text(y)}) m in the plane"),
     ]  # fmt: skip
     for name, model in linkage.beams.items():
         peak = float(beam_deflection(motion, linkage, name).max())
-        pairs.append((name, f"beam of {ten_digits(model.part.length):.4g} m and "
-                            f"{ten_digits(model.mesh.beam.mass):.4g} "
+        pairs.append((name, f"beam of {number_text(model.part.length)} m and "
+                            f"{number_text(model.mesh.beam.mass)} "
                       f"kg, {len(model.mesh.nodes) - 1} elements, {model.part.size} modes: "
-                      f"bends by {ten_digits(peak):.3g} m at most"))  # fmt: skip
+                      f"bends by {number_text(peak, '.3g')} m at most"))  # fmt: skip
     pairs.append(("energy", f"drifts by {size_text(motion.energy_drift)} of the largest"))
     pairs.append(("integrator", f"{motion.method}, {motion.steps} steps"))
     return pairs

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from balance.floating_base.result import FloatingBaseMotion, drift_text
 from balance.motion_tolerances import INTEGRAL_DETERMINED
-from kinematics.wording import first_names, number_text, size_text, ten_digits, vector_text
+from kinematics.wording import first_names, number_text, size_text, vector_text
 
 __all__ = ["floating_base_facts", "floating_base_text"]
 
@@ -48,18 +48,18 @@ def floating_base_facts(found: FloatingBaseMotion) -> list[tuple[str, str]]:
 def _base_facts(found: FloatingBaseMotion) -> list[tuple[str, str]]:
     """List the facts on the base and its springs."""
     base = found.base
-    moments = ", ".join(f"{ten_digits(moment):.4g}" for moment in dict.fromkeys(base.moments))
+    moments = ", ".join(number_text(moment) for moment in dict.fromkeys(base.moments))
     facts = [
         (
             "base",
-            f"{ten_digits(base.mass):.4g} kg, {moments} kg m² about {vector_text(base.com)} m",
+            f"{number_text(base.mass)} kg, {moments} kg m² about {vector_text(base.com)} m",
         )
     ]
     if not base.on_springs:
         return facts
     springs = [(base.turning_stiffness, "N m/rad"), (base.stiffness, "N/m")]
-    words = [f"{ten_digits(stiffness):.4g} {unit}" for stiffness, unit in springs if stiffness]
-    tones = ", ".join(f"{ten_digits(frequency):.4g}" for frequency in found.frequencies)
+    words = [f"{number_text(stiffness)} {unit}" for stiffness, unit in springs if stiffness]
+    tones = ", ".join(number_text(frequency) for frequency in found.frequencies)
     return [
         *facts, ("springs", ", ".join(words)),
         ("frequencies", f"{tones} Hz, inputs held at the start"),
@@ -77,7 +77,7 @@ def _inputs_text(found: FloatingBaseMotion) -> str:
 
 def _values_text(values: Mapping[str, float]) -> str:
     """Write values by name."""
-    return ", ".join(f"{name} = {ten_digits(value):.6g}" for name, value in values.items())
+    return ", ".join(f"{name} = {number_text(value, '.6g')}" for name, value in values.items())
 
 
 def _speed(vectors: Array, fastest: float) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from balance.taylor_poses.prediction import Prediction, Predictions, assign_inputs
 from kinematics.assembly.tool_frame import tool_coordinates
 from kinematics.model.full_turns import wrap_turns
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 __all__ = ["motion_facts", "measure", "motion_tables", "motion_text"]
 
@@ -29,7 +29,7 @@ PATH_DECIMALS = 6
 
 def measure(found: Predictions) -> str:
     """Name the units of distances and errors."""
-    return f"radians and lengths of {ten_digits(found.length):.3g} m"
+    return f"radians and lengths of {number_text(found.length, '.3g')} m"
 
 
 def motion_facts(found: Predictions) -> list[tuple[str, str]]:
@@ -43,7 +43,7 @@ def motion_facts(found: Predictions) -> list[tuple[str, str]]:
         pairs += _tool_facts(found, found.tool)
     if motion.motion.relations:
         pairs.append(("motion", ", ".join(motion.motion.relations)))
-    radius = f"{ten_digits(motion.radius):.3g} ({measure(found)}), estimated"
+    radius = f"{number_text(motion.radius, '.3g')} ({measure(found)}), estimated"
     if np.isinf(motion.radius):
         radius = "infinite: the motion is linear"
     pairs += [
@@ -61,7 +61,7 @@ def _tool_facts(found: Predictions, link: str) -> list[tuple[str, str]]:
     """Name the moving point, and note that other postures may reach the same pose."""
     name = link
     if found.point is not None:
-        at = ", ".join(f"{ten_digits(x):.6g}" for x in found.point)
+        at = ", ".join(number_text(x, ".6g") for x in found.point)
         name = f"{link}, its point ({at}) m in the frame of the link"
     inputs = found.motion.motion.inputs
     free = [each for each in inputs if each not in tool_coordinates(link)]
@@ -78,7 +78,7 @@ def _pose_facts(found: Predictions, pose: Prediction) -> list[tuple[str, str]]:
     """List the facts on the pose at the end of a line."""
     pairs = [
         ("target", assign_inputs(found.motion, pose.u)),
-        ("distance", f"{ten_digits(pose.distance):.3g}"),
+        ("distance", number_text(pose.distance, ".3g")),
     ]
     if pose.reason:
         return [*pairs, ("verdict", f"not reached: {pose.reason}")]
@@ -96,7 +96,7 @@ def _path_facts(found: Predictions) -> list[tuple[str, str]]:
         outcome = f"not reached: {len(unreached)} of {count} poses; pose {first}: {pose.reason}"
     distance = max(pose.distance for pose in found.poses)
     return [
-        ("distance", f"up to {ten_digits(distance):.3g}"),
+        ("distance", f"up to {number_text(distance, '.3g')}"),
         ("error", _largest_errors(found)),
         ("verdict", outcome),
     ]
@@ -140,8 +140,8 @@ def _pose_row(number: int, pose: Prediction) -> tuple[str, ...]:
         estimate, true = "none", "not reached"
     return (
         str(number),
-        *(f"{ten_digits(x):.6g}" for x in pose.u),
-        f"{ten_digits(pose.distance):.3g}",
+        *(number_text(x, ".6g") for x in pose.u),
+        number_text(pose.distance, ".3g"),
         estimate,
         true,
     )

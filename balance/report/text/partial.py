@@ -11,7 +11,7 @@ from math import inf
 from balance.partial_balance.results import ParetoFront, PartialBalance
 from balance.report.text.counterweights import counterweight_rows
 from balance.tolerances import SHAKING_GAP_PROVED
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 __all__ = ["front_rows", "partial_facts", "partial_text"]
 
@@ -31,10 +31,10 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
         pairs.append(("pose", space.linkage.pose))
     if space.motion:
         pairs.append(("motion", ", ".join(space.motion.relations)))
-    counts = "forces alone" if weight == inf else f"{ten_digits(weight):.4g} N m count as 1 N"
+    counts = "forces alone" if weight == inf else f"{number_text(weight)} N m count as 1 N"
     pairs.append(("minimised", f"root mean square of the {front.objective}, {counts}"))
     if front.frame is not None:
-        pairs.append(("frame", f"natural frequency {ten_digits(front.frame.frequency):.4g} Hz"))
+        pairs.append(("frame", f"natural frequency {number_text(front.frame.frequency)} Hz"))
     pairs.append(("verdict", best.words))
     if best.found is not None:
         for label, name, unit in (("force", "force", "N"), ("moment", "moment", "N m")):
@@ -42,15 +42,15 @@ def partial_facts(front: ParetoFront) -> list[tuple[str, str]]:
             pairs.append(
                 (
                     label,
-                    f"{ten_digits(before):.4g} {unit} before, {_rest(after, before)} {unit} "
-                    "after (rms)",
+                    f"{number_text(before)} {unit} before, "
+                    f"{_remaining_load_text(after, before)} {unit} after (rms)",
                 )
             )
         pairs += _drives(best)
     return pairs
 
 
-def _rest(after: float, before: float) -> str:
+def _remaining_load_text(after: float, before: float) -> str:
     """Write what is left of a load, as a bound if it is less than the solver's accuracy."""
     return size_text(after, f".{DIGITS}g", before, SHAKING_GAP_PROVED)
 
@@ -62,10 +62,10 @@ def _drives(best: PartialBalance) -> list[tuple[str, str]]:
     return [
         (
             f"input {name}",
-            f"inertia {ten_digits(inertia[name]):.4g} before, "
-            f"{ten_digits(best.found.inertia[name]):.4g} after; peak "
-            f"torque {ten_digits(torque[name]):.4g} before, "
-            f"{ten_digits(best.found.torque[name]):.4g} after",
+            f"inertia {number_text(inertia[name])} before, "
+            f"{number_text(best.found.inertia[name])} after; peak "
+            f"torque {number_text(torque[name])} before, "
+            f"{number_text(best.found.torque[name])} after",
         )
         for name in inertia
     ]
@@ -84,15 +84,15 @@ def front_rows(front: ParetoFront) -> list[tuple[str, ...]]:
     for one in front.designs:
         if one.found is None:
             rows.append(
-                (f"{ten_digits(one.budget):.{DIGITS}g}", "-", "-", "-", "-", one.verdict)
+                (number_text(one.budget, f".{DIGITS}g"), "-", "-", "-", "-", one.verdict)
             )
             continue
         given, torque = one.given, max(one.found.torque.values(), default=0.0)
         loads = (
-            _rest(getattr(one.found, name), getattr(given, name))
+            _remaining_load_text(getattr(one.found, name), getattr(given, name))
             for name in ("objective", "force", "moment")
         )
-        mass, torque_text = (f"{ten_digits(x):.{DIGITS}g}" for x in (one.mass, torque))
+        mass, torque_text = (number_text(x, f".{DIGITS}g") for x in (one.mass, torque))
         rows.append((mass, *loads, torque_text, one.verdict))
     return rows
 

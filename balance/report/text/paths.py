@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from balance.motion_tolerances import LOCAL_CURVE_STEP
 from balance.reactionless_paths.found_paths import ReactionlessPaths, StartPose
 from balance.reactionless_paths.path import ReactionlessPath
-from kinematics.wording import number_text, ten_digits
+from kinematics.wording import number_text
 
 __all__ = ["path_rows", "paths_facts", "paths_text"]
 
@@ -48,7 +48,7 @@ def paths_facts(found: ReactionlessPaths) -> list[tuple[str, str]]:
     pairs += [
         ("null space", f"{found.dimension} of {width} rates in general, by "
                        f"{found.poses} poses"),
-        ("lengths", f"radians and lengths of {ten_digits(unit):.3g} m, in all joints"),
+        ("lengths", f"radians and lengths of {number_text(unit, '.3g')} m, in all joints"),
     ]  # fmt: skip
     for number, start in enumerate(found.starts[:MAX_ROWS], 1):
         pairs.append((f"pose {number}", _start_words(found, start)))
@@ -71,7 +71,7 @@ def _start_words(found: ReactionlessPaths, start: StartPose) -> str:
     """Describe a start: where it is, and what kind of pose."""
     words = f"{_named(found, start.u)}: {KINDS[start.kind]}, null space {start.dimension}"
     if start.distance > LOCAL_CURVE_STEP:
-        words += f" ({ten_digits(start.distance):.2g} from the pose asked for)"
+        words += f" ({number_text(start.distance, '.2g')} from the pose asked for)"
     return words
 
 
@@ -93,11 +93,11 @@ def path_rows(found: ReactionlessPaths) -> list[tuple[str, ...]]:
 
 def _row(found: ReactionlessPaths, number: int, path: ReactionlessPath) -> tuple[str, ...]:
     """Build the row of one path."""
-    ends = " | ".join(f"{event.text} at {ten_digits(event.s):.4g}" for event in path.events)
+    ends = " | ".join(f"{event.text} at {number_text(event.s)}" for event in path.events)
     direction = path.direction / (np.linalg.norm(path.direction) or 1.0)
     return (
         str(number), f"pose {path.start + 1}", _named(found, direction, 3),
-        f"{ten_digits(path.length):.4g}", path.residual_text, ends,
+        number_text(path.length), path.residual_text, ends,
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from balance.remedies.applied import AppliedRemedy
 from balance.remedies.compare import RemedyComparison
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 __all__ = ["remedies_facts", "remedies_text", "remedy_rows"]
 
@@ -32,11 +32,12 @@ def remedies_facts(found: RemedyComparison) -> list[tuple[str, str]]:
         pairs.append(("motion", ", ".join(request.motion)))
     pairs += [
         ("mobility", str(request.freedoms)),
-        ("mass", f"{ten_digits(request.given_mass):.{DIGITS}g} kg in moving links"),
+        ("mass", f"{number_text(request.given_mass, f'.{DIGITS}g')} kg in moving links"),
         ("own masses", found.own.words),
         (
             "rotors",
-            f"radius {ten_digits(request.rotor_radius):.{DIGITS}g} m, gear {request.gear:g}",
+            f"radius {number_text(request.rotor_radius, f'.{DIGITS}g')} m, "
+            f"gear {request.gear:g}",
         ),
     ]
     for one in found.balanced[:1]:
@@ -58,7 +59,7 @@ def _row(one: AppliedRemedy) -> tuple[str, ...]:
     if not one.helps:
         return (one.remedy, one.verdict, *[NONE] * (len(HEAD) - 2))
     numbers = (
-        NONE if value is None else f"{ten_digits(value):.{DIGITS}g}"
+        NONE if value is None else number_text(value, f".{DIGITS}g")
         for value in (one.added_mass, one.mass_ratio, one.inertia_ratio)
     )  # fmt: skip
     counts = len(one.new_links), len(one.new_joints), -one.lost_freedoms

@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING
 
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 if TYPE_CHECKING:
     from balance.decoupled.decoupling import Decoupling
@@ -177,12 +177,12 @@ def inertia_sections(found: PureInertia) -> list[tuple[str, list[tuple[str, str]
     """
     stay = {item.body for item in found.left}
     inertias = [
-        (name, "mass stays" if name in stay else f"{ten_digits(value):.6g} kg m²")
+        (name, "mass stays" if name in stay else f"{number_text(value, '.6g')} kg m²")
         for name, value in zip(found.space.bodies, found.inertias.tolist(), strict=True)
     ]
     moved = [(", ".join(item.joints), item.gains_text) for item in found.moved]
     left = [
-        (item.body, f"{ten_digits(item.mass):.6g} kg: {item.reason}") for item in found.left
+        (item.body, f"{number_text(item.mass, '.6g')} kg: {item.reason}") for item in found.left
     ]
     related = [(str(k), text) for k, text in enumerate(found.relation_words, 1)]
     asked = [(str(k), text) for k, text in enumerate(found.condition_words, 1)]

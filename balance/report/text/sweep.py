@@ -9,7 +9,7 @@ import numpy as np
 
 from balance.result_files.chunk_runs import RunSummary
 from balance.result_files.results_file import ResultsFile
-from kinematics.wording import count_noun, ten_digits
+from kinematics.wording import count_noun, number_text
 
 __all__ = [
     "REASON", "cell_text", "export_data", "export_text", "file_facts", "run_data", "run_text",
@@ -174,7 +174,7 @@ def cell_text(value: Any) -> str:
     if value is None:
         return ""
     if isinstance(value, float | np.floating):
-        return f"{ten_digits(float(value)):.6g}"
+        return number_text(float(value), ".6g")
     text = str(value)
     return text if len(text) <= WIDEST else f"{text[: WIDEST - 1]}…"
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
-from kinematics.wording import size_text, ten_digits
+from kinematics.wording import number_text, size_text
 
 __all__ = ["mechanism_rows", "synthesis_facts", "synthesis_text"]
 
@@ -24,14 +24,14 @@ def synthesis_facts(found: Synthesis) -> list[tuple[str, str]]:
         found: the synthesis.
     """
     places = "; ".join(
-        f"({ten_digits(each.x):.6g}, {ten_digits(each.y):.6g}) at "
-        f"{ten_digits(math.degrees(each.angle)):.6g}°"
+        f"({number_text(each.x, '.6g')}, {number_text(each.y, '.6g')}) at "
+        f"{number_text(math.degrees(each.angle), '.6g')}°"
         for each in found.positions
     )
     kind = found.kind if found.kind == "four-bar" else f"{found.kind}, {found.case}"
     pairs = [("positions", places), ("mechanism", kind)]
     if found.ratio is not None:
-        pairs.append(("ratio", f"k = {ten_digits(found.ratio):.6g}"))
+        pairs.append(("ratio", f"k = {number_text(found.ratio, '.6g')}"))
     pairs += [("verdict", found.words), *(("remark", words) for words in found.remarks)]
     for one in found.mechanisms[:1]:
         pairs += _best(one)
@@ -46,13 +46,13 @@ def _best(one: SynthesizedMechanism) -> list[tuple[str, str]]:
     numbers = one.numbers
     if "J1" in numbers:
         lengths = ", ".join(
-            f"{name} {ten_digits(numbers[name]):.6g}" for name in ("l1", "l2", "l3")
+            f"{name} {number_text(numbers[name], '.6g')}" for name in ("l1", "l2", "l3")
         )
         centres = ", ".join(
-            f"{name} {ten_digits(numbers[name]):.6g}" for name in ("s1", "s2", "s3", "s4")
+            f"{name} {number_text(numbers[name], '.6g')}" for name in ("s1", "s2", "s3", "s4")
         )
         inertias = ", ".join(
-            f"{name} {ten_digits(numbers[name]):.6g}" for name in ("J1", "J2", "C")
+            f"{name} {number_text(numbers[name], '.6g')}" for name in ("J1", "J2", "C")
         )
         pairs += [("lengths", f"{lengths} m"), ("centres", f"{centres} m"),
                   ("inertias", f"{inertias} kg m²")]  # fmt: skip
@@ -71,10 +71,10 @@ def mechanism_rows(found: Synthesis) -> list[tuple[str, ...]]:
 def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
     """Build the row of a mechanism."""
     pivots = "  ".join(
-        f"{name} ({ten_digits(z.real):.5g}, {ten_digits(z.imag):.5g})"
+        f"{name} ({number_text(z.real, '.5g')}, {number_text(z.imag, '.5g')})"
         for name, z in one.pivots.items()
     )
-    turns = ", ".join(f"{ten_digits(math.degrees(turn)):.5g}" for turn in one.link_turns[1:])
+    turns = ", ".join(number_text(math.degrees(turn), ".5g") for turn in one.link_turns[1:])
     sizes = (
         NONE if value is None else size_text(value)
         for value in (one.confirmation.momentum, one.confirmation.shaking)

@@ -9,7 +9,7 @@ import numpy as np
 
 from balance.verification.result import Verification
 from kinematics.linalg.ties import first_largest
-from kinematics.wording import first_names, size_text, ten_digits
+from kinematics.wording import first_names, number_text, size_text
 
 __all__ = ["verification_facts", "verification_text"]
 
@@ -27,10 +27,10 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         *_motion_facts(found),
         ("shaking force", f"{force}; {size_text(found.force_residual)} of inertia"),
         ("shaking moment", f"{moment}; {size_text(found.moment_residual)} of inertia"),
-        ("inertia", f"{ten_digits(found.scale):.3g} N, the bodies' own at its peak"),
+        ("inertia", f"{number_text(found.scale, '.3g')} N, the bodies' own at its peak"),
         (
             "bearing force",
-            f"{ten_digits(found.bearing):.3g} N" + (f" in {joint}" if joint else ""),
+            f"{number_text(found.bearing, '.3g')} N" + (f" in {joint}" if joint else ""),
         ),
         ("to bearing", ratio),
         ("agreement", f"{size_text(found.agreement)}, Pinocchio and our series"),
@@ -54,7 +54,7 @@ def _motion_facts(found: Verification) -> list[tuple[str, str]]:
         crank = found.crank
         return [
             ("motion", f"one revolution of {crank.joint} at {crank.rpm:.6g} rpm "
-                       f"({ten_digits(crank.speed):.6g} rad/s), {samples - 1} steps"),
+                       f"({number_text(crank.speed, '.6g')} rad/s), {samples - 1} steps"),
             ("duration", f"{found.duration:.4g} s"),
         ]  # fmt: skip
     count, number = len(found.runs), found.plotted
@@ -62,7 +62,8 @@ def _motion_facts(found: Verification) -> list[tuple[str, str]]:
     units = {joint.name: "m" if joint.kind == "prismatic" else "rad"
              for joint in found.linkage.joints}  # fmt: skip
     amplitudes = [
-        f"{name} {ten_digits(size):.3g} {units[name]}" for name, size in found.amplitude.items()
+        f"{name} {number_text(size, '.3g')} {units[name]}"
+        for name, size in found.amplitude.items()
     ]
     loads = ", ".join(
         found.load_text(part, found.runs[number].peak(part)) for part in ("force", "moment")
@@ -86,7 +87,8 @@ def _peak_text(found: Verification, part: str) -> str:
     sample = first_largest(run.sizes(part), found.part_scale(part))
     angle = np.degrees(run.trajectory.u[sample, at])
     return (
-        f"peak {peak} at {ten_digits(angle):.1f}°, rms {found.load_text(part, run.rms(part))}"
+        f"peak {peak} at {number_text(angle, '.1f')}°, "
+        f"rms {found.load_text(part, run.rms(part))}"
     )
 
 

@@ -8,7 +8,7 @@ from kinematics.linalg.ties import (
     first_largest,
     first_least,
     rank_least_first,
-    round_clear,
+    round_decimals,
 )
 
 SEEDS = range(20)
@@ -73,7 +73,7 @@ def test_a_direction_is_a_coordinate_axis_if_one_is_in_the_span():
 @pytest.mark.parametrize("seed", SEEDS)
 def test_halves_are_rounded_alike(seed):
     halves = np.array([0.25, 0.35, 1.45, -2.5])
-    rounded = round_clear(perturbed(halves, np.random.default_rng(seed)), 1)
-    assert rounded.tolist() == round_clear(halves, 1).tolist()
+    rounded = round_decimals(perturbed(halves, np.random.default_rng(seed)), 1)
+    assert rounded.tolist() == round_decimals(halves, 1).tolist()
     assert np.abs(rounded - halves).max() <= 0.05 + 1e-12
-    assert round_clear([1234.0], -2).tolist() == [1200.0]
+    assert round_decimals([1234.0], -2).tolist() == [1200.0]

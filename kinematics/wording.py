@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 from math import ceil, inf, isnan, log10
+from operator import itemgetter
 from textwrap import shorten
 from typing import NamedTuple
 
@@ -40,16 +42,22 @@ HTML_ROWS = 12
 def check_summary(found: NamedTuple, **floors: float) -> str:
     """Summarise the result of a check in a line: ``Check: accepted, error below 1e-12``.
 
+    Fields beside one another of the same text share it: ``error and gap below 1e-12``.
+
     Args:
         found: the result, its verdict first.
         floors: for fields by name, the floor of `size_text` if it is another one.
     """
     (name, verdict), *rest = found._asdict().items()
     word = name if verdict else f"not {name}"
-    facts = (
-        f"{label} {size_text(x, '.2g', floor=floors.get(label, SIZE_DETERMINED))}"
+    sizes = (
+        (label, size_text(x, ".2g", floor=floors.get(label, SIZE_DETERMINED)))
         for label, x in rest
     )
+    facts = []
+    for text, group in groupby(sizes, key=itemgetter(1)):
+        *labels, last = (label for label, _ in group)
+        facts.append(f"{', '.join(labels)} and {last} {text}" if labels else f"{last} {text}")
     return ", ".join([f"{type(found).__name__}: {word}", *facts])
 
 

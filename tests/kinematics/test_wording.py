@@ -75,3 +75,5 @@ def test_the_summary_of_a_check():
 
     summary = check_summary(Check(True, 2.3e-16, 4.8e14, 0.65))
     assert summary == "Check: accepted, error below 1e-12, excluded above 1e+12, left 0.65"
+    equal = check_summary(Check(False, 2.3e-16, 1e-17, 0.65))
+    assert equal == "Check: not accepted, error and excluded below 1e-12, left 0.65"

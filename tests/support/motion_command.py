@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
-
 import numpy as np
-from jsonschema import Draft202012Validator
 
 from balance.cli.main import main
-
-SCHEMAS = files("balance").joinpath("schemas")
-SCHEMA = json.loads(SCHEMAS.joinpath("motion.schema.json").read_text("utf-8"))
+from tests.support.json_answers import json_answer
 
 
 def run(capsys, *arguments):
-    """Exit code and the JSON of one command, which keeps to its schema."""
-    code = main(["motion", *arguments, "--json"])
-    report = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA).validate(report)
-    return code, report
+    """Exit code and JSON of the command."""
+    return json_answer(capsys, "motion", *arguments)
 
 
 def refused(capsys, code, *arguments):

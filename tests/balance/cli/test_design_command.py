@@ -5,28 +5,22 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from pathlib import Path
 from typing import get_args
 
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
-import balance
 from balance.cli.design import OBJECTIVES
 from balance.cli.main import main
 from balance.designs.best_design import Objective
 from kinematics.model_gallery import gallery
 from tests.support.covering import spread
 from tests.support.figures import FIGURES
+from tests.support.json_answers import json_answer, read_schema
 from tests.support.sidecar_text import PAIR
 from tests.support.urdf_text import along, joint, link
 
-SCHEMA = json.loads(
-    Path(balance.__file__)
-    .with_name("schemas")
-    .joinpath("design.schema.json")
-    .read_text(encoding="utf-8")
-)
+SCHEMA = read_schema("design")
 YES, NO = "four_bar_antiparallelogram", "four_bar_general"
 # Gallery linkages, motions and kinds of balance for which bodies can be built.
 FEASIBLE = {
@@ -44,11 +38,8 @@ FEASIBLE = {
 
 
 def run(capsys, *words):
-    """Exit code and the JSON that was printed."""
-    code = main(["design", *words, "--json"])
-    found = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA).validate(found)
-    return code, found
+    """Exit code and JSON of the command."""
+    return json_answer(capsys, "design", *words)
 
 
 def told(caplog):

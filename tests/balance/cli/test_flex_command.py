@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import pytest
-from jsonschema import Draft202012Validator
 
-import balance
 from balance.cli.main import main
+from tests.support.json_answers import json_answer
 
-SCHEMA = json.loads(
-    Path(balance.__file__).with_name("schemas").joinpath("flex.schema.json").read_text("utf-8")
-)
 ARM = "length:0.1,EI:0.0045,rhoA:0.024,tip:0.01,radius:0.01,hub:0.01,inertia:1e-7"
 FAST = ["--duration", "0.2", "--samples", "5", "--elements", "4", "--modes", "1"]
 
 
 def run(capsys, *words):
-    """Exit code and the JSON that was printed."""
-    code = main(["flex", *words, "--json"])
-    found = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA).validate(found)
-    return code, found
+    """Exit code and JSON of the command."""
+    return json_answer(capsys, "flex", *words)
 
 
 @pytest.mark.slow

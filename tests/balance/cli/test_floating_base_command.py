@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 import csv
-import json
-from importlib.resources import files
 
 import pytest
-from jsonschema import Draft202012Validator
 
 from balance.cli.main import main
+from tests.support.json_answers import json_answer
 
-SCHEMA = json.loads(
-    files("balance").joinpath("schemas", "floating_base.schema.json").read_text("utf-8")
-)
 BALANCED, SHAKING = "four_bar_kite_balanced", "four_bar_general"
 FREE = ["--base", "free", "--base-mass", "3", "--base-inertia", "0.5", "--duration", "0.2"]
 SPRING = [*FREE[:1], "spring", *FREE[2:], "--stiffness", "1e3", "--stiffness", "2e4N/m"]
 
 
 def run(capsys, *arguments):
-    """Exit code and the JSON of one command, which keeps to its schema."""
-    code = main(["verify", *arguments, "--json"])
-    report = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA).validate(report)
-    return code, report
+    """Exit code and JSON of the command."""
+    return json_answer(capsys, "verify", *arguments, schema="floating_base")
 
 
 @pytest.mark.slow

@@ -11,7 +11,8 @@ from jsonschema import Draft202012Validator, ValidationError
 import kinematics
 from balance.cli.main import main
 from tests.independent import reference
-from tests.support.motion_command import SCHEMA, named, refused, run, table
+from tests.support.json_answers import read_schema
+from tests.support.motion_command import named, refused, run, table
 from tests.support.motions import followed
 from tests.support.rounded_four_bar import four_bar
 
@@ -74,7 +75,7 @@ def test_json_keeps_its_keys(capsys):
     assert sorted(report["dependent"]) == ["q2", "q3", "q4"]
     assert report["reached"] is True and 0.1 < report["radius"] < 3.0
     with pytest.raises(ValidationError):
-        Draft202012Validator(SCHEMA).validate({**report, "surprise": 1})
+        Draft202012Validator(read_schema("motion")).validate({**report, "surprise": 1})
     _, report = run(capsys, "hprs", "--to", "prismatic=0.2")
     assert report["radius"] is None and report["dependent"] == []
     assert report["joints"][1] == {"name": "prismatic", "unit": "m"}

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import pytest
-from jsonschema import Draft202012Validator
 
-import balance
 from balance.cli.main import main
+from tests.support.json_answers import json_answer
 
-SCHEMA = json.loads(
-    Path(balance.__file__).with_name("schemas").joinpath("paths.schema.json").read_text("utf-8")
-)
 SHORT = ("--length", "0.3")
 
 
 def run(capsys, *words):
-    """Exit code and the JSON that was printed."""
-    code = main(["paths", *words, *SHORT, "--json"])
-    found = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA).validate(found)
-    return code, found
+    """Exit code and JSON of the command."""
+    return json_answer(capsys, "paths", *words, *SHORT)
 
 
 @pytest.mark.slow

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
-from jsonschema import Draft202012Validator
 
 import balance
 from balance.cli.main import main
 from balance.remedies.catalogue import CATALOGUE
+from tests.support.json_answers import json_answer, read_schema
 
-SCHEMA = json.loads(
-    Path(balance.__file__)
-    .with_name("schemas")
-    .joinpath("remedies.schema.json")
-    .read_text("utf-8")
-)
+SCHEMA = read_schema("remedies")
 NO, YES = "four_bar_general", "four_bar_antiparallelogram"
 
 
 def run(capsys, *words):
-    """Exit code and the JSON that was printed."""
-    code = main(["remedies", *words, "--json"])
-    found = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA).validate(found)
-    return code, found
+    """Exit code and JSON of the command."""
+    return json_answer(capsys, "remedies", *words)
 
 
 @pytest.mark.slow

@@ -9,29 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 
-import balance
 from balance.cli.main import main
 from tests.support.covering import number_of_cases
+from tests.support.json_answers import json_answer
 from tests.support.pantographs import TABLE, random_triple
 
-SCHEMA = json.loads(
-    Path(balance.__file__)
-    .with_name("schemas")
-    .joinpath("synthesize.schema.json")
-    .read_text("utf-8")
-)
 TWO = "0.3,0.1,11; 0.1,0.4,-40"
 THREE = f"{TWO}; -0.1,0.5,-70"
 
 
 def run(capsys, *words):
-    """Exit code and the JSON that was printed."""
-    code = main(["synthesize", *words, "--json"])
-    found = json.loads(capsys.readouterr().out)
-    Draft202012Validator(SCHEMA).validate(found)
-    return code, found
+    """Exit code and JSON of the command."""
+    return json_answer(capsys, "synthesize", *words)
 
 
 def spell(places):

@@ -23,9 +23,10 @@ from balance.report.html.verification import (
 from balance.report.html.verification_page import verification_page
 from balance.verification.shaking_wrench import mass_parameters
 from balance.verification.to_pinocchio import verify
+from tests.support.json_answers import read_schema
 from tests.support.laws import altered, off_axis, sums, words
 from tests.support.rounded_four_bar import four_bar
-from tests.support.verify_command import BALANCED, FEW, SCHEMA, SHAKING, run
+from tests.support.verify_command import BALANCED, FEW, SHAKING, run
 
 KEYS = (
     "schema model file at balance balanced tolerance trajectories samples seed inputs duration "
@@ -62,7 +63,7 @@ def test_json_keeps_its_keys(capsys):
         report["ratio"]["force"] * report["bearing"]["force"]
     )
     with pytest.raises(ValidationError):
-        Draft202012Validator(SCHEMA).validate({**report, "surprise": 1})
+        Draft202012Validator(read_schema("verify")).validate({**report, "surprise": 1})
     same = verify(kinematics.load(SHAKING), trajectories=2, seed=4).to_dict()
     assert {**same, "against": None} == report
 

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
-
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 
 import balance
 import kinematics
@@ -17,6 +13,7 @@ from kinematics.closure.joint_positions import joint_positions
 from kinematics.errors import CoordinateError, PoseError
 from kinematics.urdf.write_closed_pose import write_at_reference_pose
 from tests.support.chains import jointed, robot, written
+from tests.support.json_answers import json_answer
 from tests.support.laws import altered
 from tests.support.rounded_four_bar import four_bar
 
@@ -143,12 +140,8 @@ def test_an_open_file_counts_from_its_own_pose(tmp_path):
 
 
 def run(capsys, *words):
-    """Exit code and JSON of a command, which keeps to its schema."""
-    code = main([*map(str, words), "--json"])
-    report = json.loads(capsys.readouterr().out)
-    text = files("balance").joinpath("schemas", f"{words[0]}.schema.json").read_text("utf-8")
-    Draft202012Validator(json.loads(text)).validate(report)
-    return code, report
+    """Exit code and JSON of a command."""
+    return json_answer(capsys, *map(str, words))
 
 
 def test_the_command_reports_the_pose_and_writes_its_file(tmp_path, capsys):

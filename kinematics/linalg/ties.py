@@ -1,7 +1,8 @@
 """Choose and sort by computed numbers: among equal ones, the first in the given order wins.
 
-Numbers count as equal if they differ by a small part of the largest. Which of two equal
-numbers has the larger last bit depends on the processor; what is chosen here does not.
+Numbers count as equal to the one that is sought if they differ from it by a small part of it.
+Which of two equal numbers has the larger last bit depends on the processor; what is chosen
+here does not.
 """
 
 from __future__ import annotations
@@ -34,15 +35,15 @@ def first_largest(values: ArrayLike, size: float = 0.0, relative: float = TIE_RE
     Args:
         values: numbers (n,), at least one; undefined ones are never chosen before others.
         size: what the numbers are to be compared with, if they may all be round-off.
-        relative: difference over the largest absolute value, or over the size if that is
-            larger, up to which numbers are equal.
+        relative: difference over the absolute value of the largest number, or over the size if
+            that is larger, up to which numbers are equal.
     """
     numbers = np.asarray(values, dtype=np.float64).ravel()
     finite = numbers[np.isfinite(numbers)]
     if not finite.size or np.isposinf(numbers).any():
         return int(np.argmax(np.where(np.isnan(numbers), -np.inf, numbers)))
-    slack = relative * max(size, float(np.abs(finite).max()))
-    return int(np.argmax(numbers >= finite.max() - slack))
+    largest = float(finite.max())
+    return int(np.argmax(numbers >= largest - relative * max(size, abs(largest))))
 
 
 def first_least(values: ArrayLike, size: float = 0.0, relative: float = TIE_RELATIVE) -> int:
@@ -51,8 +52,8 @@ def first_least(values: ArrayLike, size: float = 0.0, relative: float = TIE_RELA
     Args:
         values: numbers (n,), at least one.
         size: what the numbers are to be compared with, if they may all be round-off.
-        relative: difference over the largest absolute value, or over the size if that is
-            larger, up to which numbers are equal.
+        relative: difference over the absolute value of the least number, or over the size if
+            that is larger, up to which numbers are equal.
     """
     return first_largest(-np.asarray(values, dtype=np.float64), size, relative)
 

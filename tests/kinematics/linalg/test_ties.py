@@ -42,6 +42,8 @@ def test_numbers_that_differ_are_told_apart():
     assert first_largest([1.0, 1.01], relative=0.1) == 0
     assert rank_least_first([2.0, 1.0 + 1e-8, 1.0]) == [2, 1, 0]
     assert first_largest([-3.0, -2.0, -2.0]) == 1
+    assert first_least([2.0, 1.0, 1e15]) == 1
+    assert first_largest([-2.0, -1.0, -1e15]) == 1
 
 
 def test_numbers_that_are_not_finite():

@@ -209,8 +209,12 @@ def test_a_terminal_counts_kernels(small):
 
 @pytest.mark.compile
 def test_a_terminal_shows_that_a_command_works():
-    words = ["-m", "balance", "report", "three_rsr"]
-    text = on_terminal(ROOT, *words, BALANCE_COMPILE="never")
+    """However short it is: the spinner is told to have no patience."""
+    code = """if True:
+        from balance.cli import main, spinner
+        spinner.PATIENCE = 0.0
+        main.main(["report", "three_rsr"])"""
+    text = on_terminal(ROOT, "-c", code, BALANCE_COMPILE="never")
     assert "finding the mass distributions" in text and "0:00:0" in text
     assert "massless: no mass" in text
 

@@ -17,6 +17,8 @@ from tests.fuzz import fuzz_formats
 from tests.support.mjcf_text import GEOM, INERTIAL, four_bar, mjcf_text, of, world
 from tests.support.waiting import HANGS
 
+ROOT = Path(__file__).parents[3]
+
 pytest.importorskip("mujoco")
 
 
@@ -205,9 +207,10 @@ def test_a_closed_pose_is_written_as_urdf(tmp_path, capsys):
 @pytest.mark.slow
 def test_mutants_are_read_or_refused_in_one_line(tmp_path):
     """In a process of its own: it neither ends early, nor hangs, nor prints, nor writes."""
+    words = ["-m", fuzz_formats.__name__, "mjcf", "--seed", "300", "--cases", "200"]
     done = subprocess.run(
-        [sys.executable, fuzz_formats.__file__, "mjcf", "--seed", "300", "--cases", "200"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=HANGS,
+        [sys.executable, *words], cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True, text=True, timeout=HANGS,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stderr == "" and done.stdout.endswith("0 found\n")

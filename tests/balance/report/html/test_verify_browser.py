@@ -46,6 +46,11 @@ def numbers(browser, k):
             for row in rows}  # fmt: skip
 
 
+def size_of(load):
+    """A load in words; the second linkage is balanced, and its loads are round-off."""
+    return f"{load:.3g}" if load > 1e-3 else "below 1e-09"
+
+
 @pytest.mark.browser
 def test_curves_are_drawn_offline(opened):
     lines = "return document.querySelectorAll('#traces0 .line, #traces1 .line').length"
@@ -71,8 +76,8 @@ def test_numbers_belong_to_the_motion_drawn(opened, found):
         for i, verification in enumerate(found):
             run = verification.runs[k]
             told = numbers(opened, i)
-            assert told["shaking force"] == f"{run.peak('force'):.3g} N"
-            assert told["shaking moment, rms"] == f"{run.rms('moment'):.3g} N m"
+            assert told["shaking force"] == f"{size_of(run.peak('force'))} N"
+            assert told["shaking moment, rms"] == f"{size_of(run.rms('moment'))} N m"
             drawn = opened.execute_script(
                 "return byId(arguments[0]).chart.traces.map((t) => t.y)", f"traces{i}"
             )
@@ -89,7 +94,7 @@ def test_the_mechanism_moves_with_the_time(opened, found):
     q, t = opened.execute_script("return [[...stages[0].q], parseFloat(now.textContent)]")
     at = int(np.argmin(np.abs(run.time - run.time[0] - t)))
     np.testing.assert_allclose(q, run.q[at], rtol=1e-5, atol=1e-9)
-    labels = play_until(opened, "#play", "Math.abs(time.value - 500) > 20")
+    labels = play_until(opened, "#play", "Math.abs(time.value - 500) > 60")  # two samples
     assert labels == ["Stop", "Play"]
     moved = opened.execute_script("return [...stages[0].q]")
     assert np.abs(np.array(moved) - q).max() > 1e-4

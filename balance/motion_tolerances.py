@@ -16,9 +16,10 @@ __all__ = [
     "MOTION_RETURN", "ON_LOCAL_CURVE",
     "PATH_CONDITIONING", "PATH_EDGE_RATE", "PATH_MOMENTUM", "PATH_STEP_ERROR",
     "RATE_RESIDUAL_RELATIVE", "RELATION_RESIDUAL", "REVOLUTION_RETURN", "SHAKING_RELATIVE",
+    "SINGULAR_MOTION_DETERMINED",
     "SWEEP_BRANCH_DISTANCE", "SWEEP_CLOSED", "SWEEP_DAMPING", "SWEEP_FREE_DAMPING",
     "SWEEP_NEWTON_DONE", "SYNTHESIS_ANGLE_MET", "SYNTHESIS_LINK_FLAT", "SYNTHESIS_MOMENTUM",
-    "SYNTHESIS_SINGULAR",
+    "SYNTHESIS_SHAKING", "SYNTHESIS_SINGULAR",
 ]  # fmt: skip
 
 # --- verification
@@ -109,6 +110,10 @@ FREQUENCY_ZERO = 1e-12
 # steps of the integration and round-off decide them: they are written as bounds.
 INTEGRAL_DETERMINED = 1e-9
 
+# Loads of a motion that passes near a singularity, relative to the inertia of the bodies, up to
+# which round-off decides them.
+SINGULAR_MOTION_DETERMINED = 1e-6
+
 # --- flexible
 
 # Difference of the peaks of a mode, relative to them, up to which the first gives its sign.
@@ -124,6 +129,9 @@ SYNTHESIS_LINK_FLAT = 0.05
 SYNTHESIS_ANGLE_MET = 1e-10
 # Momentum of a synthesised mechanism, relative to the sum of that of its bodies.
 SYNTHESIS_MOMENTUM = 1e-10
+# Its shaking, relative to the inertia of the bodies. Its motions may pass flat parallelograms,
+# where round-off is amplified.
+SYNTHESIS_SHAKING = 1e-8
 
 # --- sweeps
 

@@ -46,6 +46,7 @@ __all__ = [
     "LOOP_RANK_OF_FILE",
     "LOOP_RANK_RELATIVE",
     "LOOP_RANK_RELATIVE_SOLVED",
+    "MARGIN_DETERMINED",
     "MAX_TRIED_AXIS_CHANGE",
     "MEETING_AXES_COORDINATE",
     "MEETING_AXES_SIZE",
@@ -67,6 +68,7 @@ __all__ = [
     "OTHER_POSE_DISTANCE",
     "PINOCCHIO_AXES_COSINE",
     "PLANAR_DEVIATION",
+    "POSE_DETERMINED",
     "RANK_MARGIN",
     "RANK_RELATIVE",
     "RANK_RELATIVE_PER_LENGTH",
@@ -97,6 +99,11 @@ WRITTEN_AS_ZERO = 1e-10
 # Sizes relative to their scale up to which round-off decides them: they are written as bounds.
 # Sums over some hundred terms of double precision stay three decades below.
 SIZE_DETERMINED = 1e-12
+# The same for differences of two poses that Newton's method closes.
+POSE_DETERMINED = 1e-10
+# The same for the smallest singular value of a regressor and what is derived from it: its
+# absolute error is that of the largest one.
+MARGIN_DETERMINED = 1e-9
 # Significant digits of a computed number that round-off leaves.
 NUMBER_DETERMINED = 10
 

@@ -54,12 +54,12 @@ def list_changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
         ("rank", space.rank, certified.rank),
         ("serial part", space.serial_nullity, certified.serial_nullity),
     ]
-    lines = [f"{name} {there}, not {here}" for name, here, there in pairs if here != there]
+    lines = [f"{name} {there}" for name, here, there in pairs if here != there]
     ranks = {order.order: order.rank for order in certified.orders}
     for order in space.orders:
         known = ranks.get(order.order, certified.rank)
         if known != order.rank:
-            lines.append(f"order {order.order}: rank {known}, not {order.rank}")
+            lines.append(f"order {order.order}: rank {known}")
     return lines
 
 

@@ -27,6 +27,8 @@ from kinematics.model.arrays import Chain, freeze
 from kinematics.model.linkage import Linkage, Notice, names_of
 from kinematics.model.motion import Motion, motion_of
 from kinematics.model_gallery import LinkageLike, as_linkage
+from kinematics.tolerances import MARGIN_DETERMINED
+from kinematics.wording import size_text
 
 __all__ = ["design_space"]
 
@@ -128,6 +130,7 @@ def _notices(chain: Chain, settled: bool, decision: Decision) -> list[Notice]:
         text = "poses further on need more conditions than were found: the rank may be too low"
         found.append(Notice("not_settled", text))
     if decision.ill_conditioned:
-        text = f"the smallest singular value kept, {decision.kept:.1e}, is near round-off"
+        kept = size_text(decision.kept, floor=MARGIN_DETERMINED)
+        text = f"the smallest singular value kept, {kept}, is near round-off"
         found.append(Notice("thin_margin", text))
     return found

@@ -27,6 +27,7 @@ from balance.transfers.by_joint import Transfer, by_joint
 from balance.transfers.compute_transfers import Transfers
 from kinematics.model.arrays import Chain
 from kinematics.model.linkage import Linkage, Notice
+from kinematics.tolerances import MARGIN_DETERMINED
 from kinematics.urdf.validate_inertias import UNPHYSICAL
 from kinematics.wording import first_names, html_facts, repr_lines, size_text
 
@@ -68,9 +69,10 @@ def square_doubt(kept: float) -> tuple[str, ...]:
     """
     if not kept < SQUARE_ROUND_OFF:
         return ()
+    size = size_text(kept, floor=MARGIN_DETERMINED)
     return (
-        f"the smallest singular value kept is {kept:.1e}: conditions of the size of its square "
-        "are below round-off",
+        f"the smallest singular value kept is {size}: conditions of the size of its square are "
+        "below round-off",
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from balance.certification.certified_space import CertifiedSpace
 from balance.certification.certify_space import certify
-from balance.motion_tolerances import SYNTHESIS_MOMENTUM
+from balance.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
 from balance.spaces.compute_space import design_space
 from balance.synthesis.constrained_motion import MotionTable
 from balance.verification.result import Verification
@@ -63,7 +63,9 @@ def confirm_relation(
         linkage = _load(urdf)
         space = design_space(linkage, relation)
         space = certify(space) if certified else space
-        checked = verify(linkage, motion=relation, trajectories=MOTIONS)
+        checked = verify(
+            linkage, motion=relation, trajectories=MOTIONS, tolerance=SYNTHESIS_SHAKING
+        )
     except LinkageError as error:
         return Confirmation(False, None, None, "", str(error))
     level = space.certainty.level if isinstance(space, CertifiedSpace) else "floating point"
@@ -81,7 +83,9 @@ def confirm_along(urdf: bytes, table: MotionTable) -> Confirmation:
     try:
         linkage = _load(urdf)
         space = certify(design_space(linkage, None, "force"))
-        checked = verify(linkage, along=[_trajectory(linkage, table)])
+        checked = verify(
+            linkage, tolerance=SYNTHESIS_SHAKING, along=[_trajectory(linkage, table)]
+        )
     except LinkageError as error:
         return Confirmation(False, None, None, "", str(error))
     words = f"force {space.as_given.verdict} in every motion, {space.certainty.level}"

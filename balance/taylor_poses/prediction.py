@@ -18,6 +18,7 @@ from kinematics.errors import PoseError, UnreachedError
 from kinematics.model.arrays import IntArray, freeze
 from kinematics.model.full_turns import unit_of_joint, wrap_turns
 from kinematics.model.linkage import Notice
+from kinematics.tolerances import POSE_DETERMINED
 from kinematics.wording import count_noun, number_text, repr_lines, size_text, vector_text
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ class Prediction:
         """One line: the displacements, and whether the pose was reached."""
         if self.corrected is None:
             return f"Prediction at {vector_text(self.u)}: not reached"
-        error = size_text(self.difference or 0.0, ".2g")
+        error = size_text(self.difference or 0.0, ".2g", floor=POSE_DETERMINED)
         return f"Prediction at {vector_text(self.u)}: reached, true error {error}"
 
 

@@ -8,13 +8,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from balance.motion_tolerances import AGREEMENT_RELATIVE, CONDITIONING_NOTICE
+from balance.motion_tolerances import (
+    AGREEMENT_RELATIVE,
+    CONDITIONING_NOTICE,
+    SINGULAR_MOTION_DETERMINED,
+)
 from balance.options import Balance
 from balance.verification.crank_revolution import Crank
 from balance.verification.run import PARTS, Run
 from kinematics.linalg.ties import first_largest
 from kinematics.model.linkage import Linkage, Notice
-from kinematics.tolerances import TIE_RELATIVE
+from kinematics.tolerances import SIZE_DETERMINED, TIE_RELATIVE
 from kinematics.wording import count_noun, html_facts, repr_lines, size_text
 
 __all__ = ["VERIFY_SCHEMA", "Verification"]
@@ -196,19 +200,25 @@ class Verification:
             load: its size, N or N m.
         """
         unit = "N" if part == "force" else "N m"
-        return f"{size_text(load, '.3g', self.part_scale(part))} {unit}"
+        return f"{size_text(load, '.3g', self.part_scale(part), self.round_off)} {unit}"
+
+    @property
+    def round_off(self) -> float:
+        """Size relative to inertia up to which round-off decides it; large at a singularity."""
+        near = self.conditioning < CONDITIONING_NOTICE
+        return SINGULAR_MOTION_DETERMINED if near else SIZE_DETERMINED
 
     @property
     def force_text(self) -> str:
         """The peak shaking force, and its residual, in words."""
         load = self.load_text("force", self.force)
-        return f"{load}, {size_text(self.force_residual)} of inertia"
+        return f"{load}, {size_text(self.force_residual, floor=self.round_off)} of inertia"
 
     @property
     def moment_text(self) -> str:
         """The peak shaking moment, and its residual, in words."""
         load = self.load_text("moment", self.moment)
-        return f"{load}, {size_text(self.moment_residual)} of inertia"
+        return f"{load}, {size_text(self.moment_residual, floor=self.round_off)} of inertia"
 
     @property
     def plotted(self) -> int:

@@ -25,6 +25,7 @@ from kinematics.tolerances import (
     LOOP_RANK_OF_FILE,
     LOOP_RANK_RELATIVE,
 )
+from kinematics.wording import size_text
 
 __all__ = ["has_near_zero_singular_values", "repair_axes", "repair_component"]
 
@@ -93,7 +94,7 @@ def repair_component(
     if gap <= FIT_RESIDUAL:
         return ""
     turn, shift = max(angle, fit.angle), max(distance, fit.shift)
-    by = f"by up to {turn:.2g} rad and {shift:.2g} m"
+    by = f"by up to {turn:.2g} rad and {size_text(shift, '.2g', fit.size)} m"
     degrees = f"{fit.freedom} degree{'s' if fit.freedom > 1 else ''} of freedom"
     if max(fit.change, gap) > AXIS_ROUNDING:
         return (

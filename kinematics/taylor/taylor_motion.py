@@ -38,6 +38,11 @@ Array = NDArray[np.float64]
 RADIUS_ORDER = 24
 # Directions for every input in the search for the radius.
 DIRECTIONS_PER_INPUT = 6
+# Terms of high order below this part of the first are round-off; as large as that, they would
+# let the series converge up to 2.6.
+TERM_ROUND_OFF = 1e-10
+# Order up to which the terms of a linear motion are looked at: round-off grows with the order.
+LINEAR_ORDER = 6
 # Spread of the directions around the worst one found so far, of length 1, round by round.
 DIRECTION_SPREADS = (1.0, 0.3, 0.1)
 # Safety factor on the smallest radius found: directions in between may have a smaller one.
@@ -231,16 +236,18 @@ def _series_radius(terms: Array) -> float:
 
     It is the smaller of two estimates: from the root of late terms, and from the growth of
     late maxima over earlier ones, since terms oscillate if complex singularities are nearest.
+    Terms of round-off count as if they were as large as it may be: the estimate is then low. A
+    series without terms of low order but the first is that of a linear motion.
 
     Args:
         terms: sizes from order 1 on (orders,).
     """
     count = len(terms)
     order = np.arange(1, count + 1)
-    if not terms[1:].any():
+    floor = TERM_ROUND_OFF * terms[0]
+    if not terms[1:LINEAR_ORDER].max() > floor:
         return np.inf
-    with np.errstate(divide="ignore"):
-        levels = np.log(terms) + 1.5 * np.log(order)
+    levels = np.log(np.maximum(terms, floor)) + 1.5 * np.log(order)
     half, quarter = count // 2, count // 4
     root = np.max((levels[half:] - levels[0]) / (order[half:] - 1))
     slope = (levels[-quarter:].max() - levels[quarter:half].max()) / half

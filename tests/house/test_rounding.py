@@ -18,7 +18,9 @@ from tests.support.rounding import COMPILED
 UNIT = 2.0**-52
 SHORT = np.array([0.0, 1.0, -3.0, 0.375, 2.0**-40, 12345.0])
 # What a command prints of time, and of kernels that it had to compile.
-OF_TIME = re.compile(r" in [\d.]+ s, \d+ geometries a second|^compiling kernels .*\n", re.M)
+OF_TIME = re.compile(
+    r" in [\d.]+ s, \d+ geometries a second|^compiling kernels .*\n|^time +[\d.]+ s$", re.M
+)
 
 
 @pytest.fixture(params=(1, 2, 3))

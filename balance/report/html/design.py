@@ -83,8 +83,8 @@ def design_page(design: Design) -> str:
         },
         scripts=SCRIPTS,
         facts=facts_list(design_facts(design)),
-        designed=_table(design.bodies),
-        given=_table(replace(design, z=freeze(given)).bodies),
+        designed=_table(design.bodies, design.space.length),
+        given=_table(replace(design, z=freeze(given)).bodies, design.space.length),
     )
 
 
@@ -97,8 +97,8 @@ def _summary(design: Design) -> str:
     return f"Masses that bodies can have and that exert no shaking {wrench} {when}{best}."
 
 
-def _table(bodies: Sequence[BodyInertia]) -> str:
+def _table(bodies: Sequence[BodyInertia], length: float) -> str:
     """Render the table of mass, centre of mass and principal moments of each body."""
-    head, *lines = body_rows(bodies)
+    head, *lines = body_rows(bodies, length)
     cells = [[escape(name), *(x.replace("-", "−") for x in rest)] for name, *rest in lines]
     return html_table([name.capitalize() for name in head], cells, [1, 2, 3])

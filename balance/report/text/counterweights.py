@@ -67,23 +67,26 @@ def counterweights_facts(found: Counterweights) -> list[tuple[str, str]]:
     return pairs
 
 
-def counterweight_rows(weights: Sequence[Counterweight]) -> list[tuple[str, ...]]:
+def counterweight_rows(
+    weights: Sequence[Counterweight], digits: int = DIGITS
+) -> list[tuple[str, ...]]:
     """Build the table of lumps, its head first; a link with many lumps has one row.
 
     Args:
         weights: the counterweights.
+        digits: significant digits of masses and positions.
     """
     metals = tuple(f"{name} (cm³)" for name in DENSITIES)
     rows: list[tuple[str, ...]] = [("link", "mass (kg)", "position, link frame (m)", *metals)]
     for weight in weights:
         parts = [(lump.mass, lump.position) for lump in weight.lumps]
         for mass, position in parts or [(weight.mass, weight.com)]:
-            place = vector_digits(position, DIGITS)
+            place = vector_digits(position, digits, weight.region.size)
             volumes = (
                 number_text(CUBIC_CENTIMETRES * mass / density)
                 for density in DENSITIES.values()
             )
-            rows.append((weight.link, number_text(mass, f".{DIGITS}g"), place, *volumes))
+            rows.append((weight.link, number_text(mass, f".{digits}g"), place, *volumes))
     return rows
 
 

@@ -14,6 +14,7 @@ from balance.designs.best_design import Design
 from balance.inertial_parameters.body_inertia import BodyInertia
 from balance.spaces.distance_to_rank_drop import distance_to_rank_drop
 from kinematics.linalg.ties import round_decimals
+from kinematics.tolerances import WRITTEN_AS_ZERO
 from kinematics.wording import number_text, round_to_ten_digits, size_text
 
 __all__ = [
@@ -80,17 +81,22 @@ def design_facts(design: Design) -> list[tuple[str, str]]:
     return pairs
 
 
-def body_rows(bodies: Sequence[BodyInertia]) -> list[tuple[str, ...]]:
-    """Build the table of bodies, its head first."""
+def body_rows(bodies: Sequence[BodyInertia], length: float) -> list[tuple[str, ...]]:
+    """Build the table of bodies, its head first.
+
+    Args:
+        bodies: the bodies.
+        length: characteristic length, m; shorter coordinates by ten decades are zero.
+    """
     head = ("body", "mass (kg)", "centre of mass, link frame (m)", "principal moments (kg m²)")
-    return [head, *(_row(body) for body in bodies)]
+    return [head, *(_row(body, length) for body in bodies)]
 
 
 def design_text(design: Design) -> str:
     """Write a design as plain text."""
     lines = [f"{label:<13} {value}" for label, value in design_facts(design)]
     if design.bodies:
-        table = body_rows(design.bodies)
+        table = body_rows(design.bodies, design.space.length)
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         cells = ("  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True))
                  for row in table)  # fmt: skip
@@ -165,9 +171,9 @@ def _mass_range(low: float, high: float) -> str:
     return f"{low:g} to {high:g}" if low else f"at most {high:g}"
 
 
-def _row(body: BodyInertia) -> tuple[str, ...]:
+def _row(body: BodyInertia, length: float) -> tuple[str, ...]:
     """Build the row of one body, with principal moments about its centre of mass."""
-    com = "" if body.link_com is None else vector_digits(body.link_com)
+    com = "" if body.link_com is None else vector_digits(body.link_com, DIGITS, length)
     inertia = body.link_inertia
     moments = (
         ""
@@ -177,13 +183,15 @@ def _row(body: BodyInertia) -> tuple[str, ...]:
     return body.name, number_text(body.mass, f".{DIGITS}g"), com, moments
 
 
-def vector_digits(vector: Array, digits: int = DIGITS) -> str:
+def vector_digits(vector: Array, digits: int = DIGITS, scale: float = 0.0) -> str:
     """Format numbers to the last decimal place of the largest one.
 
     Args:
         vector: the numbers (n,).
         digits: significant digits of the largest one.
+        scale: a size in the unit of the numbers; those below `WRITTEN_AS_ZERO` of it are 0.
     """
+    vector = np.where(np.abs(vector) > WRITTEN_AS_ZERO * scale, vector, 0.0)
     largest = round_to_ten_digits(float(np.abs(vector).max()))
     place = digits - 1 - int(np.floor(np.log10(largest))) if largest else 0
     return ", ".join(f"{x + 0.0:.{digits}g}" for x in round_decimals(vector, place).tolist())

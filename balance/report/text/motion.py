@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from balance.taylor_poses.prediction import Prediction, Predictions, assign_inputs
 from kinematics.assembly.tool_frame import tool_coordinates
 from kinematics.model.full_turns import wrap_turns
+from kinematics.tolerances import POSE_DETERMINED
 from kinematics.wording import number_text, size_text
 
 __all__ = ["motion_facts", "measure", "motion_tables", "motion_text"]
@@ -134,8 +135,10 @@ def motion_tables(found: Predictions, most: int = MAX_POSES) -> list[list[tuple[
 
 def _pose_row(number: int, pose: Prediction) -> tuple[str, ...]:
     """Build the row of one pose of a path."""
-    estimate = "none" if pose.error is None else size_text(pose.error)
-    true = "none" if pose.difference is None else size_text(pose.difference)
+    estimate, true = (
+        "none" if size is None else size_text(size, floor=POSE_DETERMINED)
+        for size in (pose.error, pose.difference)
+    )
     if pose.reason:
         estimate, true = "none", "not reached"
     return (
@@ -162,7 +165,8 @@ def _joint_table(found: Predictions, pose: Prediction) -> list[tuple[str, ...]]:
     if corrected is not None and predicted is not None and pose.error is not None:
         head += ["predicted", "difference"]
         columns.append(_position_texts(found, predicted))
-        columns.append([size_text(q) for q in (predicted - corrected).tolist()])
+        differences = (predicted - corrected).tolist()
+        columns.append([size_text(q, floor=POSE_DETERMINED) for q in differences])
     return [("joint", "unit", *head), *zip(joints, found.units, *columns, strict=True)]
 
 
@@ -208,10 +212,10 @@ def _error_text(estimate: float | None, difference: float | None) -> str:
     """Describe the estimated and the true error of a prediction."""
     text = "no estimate beyond the radius of convergence"
     if estimate is not None:
-        text = f"{size_text(estimate)} estimated"
-    return (
-        text if difference is None else f"{text}, {size_text(difference)} to the corrected pose"
-    )
+        text = f"{size_text(estimate, floor=POSE_DETERMINED)} estimated"
+    if difference is None:
+        return text
+    return f"{text}, {size_text(difference, floor=POSE_DETERMINED)} to the corrected pose"
 
 
 def _first_names(names: tuple[str, ...]) -> str:

@@ -109,7 +109,7 @@ def partial_text(front: ParetoFront) -> str:
     if len(front.designs) > 1:
         lines += ["", *_aligned(front_rows(front))]
     if best.weights:
-        lines += ["", *_aligned(counterweight_rows(best.weights))]
+        lines += ["", *_aligned(counterweight_rows(best.weights, DIGITS))]
     return "\n".join(lines)
 
 

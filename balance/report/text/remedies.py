@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from balance.remedies.applied import AppliedRemedy
 from balance.remedies.compare import RemedyComparison
+from kinematics.tolerances import POSE_DETERMINED
 from kinematics.wording import number_text, size_text
 
 __all__ = ["remedies_facts", "remedies_text", "remedy_rows"]
@@ -51,19 +52,19 @@ def remedy_rows(found: RemedyComparison) -> list[tuple[str, ...]]:
     Args:
         found: the comparison.
     """
-    return [HEAD, *map(_row, found.results)]
+    return [HEAD, *(_row(one, found.request.given_mass) for one in found.results)]
 
 
-def _row(one: AppliedRemedy) -> tuple[str, ...]:
+def _row(one: AppliedRemedy, given_mass: float) -> tuple[str, ...]:
     """Build the row of one result."""
     if not one.helps:
         return (one.remedy, one.verdict, *[NONE] * (len(HEAD) - 2))
     numbers = (
-        NONE if value is None else number_text(value, f".{DIGITS}g")
+        NONE if value is None else number_text(value, f".{DIGITS}g", given_mass)
         for value in (one.added_mass, one.mass_ratio, one.inertia_ratio)
     )  # fmt: skip
     counts = len(one.new_links), len(one.new_joints), -one.lost_freedoms
-    shaking = NONE if one.residual is None else size_text(one.residual)
+    shaking = NONE if one.residual is None else size_text(one.residual, floor=POSE_DETERMINED)
     return (one.remedy, one.verdict, *numbers, *map(str, counts), shaking)
 
 

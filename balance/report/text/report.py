@@ -8,6 +8,7 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING
 
+from kinematics.tolerances import MARGIN_DETERMINED
 from kinematics.wording import number_text, size_text
 
 if TYPE_CHECKING:
@@ -55,7 +56,14 @@ def report_facts(space: DesignSpace, change: float = inf) -> list[tuple[str, str
     if space.idle:
         lines.append(("idle joints", ", ".join(space.idle)))
     given = space.as_given
-    residual = "" if given.residual is None else f" (residual {size_text(given.residual)})"
+    if space.kept <= MARGIN_DETERMINED:
+        # Floating point sees the linkage of lower rank itself, or not, as it rounds.
+        change = 0.0
+    # Near a linkage of lower rank round-off turns the space, and the residual with it.
+    if given.residual is None or change <= MARGIN_DETERMINED:
+        residual = ""
+    else:
+        residual = f" (residual {size_text(given.residual)})"
     return [
         *lines,
         ("conditions", f"{space.rank}, {_completeness(space)}"),
@@ -75,12 +83,15 @@ def gap_text(kept: float, dropped: float) -> str:
         kept: the smallest that counts, relative to the largest.
         dropped: bound of the largest that does not.
     """
-    return f"{kept:.1e} kept, {size_text(dropped)} dropped (singular values)"
+    kept_text = size_text(kept, floor=MARGIN_DETERMINED)
+    return f"{kept_text} kept, {size_text(dropped)} dropped (singular values)"
 
 
 def _distance_text(change: float) -> str:
     """Describe the distance to the nearest linkage of lower rank."""
-    return f"to first order, a change by {change:.1e} of the size lowers the rank"
+    size = size_text(change, floor=MARGIN_DETERMINED)
+    by = size if size.startswith("below") else f"by {size}"
+    return f"to first order, a change {by} of the size lowers the rank"
 
 
 def _parts_text(space: DesignSpace) -> str:

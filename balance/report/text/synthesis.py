@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from balance.motion_tolerances import SYNTHESIS_MOMENTUM, SYNTHESIS_SHAKING
 from balance.synthesis.mechanism import Synthesis, SynthesizedMechanism
 from kinematics.wording import number_text, size_text
 
@@ -76,8 +77,11 @@ def _row(one: SynthesizedMechanism) -> tuple[str, ...]:
     )
     turns = ", ".join(number_text(math.degrees(turn), ".5g") for turn in one.link_turns[1:])
     sizes = (
-        NONE if value is None else size_text(value)
-        for value in (one.confirmation.momentum, one.confirmation.shaking)
+        NONE if value is None else size_text(value, floor=floor)
+        for value, floor in (
+            (one.confirmation.momentum, SYNTHESIS_MOMENTUM),
+            (one.confirmation.shaking, SYNTHESIS_SHAKING),
+        )
     )
     defects = "; ".join(f"{each.kind}: {each.words}" for each in one.defects) or "none"
     space = one.confirmation.space or one.confirmation.reason

@@ -16,7 +16,11 @@ __all__ = ["verification_facts", "verification_text"]
 
 def verification_facts(found: Verification) -> list[tuple[str, str]]:
     """List the facts on a verification as pairs of label and value."""
-    ratio = f"{size_text(found.force_ratio)} (force), {size_text(found.moment_ratio)} (moment)"
+    force_ratio, moment_ratio, force_residual, moment_residual, agreement = (
+        size_text(size, floor=found.round_off)
+        for size in (found.force_ratio, found.moment_ratio, found.force_residual,
+                     found.moment_residual, found.agreement)
+    )  # fmt: skip
     joint = found.most_loaded()
     force, moment = (_peak_text(found, part) for part in ("force", "moment"))
     return [
@@ -25,15 +29,15 @@ def verification_facts(found: Verification) -> list[tuple[str, str]]:
         *([("pose", found.linkage.pose)] if found.linkage.at else []),
         ("inputs", first_names(found.linkage.inputs)),
         *_motion_facts(found),
-        ("shaking force", f"{force}; {size_text(found.force_residual)} of inertia"),
-        ("shaking moment", f"{moment}; {size_text(found.moment_residual)} of inertia"),
+        ("shaking force", f"{force}; {force_residual} of inertia"),
+        ("shaking moment", f"{moment}; {moment_residual} of inertia"),
         ("inertia", f"{number_text(found.scale, '.3g')} N, the bodies' own at its peak"),
         (
             "bearing force",
             f"{number_text(found.bearing, '.3g')} N" + (f" in {joint}" if joint else ""),
         ),
-        ("to bearing", ratio),
-        ("agreement", f"{size_text(found.agreement)}, Pinocchio and our series"),
+        ("to bearing", f"{force_ratio} (force), {moment_ratio} (moment)"),
+        ("agreement", f"{agreement}, Pinocchio and our series"),
         ("closure", f"{size_text(found.closure)} radians, characteristic lengths"),
         *(("note", remark) for remark in found.remarks),
         ("verdict", f"{_verdict(found)} (tolerance {found.tolerance:.1e})"),

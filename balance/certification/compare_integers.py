@@ -64,7 +64,7 @@ def list_changes(space: DesignSpace, certified: DesignSpace) -> list[str]:
 
 
 def add_correction_notice(space: DesignSpace, certified: CertifiedSpace) -> CertifiedSpace:
-    """Add the notice ``corrected``, with the integers that floating point found instead.
+    """Add the notice ``corrected``, with the integers that floating point does not find.
 
     Args:
         space: the space by floating-point arithmetic.

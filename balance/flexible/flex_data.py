@@ -36,11 +36,12 @@ def modes_data(modes: Sequence[FreeMode]) -> dict[str, object]:
 
 
 def supported_modes_data(modes: SupportedModes) -> dict[str, object]:
-    """Describe the modes of a beam on supports; frequencies in Hz."""
+    """Describe the modes of a beam on supports; frequencies in Hz, errors relative."""
     hertz = (modes.frequencies / (2.0 * np.pi)).tolist()
     return {
         "schema": SCHEMA, "result": "supported_modes", "frequencies": hertz,
-        "positions": modes.positions.tolist(), "shapes": modes.shapes.tolist(),
+        "errors": modes.errors.tolist(), "positions": modes.positions.tolist(),
+        "shapes": modes.shapes.tolist(),
     }  # fmt: skip
 
 

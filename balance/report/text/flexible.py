@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,6 +21,9 @@ __all__ = [
     "flexible_motion_facts", "flexible_motion_text", "free_modes_text", "similarity_text",
     "supported_modes_text", "supports_text",
 ]  # fmt: skip
+
+# Most digits of a frequency.
+MOST_DIGITS = 5
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -47,13 +51,20 @@ def free_modes_text(modes: Sequence[FreeMode]) -> str:
 
 
 def supported_modes_text(modes: SupportedModes) -> str:
-    """Write the frequencies of a beam on supports."""
+    """Write the frequencies of a beam on supports, with the digits that hold."""
     rows = [("mode", "frequency (Hz)", "ω (rad/s)")]
-    for k, omega in enumerate(modes.frequencies.tolist(), 1):
-        rows.append(
-            (str(k), number_text(omega / (2.0 * np.pi), ".7g"), number_text(omega, ".7g"))
-        )
+    pairs = zip(modes.frequencies.tolist(), modes.errors.tolist(), strict=True)
+    for number, (omega, error) in enumerate(pairs, 1):
+        form = f".{_digits_that_hold(error)}g"
+        hertz = number_text(omega / (2.0 * np.pi), form)
+        rows.append((str(number), hertz, number_text(omega, form)))
     return "\n".join(_table(rows))
+
+
+def _digits_that_hold(error: float) -> int:
+    """Count the significant digits of a number with a relative error, at most `MOST_DIGITS`."""
+    digits = math.floor(-math.log10(error)) if error > 0.0 else MOST_DIGITS
+    return min(max(digits, 1), MOST_DIGITS)
 
 
 def supports_text(found: SupportPoints) -> str:

@@ -13,6 +13,7 @@ from balance.flexible.beam import Beam
 from balance.flexible.free_modes import free_modes, mode_shape, mode_slope
 from balance.flexible.support_points import STATIC_POINT, static_deflection, support_points
 from balance.flexible.supported_modes import Clamp, EndBody, Support, supported_modes
+from balance.report.text.flexible import supported_modes_text
 from kinematics.errors import LinkageError
 
 # [M] Table 1: frequencies and zeros with ξ > 0.
@@ -136,6 +137,41 @@ def test_a_support_at_a_node_leaves_the_free_mode():
     nodes = [Support((2.0 * (0.5 + xi),)) for xi in (-0.275842477297642, 0.275842477297642)]
     held = supported_modes(Beam(2.0, 3.0, 0.7), nodes, 1)
     assert held.frequencies[0] == pytest.approx(exact[0], rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("supports", "rigid"),
+    [
+        ([], [lambda s: np.ones_like(s), lambda s: s - 1.2]),
+        ([Support((0.5,))], [lambda s: s - 0.5]),
+        ([Support((0.5, 1.5), (0.5, 0.5))], [lambda s: s - 1.0]),
+        ([Support((0.5, 1.0), (2.0, -2.0))], [lambda s: np.ones_like(s)]),
+        ([Clamp(0.0)], []),
+        ([Support((0.0,)), Support((2.0,))], []),
+    ],
+)
+def test_rigid_motions_have_no_frequency(supports, rigid):
+    """Translation, and rotation about the centre of mass or the only pin: lines, at 0 Hz."""
+    body = EndBody(0.35, 0.0, 0.01)  # the centre of mass of beam and body is at 1.2 m
+    modes = supported_modes(Beam(2.0, 3.0, 0.7), supports, 4, end_body=body)
+    assert np.count_nonzero(modes.frequencies == 0.0) == len(rigid)
+    for shape, line in zip(modes.shapes, rigid, strict=False):
+        expected = line(modes.positions)
+        assert shape == pytest.approx(expected / expected[np.argmax(abs(expected))], abs=1e-12)
+
+
+def test_errors_bound_the_frequencies_and_the_digits_that_are_printed():
+    """Against (kπ)² of the pinned beam."""
+    modes = supported_modes(Beam(1.0, 1.0, 1.0), [Support((0.0,)), Support((1.0,))], 40)
+    exact = (np.arange(1, 41) * np.pi) ** 2
+    errors = abs(modes.frequencies / exact - 1.0)
+    assert np.all(errors[:30] < 1.1 * modes.errors[:30] + 1e-12)
+    assert np.all(modes.errors[5:30] < 3.0 * errors[5:30] + 1e-12)
+    rows = supported_modes_text(modes).splitlines()[1:]
+    for row, omega, error in list(zip(rows, exact, errors, strict=True))[:30]:
+        printed = row.split()[2]
+        digits = len(printed.partition("e")[0].replace(".", ""))
+        assert abs(float(printed) / omega - 1.0) < error + 5.5 * 10.0**-digits
 
 
 def test_frequencies_converge_with_the_order_of_the_elements():

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[1]
 PLAIN = (
     "packaging reference formats hostile_files keyfile house mjcf_hostile kernel_rules "
     "geometry guard loops markup urdf oddities xacro mjcf_files architecture translate "
-    "repeated_loops multipole inertia screws sidecar"
+    "repeated_loops multipole inertia screws sidecar lanes"
 ).split()
 # What compiles them: once, for all processes of the tests, which wait for this lock.
 COMPILE = """
@@ -52,10 +52,13 @@ bytecode = pytest.StashKey()
 LEFT_OUT = {
     "bench": "run benchmarks",
     "browser": "drive a browser",
-    "compile": "need the kernels of sweeps, or test the cache of kernels",
+    "compile": "compile kernels, or test their cache",
     "docs": "run pages of the documentation, or build the site",
     "slow": "take seconds",
 }
+# Mark of tests that run the kernels of sweeps and searches. To compile these takes longer than
+# to run such tests uncompiled, as `tests/house/test_lanes.py` does in a process of its own.
+LANES = "lanes"
 # How many cases of a test that is marked as a table the default run takes.
 CASES = 6
 
@@ -77,6 +80,8 @@ def pytest_configure(config):
         text = f"{mark}: tests that {reason}; left out without --everything"
         config.addinivalue_line("markers", text)
     config.addinivalue_line("markers", f"table(cases={CASES}): cases that run by default")
+    text = "tests that run the kernels of sweeps; the default run takes them uncompiled"
+    config.addinivalue_line("markers", f"{LANES}: {text}")
     seed = config.getoption("rounding")
     if seed is not None:
         perturb_rounding(seed)
@@ -152,7 +157,10 @@ def select_left_out(items):
     A table keeps its first case, and others by the hash of their names, so that no type of
     case is left out because it comes at regular intervals.
     """
-    rest = {item for item in items if any(map(item.get_closest_marker, LEFT_OUT))}
+    from kinematics.compiled.background import compile_mode
+
+    marks = [*LEFT_OUT] if compile_mode() == "never" else [*LEFT_OUT, LANES]
+    rest = {item for item in items if any(map(item.get_closest_marker, marks))}
     tables = defaultdict(list)
     for item in items:
         if mark := item.get_closest_marker("table"):

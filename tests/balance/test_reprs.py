@@ -142,6 +142,7 @@ def test_every_public_class_has_a_short_repr(instances):
         assert words in text and text.startswith(type(item).__name__), text
 
 
+@pytest.mark.slow
 def test_no_public_class_is_left_out(instances):
     public = {
         value

@@ -77,7 +77,7 @@ synthesize --positions "0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70" --kind four-bar
 models
 """.strip().splitlines())  # fmt: skip
 
-# Some of all these, for each kind of answer.
+# Some of all these, for each kind of answer that needs no kernels of sweeps.
 SAMPLE = (
     "report four_bar_kite --balance force",
     "report near_special/pl_grid_1921.urdf",
@@ -85,9 +85,7 @@ SAMPLE = (
     "remedies four_bar_general --only own_masses",
     "paths five_bar --length 0.2",
     "flex modes",
-    "discover walk --topology slider-crank --start 2",
-    "sweep run study.toml --out sweep.db --workers 1",
-    "sweep show sweep.db --count 5",
+    "motion five_bar --to u1=0.05,u2=0.05",
     "synthesize --positions '0.3,0.1,11; 0.1,0.4,-40; -0.1,0.5,-70' --kind four-bar",
 )
 

@@ -23,6 +23,8 @@ from tests.fuzz.sweep_words import LENGTHS, STUDY
 from tests.support.covering import number_of_cases
 from tests.support.killed_runs import kill_and_resume
 
+pytestmark = pytest.mark.lanes
+
 ROOT = Path(__file__).parents[3]
 MANY = """
 [model]

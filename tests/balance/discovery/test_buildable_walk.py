@@ -16,7 +16,7 @@ from balance.discovery.topologies import topology
 from balance.discovery.walk import LaneConditions, conditions_at
 from tests.support.planted import four_bar_lanes, mirrored
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 ROOT = np.sqrt(2.0)
 
@@ -80,6 +80,7 @@ def test_one_walk_in_twenty_ends_where_masses_can_be_built(walked):
         assert space.nullity == 5 and balance.feasible(space).verdict == "feasible"
 
 
+@pytest.mark.slow
 def test_only_special_ends_of_these_walks_have_a_margin(walked):
     _, chunks = walked
     for rows in chunks:

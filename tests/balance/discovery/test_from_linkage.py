@@ -12,7 +12,7 @@ from balance.discovery.topologies import topology
 from balance.discovery.walk import conditions_at
 from kinematics.errors import UsageError
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 # Gallery models by topology; the last two have no name.
 NAMED = {

@@ -13,7 +13,7 @@ from balance.result_files.results_file import ResultsFile
 from kinematics.errors import FileError
 from tests.support.killed_runs import kill_and_resume, paths_of
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 ROOT = Path(__file__).parents[3]
 STARTS = 200
@@ -108,6 +108,7 @@ def test_the_progress_tells_the_families_so_far(tmp_path, monkeypatch, whole):
     assert counts == sorted(counts) and counts[-1] == len(whole)
 
 
+@pytest.mark.slow
 def test_families_are_not_counted_all_the_time(tmp_path):
     """A count is kept for a while, unless it is asked for at once."""
     job = DiscoveryJob("slider-crank", 100, 5)

@@ -8,7 +8,7 @@ from balance.discovery.starts import random_starts
 from balance.discovery.structure import LaneGeometry
 from balance.discovery.topologies import topology
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 
 def four_bar(base, crank, coupler, rocker, angle):

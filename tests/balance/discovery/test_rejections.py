@@ -19,7 +19,7 @@ from tests.support.planted import (
     similar_ternaries,
 )
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 # Members of each family: all together 200, or more.
 COUNT = number_of_cases(6, 34)

@@ -11,7 +11,7 @@ from balance.result_files.results_file import ResultsFile
 from kinematics.errors import UsageError
 from tests.support.covering import number_of_cases
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 FOUR_BARS = {
     frozenset(["AD = BC", "AB = CD"]), frozenset(["AD = AB", "BC = CD"]),

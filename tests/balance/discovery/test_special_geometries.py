@@ -13,7 +13,7 @@ from balance.discovery.topologies import TOPOLOGIES, topology
 from balance.discovery.walk import generic_nullity
 from tests.support.planted import four_bar_lanes, mirrored
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 # Of most geometries: figures of the design document, and of transfers at joints.
 NULLITY = {

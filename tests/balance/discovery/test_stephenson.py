@@ -13,7 +13,7 @@ from balance.discovery.topologies import topology
 from tests.support.covering import number_of_cases
 from tests.support.planted import lanes_of, planted_corners
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 GRAPH = topology("stephenson3")
 BOTH = [("similar ternaries", 8), ("parallel ternaries", 10)]

@@ -7,7 +7,7 @@ from balance.discovery.job import DiscoveryJob, geometry_of_text
 from balance.discovery.walk import ARRIVED, conditions_at
 from balance.discovery.watch import first_special_start, watch_walk
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 
 @pytest.fixture(scope="module")

@@ -89,7 +89,7 @@ def test_the_point_of_the_moment_matters_without_the_force_alone():
         reaction_null_space(linkage, u, "torque")
 
 
-@pytest.mark.compile
+@pytest.mark.lanes
 def test_a_map_holds_the_matrices_of_its_poses():
     linkage = kinematics.load("five_bar")
     grid = {"u3": np.linspace(-0.3, 0.2, 6), "u1": [0.3, 0.1, -0.1]}
@@ -108,7 +108,8 @@ def test_a_map_holds_the_matrices_of_its_poses():
             assert relative(found.matrix[i, k] @ quiet, other) < 1e-9
 
 
-@pytest.mark.compile
+@pytest.mark.lanes
+@pytest.mark.slow
 def test_a_map_ends_at_the_edge_of_the_workspace():
     """What is not reached is empty; what is reached closes its loops."""
     linkage = kinematics.load("five_bar")
@@ -125,7 +126,8 @@ def test_a_map_ends_at_the_edge_of_the_workspace():
         assert np.abs(q[linkage.positions_of(linkage.inputs)] - u).max() < 1e-12
 
 
-@pytest.mark.compile
+@pytest.mark.lanes
+@pytest.mark.slow
 def test_the_progress_of_a_map_ends_with_all_poses():
     linkage, calls = kinematics.load("five_bar"), []
     axes = dict.fromkeys(linkage.inputs, np.linspace(-0.3, 0.3, 40))

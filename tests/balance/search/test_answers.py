@@ -20,7 +20,7 @@ from kinematics.model.linkage import Linkage
 from tests.support.covering import number_of_cases
 from tests.support.one_by_one import integers, one_by_one
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 # Geometries of each topology, and the part of them that is special.
 COUNT, SPECIAL = number_of_cases(50, 2500), 0.02

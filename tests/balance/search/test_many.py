@@ -19,7 +19,7 @@ from tests.support.drafts import axis_edge, linked
 from tests.support.laws import outside
 from tests.support.one_by_one import integers, one_by_one
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 
 def four_bars(count, seed):
@@ -147,6 +147,7 @@ def test_a_basis_is_that_of_the_pose_given():
     assert np.abs(X @ basis).max() < 1e-13 * np.abs(basis).max()
 
 
+@pytest.mark.slow
 def test_geometries_near_round_off_are_told():
     """The revolute axis of an arm is parallel to the helical one, nearly so, or not at all."""
     linkage = load("hprs")

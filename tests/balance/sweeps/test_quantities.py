@@ -14,7 +14,7 @@ from balance.verification.crank_revolution import revolve_crank
 from kinematics.urdf_elements.element import Document
 from tests.support.sweep_topologies import gallery_text, write_numbers
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 STUDIES = Path(__file__).resolve().parents[3] / "docs" / "studies"
 ALL = {
@@ -118,6 +118,7 @@ def test_the_study_of_five_bars_by_hand():
             assert (far[answered] <= (lower + upper)[answered] + 1e-9).all()
 
 
+@pytest.mark.slow
 def test_transmission_and_grashof_by_turning_the_crank():
     """Angles at the poses of a revolution, and whether the crank turns at all."""
     grid = {"q4.origin.x": "0.8:1.3:6", "coupler.length": "0.6:1.2:5"}

@@ -86,8 +86,17 @@ def test_too_many_geometries_need_a_word():
     with pytest.raises(UsageError, match=r"1e\+12 geometries .*--yes"):
         study.job()
     assert study.job(yes=True).rows == 10**12
+
+
+@pytest.mark.lanes
+def test_rows_far_away_are_computed_alone():
+    """A chunk in the middle of a million million geometries."""
+    grid = "0:1:1000000"
+    tables = {"model": {"file": "four_bar_general"}, "run": {"chunk_rows": 3},
+              "parameters": {"q2.origin.x": grid, "q2.origin.y": grid}}  # fmt: skip
+    study = Study.from_tables(tables)
     values = study.job(yes=True).compute(400_000_000)
-    assert len(values["rank"]) == study.chunk_rows
+    assert len(values["rank"]) == study.chunk_rows == 3
 
 
 @pytest.mark.parametrize("text", ["[model", "[model]\nfile = 3\n", "\xff\xfe"])
@@ -100,6 +109,7 @@ def test_files_that_are_no_study(tmp_path: Path, text: str):
         balance.read_study(tmp_path / "none.toml")
 
 
+@pytest.mark.lanes
 def test_toml_paths_with_and_without_quotes(tmp_path: Path):
     rows = []
     for line in ('q2.origin.x = "0.1:0.3:3"', '"q2.origin.x" = "0.1:0.3:3"'):
@@ -109,6 +119,7 @@ def test_toml_paths_with_and_without_quotes(tmp_path: Path):
     assert rows[0] == rows[1] == [0.1, 0.2, 0.3]
 
 
+@pytest.mark.lanes
 def test_the_page_says_what_happens():
     """Its study runs, and it names every quantity."""
     text = PAGE.read_text(encoding="utf-8")
@@ -120,6 +131,7 @@ def test_the_page_says_what_happens():
         assert f"`{name}`" in text
 
 
+@pytest.mark.lanes
 def test_values_of_a_row_follow_from_its_number():
     """Whatever rows are computed together; and a stream is that of its parameter alone."""
     ranges = {
@@ -183,6 +195,7 @@ def test_everything_else_is_no_expression(text: str):
 
 
 @pytest.mark.slow
+@pytest.mark.lanes
 def test_a_chunk_is_the_same_again_and_in_other_processes():
     tables = {
         "model": {"file": "four_bar_general"}, "sampling": {"count": 300, "seed": 5},
@@ -218,6 +231,7 @@ def test_the_digest_is_that_of_what_decides_the_results():
     assert len(digests) == 4
 
 
+@pytest.mark.lanes
 def test_one_parameter_moves_a_joint_and_everything_beyond_it():
     """Lengths, relations and origins are three ways to say the same."""
     by_length = balance.sweep("four_bar_general", {"crank.length": [0.4]})
@@ -235,6 +249,8 @@ def test_one_parameter_moves_a_joint_and_everything_beyond_it():
     assert by_name["q2.origin.x"][0] == pytest.approx(unit[0])
 
 
+@pytest.mark.lanes
+@pytest.mark.slow
 def test_geometries_that_do_not_assemble_stay_with_their_reason():
     """By the triangle inequality: the longest link is longer than the three others."""
     table = balance.sweep("four_bar_general", {"coupler.length": "0.5:4.0:36"})
@@ -252,6 +268,7 @@ def test_geometries_that_do_not_assemble_stay_with_their_reason():
     )
 
 
+@pytest.mark.lanes
 def test_reach_is_that_of_two_circles():
     """The tip of a crank reaches targets on its circle and no others."""
     table = balance.sweep(
@@ -263,6 +280,7 @@ def test_reach_is_that_of_two_circles():
     assert np.array_equal(table["reason"] == "", fits) and fits.sum() == 1
 
 
+@pytest.mark.lanes
 def test_tables_are_read_only_and_short_to_print():
     table = balance.sweep("four_bar_general", X)
     assert len(table) == 3 and repr(table).startswith("SweepTable: 3 geometries")

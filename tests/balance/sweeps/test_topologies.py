@@ -13,9 +13,14 @@ import pytest
 import balance
 from tests.support.sweep_topologies import Topology, topologies
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 TOPOLOGIES = topologies()
+# Those of several loops or in space take seconds uncompiled.
+LONG = ("3-RSR", "4-RRR", "Bennett")
+CASES = [
+    pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in TOPOLOGIES
+]
 INTEGERS = ("rank", "nullity", "serial", "kmax")
 
 
@@ -26,7 +31,7 @@ def integers(space: balance.DesignSpace) -> tuple[int, ...]:
 
 
 @pytest.mark.table
-@pytest.mark.parametrize("name", TOPOLOGIES)
+@pytest.mark.parametrize("name", CASES)
 def test_integers_are_those_of_the_written_files(name: str):
     model = TOPOLOGIES[name]
     table = model.sweep(100, seed=7)
@@ -41,7 +46,7 @@ def test_integers_are_those_of_the_written_files(name: str):
 
 
 @pytest.mark.table
-@pytest.mark.parametrize("name", TOPOLOGIES)
+@pytest.mark.parametrize("name", CASES)
 def test_special_geometries_are_found_and_none_is_invented(name: str):
     model = TOPOLOGIES[name]
     table = model.sweep(100, seed=8)

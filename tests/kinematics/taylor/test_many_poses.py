@@ -16,7 +16,7 @@ from kinematics.errors import PoseError
 from kinematics.model.arrays import freeze
 from kinematics.spatial.screws import Ad
 
-pytestmark = pytest.mark.compile
+pytestmark = pytest.mark.lanes
 
 NAMES = (
     "four_bar_general", "five_bar", "three_rsr", "slider_crank", "bennett", "four_rrr", "hprs",

@@ -18,6 +18,7 @@ def run_of(text):
     return json.loads(re.findall(r'id="run">(.*?)</script>', text, re.DOTALL)[0])
 
 
+@pytest.mark.slow
 def test_the_field_is_the_momentum_matrix_of_each_pose():
     """Shade and strokes by `reaction_null_space` at single poses, whatever has no path too."""
     for name, kept in (("five_bar", "all"), ("five_bar", "moment")):
@@ -38,6 +39,7 @@ def test_the_field_is_the_momentum_matrix_of_each_pose():
                 assert np.abs(M @ way).max() < 1e-9 * np.abs(M).max()
 
 
+@pytest.mark.slow
 def test_a_page_without_paths_shows_where_the_linkage_is_quiet():
     found = balance.find_paths("five_bar")
     data = run_of(paths_page(found))

@@ -14,6 +14,7 @@ from balance.cli.number_arguments import positive_number, whole_number
 from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import Advance, progress_bar
 from balance.cli.subcommands import add_group
+from kinematics.errors import WorkerError
 
 if TYPE_CHECKING:
     from balance.discovery.job import DiscoveryJob
@@ -28,6 +29,7 @@ STARTS, MAX_STARTS = 300, 10_000_000
 MAX_WORKERS = 1024
 MAX_SEED = 2**31
 MEMBERS, TRIED, MAX_MEMBERS = 100, 20, 10_000
+KEPT = "keeps the walks so far; --resume goes on from there"
 
 
 def add_discover(verbs: Verbs) -> None:
@@ -128,7 +130,10 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
                 rows, file.rows, count_noun(count, "family"),
             )  # fmt: skip
         except KeyboardInterrupt:
-            logger.warning("%s keeps the walks so far; --resume goes on from there", path)
+            logger.warning("%s %s", path, KEPT)
+            raise
+        except WorkerError as error:
+            error.add_note(f"{path} {KEPT}")
             raise
         data = search_data(file, found_in(file), monotonic() - begin)
     code = DONE if data["families"] else NEGATIVE

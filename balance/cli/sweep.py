@@ -15,6 +15,7 @@ from balance.cli.outcome import Outcome
 from balance.cli.progress_bar import progress_bar
 from balance.cli.subcommands import add_group
 from balance.cli.sweep_show import add_show
+from kinematics.errors import WorkerError
 
 if TYPE_CHECKING:
     from balance.result_files.results_file import ResultsFile
@@ -97,16 +98,26 @@ def _compute(arguments: argparse.Namespace) -> Outcome:
                     job, file, workers=arguments.workers, dask=arguments.dask, progress=advance
                 )
         except KeyboardInterrupt:
-            rows = file.computed()[0]
-            logger.warning(
-                "%s keeps %d of %d geometries; --resume goes on from there",
-                path, rows, file.rows,
-            )  # fmt: skip
+            logger.warning(_kept_text(path, file))
+            raise
+        except WorkerError as error:
+            error.add_note(_kept_text(path, file))
             raise
         from balance.report.text.sweep import run_data, run_text
 
         found = run_data(file, summary)
     return Outcome(DONE, lambda: found, lambda: run_text(found))
+
+
+def _kept_text(path: str, file: ResultsFile) -> str:
+    """Say what a file keeps of a run that did not end.
+
+    Args:
+        path: path of the file, as it was given.
+        file: the file.
+    """
+    rows = file.computed()[0]
+    return f"{path} keeps {rows} of {file.rows} geometries; --resume goes on from there"
 
 
 def _add_export(kinds: Verbs) -> None:

@@ -51,7 +51,7 @@ def dask_outcomes(
     except ImportError:
         command = "pip install 'screwbalance[cluster]'"
         raise PackageError("--dask", "Dask distributed", command) from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    _silence_logs()
     with ExitStack() as ends:
         client = _connect(distributed, address, workers, ends)
         try:
@@ -61,6 +61,13 @@ def dask_outcomes(
                 f"the cluster {address} is lost ({type(error).__name__})",
                 "start it again and resume the run",
             ) from None
+
+
+def _silence_logs() -> None:
+    """Let the library print nothing: some of its loggers have levels of their own."""
+    for name in ("distributed", *logging.root.manager.loggerDict):
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def _connect(distributed: Any, address: str, workers: int, ends: ExitStack) -> Client:

@@ -1,7 +1,7 @@
 """Processes on this machine that compute chunks.
 
-Each has a pipe to the writer. A worker ends when its pipe does, so that none outlives the
-writer; if a worker ends, the writer starts another one and gives it the lost chunks again.
+Each has a pipe to the writer. A worker ends when the writer does, also amid a chunk; if a
+worker ends, the writer starts another one and gives it the lost chunks again.
 """
 
 from __future__ import annotations
@@ -17,17 +17,19 @@ from multiprocessing.context import SpawnProcess
 
 from balance.result_files.chunk_job import ChunkJob
 from balance.result_files.chunk_worker import ChunkOutcome, compute_chunk, one_thread_each
+from balance.result_files.parent_process import end_with_parent
 from kinematics.errors import WorkerError
 
 __all__ = ["WorkerProcesses"]
 
 # Chunks that a worker has at once: it computes one while another waits in its pipe.
 AHEAD = 2
-# Times that a chunk may end its worker.
+# Times that a chunk may end its worker, and that workers in a row may be killed as they start.
 TRIES = 3
 # Seconds that a worker has to end.
 PATIENCE = 5.0
 STARTED = "started"
+MORE_MEMORY = "give the machine more memory, or use fewer workers"
 
 
 class _Worker:
@@ -91,6 +93,7 @@ class WorkerProcesses:
         self._job, self._count, self.lost = job, count, 0
         self._workers: list[_Worker] = []
         self._deaths: dict[int, int] = {}
+        self._killed_at_start = 0
 
     def outcomes(self, chunks: Iterable[int]) -> Iterator[ChunkOutcome]:
         """Compute chunks and yield them as they are done, in any order.
@@ -114,7 +117,9 @@ class WorkerProcesses:
                     except (EOFError, OSError):
                         again.extend(self._bury(worker))
                         continue
-                    if outcome is not None:
+                    if outcome is None:
+                        self._killed_at_start = 0
+                    else:
                         yield outcome
         finally:
             for worker in self._workers:
@@ -142,31 +147,61 @@ class WorkerProcesses:
         """Count the death of a worker and return its chunks.
 
         Raises:
-            WorkerError: it never started, or its chunk has ended others too.
+            WorkerError: workers cannot start, or its chunk has ended others too.
         """
         worker.end()
         self._workers.remove(worker)
         self.lost += 1
-        how = f"exit code {worker.process.exitcode}"
+        code = worker.process.exitcode or 0
         if not worker.started:
-            raise WorkerError(
-                f"a worker process does not start ({how})",
-                "call this in a script below 'if __name__ == \"__main__\":', or with workers=0",
-            )
-        if worker.chunks:
+            self._check_start(code)
+        elif worker.chunks:
             first = worker.chunks[0]
             self._deaths[first] = self._deaths.get(first, 0) + 1
             if self._deaths[first] >= TRIES:
                 raise WorkerError(
-                    f"chunk {first} has ended its process {TRIES} times ({how})",
-                    "give the machine more memory, or use fewer workers",
+                    f"chunk {first} has ended its process {TRIES} times ({_end_text(code)})",
+                    MORE_MEMORY,
                 )
         return list(worker.chunks)
+
+    def _check_start(self, code: int) -> None:
+        """Refuse to go on if processes end as they start: at once, or killed again and again.
+
+        Raises:
+            WorkerError: the process ended by itself, or others in a row were killed too.
+        """
+        if code >= 0:
+            raise WorkerError(
+                f"a worker process does not start ({_end_text(code)})",
+                "call this in a script below 'if __name__ == \"__main__\":', or with workers=0",
+            )
+        self._killed_at_start += 1
+        if self._killed_at_start >= TRIES:
+            raise WorkerError(
+                f"{TRIES} worker processes in a row ended as they started ({_end_text(code)})",
+                MORE_MEMORY,
+            )
+
+
+def _end_text(code: int) -> str:
+    """Say how a process ended.
+
+    Args:
+        code: its exit code; that of a signal is negative.
+    """
+    if code >= 0:
+        return f"exit code {code}"
+    try:
+        return f"killed by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"killed by signal {-code}"
 
 
 def _work(job: ChunkJob, pipe: Connection) -> None:
     """Compute chunks until the pipe ends, in a process of its own."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
     with suppress(EOFError, OSError):
         pipe.send(STARTED)
         while True:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from balance.result_files.chunk_job import Column, chunk_count
+from balance.result_files.parent_process import end_with_parent
 from balance.sweeps.job import SweepJob
 from kinematics.wording import count_noun, first_names, repr_lines
 
@@ -92,7 +93,8 @@ def _mapping(workers: int) -> Iterator[Any]:
     if workers < 2:
         yield map
         return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    context = get_context("spawn")
+    with ProcessPoolExecutor(workers, context, initializer=end_with_parent) as pool:
         yield pool.map
 
 

@@ -7,11 +7,13 @@ import os
 import signal
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from balance.result_files.chunk_job import Column, chunk_size
 from kinematics.errors import LinkageError
+from tests.support.waiting import HANGS
 
 COLUMNS = (
     Column("number", "integer"), Column("Number", "real", "m"), Column("words", "text"),
@@ -33,6 +35,10 @@ class Squares:
     # A chunk that is refused, and one that fails.
     refused: int = -1
     broken: int = -1
+    # A file to which each chunk appends a character before it waits for ever.
+    stuck: str = ""
+    # Processes that are killed as they read the job: one for each character of this file.
+    killed: str = ""
     columns: tuple[Column, ...] = COLUMNS
     kind: str = "squares"
 
@@ -45,8 +51,21 @@ class Squares:
     def description(self) -> str:
         return f'{{"seed": "{self.seed}"}}'
 
+    def __setstate__(self, state):
+        """Read the job in a worker, unless that is to be killed now."""
+        self.__dict__.update(state)
+        path = Path(self.killed or os.devnull)
+        left = path.read_text()
+        if left:
+            path.write_text(left[1:])
+            os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
+
     def compute(self, chunk: int):
         time.sleep(self.pause)
+        if self.stuck:
+            with open(self.stuck, "a") as file:
+                file.write("x")
+            time.sleep(HANGS)
         if chunk == self.deadly and not os.path.exists(self.grave):
             if self.grave:
                 open(self.grave, "x").close()

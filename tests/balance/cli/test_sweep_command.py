@@ -21,7 +21,8 @@ from kinematics.errors import UsageError
 from tests.fuzz.random_requests import asked, check, strict, validator
 from tests.fuzz.sweep_words import LENGTHS, STUDY
 from tests.support.covering import number_of_cases
-from tests.support.killed_runs import kill_and_resume
+from tests.support.killed_runs import kill_and_resume, start_held
+from tests.support.waiting import HANGS, wait_until_true
 
 pytestmark = pytest.mark.lanes
 
@@ -268,3 +269,30 @@ def test_a_killed_study_resumes_to_the_same_bytes(tmp_path):
     ran(["export", whole, "--out", tmp_path / "whole.csv"])
     text = (tmp_path / "killed.csv").read_bytes()
     assert text == (tmp_path / "whole.csv").read_bytes() and text.count(b"\n") == 6001
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="SIGKILL")
+def test_a_cluster_that_is_lost_is_told_in_one_line(tmp_path):
+    """Its library prints nothing beside it; the rows are kept, and another run goes on."""
+    pytest.importorskip("distributed")
+    path, file = tmp_path / "many.toml", tmp_path / "many.db"
+    path.write_text(MANY.replace("6000", "600"), encoding="utf-8")
+    environment = {"PYTHONPATH": str(ROOT), "BALANCE_COMPILE": "never"}
+    cluster = subprocess.Popen(
+        [sys.executable, "-m", "tests.support.dask_cluster"], env=os.environ | environment,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    words = ["sweep", "run", str(path), "--dask", cluster.stdout.readline().strip()]
+    run = start_held(200, "tests.support.held_runs", words, environment)
+    wait_until_true(lambda: covered(file) >= 200 or run.poll() is not None)
+    cluster.kill()
+    cluster.communicate()
+    _, errors = run.communicate(timeout=HANGS)
+    assert run.returncode == 3
+    assert errors.startswith(f"balance: the cluster {words[-1]} is lost (")
+    assert errors.endswith(f"{file} keeps {covered(file)} of 600 geometries; --resume goes on "
+                           "from there\n")  # fmt: skip
+    assert errors.count("\n") == 1 and 200 <= covered(file) < 600
+    resumed = ran(["run", path, "--out", file, "--resume", "--workers", "1"])
+    assert resumed["kept"] >= 200 and resumed["covered"] == 600

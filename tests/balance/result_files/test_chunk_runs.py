@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import sqlite3
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -122,6 +124,9 @@ def test_no_cluster_is_told_in_one_line(tmp_path, monkeypatch):
         with ResultsFile.resume(tmp_path / "a.db", job) as file:
             with pytest.raises(WorkerError, match=f"no cluster at {address} .*; give the"):
                 run_chunks(job, file, dask=address)
+    # Some loggers of the library have levels of their own.
+    for name in ("distributed", "distributed.client", "distributed.nanny"):
+        assert not logging.getLogger(name).isEnabledFor(logging.ERROR)
 
 
 def test_a_complete_file_starts_nobody(tmp_path):
@@ -155,15 +160,40 @@ def held_halfway(path: Path) -> subprocess.Popen:
 
 
 @posix
-def test_workers_end_with_their_writer(tmp_path):
+@pytest.mark.table(1)
+@pytest.mark.parametrize("files", [["a.db"], []], ids=["file", "table"])
+def test_workers_end_with_their_writer(tmp_path, files):
+    """At once, also amid chunks that never end."""
     psutil = pytest.importorskip("psutil")
-    writer = held_halfway(tmp_path / "a.db")
+    sign = tmp_path / "sign"
+    words = ["-m", "tests.support.run_stuck", str(sign), *(str(tmp_path / x) for x in files)]
+    writer = subprocess.Popen([sys.executable, *words], env=os.environ | ENVIRONMENT)
+    wait_until_true(lambda: sign.exists() and len(sign.read_text()) == 2)
     workers = psutil.Process(writer.pid).children(recursive=True)
     assert len(workers) >= 2
     os.kill(writer.pid, signal.SIGKILL)
     writer.communicate()
-    _, alive = psutil.wait_procs(workers, timeout=HANGS)
+    _, alive = psutil.wait_procs(workers, timeout=HANGS / 2)
     assert not alive
+
+
+@posix
+def test_workers_that_are_killed_as_they_start_are_started_again(tmp_path):
+    """If they always are, the answer says so, and advises nothing that would not help."""
+    killed = tmp_path / "killed"
+    killed.write_text("xx")
+    job = Squares(killed=str(killed))
+    with ResultsFile.create(tmp_path / "a.db", job) as file:
+        assert run_chunks(job, file, workers=1).lost_workers == 2
+    assert exported(tmp_path / "a.db", job) == undisturbed(tmp_path, Squares())
+    killed.write_text("xxx")
+    with ResultsFile.create(tmp_path / "b.db", job) as file:
+        with pytest.raises(WorkerError) as caught:
+            run_chunks(job, file, workers=1)
+    assert str(caught.value) == (
+        "3 worker processes in a row ended as they started (killed by SIGKILL); give the "
+        "machine more memory, or use fewer workers"
+    )
 
 
 @posix

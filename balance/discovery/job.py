@@ -34,6 +34,12 @@ SAMPLE = 16
 # Version of the method: results of another one are not mixed with these.
 METHOD = 3
 
+# Entries of a description, and their types.
+DESCRIPTION = {"topology": str, "starts": int, "seed": int, "buildable": bool, "origin": str}
+MOST_SEED = 2**63
+# Axes of a geometry as text have length 1 within this.
+UNIT = 1e-6
+
 COLUMNS = (
     Column("outcome", "text"), Column("nullity", "integer"), Column("codimension", "integer"),
     Column("margin", "real"), Column("ratio", "real"), Column("steps", "integer"),
@@ -76,12 +82,21 @@ class DiscoveryJob:
         """
         try:
             data = json.loads(text)
-            return cls(
-                data["topology"], int(data["starts"]), int(data["seed"]), data["buildable"],
-                data["origin"],
-            )  # fmt: skip
-        except (ValueError, KeyError, TypeError):
-            raise UsageError("the file holds no search for special geometries") from None
+        except (ValueError, RecursionError):
+            data = None
+        if not isinstance(data, dict) or any(
+            type(data.get(name)) is not kind for name, kind in DESCRIPTION.items()
+        ):
+            raise UsageError("the file holds no search for special geometries")
+        job = cls(
+            data["topology"], data["starts"], data["seed"], data["buildable"], data["origin"]
+        )
+        if job.starts < 1 or not 0 <= job.seed <= MOST_SEED:
+            raise UsageError("the file holds a search without walks or without a seed")
+        structure = job.structure
+        if job.origin:
+            geometry_of_text(job.origin, structure)
+        return job
 
     @property
     def rows(self) -> int:
@@ -212,7 +227,23 @@ def text_of_geometry(geometry: LaneGeometry) -> str:
     return json.dumps({"points": points, "axes": axes})
 
 
-def geometry_of_text(text: str) -> LaneGeometry:
-    """Read a geometry, in one lane, from the column ``geometry``."""
-    data = json.loads(text)
-    return LaneGeometry(np.array(data["points"])[None], np.array(data["axes"])[None])
+def geometry_of_text(text: str, structure: TopologyArrays | None = None) -> LaneGeometry:
+    """Read a geometry, in one lane, from the column ``geometry``.
+
+    Args:
+        text: from `text_of_geometry`.
+        structure: the topology that it is to be of.
+
+    Raises:
+        UsageError: the text is not that of a geometry, or of one of another topology.
+    """
+    try:
+        data = json.loads(text)
+        points, axes = (np.array(data[name], dtype=float) for name in ("points", "axes"))
+    except (ValueError, TypeError, KeyError, IndexError, OverflowError, RecursionError):
+        raise UsageError("the text of a geometry is damaged") from None
+    joints = len(points) if structure is None else len(structure.parent)
+    fine = points.shape == axes.shape == (joints, 3) and bool(np.isfinite(points).all())
+    if not fine or not np.allclose(np.linalg.norm(axes, axis=1), 1.0, rtol=0.0, atol=UNIT):
+        raise UsageError("the text of a geometry is not one of this topology")
+    return LaneGeometry(points[None], axes[None])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from time import monotonic
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from balance.designs.feasibility import feasible
 from balance.discovery.confirm import FamilyConfirmation, confirm
@@ -17,6 +18,7 @@ from balance.discovery.job import DiscoveryJob, geometry_of_text
 from balance.discovery.motion_range import MotionRange, motion_range
 from balance.discovery.structure import LaneGeometry
 from balance.discovery.to_linkage import to_linkage
+from balance.result_files.file_errors import damaged
 from balance.result_files.results_file import ResultsFile
 from balance.spaces.compute_space import design_space
 from kinematics.errors import LinkageError, UsageError
@@ -85,21 +87,43 @@ def found_in(file: ResultsFile) -> Found:
 
     Raises:
         UsageError: the file is not that of a search.
+        FileError: it is damaged.
     """
     if file.about["kind"] != DiscoveryJob.kind:
         raise UsageError(f"{file.path}: a file of '{file.about['kind']}', not of a search")
-    job = DiscoveryJob.from_description(file.about["description"])
+    try:
+        job = DiscoveryJob.from_description(file.about["description"])
+    except UsageError as error:
+        raise damaged(file.path, str(error)) from None
+    if job.columns != file.columns or job.rows != file.rows:
+        raise damaged(file.path, "its rows or columns are not those of its search")
     table = file.read()
     special = np.flatnonzero(table["outcome"] == "special").tolist()
-    found = (
-        (
-            int(table["row"][k]), geometry_of_text(table["geometry"][k]),
-            int(table["nullity"][k]), int(table["codimension"][k]), float(table["margin"][k]),
-        )
-        for k in special
-    )  # fmt: skip
+    found = (_end_of(file.path, job, table, k) for k in special)
     families = group_members(job.topology, job.structure, job.generic, found)
     return Found(job, dict(Counter(table["outcome"].tolist()).most_common()), families)
+
+
+def _end_of(
+    path: str, job: DiscoveryJob, table: Mapping[str, NDArray[Any]], k: int
+) -> tuple[int, LaneGeometry, int, int, float]:
+    """Read the end of a walk: its number, geometry, nullity, codimension and margin.
+
+    Raises:
+        FileError: the file is damaged.
+    """
+    row, nullity = int(table["row"][k]), int(table["nullity"][k])
+    codimension, margin = int(table["codimension"][k]), float(table["margin"][k])
+    try:
+        geometry = geometry_of_text(table["geometry"][k], job.structure)
+    except UsageError as error:
+        raise damaged(path, f"row {row}: {error}") from None
+    changes = len(job.structure.moved)
+    if not job.generic < nullity <= job.structure.unknowns or not 0 < codimension <= changes:
+        raise damaged(
+            path, f"row {row}: its nullity or codimension is none of a special geometry"
+        )
+    return row, geometry, nullity, codimension, margin
 
 
 class FamilyTally:

@@ -164,7 +164,7 @@ TOPOLOGIES = {
 }  # fmt: skip
 
 
-EDGE = re.compile(r"([RPUS]?)(\d+)-(\d+)")
+EDGE = re.compile(r"([RPUS]?)([0-9]{1,9})-([0-9]{1,9})")
 
 
 def topology(name: str) -> Topology:
@@ -194,7 +194,7 @@ def edge_list(text: str) -> Topology:
             spherical ones, S.
 
     Raises:
-        UsageError: a pair is no pair, or the links are not all connected.
+        UsageError: a pair is no pair, the links are not all connected, or they form no loop.
     """
     words = text.split()
     space = words.pop(0)[:-1] if words[0] in ("sphere:", "space:") else "plane"
@@ -214,6 +214,8 @@ def edge_list(text: str) -> Topology:
         reached |= {x for _, a, b in edges for x in (a, b) if {a, b} & reached}
     if reached != set(range(found.links)) or found.structure().width < 1:
         raise UsageError(f"{text!r}: its links are not connected, or it does not move")
+    if not found.structure().ends.size:
+        raise UsageError(f"{text!r} has no loop: its joints alone decide its design space")
     return found
 
 

@@ -6,17 +6,19 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from balance.result_files.chunk_job import ChunkJob
+from balance.result_files.chunk_job import ChunkJob, Column
 from balance.result_files.program import program
 from balance.result_files.tables import APPLICATION, FILE_VERSION
+from kinematics.error_text import clean
 from kinematics.errors import FileError
 
-__all__ = ["check_header", "check_job", "refusal", "sqlite_errors"]
+__all__ = ["check_header", "check_job", "damaged", "refusal", "sqlite_errors"]
 
 FULL = (
     "the disk is full or fails; the chunks that were written are kept",
     "make room and resume the run",
 )
+AGAIN = "run the study again with another file"
 HELD = ("another program holds it", "close that program and resume the run")
 # By the name of the error in SQLite, its primary part.
 PROBLEMS = {
@@ -27,7 +29,7 @@ PROBLEMS = {
     "SQLITE_READONLY": ("cannot be written to", "give a file that can be written to"),
     "SQLITE_CANTOPEN": ("cannot be opened", "give a file that can be read, in such a folder"),
     "SQLITE_NOTADB": ("is no file of results", "give the file of a run"),
-    "SQLITE_CORRUPT": ("is damaged", "run the study again with another file"),
+    "SQLITE_CORRUPT": ("is damaged", AGAIN),
 }  # fmt: skip
 
 
@@ -39,9 +41,17 @@ def refusal(path: str, problem: str, remedy: str) -> FileError:
         problem: what is wrong.
         remedy: what to do.
     """
-    from kinematics.error_text import clean
-
     return FileError(clean(path, 1000), "", problem, remedy)
+
+
+def damaged(path: str, problem: str) -> FileError:
+    """Make the error of a file of results whose contents are not those that a run writes.
+
+    Args:
+        path: path of the file.
+        problem: what is wrong.
+    """
+    return refusal(path, f"is damaged: {clean(problem, 300)}", AGAIN)
 
 
 @contextmanager
@@ -58,7 +68,8 @@ def sqlite_errors(path: str) -> Iterator[None]:
         yield
     except sqlite3.Error as error:
         name = "_".join(getattr(error, "sqlite_errorname", "").split("_")[:2])
-        problem, remedy = PROBLEMS.get(name, (f"cannot be used ({error})", "give another file"))
+        reason = f"cannot be used ({clean(str(error), 200)})"
+        problem, remedy = PROBLEMS.get(name, (reason, "give another file"))
         raise refusal(path, problem, remedy) from None
 
 
@@ -92,23 +103,30 @@ def check_header(path: str, connection: sqlite3.Connection) -> bool:
     return True
 
 
-def check_job(path: str, about: Mapping[str, str], job: ChunkJob) -> None:
+def check_job(
+    path: str, about: Mapping[str, str], size: tuple[int, int],
+    columns: tuple[Column, ...], job: ChunkJob,
+) -> None:  # fmt: skip
     """Refuse a job whose results are not those of a file.
 
     Args:
         path: path of the file.
         about: what the file says of its job.
+        size: its rows, and those of a chunk.
+        columns: its columns.
         job: the job.
 
     Raises:
         FileError: it is another job, or the program has changed.
     """
     if about["kind"] != job.kind:
-        problem = f"holds the results of a {about['kind']}, not of a {job.kind}"
+        problem = f"holds the results of a {clean(about['kind'])}, not of a {job.kind}"
     elif about["program"] != program():
-        problem = f"was begun by version {about['program']}, and this is {program()}"
+        problem = f"was begun by version {clean(about['program'])}, and this is {program()}"
     elif about["digest"] != job.digest:
         problem = "holds the results of another study or model"
+    elif size != (job.rows, job.chunk_rows) or columns != job.columns:
+        raise damaged(path, "its rows or columns are not those of its study")
     else:
         return
     raise refusal(path, problem, "give another file, or go on with what began it")

@@ -15,6 +15,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
+from balance.result_files.check_contents import check_values, read_contents
 from balance.result_files.chunk_job import (
     ROW_NUMBER,
     ChunkColumns,
@@ -62,18 +63,14 @@ class ResultsFile:
     """
 
     def __init__(self, path: str, connection: sqlite3.Connection) -> None:
-        """Read what the file says of itself; use `create`, `resume` and `open` instead."""
+        """Read what the file says of itself; use `create`, `resume` and `open` instead.
+
+        Raises:
+            FileError: the file is damaged.
+        """
         self.path, self._connection = path, connection
         self._lock: FileLock | None = None
-        with sqlite_errors(path):
-            stored = dict(connection.execute("SELECT name, value FROM about"))
-            self.columns = tuple(
-                Column(*found) for found in connection.execute(
-                    "SELECT name, kind, unit FROM columns ORDER BY position"
-                )
-            )  # fmt: skip
-        self.rows, self.chunk_rows = int(stored.pop("rows")), int(stored.pop("chunk_rows"))
-        self.about: dict[str, str] = stored
+        self.about, self.columns, self.rows, self.chunk_rows = read_contents(path, connection)
         self._names = sql_names(self.columns)
 
     @classmethod
@@ -140,7 +137,9 @@ class ResultsFile:
         try:
             begun = begun and check_header(path, connection)
             if begun:
-                check_job(path, cls(path, connection).about, job)
+                begun_file = cls(path, connection)
+                size = begun_file.rows, begun_file.chunk_rows
+                check_job(path, begun_file.about, size, begun_file.columns, job)
             with sqlite_errors(path):
                 # A power cut may cost the last chunks, and never the file.
                 connection.execute("PRAGMA synchronous = NORMAL")
@@ -240,11 +239,12 @@ class ResultsFile:
             UsageError: there is no such column.
         """
         columns = self.columns if names is None else [self.column(name) for name in names]
+        # A run may write more rows meanwhile.
         count = self.computed()[1]
         if limit >= 0:
             count = min(count, limit)
         picked = [column.name for column in columns]
-        batches = self.batches(picked, order, descending, limit, every)
+        batches = self.batches(picked, order, descending, count, every)
         return to_arrays(columns, batches, count)
 
     def batches(
@@ -263,8 +263,9 @@ class ResultsFile:
         Raises:
             UsageError: there is no such column.
         """
+        columns = [self.column(name) for name in names]
         picked = ", ".join(
-            [ROW_NUMBER, *(sql_quoted(self._names[self.column(n).name]) for n in names)]
+            [ROW_NUMBER, *(sql_quoted(self._names[column.name]) for column in columns)]
         )
         sort = ROW_NUMBER
         if order:
@@ -274,6 +275,7 @@ class ResultsFile:
         with sqlite_errors(self.path):
             cursor = self._connection.execute(query, (every, limit))
             while rows := cursor.fetchmany(BATCH):
+                check_values(self.path, columns, rows)
                 yield rows
 
     def counts(self, name: str) -> dict[Any, int]:
@@ -285,10 +287,13 @@ class ResultsFile:
         Raises:
             UsageError: there is no such column.
         """
-        by = sql_quoted(self._names[self.column(name).name])
+        column = self.column(name)
+        by = sql_quoted(self._names[column.name])
         query = f"SELECT {by}, COUNT(*) FROM results GROUP BY {by} ORDER BY 2 DESC, 1"
         with sqlite_errors(self.path):
-            return dict(self._connection.execute(query))
+            counts = dict(self._connection.execute(query))
+        check_values(self.path, [column], [(None, value) for value in counts])
+        return counts
 
     def extent(self, name: str) -> tuple[Any, Any, int]:
         """Find the least and the largest value of a column, and how many are missing.
@@ -302,10 +307,12 @@ class ResultsFile:
         Raises:
             UsageError: there is no such column.
         """
-        of = sql_quoted(self._names[self.column(name).name])
+        column = self.column(name)
+        of = sql_quoted(self._names[column.name])
         query = f"SELECT MIN({of}), MAX({of}), COUNT(*) - COUNT({of}) FROM results"
         with sqlite_errors(self.path):
             least, most, missing = self._connection.execute(query).fetchone()
+        check_values(self.path, [column], [(None, least), (None, most)])
         return least, most, missing
 
     def column(self, name: str) -> Column:

@@ -9,13 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from kinematics.error_text import clean
 from kinematics.errors import UsageError
 from kinematics.model.linkage import Linkage, names_of
 from kinematics.model_gallery import load
 from kinematics.urdf_elements.element import Document
 from kinematics.urdf_elements.write_numbers import element_text
 
-__all__ = ["ModelText", "text_of_file", "text_of_linkage"]
+__all__ = ["ModelText", "check_options", "text_of_file", "text_of_linkage"]
+
+# Largest coordinate of a pose: radians or metres.
+LARGEST = 1e9
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,35 @@ class ModelText:
     def to_dict(self) -> dict[str, Any]:
         """Convert to the values of a JSON object."""
         return asdict(self)
+
+
+def check_options(options: Mapping[str, Any]) -> str:
+    """Say which option of a model is of a wrong type; an empty text if none is.
+
+    Args:
+        options: keyword arguments of `kinematics.load` that were read from a file.
+    """
+    for name, value in options.items():
+        if name == "at":
+            fine = isinstance(value, Mapping) and all(map(_is_number, value.values()))
+            kind = "table of finite numbers"
+        elif name in ("inputs", "massless"):
+            fine = isinstance(value, list | tuple) and all(isinstance(x, str) for x in value)
+            kind = "list of texts"
+        elif name == "fix_base":
+            fine, kind = isinstance(value, bool), "true or false"
+        else:
+            fine, kind = isinstance(value, str), "text"
+        if not fine:
+            return f"{name} = '{clean(str(value))}' is no {kind}"
+    return ""
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value is a finite number that is neither true nor false."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= LARGEST
 
 
 def text_of_file(

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from balance.result_files.chunk_job import Column
+from balance.sweeps.option_forms import wrong_form
 from balance.sweeps.row_quantities import QUANTITIES
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError, LinkageError
@@ -113,6 +114,10 @@ def _read_options(name: str, options: object, source: str) -> Options:
         if key not in known:
             remedy = f"choose from {closest_names(key, known)}" if known else "leave it out"
             raise _fault(source, f"{name}.{key}", "no such option", remedy)
+    for key, value in options.items():
+        if key != "where" and (form := wrong_form(key, value)):
+            problem = f"'{clean(str(value))}' has no meaning"
+            raise _fault(source, f"{name}.{key}", problem, f"write {form}")
     if options.get("where", RANK_DROP) != RANK_DROP:
         problem = f"is '{clean(str(options['where']))}'"
         raise _fault(source, f"{name}.where", problem, f'write "{RANK_DROP}", or leave it out')

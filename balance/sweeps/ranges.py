@@ -10,8 +10,8 @@ parameters do not change it.
 from __future__ import annotations
 
 import hashlib
-import math
 import re
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Range", "RangeError", "SAMPLED", "range_values", "read_range"]
+__all__ = ["Range", "RangeError", "SAMPLED", "range_values", "read_range", "stored_range"]
 
 Array = NDArray[np.float64]
 
@@ -29,6 +29,8 @@ SAMPLED = ("uniform", "normal", "sobol")
 """Kinds of samples."""
 # Most values of one grid, and points of a Sobol sequence.
 MOST_VALUES, MOST_POINTS = 10_000_000, 2**30
+# The largest double.
+MOST = sys.float_info.max
 # Whole numbers below this are doubles.
 MOST_EXACT = 2**53
 # Random numbers that a Philox generator makes in one step.
@@ -88,6 +90,27 @@ def read_range(value: object) -> Range:
     return Range("list", numbers)
 
 
+def stored_range(pair: object) -> Range:
+    """Make a range of its kind and its numbers, as they are stored.
+
+    Args:
+        pair: a list of both.
+
+    Raises:
+        RangeError: they are none, or one that `read_range` would not give.
+    """
+    if not isinstance(pair, list) or len(pair) != 2 or not isinstance(pair[1], list):
+        raise RangeError("it is no pair of a kind and numbers")
+    kind, numbers = pair[0], _numbers(pair[1])
+    if kind == "grid" and len(numbers) == 3 and abs(numbers[2]) <= MOST_VALUES:
+        return _grid(*numbers[:2], int(numbers[2]), "of the file")
+    if kind == "list" and numbers:
+        return Range(kind, numbers)
+    if kind in SAMPLED:
+        return _read_sample(kind, numbers)
+    raise RangeError(f"'{str(kind)[:40]}' of {len(numbers)} numbers is no range")
+
+
 def _read_grid(text: str) -> Range:
     """Read a grid ``first:last:count``."""
     match = _GRID.fullmatch(text)
@@ -97,15 +120,20 @@ def _read_grid(text: str) -> Range:
         first, last, count = float(match[1]), float(match[2]), int(match[3])
     except ValueError:
         raise RangeError(f"'{text[:40]}' has a word that is no number") from None
+    return _grid(first, last, count, f"'{text[:40]}'")
+
+
+def _grid(first: float, last: float, count: int, name: str) -> Range:
+    """Check the numbers of a grid."""
     _numbers([first, last])
     if count < 1:
-        raise RangeError(f"the grid '{text[:40]}' is empty")
+        raise RangeError(f"the grid {name} is empty")
     if count == 1 and first != last:
-        raise RangeError(f"the grid '{text[:40]}' has one value and two ends")
+        raise RangeError(f"the grid {name} has one value and two ends")
     if count > MOST_VALUES:
-        raise RangeError(f"the grid '{text[:40]}' has more than {MOST_VALUES} values")
+        raise RangeError(f"the grid {name} has more than {MOST_VALUES} values")
     if first == last and count > 1:
-        raise RangeError(f"the grid '{text[:40]}' has {count} equal values")
+        raise RangeError(f"the grid {name} has {count} equal values")
     return Range("grid", (first, last, float(count)))
 
 
@@ -127,8 +155,8 @@ def _numbers(value: object) -> tuple[float, ...]:
     for item in items:
         if isinstance(item, bool) or not isinstance(item, int | float | np.number):
             raise RangeError(f"'{str(item)[:40]}' is no number")
-        if not math.isfinite(item):
-            raise RangeError(f"{item} is not finite")
+        if not -MOST <= item <= MOST:
+            raise RangeError(f"{str(item)[:40]} is not finite")
     return tuple(map(float, items))
 
 

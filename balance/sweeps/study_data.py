@@ -9,15 +9,27 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Self
 
 from balance.options import Balance
 from balance.sweeps.constraints import read_constraints
-from balance.sweeps.model_text import ModelText, text_of_file, text_of_linkage
+from balance.sweeps.model_text import (
+    ModelText,
+    check_options,
+    text_of_file,
+    text_of_linkage,
+)
 from balance.sweeps.quantities import are_slow, read_quantities
-from balance.sweeps.ranges import MOST_POINTS, SAMPLED, Range, RangeError, read_range
+from balance.sweeps.ranges import (
+    MOST_POINTS,
+    SAMPLED,
+    Range,
+    RangeError,
+    read_range,
+    stored_range,
+)
 from kinematics.error_text import clean, closest_names
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
@@ -36,6 +48,8 @@ TABLES = {
 """Tables of a study, and the keys of those in which only these may stand."""
 # Rows of a chunk by default; fewer where a quantity of every row takes milliseconds.
 CHUNK_ROWS, SLOW_ROWS = 2048, 64
+# Entries of a study as text that are tables.
+STORED_TABLES = ("model", "parameters", "relations", "constraints", "quantities")
 Tables = Mapping[str, Any]
 
 
@@ -120,14 +134,58 @@ class StudyData:
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """Read a study from the text of `to_text`."""
-        data = json.loads(text)
-        data["model"] = ModelText(**data["model"])
-        data["parameters"] = {
-            name: Range(kind, tuple(numbers))
-            for name, (kind, numbers) in data["parameters"].items()
-        }
-        return cls(**data)
+        """Read a study from the text of `to_text`.
+
+        Raises:
+            FileError: the text is not one of a study.
+        """
+        source = "study"
+        try:
+            data = json.loads(text)
+        except (ValueError, RecursionError):
+            raise _no_study("is no JSON") from None
+        names = {each.name for each in fields(cls)}
+        if not isinstance(data, dict) or set(data) != names:
+            raise _no_study("has other entries than a study")
+        if not all(isinstance(data[name], dict) for name in STORED_TABLES):
+            raise _no_study(f"one of {', '.join(STORED_TABLES)} is no table")
+        balance, spatial = _read_balance(data, source)
+        compute = {**data["quantities"], "quantities": list(data["quantities"])}
+        return cls(
+            clean(str(data["source"]), 1000), _stored_model(data["model"]),
+            {name: _stored_range(name, pair) for name, pair in data["parameters"].items()},
+            dict(_read_relations(data["relations"], source)),
+            read_constraints(data["constraints"], source), read_quantities(compute, source),
+            balance, spatial,
+            _whole(data["samples"], "samples", source, 1, 2**62),
+            _whole(data["seed"], "seed", source, 0, 2**63),
+            _whole(data["chunk_rows"], "chunk_rows", source, 1, 10**6),
+        )  # fmt: skip
+
+
+def _stored_model(data: Tables) -> ModelText:
+    """Read the model of a study as `ModelText.to_dict` writes it."""
+    wrong = set(data) != {"source", "text", "options"}
+    if wrong or not isinstance(data["source"], str) or not isinstance(data["text"], str):
+        raise _no_study("its model has other entries than texts and options")
+    options = data["options"]
+    known = set(TABLES["model"]) - {"file", "loops", "fix_base"}
+    if not isinstance(options, dict) or not set(options) <= known or check_options(options):
+        raise _no_study("the options of its model have no meaning")
+    return ModelText(data["source"], data["text"], options)
+
+
+def _stored_range(name: str, pair: object) -> Range:
+    """Read the kind and the numbers of a range."""
+    try:
+        return stored_range(pair)
+    except RangeError as error:
+        raise _no_study(f"the range of '{clean(name)}': {error}") from None
+
+
+def _no_study(problem: str) -> FileError:
+    """Make the error of a text that is not one of a study."""
+    return FileError("study", "", problem, "give the text that to_text() returns")
 
 
 def _table(tables: Tables, name: str, source: str) -> Tables:
@@ -156,11 +214,10 @@ def _read_model(
     beside = (folder or Path()) / name
     if isinstance(options.get("loops"), str):
         options["loops"] = str((folder or Path()) / options["loops"])
-    try:
-        return text_of_file(beside if beside.is_file() else name, options)[0]
-    except TypeError:
+    if wrong := check_options(options):
         remedy = "write lists of texts, and a table of numbers for at"
-        raise FileError(source, "[model]", "a value has the wrong type", remedy) from None
+        raise FileError(source, "[model]", wrong, remedy)
+    return text_of_file(beside if beside.is_file() else name, options)[0]
 
 
 def _read_ranges(table: Tables, source: str) -> Iterator[tuple[str, Range]]:

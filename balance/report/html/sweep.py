@@ -11,11 +11,12 @@ from balance.report.html.plot_style import short
 from balance.report.html.render import facts_list, render_page
 from balance.report.text.sweep import REASON, file_facts, show_data
 from balance.result_files.chunk_job import ROW_NUMBER, Column
+from balance.result_files.file_errors import damaged
 from balance.result_files.results_file import ResultsFile
 from balance.sweeps.plan import Plan
 from balance.sweeps.study_data import StudyData
 from kinematics.error_text import clean
-from kinematics.errors import UsageError
+from kinematics.errors import LinkageError, UsageError
 from kinematics.model.chain import rigid_parts
 from kinematics.model.linkage import Linkage
 
@@ -50,7 +51,7 @@ def sweep_page(file: ResultsFile, order: str = "", descending: bool = False) -> 
     table = _rows(file, order, descending)
     if not table[ROW_NUMBER].size:
         raise UsageError(f"{clean(file.path, 1000)}: no row has an answer yet; nothing to draw")
-    plan = Plan(StudyData.from_text(file.about["description"]))
+    plan = _plan_of(file, table)
     report = show_data(file, order, descending, 10)
     name = plan.linkage.name
     return render_page(
@@ -64,6 +65,22 @@ def sweep_page(file: ResultsFile, order: str = "", descending: bool = False) -> 
             [*file_facts(report), ("on this page", f"{table[ROW_NUMBER].size:,} rows")]
         ),
     )
+
+
+def _plan_of(file: ResultsFile, table: dict[str, NDArray[Any]]) -> Plan:
+    """Read the study of a file again.
+
+    Raises:
+        FileError: the file is damaged: it has no study, or not the values of its parameters.
+    """
+    try:
+        plan = Plan(StudyData.from_text(file.about["description"]))
+    except LinkageError as error:
+        raise damaged(file.path, f"its study cannot be read ({error})") from None
+    for name in plan.driven:
+        if name not in table or not np.isfinite(table[name].astype(float)).all():
+            raise damaged(file.path, f"values of the parameter '{name}' are missing")
+    return plan
 
 
 def _rows(file: ResultsFile, order: str, descending: bool) -> dict[str, NDArray[Any]]:

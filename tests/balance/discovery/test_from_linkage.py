@@ -74,7 +74,8 @@ def test_what_no_walk_can_start_from_is_refused(model):
 @pytest.mark.parametrize(
     "text",
     ["0-1 1-2 x2-3", "0-1 1-1", "0-1 1-2 S2-3 0-3", "0-1 2-3", "0-1 0-1",
-     "0-1 1-2 0-2", "0-1 1-99", "sphere: 0-1 P1-2 2-3 0-3"],
+     "0-1 1-2 0-2", "0-1 1-99", "sphere: 0-1 P1-2 2-3 0-3", "0-1", "0-1 1-2", "space: S0-1 1-2",
+     f"0-1 1-2 2-{'9' * 5000}"],
 )  # fmt: skip
 def test_lists_that_are_no_topologies_are_refused(text):
     with pytest.raises(UsageError):

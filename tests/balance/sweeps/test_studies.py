@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import re
 import tomllib
+from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,9 @@ from kinematics.errors import FileError, LinkageError, UsageError
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "sweeps.md"
 X = {"q2.origin.x": "0.1:0.3:3"}
+GENERAL = {"parameters": X}
+# A value that TOML has and JSON has not.
+DAY = date(2026, 1, 1)
 BAD = {
     "unknown joint": ({"parameters": {"q9.origin.x": "0:1:3"}}, "q9.origin.x: names no joint"),
     "unknown number": ({"parameters": {"q2.size": "0:1:3"}}, "'q2' has the numbers origin.x"),
@@ -63,6 +67,23 @@ BAD = {
     "key": ({"parameters": X, "sampling": {"sede": 1}}, "no such key"),
     "column": ({"parameters": {"rank": "0.1:0.2:2"}, "relations": {"q2.origin.x": "rank"}},
                "is the name of a column"),
+    "pose": (GENERAL | {"model": {"file": "four_bar_general", "at": "u1"}}, "at = 'u1' is no"),
+    "day": (GENERAL | {"model": {"file": "four_bar_general", "at": {"u1": DAY}}},
+            "is no table"),
+    "bodies": (GENERAL | {"model": {"file": "four_bar_general", "bodies": DAY}}, "is no text"),
+    "bounds": ({"parameters": X, "compute": {"quantities": ["design"],
+                                             "design": {"bounds": "x"}}}, "bounds: 'x' has no"),
+    "bound": ({"parameters": X, "compute": {"quantities": ["design"],
+                                            "design": {"bounds": {"rocker": "x"}}}},
+              "no meaning"),
+    "aim": ({"parameters": X, "compute": {"quantities": ["design"],
+                                          "design": {"minimise": ["mass"]}}}, "no meaning"),
+    "kept": ({"parameters": X, "compute": {"quantities": ["design"],
+                                           "design": {"keep": [DAY]}}}, "no meaning"),
+    "region": ({"parameters": X, "compute": {
+        "quantities": ["counterweights"],
+        "counterweights": {"add": ["crank"], "regions": {"crank": {"x": 1}}}}}, "no meaning"),
+    "large": ({"parameters": {"q2.origin.x": [10**400]}}, "is not finite"),
 }  # fmt: skip
 
 

@@ -1,0 +1,151 @@
+"""Requests with damaged files of results, changed studies and random topologies.
+
+``python -m tests.fuzz.fuzz_results --cases 50000 --seed 0`` runs as many as it is told, in this
+process; a seed stands for the case that follows it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import shlex
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from balance.result_files import chunk_runs
+from balance.result_files.results_file import ResultsFile
+from tests.fuzz.random_requests import check
+from tests.fuzz.results_mutants import SEARCH, write_mutant
+from tests.fuzz.study_mutants import random_topology, study_text
+from tests.fuzz.sweep_words import STUDY
+from tests.support.command_runs import asked
+from tests.support.time_limit import time_limit
+
+__all__ = ["run"]
+
+# Seconds after which a case hangs.
+LIMIT = 120.0
+# Chunks that a run computes: a changed study may have millions of them.
+CHUNKS = 2
+MODELS = ("slider_crank", "five_bar", "four_bar_kite", "rusr", "scissor_single", "ghost", "")
+COLUMNS = ("rank", "row", "reason", "rocker.length", "closed", "outcome", "margin", "ghost", "")
+
+
+def words_of(seed: int, folder: Path) -> tuple[list[str], str]:
+    """The words of one request, and what was damaged; everything follows from the seed."""
+    rng = random.Random(seed)
+    kind = rng.choice(("results", "results", "results", "study", "study", "topology"))
+    if kind == "results":
+        return _results_words(rng, folder)
+    if kind == "study":
+        path = folder / "study.toml"
+        path.write_bytes(study_text(rng))
+        words = ["sweep", "run", str(path), "--workers", "1"]
+        return words, path.read_text(encoding="utf-8", errors="replace")
+    return _topology_words(rng, folder), ""
+
+
+def _results_words(rng: random.Random, folder: Path) -> tuple[list[str], str]:
+    """A request for a damaged file: by the verb it is for, or by the other one."""
+    kind, path = rng.choice(("sweep", "search")), folder / "results.db"
+    damages = write_mutant(rng, path, kind)
+    file, column = str(path), rng.choice(COLUMNS)
+    shown = rng.choice((
+        [], [], ["--sort", column], ["--sort", column, "--descending"],
+        ["--html", str(folder / "page.html")],
+        ["--plot", f"{column},{rng.choice(COLUMNS)}", "--out", str(folder / "a.svg")],
+    ))  # fmt: skip
+    study = folder / "study.toml"
+    study.write_text(STUDY, encoding="utf-8")
+    sweep = (
+        ["sweep", "show", file, *shown], ["sweep", "show", file, *shown],
+        ["sweep", "export", file, "--out", str(folder / rng.choice(("a.csv", "a.parquet")))],
+        ["sweep", "run", str(study), "--out", file, "--resume", "--workers", "1"],
+    )  # fmt: skip
+    page = ["--html", str(folder / "page.html")] if rng.random() < 0.1 else []
+    show = ["discover", "show", file, "--members", "2", "--tried", rng.choice("001"), *page]
+    search = (
+        show, show,
+        ["discover", "export", file, "--family", "1", "--out", str(folder / "a.urdf")],
+        ["discover", "run", "--topology", SEARCH.name, "--starts", str(SEARCH.starts), "--out",
+         file, "--resume", "--workers", "0"],
+    )  # fmt: skip
+    own, other = (sweep, search) if kind == "sweep" else (search, sweep)
+    return rng.choice(own if rng.random() < 0.85 else other), "; ".join(damages)
+
+
+def _topology_words(rng: random.Random, folder: Path) -> list[str]:
+    """A request with a random topology, or the topology of a model."""
+    topology = random_topology(rng)
+    buildable = ["--buildable"] * (rng.random() < 0.2)
+    if rng.random() < 0.5:
+        return ["discover", "walk", f"--topology={topology}", "--start", "0", *buildable]
+    given = rng.choice((["--model", rng.choice(MODELS)], *[[f"--topology={topology}"]] * 3))
+    return ["discover", "run", *given, "--starts", "1", "--workers", "0", "--out",
+            str(folder / "search.db"), *buildable]  # fmt: skip
+
+
+@contextmanager
+def in_this_process() -> Iterator[None]:
+    """Compute the first chunks of every run in this process."""
+    original, pending = chunk_runs.run_chunks, ResultsFile.pending
+
+    def run_here(*arguments: Any, **options: Any) -> Any:
+        return original(*arguments, **options | {"workers": 0})
+
+    chunk_runs.run_chunks = run_here
+    ResultsFile.pending = lambda file: islice(pending(file), CHUNKS)
+    try:
+        yield
+    finally:
+        chunk_runs.run_chunks, ResultsFile.pending = original, pending
+
+
+def run(seeds: Iterable[int], limit: float = LIMIT) -> Iterator[tuple[int, str, str]]:
+    """Run the cases of some seeds: the seed, how it ends, and what is wrong."""
+    for seed in seeds:
+        with tempfile.TemporaryDirectory() as name, in_this_process():
+            words, damage = words_of(seed, Path(name))
+            words += ["--json"] * (seed % 3 > 0)
+            try:
+                with time_limit(limit):
+                    done = asked(words)
+                    check(words, done)
+                end, wrong = f"{words[0]} {words[1]}: {done.code}", ""
+            except Exception as error:
+                told = f"balance {shlex.join(words)}\n  {damage[:2000]!r}"
+                end, wrong = "wrong", f"{told}\n  {type(error).__name__}: {str(error)[:1500]}"
+        yield seed, end, wrong
+
+
+def main() -> int:
+    """Run cases from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0, help="of the first case")
+    options = parser.parse_args()
+    begin, counts, slowest = time.perf_counter(), Counter(), (0.0, -1)
+    last = begin
+    for seed, end, wrong in run(range(options.seed, options.seed + options.cases)):
+        counts[end] += 1
+        now = time.perf_counter()
+        slowest, last = max(slowest, (now - last, seed)), now
+        if wrong:
+            print(f"seed {seed}: {wrong}", flush=True)
+    print(
+        f"{options.cases} requests from seed {options.seed} in {last - begin:.0f} s, "
+        f"{counts['wrong']} wrong; slowest: seed {slowest[1]}, {slowest[0]:.1f} s"
+    )
+    print("  ".join(f"{name} ×{count}" for name, count in sorted(counts.items())))
+    return 1 if counts["wrong"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import fields
 from os import PathLike, fsdecode
 
@@ -50,6 +51,7 @@ def read_masses(path: str | PathLike[str]) -> PantographMasses:
             near = closest_names(key, known)
             raise FileError(name, clean(key), "is no mass or length", f"the names are {near}")
         number = isinstance(value, int | float) and not isinstance(value, bool)
+        number = number and abs(value) <= sys.float_info.max
         if not (number or (value is None and key in OPTIONAL)):
             raise FileError(name, key, "is no number", "give a number in SI units")
     missing = [key for key in known if key not in found and key not in OPTIONAL]

@@ -44,6 +44,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
+# Largest mass, length and moment of inertia, and inverse of the least mass and length; SI.
+LARGEST = 1e12
+
 
 @dataclass(frozen=True)
 class PantographMasses:
@@ -93,16 +96,21 @@ class PantographMasses:
         """Check the numbers.
 
         Raises:
-            UsageError: one is not finite, a mass or length is not positive, or another is
-                negative that must not be.
+            UsageError: one is not finite, a mass or length is not positive, another is
+                negative that must not be, or sizes are above 1e12 or below 1e-12.
         """
         for field in fields(self):
             value = getattr(self, field.name)
             if value is not None and not math.isfinite(value):
                 raise UsageError(f"masses: {field.name} = {value!r} is not a finite number")
+            if value is not None and abs(value) > LARGEST:
+                raise UsageError(f"masses: {field.name} = {value:g} is more than {LARGEST:g}")
         for name in ("l2", "l3", "m1", "m2", "m3", "m4"):
             if not getattr(self, name) > 0.0:
                 raise UsageError(f"masses: {name} = {getattr(self, name):g} must be positive")
+            if getattr(self, name) < 1.0 / LARGEST:
+                value = getattr(self, name)
+                raise UsageError(f"masses: {name} = {value:g} is less than {1.0 / LARGEST:g}")
         for name in ("m5", "m6", "inertia_1", "inertia_2"):
             if not getattr(self, name) >= 0.0:
                 raise UsageError(f"masses: {name} = {getattr(self, name):g} is negative")

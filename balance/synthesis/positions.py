@@ -14,12 +14,19 @@ from typing import NamedTuple
 from balance.motion_tolerances import SYNTHESIS_SINGULAR
 from kinematics.errors import SynthesisError, UsageError
 
-__all__ = ["Displacement", "Position", "check_positions", "displacements", "size_of"]
+__all__ = [
+    "FARTHEST",
+    "Displacement",
+    "Position",
+    "check_positions",
+    "displacements",
+    "size_of",
+]
 
 # Number of positions: two leave a pivot free, three leave none.
 COUNTS = (2, 3)
-# Largest coordinate, metres.
-LARGEST = 1e6
+FARTHEST = 1e6
+"""Largest coordinate, metres."""
 
 
 class Position(NamedTuple):
@@ -86,8 +93,8 @@ def check_positions(positions: Iterable[Sequence[float]]) -> tuple[Position, ...
     if len(found) not in COUNTS:
         raise UsageError(f"{len(found)} positions: give two or three")
     for k, each in enumerate(found, 1):
-        if not all(abs(value) <= LARGEST for value in each):
-            raise UsageError(f"position {k} is not of finite numbers up to {LARGEST:g}")
+        if not all(abs(value) <= FARTHEST for value in each):
+            raise UsageError(f"position {k} is not of finite numbers up to {FARTHEST:g}")
     size = size_of(found)
     for k, one in enumerate(found):
         for j, other in enumerate(found[:k]):

@@ -39,6 +39,8 @@ __all__ = [
 ]  # fmt: skip
 
 Positions = Iterable[Sequence[float]]
+# Largest size of the ratio of the turns, and inverse of the least.
+LARGEST_RATIO = 1e6
 
 
 @dataclass(frozen=True)
@@ -101,12 +103,17 @@ def check_ratio(ratio: float) -> float:
     """Check the ratio k of the turns of the first link and of the tool.
 
     Raises:
-        UsageError: it is 0 or 1, or not finite.
+        UsageError: it is 0 or 1, not finite, or its size is above 1e6 or below 1e-6.
     """
     if not math.isfinite(ratio) or ratio in (0.0, 1.0):
         why = {0.0: "the first link stands still", 1.0: "both links are one body"}
         reason = why.get(ratio, "it is no finite number")
         raise UsageError(f"ratio k = {ratio:g}: {reason}; give another ratio of the turns")
+    if not 1.0 / LARGEST_RATIO <= abs(ratio) <= LARGEST_RATIO:
+        raise UsageError(
+            f"ratio k = {ratio:g}: its size is not from {1.0 / LARGEST_RATIO:g} to "
+            f"{LARGEST_RATIO:g}; give another ratio of the turns"
+        )
     return ratio
 
 

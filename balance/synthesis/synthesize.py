@@ -30,7 +30,7 @@ from balance.synthesis.nonlinear_pantograph import (
 )
 from balance.synthesis.pantograph import PantographMasses, default_masses
 from balance.synthesis.pivot_line import PivotLine, fixed_pivot_line, moving_pivot_line
-from balance.synthesis.positions import Position, check_positions, size_of
+from balance.synthesis.positions import FARTHEST, Position, check_positions, size_of
 from balance.synthesis.rr_chain import (
     chain_from_fixed_pivot,
     chain_from_moving_pivot,
@@ -94,6 +94,9 @@ class SynthesisRequest:
             )
         if len(self.positions) == 3 and chosen:
             raise UsageError("three positions determine both pivots: choose none")
+        pivots = [pivot for pivot in (self.fixed, self.moving) if pivot is not None]
+        if not all(abs(x) <= FARTHEST for pivot in pivots for x in (pivot.real, pivot.imag)):
+            raise UsageError(f"the pivot is not of finite numbers up to {FARTHEST:g} m")
         if self.kind == "four-bar" and self.masses is not None:
             raise UsageError("masses are for a pantograph: those of a four-bar follow")
         nonlinear = self.kind == "pantograph" and self.ratio is None
@@ -105,8 +108,10 @@ class SynthesisRequest:
                     "y from and to for three"
                 )
             pairs = zip(self.window[::2], self.window[1::2], strict=True)
-            if not all(low < high and np.isfinite([low, high]).all() for low, high in pairs):
-                raise UsageError("a window goes from a number to a larger one")
+            if not all(-FARTHEST <= low < high <= FARTHEST for low, high in pairs):
+                raise UsageError(
+                    f"a window goes from a number to a larger one, both up to {FARTHEST:g} m"
+                )
 
 
 def synthesize(

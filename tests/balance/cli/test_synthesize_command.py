@@ -122,6 +122,12 @@ def test_a_synthesis_without_a_design_says_so(capsys, tmp_path):
 
 
 BAD_MASSES = {"m3": -1.0}
+# Numbers whose squares no double holds.
+EXTREME = {
+    "long": ({"l3": 1e200}, 2, "l3 = 1e+200 is more than 1e+12"),
+    "light": ({"m1": 1e-300}, 2, "m1 = 1e-300 is less than 1e-12"),
+    "whole": ({"m6": 10**400}, 3, "m6: is no number"),
+}
 
 
 @pytest.mark.table
@@ -150,11 +156,18 @@ BAD_MASSES = {"m3": -1.0}
     (f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/odd.json", 3, "follows from"),
     (f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/text.json", 3, "is no JSON"),
     (f"--positions '{TWO}' --fixed 0,1 --kind four-bar --masses {{folder}}/bad.json", 2, "m3"),
+    *((f"--positions '{TWO}' --fixed 0,1 --masses {{folder}}/{name}.json", code, said)
+      for name, (_, code, said) in EXTREME.items()),
+    (f"--positions '{TWO}' --fixed 1e308,1e308", 2, "finite numbers up to 1e+06 m"),
+    (f"--positions '{TWO}' --fixed 0,1 --ratio=-1e308", 2, "from 1e-06 to 1e+06"),
+    (f"--positions '{TWO}' --fixed 0,1 --nonlinear --window=-1e300,1e300", 2, "up to 1e+06 m"),
 ])  # fmt: skip
 def test_bad_requests_get_one_line_and_write_nothing(words, code, said, capsys, tmp_path):
     (tmp_path / "bad.json").write_text(json.dumps(asdict(TABLE) | BAD_MASSES))
     (tmp_path / "odd.json").write_text(json.dumps({"s1": 1.0}))
     (tmp_path / "text.json").write_text("{")
+    for name, (number, *_) in EXTREME.items():
+        (tmp_path / f"{name}.json").write_text(json.dumps(asdict(TABLE) | number))
     out = tmp_path / "out.urdf"
     words = shlex.split(words.format(folder=tmp_path))
     assert main(["synthesize", *words, "--json", "--out", str(out)]) == code

@@ -245,11 +245,12 @@ class RationalJoints:
         centre, kind = before.d, loop.attributes["type"]
         gap = add_vectors(after.d, scale_vector(Fraction(-1), before.d))
         if self.closed and any(gap) and kind not in ("prismatic", "cylindrical", "planar"):
-            size = float(dot(gap, gap)) ** 0.5
-            text = f"open by {size_text(size)} m in its decimals: closed there"
+            # No double holds the square of a gap below 1e-162 m.
+            size = Fraction(float(dot(gap, gap)) ** 0.5) or max(map(abs, gap))
+            text = f"open by {size_text(float(size))} m in its decimals: closed there"
             self._note(loop.label, text)
-            away = self.change_number(Fraction(size), self.length) - Fraction(size)
-            centre = add_vectors(centre, scale_vector(away / Fraction(size), gap))
+            away = self.change_number(size, self.length) - size
+            centre = add_vectors(centre, scale_vector(away / size, gap))
         if kind == "universal":
             second = loop.first("axis2")
             given = self._axis(loop, second) if second else _perpendicular(axis)

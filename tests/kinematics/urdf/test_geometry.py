@@ -262,3 +262,15 @@ def test_a_fixed_base_and_a_file_of_loops_are_what_was_loaded(tmp_path):
     geometry = exact_geometry(linkage)
     assert len(geometry.screws) == len(linkage.joints) == 5
     assert "crank/end.0" in names_of(linkage.joints)
+
+
+def test_a_gap_whose_square_no_number_holds_closes_too(tmp_path):
+    """A loop that its decimals leave open by 1e-200 m."""
+    text, end = kinematics.gallery()["five_bar"].read_text(encoding="utf-8"), 'xyz="0.7 0.5 0"'
+    assert end in text
+    path = tmp_path / "open.urdf"
+    path.write_text(text.replace(end, 'xyz="0.7 0.5 1e-200"'), encoding="utf-8")
+    linkage = kinematics.load(path)
+    geometry = exact_geometry(linkage)
+    assert difference(linkage, geometry) < ROUND_OFF
+    assert any("closed there" in notice.message for notice in geometry.notices)

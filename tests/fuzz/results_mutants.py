@@ -60,7 +60,7 @@ def write_mutant(rng: random.Random, path: Path, kind: str) -> list[str]:
             try:
                 done.append(damage(rng, connection))
             # Some damages exclude each other.
-            except (sqlite3.Error, OverflowError, ValueError, TypeError) as error:
+            except (sqlite3.Error, OverflowError, ValueError, TypeError, LookupError) as error:
                 done.append(f"{damage.__name__}: {error}")
     return done
 

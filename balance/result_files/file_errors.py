@@ -66,6 +66,9 @@ def sqlite_errors(path: str) -> Iterator[None]:
     """
     try:
         yield
+    except UnicodeDecodeError:
+        # Python cannot read what SQLite says of a damaged schema.
+        raise refusal(path, *PROBLEMS["SQLITE_CORRUPT"]) from None
     except sqlite3.Error as error:
         name = "_".join(getattr(error, "sqlite_errorname", "").split("_")[:2])
         reason = f"cannot be used ({clean(str(error), 200)})"

@@ -82,6 +82,18 @@ def test_a_damaged_file_is_told_in_one_line(tmp_path, kind, damage, words, said)
     assert len(list(tmp_path.glob("*"))) <= 3
 
 
+def test_a_schema_that_is_no_text_is_told_in_one_line(tmp_path):
+    """SQLite names its damaged words, which Python cannot read."""
+    path, damage = (
+        tmp_path / "results.db",
+        (b"CREATE TABLE columns", b"CREATE TABL\xb7 columns"),
+    )
+    path.write_bytes(good_file("sweep").replace(*damage))
+    words = [word.format(file=path) for word in SHOW]
+    done = asked(words)
+    assert check(words, done) == "sweep: 3" and "is damaged" in done.err
+
+
 @pytest.mark.parametrize("kind", ["sweep", "search"])
 def test_the_good_files_are_read(tmp_path, kind):
     path = tmp_path / "results.db"

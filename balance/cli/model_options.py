@@ -28,8 +28,9 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         help="YAML file that describes the loops; by default the one next to the URDF file",
     )  # fmt: skip
     parser.add_argument(
-        "--fix-base", action="store_true", help="fix a base that floats to the ground"
-    )
+        "--fix-base", action="store_true",
+        help="fix a base that floats to the ground, and no other body that floats",
+    )  # fmt: skip
     parser.add_argument(
         "--bodies", choices=("given", "all"), default="given",
         help="all: links without mass in the file carry parameters too",

@@ -7,7 +7,6 @@ standard library is imported, so that an invalid file is rejected at once.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from kinematics.error_text import clean, closest_names, quoted
 from kinematics.urdf.validate_fields import (
@@ -33,22 +32,19 @@ MAX_FREEDOMS = 1000
 _LOOP_PARTS = ("predecessor", "successor", "axis", "axis2")
 
 
-def validate_robot(robot: Element, file: str, fix_base: bool = False) -> Element:
+def validate_robot(robot: Element, file: str) -> Element:
     """Check the tree of a robot.
 
     Args:
         robot: the ``<robot>`` element.
         file: name of its file in messages.
-        fix_base: change floating joints on the ground into fixed joints.
 
     Returns:
-        The same element, with its base fixed if wanted.
+        The same element.
 
     Raises:
         FileError: it is not a linkage.
     """
-    if fix_base:
-        robot = _fix_base(robot)
     with name_file(file):
         validate_tree(robot)
     return robot
@@ -71,7 +67,6 @@ def validate_tree(robot: Element) -> None:
     _check_names([robot], links, joints + loops)
     for link in links:
         check_link(link)
-    _check_floating(robot)
     for item in joints + loops:
         check_type(item)
     _check_count(joints + loops)
@@ -97,52 +92,6 @@ def _check_xacro(robot: Element) -> None:
             if "${" in value:
                 problem = f'{attribute}="{clean(value)}" is a xacro expression'
                 raise Refusal(item.label, problem, remedy)
-
-
-def _base_joints(robot: Element) -> list[Element]:
-    """Floating joints on the ground, or on links that fixed joints connect to it."""
-    hanging: dict[str, list[Element]] = {}
-    for joint in robot.every("joint"):
-        hanging.setdefault(_end(joint, "parent"), []).append(joint)
-    carried = {_end(joint, "child") for joint in robot.every("joint")}
-    ground = [link.name for link in robot.every("link") if link.name not in carried]
-    found = []
-    while ground:
-        for joint in hanging.pop(ground.pop(), ()):
-            if joint.attributes.get("type") == "fixed":
-                ground.append(_end(joint, "child"))
-            elif joint.attributes.get("type") == "floating":
-                found.append(joint)
-    return found
-
-
-def _end(joint: Element, role: str) -> str:
-    """Find the link on one side of a joint, which may be malformed."""
-    side = joint.first(role)
-    return side.attributes.get("link", "") if side else ""
-
-
-def _fix_base(robot: Element) -> Element:
-    """Change the floating joints of the base into fixed ones."""
-    on_base = {id(joint) for joint in _base_joints(robot)}
-    children = [
-        replace(item, attributes={**item.attributes, "type": "fixed"})
-        if id(item) in on_base
-        else item
-        for item in robot.children
-    ]
-    return replace(robot, children=tuple(children))
-
-
-def _check_floating(robot: Element) -> None:
-    """Reject floating joints."""
-    on_base = {id(joint) for joint in _base_joints(robot)}
-    for joint in robot.every("joint"):
-        if joint.attributes.get("type") == "floating":
-            remedy = "use a fixed joint, or joints for the freedoms that it has"
-            if id(joint) in on_base:
-                remedy = "fix the base with --fix-base (fix_base=True), or use a fixed joint"
-            raise Refusal(joint.label, "a floating joint is not supported", remedy)
 
 
 def _check_names(*groups: Sequence[Element]) -> None:

@@ -110,8 +110,6 @@ EDITS = {
     "unknown type": (J2, 'name="j2" type="ball"', "joint 'j2'", "unknown type 'ball'",
         "revolute, continuous"),
     "no type": (J2, 'name="j2"', "joint 'j2'", "no type", "choose from"),
-    "floating": (J2, 'name="j2" type="floating"', "joint 'j2'", "floating",
-        "use a fixed joint"),
     "independent": ('independent="true"', 'independent="yes"', "joint 'j1'",
         'independent="yes"', 'independent="true"'),
     "mimics unknown": ('mimic joint="j1"', 'mimic joint="j9"', "joint 'j3' (line 16)",

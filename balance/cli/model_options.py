@@ -32,6 +32,11 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         help="fix a base that floats to the ground, and no other body that floats",
     )  # fmt: skip
     parser.add_argument(
+        "--ground", metavar="LINK",
+        help="link that is the ground, of those that no joint carries, or of an SDF model that "
+        "is not fixed to the world; loose links are left out then",
+    )  # fmt: skip
+    parser.add_argument(
         "--bodies", choices=("given", "all"), default="given",
         help="all: links without mass in the file carry parameters too",
     )  # fmt: skip
@@ -99,7 +104,7 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
     return load(
         other or arguments.model, None if other else arguments.loops, arguments.inputs,
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
-        angles=angles, at=arguments.at,
+        angles=angles, at=arguments.at, ground=arguments.ground,
     )  # fmt: skip
 
 

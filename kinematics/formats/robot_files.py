@@ -15,6 +15,7 @@ from kinematics.formats.loop_dialects.translate import (
     drop_repeated_loops,
     translate_loops,
 )
+from kinematics.urdf.choose_ground import choose_ground
 from kinematics.urdf.floating_joints import settle_floating_joints
 from kinematics.urdf.harmless_oddities import mend_oddities
 from kinematics.urdf.input_streams import source_name
@@ -60,12 +61,15 @@ def read_unassembled(
     return read_linkage(source_name(model), file, options)
 
 
-def read_robot(model: Path | Document, nominal: bool = True) -> RobotFile:
+def read_robot(
+    model: Path | Document, nominal: bool = True, ground: str | None = None
+) -> RobotFile:
     """Read and check a robot file, without the YAML file beside it.
 
     Args:
         model: the file, or a document from a stream.
         nominal: whether rounded angles will be replaced; see `kinematics.urdf.rounded_angles`.
+        ground: name of the link that is the ground; see `kinematics.urdf.choose_ground`.
 
     Returns:
         The checked tree and the remarks.
@@ -79,14 +83,15 @@ def read_robot(model: Path | Document, nominal: bool = True) -> RobotFile:
     with name_file(source):
         data = document.data if document else read_bytes(source)
         root = build_tree(data)
-        robot, remarks = convert_to_urdf(root, data, path)
+        robot, remarks = convert_to_urdf(root, data, path, ground)
+        robot, told = choose_ground(robot, source, ground)
     if robot is not root:
         from kinematics.urdf_elements.write_numbers import element_text
 
         document = Document(source, element_text(robot).encode())
     robot, odd = mend_oddities(robot, source)
     found = _translate(validate_robot(robot, source), source, nominal)
-    remarks = (*remarks, *odd, *found.remarks)
+    remarks = (*remarks, *told, *odd, *found.remarks)
     return RobotFile(found.tree, None, remarks, document, found.dialects)
 
 
@@ -114,7 +119,7 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
         FileError: a file cannot be read as a linkage; the message gives place and reason.
     """
     source, nominal = source_name(model), options.angles == "nominal"
-    robot = read_robot(model, nominal)
+    robot = read_robot(model, nominal, options.ground)
     search = not isinstance(model, Document)
     merged = merge_loop_file(robot.tree, source, loops, search, robot.dialects)
     tree, repeated = drop_repeated_loops(merged.tree, robot.dialects, "")

@@ -23,12 +23,14 @@ class ReadOptions(NamedTuple):
             ``"all"``: every moving link does.
         massless: names of links that carry no parameters, even with mass in the file.
         angles: ``"nominal"`` or ``"as_written"``; see `kinematics.urdf.rounded_angles`.
+        ground: name of the link that is the ground; None for the only root.
     """
 
     fix_base: bool = False
     bodies: str = "given"
     massless: tuple[str, ...] = ()
     angles: str = "nominal"
+    ground: str | None = None
 
 
 class RobotFile(NamedTuple):

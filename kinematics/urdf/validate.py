@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from kinematics.error_text import clean, closest_names, quoted
+from kinematics.urdf.choose_ground import loose_links
 from kinematics.urdf.validate_fields import (
     MAX_ANGLE,
     MAX_NUMBER,
@@ -73,6 +74,7 @@ def validate_tree(robot: Element) -> None:
     known = {link.name: link for link in links}
     carrier = _carriers(known, joints)
     _check_tree(known, carrier)
+    _check_roots(known, joints, loops)
     _check_mimics(joints)
     for loop in loops:
         _check_loop(loop, known, carrier)
@@ -154,7 +156,7 @@ def _parent(joint: Element) -> str:
 
 
 def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) -> None:
-    """Check that the joints form a tree with one root."""
+    """Check that the joints form no cycles."""
     checked: set[str] = set()
     for start in known:
         path: dict[str, None] = {}
@@ -168,10 +170,27 @@ def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) ->
             path[name] = None
             name = _parent(carrier[name])
         checked.update(path)
-    roots = [name for name in known if name not in carrier]
+
+
+def _check_roots(
+    known: Mapping[str, Element], joints: Sequence[Element], loops: Sequence[Element]
+) -> None:
+    """Check that a single link is the ground."""
+    moved, loose = loose_links(list(known.values()), joints, loops)
+    if len(moved) == 1 and loose:
+        problem = "a loose link: no joint connects it to the others"
+        if len(loose) > 1:
+            problem = f"loose links: no joint connects {quoted(loose)} to the others"
+        remedy = (
+            f"fix it to '{clean(moved[0])}' with a fixed joint, or leave it out with "
+            f"--ground {clean(moved[0])}"
+        )
+        raise Refusal(known[loose[0]].label, problem, remedy)
+    roots = [*moved, *loose]
     if len(roots) > 1:
         problem = f"more than one root: no joint carries the links {quoted(roots)}"
-        remedy = "fix all but one of them to the ground with a fixed joint"
+        remedy = "fix all but one of them to the ground with a fixed joint, or choose the "
+        remedy += f"ground, as with --ground {clean(roots[0])}"
         raise Refusal(known[roots[1]].label, problem, remedy)
 
 

@@ -131,6 +131,16 @@ def test_contacts_actuators_and_sensors_need_no_word():
     assert remarks_of(four_bar('<asset><texture file="no.png"/></asset>', tail)) == []
 
 
+@pytest.mark.parametrize("joint", ["j1", "j2", "j3"])
+def test_the_input_is_the_joint_with_an_actuator(joint):
+    """A parallelogram turns as well by each of its joints; without actuators by the first."""
+    drive = f'<actuator><position joint="{joint}"/><motor site="s"/></actuator>'
+    assert kinematics.load(of(four_bar())).inputs == ("j1",)
+    linkage = kinematics.load(of(four_bar("", CONNECT + drive)))
+    assert linkage.inputs == (joint,) and not remarks_of(four_bar("", CONNECT + drive))
+    assert kinematics.load(of(linkage.document.data.decode())).inputs == (joint,)
+
+
 TENDON = (
     '<tendon><fixed name="t"><joint joint="{}" coef="{}"/><joint joint="{}" coef="{}"/></fixed>'
     '</tendon><equality><tendon tendon1="t" polycoef="0 1 0 0 0"/></equality>'

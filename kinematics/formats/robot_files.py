@@ -15,6 +15,7 @@ from kinematics.formats.loop_dialects.translate import (
     drop_repeated_loops,
     translate_loops,
 )
+from kinematics.urdf.axis_noise import remove_axis_noise
 from kinematics.urdf.choose_ground import choose_ground
 from kinematics.urdf.floating_joints import settle_floating_joints
 from kinematics.urdf.harmless_oddities import mend_oddities
@@ -126,8 +127,11 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
     found = find_rounded_angles(tree)
     text = f"{clean(source, 1000)}: {describe_rounded_angles(found, options.angles)}"
     more = ((ROUNDED_ANGLES, text),) if found else ()
+    if nominal:
+        tree, noise = remove_axis_noise(replace_rounded_angles(tree), source)
+        more = (*more, *noise)
     file = RobotFile(
-        replace_rounded_angles(tree) if nominal else tree, merged.inputs,
+        tree, merged.inputs,
         (*robot.remarks, *merged.remarks, *repeated, *more), robot.document, robot.dialects,
     )  # fmt: skip
     return settle_floating_joints(file, source, options.fix_base)

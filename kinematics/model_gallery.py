@@ -128,6 +128,7 @@ def load(
     massless: Sequence[str] = (),
     angles: str = "nominal",
     at: Mapping[str, float] | None = None,
+    ground: str | None = None,
 ) -> Linkage:
     """Read a linkage from a robot file, close its loops and choose its coordinates.
 
@@ -142,7 +143,8 @@ def load(
             file, or a YAML file beside a file on disk, with the same stem.
         inputs: names of joints to use as independent coordinates; by default a
             well-conditioned set is chosen.
-        fix_base: change a floating joint between ground and base into a fixed one.
+        fix_base: change the floating joint of a base into a fixed one; other bodies that float
+            keep six freedoms.
         bodies: ``"given"``: links with mass or inertia in the file carry parameters;
             ``"all"``: every moving link does.
         massless: names of links that carry no parameters, even with mass in the file.
@@ -154,6 +156,8 @@ def load(
             follow, on the same branch. Positions of joints that are no inputs are starting
             values, from which the loops are closed at the nearest pose: they choose the
             branch.
+        ground: name of the link that is the ground, if joints leave several links uncarried
+            or an SDF model is not fixed to the world.
 
     Returns:
         The linkage at its reference pose, in the frame of its root link, SI units.
@@ -176,7 +180,7 @@ def load(
 
     _check_options(bodies, angles)
     names = (massless,) if isinstance(massless, str) else tuple(massless)
-    draft = _read(model, loops, ReadOptions(fix_base, bodies, names, angles))
+    draft = _read(model, loops, ReadOptions(fix_base, bodies, names, angles, ground))
     return _assemble(draft, inputs, at, angles == "as_written")
 
 

@@ -171,6 +171,7 @@ def _verify_command(arguments: argparse.Namespace, found: Design) -> str:
     words = ["balance", "report" if one_pose else "verify", arguments.out]
     words += ["--max-order", "0"] * one_pose
     loops = arguments.loops or _loop_file(found, arguments.out)
+    # Other formats, and files from which links were left out, are written with their ground.
     lists = (("--inputs", arguments.inputs), ("--massless", arguments.massless))
     pairs = [("--loops", loops), *((flag, ",".join(names or ())) for flag, names in lists)]
     pairs += [("--motion", relation) for relation in arguments.motion or ()]

@@ -27,27 +27,7 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "--loops", metavar="FILE",
         help="YAML file that describes the loops; by default the one next to the URDF file",
     )  # fmt: skip
-    parser.add_argument(
-        "--fix-base", action="store_true", help="fix a base that floats to the ground"
-    )
-    parser.add_argument(
-        "--bodies", choices=("given", "all"), default="given",
-        help="all: links without mass in the file carry parameters too",
-    )  # fmt: skip
-    parser.add_argument(
-        "--massless", type=_names, default=[], metavar="L1,L2",
-        help="links that carry no parameters, whatever the file says",
-    )  # fmt: skip
-    reading = parser.add_mutually_exclusive_group()
-    reading.add_argument(
-        "--nominal", dest="angles", action="store_const", const="nominal", default="nominal",
-        help="read angles that look rounded, such as 1.5708, as the multiples of π/12 they "
-        "round (the default)",
-    )  # fmt: skip
-    reading.add_argument(
-        "--as-written", dest="angles", action="store_const", const="as_written",
-        help="take all angles and axes by their digits, in loops that do not quite close too",
-    )  # fmt: skip
+    _add_reading_options(parser)
     parser.add_argument(
         "--inputs", type=_names, metavar="J1,J2",
         help="joints to use as independent coordinates",
@@ -79,6 +59,37 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(refuse=parser.error)
 
 
+def _add_reading_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options on how the links, joints and numbers of a file are read."""
+    parser.add_argument(
+        "--fix-base", action="store_true",
+        help="fix a base that floats to the ground, and no other body that floats",
+    )  # fmt: skip
+    parser.add_argument(
+        "--ground", metavar="LINK",
+        help="link that is the ground, of those that no joint carries, or of an SDF model that "
+        "is not fixed to the world; loose links are left out then",
+    )  # fmt: skip
+    parser.add_argument(
+        "--bodies", choices=("given", "all"), default="given",
+        help="all: links without mass in the file carry parameters too",
+    )  # fmt: skip
+    parser.add_argument(
+        "--massless", type=_names, default=[], metavar="L1,L2",
+        help="links that carry no parameters, whatever the file says",
+    )  # fmt: skip
+    reading = parser.add_mutually_exclusive_group()
+    reading.add_argument(
+        "--nominal", dest="angles", action="store_const", const="nominal", default="nominal",
+        help="read angles that look rounded, such as 1.5708, as the multiples of π/12 they "
+        "round (the default)",
+    )  # fmt: skip
+    reading.add_argument(
+        "--as-written", dest="angles", action="store_const", const="as_written",
+        help="take all angles and axes by their digits, in loops that do not quite close too",
+    )  # fmt: skip
+
+
 def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> Linkage:
     """Load the linkage of the options.
 
@@ -98,7 +109,7 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
     return load(
         other or arguments.model, None if other else arguments.loops, arguments.inputs,
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
-        angles=angles, at=arguments.at,
+        angles=angles, at=arguments.at, ground=arguments.ground,
     )  # fmt: skip
 
 

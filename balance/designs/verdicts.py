@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,7 @@ from balance.designs.mass_regions import reach_of
 from balance.spaces.design_space import DesignSpace
 from balance.tolerances import CERTIFICATE_ENTRY_RELATIVE, MASSES_EQUAL
 from kinematics.linalg.ties import first_largest
-from kinematics.wording import number_text
+from kinematics.wording import MAX_NAMES, number_text
 
 __all__ = [
     "TOO_NARROW",
@@ -53,7 +55,7 @@ def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) ->
         for name, positive_weight in zip(space.bodies, weighed, strict=True)
         if positive_weight
     ]
-    listed = " and ".join(filter(None, [", ".join(clash[:-1]), clash[-1]]))
+    listed = _join_names(clash)
     verdict = f"infeasible{describe_limits(constraints)}"
     if set(clash) <= {space.bodies[b] for b in constraints.keep}:
         return (
@@ -75,6 +77,14 @@ def describe_conflict(space: DesignSpace, Z: Array, constraints: Constraints) ->
     if space.balance == "dynamic":
         remedy = "change the geometry, restrict the motion, or balance the forces alone"
     return f"{verdict}: in every balanced distribution {sums}, {positive}; {remedy}"
+
+
+def _join_names(names: Sequence[str]) -> str:
+    """Join names by commas and ``and``; of many the first, and how many are left."""
+    parts = list(names)
+    if len(parts) > MAX_NAMES + 1:
+        parts = [*parts[:MAX_NAMES], f"{len(parts) - MAX_NAMES} others"]
+    return " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
 
 
 def describe_furthest(space: DesignSpace, P: Array, constraints: Constraints) -> str:

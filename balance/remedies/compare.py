@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from balance.added_masses.regions import Region
 from balance.designs.feasibility import Feasibility, feasible
@@ -180,6 +180,7 @@ def compare_request(request: RemedyRequest, only: Sequence[str] = ()) -> RemedyC
     for name in only:
         if name not in CATALOGUE:
             raise UsageError(f"no remedy '{name}': choose from {', '.join(CATALOGUE)}")
+    request = replace(request, only=tuple(only))
     request.check()
     results = tuple(
         one for name, apply in _APPLY.items() if name in (only or _APPLY)

@@ -44,6 +44,7 @@ class RemedyRequest:
         spatial: whether bodies have ten parameters even in a plane.
         angles: how angles that look rounded are read; see `kinematics.load`.
         progress: called with the number of steps done and of all steps of a search.
+        only: remedies that the user names: long searches are made for these alone.
     """
 
     linkage: Linkage
@@ -57,6 +58,7 @@ class RemedyRequest:
     spatial: bool = False
     angles: str = "nominal"
     progress: Callable[[int, int], None] | None = None
+    only: tuple[str, ...] = ()
 
     def check(self) -> None:
         """Refuse a request that no remedy can serve.

@@ -145,7 +145,7 @@ def _text_and_linkage(
         raise UsageError(f"{linkage.source}: it has no elements of a file")
     kept: dict[str, Any] = {"inputs": list(linkage.inputs)}
     for name, value in options.items():
-        if name not in ("loops", "fix_base"):  # the elements have them
+        if name not in ("loops", "fix_base", "ground"):  # the elements have them
             kept[name] = list(value) if isinstance(value, tuple) else value
     text = ModelText(linkage.source, element_text(linkage.tree), kept)
     return text, text.load()

@@ -159,7 +159,7 @@ class Sites(NamedTuple):
         return [k for k, site in enumerate(self.sites) if site.link == link]
 
     def _axis(self, site: int, component: int) -> NumberPlace:
-        if self.sites[site].kind in ("fixed", "spherical"):
+        if self.sites[site].kind in ("fixed", "spherical", "floating"):
             owner, kind = self.sites[site].owner, self.sites[site].kind
             raise PathError(f"'{owner}' is {kind}: it has no axis that matters")
         return NumberPlace("axis", site, component)

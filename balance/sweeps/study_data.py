@@ -37,14 +37,15 @@ from kinematics.model.linkage import Linkage
 __all__ = ["StudyData"]
 
 TABLES = {
-    "model": ("angles", "at", "bodies", "file", "fix_base", "inputs", "loops", "massless"),
+    "model": ("angles", "at", "bodies", "file", "fix_base", "ground", "inputs", "loops",
+              "massless"),
     "parameters": (),
     "relations": (),
     "sampling": ("count", "seed"),
     "constraints": (),
     "compute": (),
     "run": ("chunk_rows",),
-}
+}  # fmt: skip
 """Tables of a study, and the keys of those in which only these may stand."""
 # Rows of a chunk by default; fewer where a quantity of every row takes milliseconds.
 CHUNK_ROWS, SLOW_ROWS = 2048, 64

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.assembly.close_by_pieces import close_by_pieces
 from kinematics.assembly.closed_component import (
     ClosedComponent,
     closing_notices,
@@ -148,6 +150,9 @@ def _close_component(
         starts += list(np.concatenate(further))
     if found := _nearest_pose(part, loops, weights, np.array(starts)):
         return found
+    there, pieces = close_by_pieces(part, partial(_close_component, repair=None))
+    if there is not None and (found := _nearest_pose(part, loops, weights, there[None])):
+        return found._replace(pieces=pieces)
     if repair is not None:
         repaired = _close_with_repair(part, repair)
         if not isinstance(repaired, str):

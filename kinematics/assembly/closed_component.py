@@ -47,6 +47,7 @@ class ClosedComponent(NamedTuple):
         motion: of the links from the pose of the file, in parts of the size.
         others: positions of its joints at other closed poses nearby, and their motions.
         open: angle and distance (metres) by which welds stay open; empty if they do not.
+        pieces: in how many pieces it was closed, one after another.
     """
 
     part: Component
@@ -55,6 +56,7 @@ class ClosedComponent(NamedTuple):
     motion: float = 0.0
     others: tuple[tuple[Array, float], ...] = ()
     open: tuple[float, ...] = ()
+    pieces: int = 1
 
 
 def joint_motion(closing: ClosedComponent) -> float:
@@ -166,7 +168,9 @@ def closing_notices(found: ClosedComponent) -> list[Notice]:
     furthest = first_largest(np.abs(q), relative=MOTION_EQUAL)
     joint = joints[furthest]
     how = "from the pose of the file"
-    if found.starts > 1:
+    if found.pieces > 1:
+        how = f"in {found.pieces} pieces one after another, the joints that they share held"
+    elif found.starts > 1:
         how = f"at the nearest of the poses that {found.starts} starts led to"
     text = (
         f"the loops were open by {opening:.2g} (radians, characteristic lengths); closed "

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from kinematics.assembly.assemble import assemble
 from kinematics.errors import FileError
 from kinematics.model.linkage import Linkage
+from kinematics.urdf.floating_joints import settle_floating_joints
 from kinematics.urdf.loop_file import merge_loop_file
 from kinematics.urdf.read import read_linkage
 from kinematics.urdf.read_options import ReadOptions
@@ -46,10 +47,11 @@ def assemble_elements(
     """
     options = options or ReadOptions()
     with faults_of(source):
-        tree = validate_robot(robot, source, options.fix_base)
+        tree = validate_robot(robot, source)
         file = merge_loop_file(tree, source, search=False)
         document = Document(source, element_text(tree).encode())
         file = file._replace(remarks=(*remarks, *file.remarks), document=document)
+        file = settle_floating_joints(file, source, options.fix_base)
         draft = read_linkage(source, file, options)
     return assemble(draft, inputs)
 

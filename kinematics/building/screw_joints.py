@@ -48,7 +48,7 @@ class ScrewJoint(NamedTuple):
             given. The normal of a planar joint, the first axis of a universal one.
         point: a point of the axis (3,), metres; the centre of a spherical or universal joint.
         kind: ``revolute``, ``prismatic``, ``helical``, ``universal``, ``cylindrical``,
-            ``planar``, ``spherical`` or ``fixed``.
+            ``planar``, ``spherical``, ``floating`` (six freedoms, no loop) or ``fixed``.
         pitch: pitch of a helical joint, metres per radian.
         axis2: second axis (3,) of a universal joint, perpendicular to the first.
         screw: in place of axis, point, kind and pitch: ``[ω; v]`` (6,) of any length, with v

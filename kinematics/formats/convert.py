@@ -21,13 +21,16 @@ class Converted(NamedTuple):
     remarks: tuple[tuple[str, str], ...] = ()
 
 
-def convert_to_urdf(root: Element, data: bytes, path: str | None) -> Converted:
+def convert_to_urdf(
+    root: Element, data: bytes, path: str | None, ground: str | None = None
+) -> Converted:
     """Convert the elements of a file to those of a URDF file.
 
     Args:
         root: the root element of the file.
         data: its bytes.
         path: the file, from which others may be included; None for a stream.
+        ground: name of the link that is the ground of an SDF model; None for the default.
 
     Returns:
         The ``<robot>`` element: ``root`` itself if the file is URDF.
@@ -43,16 +46,16 @@ def convert_to_urdf(root: Element, data: bytes, path: str | None) -> Converted:
             from kinematics.formats.expand_xacro import EXPANDED, expand_xacro
 
             root, remarks = expand_xacro(data, path), (EXPANDED,)
-    converted = _convert_expanded(root, path)
+    converted = _convert_expanded(root, path, ground)
     return converted._replace(remarks=(*remarks, *converted.remarks))
 
 
-def _convert_expanded(root: Element, path: str | None) -> Converted:
+def _convert_expanded(root: Element, path: str | None, ground: str | None) -> Converted:
     """Convert the elements of a file without xacro, by the tag of its root."""
     if root.tag == "sdf":
         from kinematics.formats.sdf.convert_model import convert_sdf
 
-        return Converted(*convert_sdf(root))
+        return Converted(*convert_sdf(root, ground))
     if root.tag == "mujoco":
         from kinematics.formats.mjcf.convert_file import convert_mjcf
 

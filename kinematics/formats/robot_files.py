@@ -15,6 +15,9 @@ from kinematics.formats.loop_dialects.translate import (
     drop_repeated_loops,
     translate_loops,
 )
+from kinematics.urdf.axis_noise import remove_axis_noise
+from kinematics.urdf.choose_ground import choose_ground
+from kinematics.urdf.floating_joints import settle_floating_joints
 from kinematics.urdf.harmless_oddities import mend_oddities
 from kinematics.urdf.input_streams import source_name
 from kinematics.urdf.loop_file import merge_loop_file
@@ -60,14 +63,14 @@ def read_unassembled(
 
 
 def read_robot(
-    model: Path | Document, fix_base: bool = False, nominal: bool = True
+    model: Path | Document, nominal: bool = True, ground: str | None = None
 ) -> RobotFile:
     """Read and check a robot file, without the YAML file beside it.
 
     Args:
         model: the file, or a document from a stream.
-        fix_base: change floating joints on the ground into fixed joints.
         nominal: whether rounded angles will be replaced; see `kinematics.urdf.rounded_angles`.
+        ground: name of the link that is the ground; see `kinematics.urdf.choose_ground`.
 
     Returns:
         The checked tree and the remarks.
@@ -81,14 +84,15 @@ def read_robot(
     with name_file(source):
         data = document.data if document else read_bytes(source)
         root = build_tree(data)
-        robot, remarks = convert_to_urdf(root, data, path)
+        robot, remarks = convert_to_urdf(root, data, path, ground)
+        robot, told = choose_ground(robot, source, ground)
     if robot is not root:
         from kinematics.urdf_elements.write_numbers import element_text
 
         document = Document(source, element_text(robot).encode())
     robot, odd = mend_oddities(robot, source)
-    found = _translate(validate_robot(robot, source, fix_base), source, nominal)
-    remarks = (*remarks, *odd, *found.remarks)
+    found = _translate(validate_robot(robot, source), source, nominal)
+    remarks = (*remarks, *told, *odd, *found.remarks)
     return RobotFile(found.tree, None, remarks, document, found.dialects)
 
 
@@ -116,14 +120,18 @@ def read_files(model: Path | Document, loops: Path | None, options: ReadOptions)
         FileError: a file cannot be read as a linkage; the message gives place and reason.
     """
     source, nominal = source_name(model), options.angles == "nominal"
-    robot = read_robot(model, options.fix_base, nominal)
+    robot = read_robot(model, nominal, options.ground)
     search = not isinstance(model, Document)
     merged = merge_loop_file(robot.tree, source, loops, search, robot.dialects)
     tree, repeated = drop_repeated_loops(merged.tree, robot.dialects, "")
     found = find_rounded_angles(tree)
     text = f"{clean(source, 1000)}: {describe_rounded_angles(found, options.angles)}"
     more = ((ROUNDED_ANGLES, text),) if found else ()
-    return RobotFile(
-        replace_rounded_angles(tree) if nominal else tree, merged.inputs,
+    if nominal:
+        tree, noise = remove_axis_noise(replace_rounded_angles(tree), source)
+        more = (*more, *noise)
+    file = RobotFile(
+        tree, merged.inputs,
         (*robot.remarks, *merged.remarks, *repeated, *more), robot.document, robot.dialects,
     )  # fmt: skip
+    return settle_floating_joints(file, source, options.fix_base)

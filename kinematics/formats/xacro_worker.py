@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 __all__ = ["expand_file"]
 
@@ -46,16 +47,36 @@ def _limit_memory() -> None:
 
 
 def _expand(path: str) -> str:
-    """Expand a file; packages are searched above it, beside the one it is in, and by ROS."""
+    """Expand a file; packages are searched above it, beside those it is in, and by ROS."""
     import xacro
     from xacrodoc import packages
 
-    for folder in Path(path).resolve().parents:
-        if (folder / "package.xml").is_file() or (folder / "manifest.xml").is_file():
-            packages.look_in([str(folder.parent)])
-            break
-    packages.walk_up_from(path)
+    above = _packages_above(Path(path).resolve())
+    for folder in reversed(above.values()):
+        packages.look_in([str(folder.parent)])
+    packages.update_package_cache(above)
     return "ok\n" + xacro.process_file(path).toprettyxml(indent="  ")
+
+
+def _packages_above(path: Path) -> dict[str, Path]:
+    """Find the packages that a file is in, by name, the innermost first.
+
+    A package without a readable ``package.xml`` has the name of its folder. ``walk_up_from`` of
+    xacrodoc takes the first folder with a ``manifest.xml`` for any package whatever.
+    """
+    found: dict[str, Path] = {}
+    for folder in path.parents:
+        name = ""
+        if (folder / "package.xml").is_file():
+            try:
+                name = ElementTree.parse(folder / "package.xml").findtext("name") or ""
+            except (ElementTree.ParseError, OSError):
+                name = folder.name
+        elif (folder / "manifest.xml").is_file():
+            name = folder.name
+        if name.strip():
+            found.setdefault(name.strip(), folder)
+    return found
 
 
 if __name__ == "__main__":

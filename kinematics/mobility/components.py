@@ -98,13 +98,13 @@ def split_components(
             the ground.
     """
     whole = arrange_loops(draft) if whole is None else whole
-    groups = [[j for j in x if j not in locked] for x in clusters(whole)]
+    groups = clusters(whole, locked)
     moving = all(loop.end != loop.successor for loop in draft.loops)
     if moving and groups == [list(range(len(draft.joints)))]:
         part = replace(draft, places={}, displaced=None, other_poses=())
         _check_size(part)
         return [Component(whole.joints, part, whole, tuple(range(len(draft.loops))))]
-    return [component_of(draft, group) for group in groups if group]
+    return [component_of(draft, group) for group in groups]
 
 
 def component_of(draft: UnassembledLinkage, joints: Sequence[int]) -> Component:

@@ -91,12 +91,26 @@ def _candidate_inputs(draft: UnassembledLinkage, rest: Array) -> list[int]:
     """List the joints that can be the next coordinate, the preferred one first.
 
     Any joint whose remaining freedom is at least a third of the largest is well enough
-    conditioned; joints of the tree come before those of loops, earlier ones before later.
+    conditioned; joints with actuators come before others, joints of the tree before those of
+    loops, earlier ones before later.
     """
     sizes = np.linalg.norm(rest, axis=1)
     least = (1.0 - TIE_RELATIVE) * sizes.max(initial=0.0) / 3.0
     good = np.flatnonzero(sizes >= max(least, REMAINING_FREEDOM))
-    return sorted(good.tolist(), key=lambda j: (draft.joints[j].in_loop, j))
+    driven = _actuated(draft)
+    joints = draft.joints
+    return sorted(
+        good.tolist(), key=lambda j: (joints[j].whole not in driven, joints[j].in_loop, j)
+    )
+
+
+def _actuated(draft: UnassembledLinkage) -> set[str]:
+    """Find the names of the joints for which the file has a ``<transmission>``."""
+    if draft.tree is None:
+        return set()
+    return {
+        joint.name for item in draft.tree.every("transmission") for joint in item.every("joint")
+    }
 
 
 def _project_joint_out(rest: Array, joint: int) -> Array:

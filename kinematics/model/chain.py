@@ -186,8 +186,12 @@ def move_chain(chain: Chain, independent: IntArray, basis: Array) -> Chain:
     )
 
 
-def clusters(chain: Chain) -> list[list[int]]:
+def clusters(chain: Chain, locked: frozenset[int] = frozenset()) -> list[list[int]]:
     """Group joints that loops and mimic relations couple.
+
+    Args:
+        chain: the linkage as arrays.
+        locked: joints that do not move: they are in no group, and couple none.
 
     Returns:
         Joints of each group, ascending.
@@ -198,10 +202,12 @@ def clusters(chain: Chain) -> list[list[int]]:
     groups += [set(np.flatnonzero(row).tolist()) for row in chain.mimics]
     merged: list[set[int]] = []
     for group in groups:
+        group -= locked
         for other in [m for m in merged if m & group]:
             merged.remove(other)
             group |= other
-        merged.append(group)
+        if group:
+            merged.append(group)
     return [sorted(group) for group in merged]
 
 

@@ -43,6 +43,7 @@ FREEDOMS = {
     "cylindrical": ("turn n", "slide n"),
     "planar": ("slide u", "slide w", "turn n"),
     "spherical": ("turn n", "turn u", "turn w"),
+    "floating": ("slide n", "slide u", "slide w", "turn n", "turn u", "turn w"),
 }
 """The single freedoms of each type of joint, along its axes n, u and w = n × u."""
 

@@ -33,6 +33,7 @@ from kinematics.model.linkage import (
 )
 from kinematics.spatial.inertia import parameters
 from kinematics.spatial.screws import exp, revolute
+from kinematics.urdf.floating_joints import settle_floating_joints
 from kinematics.urdf.loop_file import merge_loop_file
 from kinematics.urdf.loop_joints import (
     attach_loop,
@@ -96,8 +97,9 @@ def read_loaded_model(
 
     options = options or ReadOptions()
     source = model.robot.name or "URDF"
-    tree = validate_robot(tree_of(model), source, options.fix_base)
+    tree = validate_robot(tree_of(model), source)
     side = merge_loop_file(tree, source, loops, search=False)
+    side = settle_floating_joints(side, source, options.fix_base)
     return _build_linkage(set_poses(describe_robot(side.tree), model), side, source, options)
 
 

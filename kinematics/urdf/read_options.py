@@ -17,17 +17,20 @@ class ReadOptions(NamedTuple):
     """Changes that the user makes to a file.
 
     Attributes:
-        fix_base: change a floating joint between the ground and the base into a fixed one.
+        fix_base: change the floating joint of a base into a fixed one; see
+            `kinematics.urdf.floating_joints`.
         bodies: ``"given"``: moving links with mass or inertia in the file carry parameters;
             ``"all"``: every moving link does.
         massless: names of links that carry no parameters, even with mass in the file.
         angles: ``"nominal"`` or ``"as_written"``; see `kinematics.urdf.rounded_angles`.
+        ground: name of the link that is the ground; None for the only root.
     """
 
     fix_base: bool = False
     bodies: str = "given"
     massless: tuple[str, ...] = ()
     angles: str = "nominal"
+    ground: str | None = None
 
 
 class RobotFile(NamedTuple):

@@ -7,9 +7,9 @@ standard library is imported, so that an invalid file is rejected at once.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from kinematics.error_text import clean, closest_names, quoted
+from kinematics.urdf.choose_ground import loose_links
 from kinematics.urdf.validate_fields import (
     MAX_ANGLE,
     MAX_NUMBER,
@@ -33,22 +33,19 @@ MAX_FREEDOMS = 1000
 _LOOP_PARTS = ("predecessor", "successor", "axis", "axis2")
 
 
-def validate_robot(robot: Element, file: str, fix_base: bool = False) -> Element:
+def validate_robot(robot: Element, file: str) -> Element:
     """Check the tree of a robot.
 
     Args:
         robot: the ``<robot>`` element.
         file: name of its file in messages.
-        fix_base: change floating joints on the ground into fixed joints.
 
     Returns:
-        The same element, with its base fixed if wanted.
+        The same element.
 
     Raises:
         FileError: it is not a linkage.
     """
-    if fix_base:
-        robot = _fix_base(robot)
     with name_file(file):
         validate_tree(robot)
     return robot
@@ -71,13 +68,13 @@ def validate_tree(robot: Element) -> None:
     _check_names([robot], links, joints + loops)
     for link in links:
         check_link(link)
-    _check_floating(robot)
     for item in joints + loops:
         check_type(item)
     _check_count(joints + loops)
     known = {link.name: link for link in links}
     carrier = _carriers(known, joints)
     _check_tree(known, carrier)
+    _check_roots(known, joints, loops)
     _check_mimics(joints)
     for loop in loops:
         _check_loop(loop, known, carrier)
@@ -97,52 +94,6 @@ def _check_xacro(robot: Element) -> None:
             if "${" in value:
                 problem = f'{attribute}="{clean(value)}" is a xacro expression'
                 raise Refusal(item.label, problem, remedy)
-
-
-def _base_joints(robot: Element) -> list[Element]:
-    """Floating joints on the ground, or on links that fixed joints connect to it."""
-    hanging: dict[str, list[Element]] = {}
-    for joint in robot.every("joint"):
-        hanging.setdefault(_end(joint, "parent"), []).append(joint)
-    carried = {_end(joint, "child") for joint in robot.every("joint")}
-    ground = [link.name for link in robot.every("link") if link.name not in carried]
-    found = []
-    while ground:
-        for joint in hanging.pop(ground.pop(), ()):
-            if joint.attributes.get("type") == "fixed":
-                ground.append(_end(joint, "child"))
-            elif joint.attributes.get("type") == "floating":
-                found.append(joint)
-    return found
-
-
-def _end(joint: Element, role: str) -> str:
-    """Find the link on one side of a joint, which may be malformed."""
-    side = joint.first(role)
-    return side.attributes.get("link", "") if side else ""
-
-
-def _fix_base(robot: Element) -> Element:
-    """Change the floating joints of the base into fixed ones."""
-    on_base = {id(joint) for joint in _base_joints(robot)}
-    children = [
-        replace(item, attributes={**item.attributes, "type": "fixed"})
-        if id(item) in on_base
-        else item
-        for item in robot.children
-    ]
-    return replace(robot, children=tuple(children))
-
-
-def _check_floating(robot: Element) -> None:
-    """Reject floating joints."""
-    on_base = {id(joint) for joint in _base_joints(robot)}
-    for joint in robot.every("joint"):
-        if joint.attributes.get("type") == "floating":
-            remedy = "use a fixed joint, or joints for the freedoms that it has"
-            if id(joint) in on_base:
-                remedy = "fix the base with --fix-base (fix_base=True), or use a fixed joint"
-            raise Refusal(joint.label, "a floating joint is not supported", remedy)
 
 
 def _check_names(*groups: Sequence[Element]) -> None:
@@ -205,7 +156,7 @@ def _parent(joint: Element) -> str:
 
 
 def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) -> None:
-    """Check that the joints form a tree with one root."""
+    """Check that the joints form no cycles."""
     checked: set[str] = set()
     for start in known:
         path: dict[str, None] = {}
@@ -219,10 +170,27 @@ def _check_tree(known: Mapping[str, Element], carrier: Mapping[str, Element]) ->
             path[name] = None
             name = _parent(carrier[name])
         checked.update(path)
-    roots = [name for name in known if name not in carrier]
+
+
+def _check_roots(
+    known: Mapping[str, Element], joints: Sequence[Element], loops: Sequence[Element]
+) -> None:
+    """Check that a single link is the ground."""
+    moved, loose = loose_links(list(known.values()), joints, loops)
+    if len(moved) == 1 and loose:
+        problem = "a loose link: no joint connects it to the others"
+        if len(loose) > 1:
+            problem = f"loose links: no joint connects {quoted(loose)} to the others"
+        remedy = (
+            f"fix it to '{clean(moved[0])}' with a fixed joint, or leave it out with "
+            f"--ground {clean(moved[0])}"
+        )
+        raise Refusal(known[loose[0]].label, problem, remedy)
+    roots = [*moved, *loose]
     if len(roots) > 1:
         problem = f"more than one root: no joint carries the links {quoted(roots)}"
-        remedy = "fix all but one of them to the ground with a fixed joint"
+        remedy = "fix all but one of them to the ground with a fixed joint, or choose the "
+        remedy += f"ground, as with --ground {clean(roots[0])}"
         raise Refusal(known[roots[1]].label, problem, remedy)
 
 

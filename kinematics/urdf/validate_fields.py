@@ -193,6 +193,9 @@ def check_type(item: Element) -> None:
         if kind.strip().lower() in DEGREES_OF_FREEDOM:
             remedy = f'write type="{kind.strip().lower()}"'
         raise Refusal(item.label, problem, remedy)
+    if item.tag == "loop" and kind == "floating":
+        remedy = "remove it, or choose another type"
+        raise Refusal(item.label, "a floating joint closes no loop", remedy)
     value = item.attributes.get("independent", "false")
     if value not in ("true", "false"):
         problem = f'independent="{clean(value)}" is neither true nor false'

@@ -114,10 +114,11 @@ def moved_origin(joint: Element, q: list[float]) -> dict[str, str]:
     there = pose_matrix(old) @ D
     if np.any(D[:3, 3]):
         attributes["xyz"] = " ".join(repr(x) for x in there[:3, 3].tolist())
-    if kind != "prismatic":
+    if kind != "prismatic" and any(q[3:] if kind == "floating" else q):
         words = attributes.get("rpy", "0 0 0").split()
         turning = q[-1] if kind == "planar" else q[0]
-        simple = _turn_words(words, n, turning) if kind != "spherical" else None
+        several = kind in ("spherical", "floating")
+        simple = None if several else _turn_words(words, n, turning)
         attributes["rpy"] = " ".join(simple or map(repr, roll_pitch_yaw(there[:3, :3])))
     return attributes
 

@@ -7,6 +7,7 @@ not need them, and an attacker could use them.
 from __future__ import annotations
 
 import os
+import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,6 +33,10 @@ MAX_TOKEN = 2**20
 _CHUNK = 2**16
 
 _POINTER = b"version https://git-lfs"
+# Byte order mark, blanks and comments, and a declaration after them.
+_MISPLACED = re.compile(
+    rb"(\xef\xbb\xbf)?((?:[ \t\r\n]|<!--.*?-->)+)(<\?xml[ \t\r\n][^>]*\?>)", re.DOTALL
+)
 _WIDE = (b"\xff\xfe\0\0", b"\0\0\xfe\xff")
 _REMEDIES = {
     expat.errors.XML_ERROR_UNKNOWN_ENCODING: "save it as UTF-8",
@@ -131,7 +136,7 @@ def build_tree(data: bytes) -> Element:
     """
     builder = _Builder()
     try:
-        builder.feed(data)
+        builder.feed(_declaration_first(data))
     except expat.ExpatError as error:
         where = f"not well-formed XML at line {error.lineno}, column {error.offset + 1}"
         problem = f"{where} ({expat.ErrorString(error.code)})"
@@ -141,6 +146,18 @@ def build_tree(data: bytes) -> Element:
         problem = f"not readable as XML ({clean(str(error))})"
         raise Refusal("", problem, "save it as UTF-8") from None
     return builder.closed[0]
+
+
+def _declaration_first(data: bytes) -> bytes:
+    """Exchange ``<?xml …?>`` and what stands before it: blanks and comments, without meaning.
+
+    All that follows keeps its place in the file.
+    """
+    found = _MISPLACED.match(data[:_CHUNK])
+    if found is None:
+        return data
+    mark, before, declaration = found.groups(b"")
+    return mark + declaration + before + data[found.end() :]
 
 
 class _Builder:

@@ -13,6 +13,7 @@ DEGREES_OF_FREEDOM = {
     "cylindrical": 2,
     "planar": 3,
     "spherical": 3,
+    "floating": 6,
 }
 """Degrees of freedom of the joint types, of tree joints and of loops alike."""
 

@@ -31,6 +31,7 @@ _MOTIONS = {
     ("revolute", "revolute"): "universal", ("revolute", "prismatic"): "cylindrical",
     ("prismatic", "prismatic", "revolute"): "planar",
     ("revolute", "revolute", "revolute"): "spherical",
+    ("prismatic", "prismatic", "prismatic", "revolute", "revolute", "revolute"): "floating",
 }  # fmt: skip
 
 
@@ -217,7 +218,7 @@ class _LinkageWriter:
         if found.kind == "prismatic":
             return
         pose, point = self.poses[child], found.centre
-        if found.kind not in ("universal", "spherical"):
+        if found.kind not in ("universal", "spherical", "floating"):
             point = point + found.axis * (found.axis @ (pose[:3, 3] - point))
         if np.abs(pose[:3, 3] - point).max() > JOINT_AXES_MEET * self.size:
             pose = pose.copy()

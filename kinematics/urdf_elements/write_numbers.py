@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 # Beside those of XML, the characters that a parser would turn into blanks.
 _QUOTED = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+# In text only the end of a line that a parser would convert.
+_BREAKS = {"\r": "&#13;"}
 
 
 def number_words(values: Iterable[float]) -> str:
@@ -33,16 +35,19 @@ def element_text(tree: Element) -> str:
 def element_lines(item: Element, margin: str) -> Iterator[str]:
     """Yield the lines of an element, indented by two blanks.
 
+    Its text stands in the line of its begin tag, before its children, with its own line breaks.
+
     Args:
         item: the element.
         margin: text before each line.
     """
     pairs = (f' {key}="{escape(value, _QUOTED)}"' for key, value in item.attributes.items())
     head = f"{margin}<{item.tag}{''.join(pairs)}"
+    text = escape(item.text, _BREAKS)
     if not item.children:
-        yield f"{head}/>"
+        yield f"{head}>{text}</{item.tag}>" if text else f"{head}/>"
         return
-    yield f"{head}>"
+    yield f"{head}>{text}"
     for child in item.children:
         yield from element_lines(child, f"{margin}  ")
     yield f"{margin}</{item.tag}>"

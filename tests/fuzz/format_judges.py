@@ -92,7 +92,7 @@ def _read(name: str, data: bytes, options: ReadOptions | None = None) -> Read | 
     """
     document, options = Document(name, data), options or ReadOptions()
     try:
-        return read_robot(document, options.fix_base), read_unassembled(document, None, options)
+        return read_robot(document), read_unassembled(document, None, options)
     except FileError as error:
         text = str(error)
         assert text.splitlines() == [text] and text.isprintable() and len(text) < 5000, text

@@ -231,6 +231,7 @@ def _of(*known: str) -> Maker:
 WORDS: dict[str, Maker] = {
     "--loops": lambda rng, place: [_table(rng, place)],
     "--bodies": _of("given", "all"),
+    "--ground": lambda rng, place: [rng.choice((*place.names.links, "world", "nowhere"))],
     "--massless": lambda rng, place: [_list(rng, place.names.links)],
     "--inputs": lambda rng, place: [_list(rng, rng.choice(place.names[1:]))],
     "--at": lambda rng, place: [_pose(rng, place)],

@@ -8,7 +8,7 @@ Tree = ElementTree.Element
 
 FREEDOMS = {
     "fixed": "", "revolute": "R", "continuous": "R", "prismatic": "P", "universal": "RR",
-    "cylindrical": "RP", "planar": "PPR", "spherical": "RRR",
+    "cylindrical": "RP", "planar": "PPR", "spherical": "RRR", "floating": "PPPRRR",
 }  # fmt: skip
 # What each element may hold, and its attributes.
 PARTS = {

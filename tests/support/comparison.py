@@ -85,9 +85,10 @@ def _same_screws(screws: np.ndarray, joint: Joint, tolerance: float, size: float
     assert np.abs(first - n).max() <= tolerance
     if joint.kind == "RP":
         assert np.abs(axes[1] - n).max() <= tolerance
-    elif len(axes) > 1:
-        G = np.array(axes) @ np.array(axes).T
-        assert np.abs(G - np.eye(len(axes))).max() <= max(tolerance, 1e-9)
+    elif len(axes) > 1:  # three turns, and before them three slides if the joint floats
+        for part in (np.array(axes[:3]), np.array(axes[3:]).reshape(-1, 3)):
+            off = np.abs(part @ part.T - np.eye(len(part))).max(initial=0.0)
+            assert off <= max(tolerance, 1e-9)
     if joint.u is not None:
         across = joint.u - (joint.u @ n) * n
         assert np.abs(axes[1] - across / math.hypot(*across)).max() <= tolerance

@@ -8,8 +8,12 @@ from dataclasses import replace
 
 from balance.designs.feasibility import feasible
 from balance.remedies.applied import AppliedRemedy, refused
-from balance.remedies.constraints.relation_candidates import LARGEST
-from balance.remedies.constraints.relation_search import InputRelation, search_relations
+from balance.remedies.constraints.relation_candidates import LARGEST, count_candidates
+from balance.remedies.constraints.relation_search import (
+    InputRelation,
+    free_inputs,
+    search_relations,
+)
 from balance.remedies.constraints.relation_words import inertia_needs, turning_ratios
 from balance.remedies.judge import judge, verify_file
 from balance.remedies.request import RemedyRequest
@@ -22,6 +26,8 @@ from kinematics.urdf_elements.write_numbers import element_lines, number_words
 __all__ = ["apply_input_relation"]
 
 KEY = "input_relation"
+# Most inputs whose relations are tried unasked.
+MOST_INPUTS = 6
 # Most relations that are judged: each takes a search for least matter.
 MOST_JUDGED = 3
 
@@ -44,6 +50,16 @@ def apply_input_relation(request: RemedyRequest) -> Iterator[AppliedRemedy]:
         return
     if feasible(request.space).verdict == "feasible":
         yield refused(KEY, "no relation is needed: masses of its own links balance the linkage")
+        return
+    names, _ = free_inputs(request)
+    if len(names) > MOST_INPUTS and KEY not in request.only:
+        count = count_candidates(len(names))
+        parameters = request.space.rank + request.space.nullity
+        reason = (
+            f"{count} relations of {len(names)} inputs are too many to try unasked, each a "
+            f"design space of {parameters} parameters: --only {KEY} tries them"
+        )
+        yield refused(KEY, reason)
         return
     found = search_relations(request)
     if not found.balanced:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from kinematics.linalg.rational import rational_null_space
 
-__all__ = ["LARGEST", "Candidate", "candidates"]
+__all__ = ["LARGEST", "Candidate", "candidates", "count_candidates"]
 
 Array = NDArray[np.float64]
 Vector = tuple[int, ...]
@@ -75,12 +75,35 @@ def candidates(inputs: int, dimension: int) -> list[Candidate]:
 
 
 def _primitive(inputs: int, largest: int) -> Iterator[Vector]:
-    """Generate directions whose largest number is given, the smallest sums first."""
-    found = [
-        v for v in product(range(largest, -largest - 1, -1), repeat=inputs)
-        if max(map(abs, v)) == largest and gcd(*v) == 1 and next(x for x in v if x) > 0
-    ]  # fmt: skip
-    yield from sorted(found, key=lambda v: sum(map(abs, v)))
+    """Generate directions whose largest number is given, the smallest sums first.
+
+    One after another: 22 inputs have 3²² directions of -1, 0 and 1.
+    """
+    for total in range(largest, inputs * largest + 1):
+        for v in _vectors_of_sum(inputs, total, largest):
+            first = next(x for x in v if x)
+            if first > 0 and max(map(abs, v)) == largest and gcd(*v) == 1:
+                yield v
+
+
+def _vectors_of_sum(count: int, total: int, largest: int) -> Iterator[Vector]:
+    """Generate vectors whose absolute values have a sum, those with large numbers first."""
+    if not count:
+        yield ()
+        return
+    for x in range(min(largest, total), -min(largest, total) - 1, -1):
+        if total - abs(x) <= (count - 1) * largest:
+            for rest in _vectors_of_sum(count - 1, total - abs(x), largest):
+                yield (x, *rest)
+
+
+def count_candidates(inputs: int) -> int:
+    """Count the subspaces of all dimensions that are candidates.
+
+    Args:
+        inputs: number of free inputs n.
+    """
+    return sum(len(candidates(inputs, dimension)) for dimension in range(1, inputs))
 
 
 def _one_relation(inputs: int) -> Iterator[Candidate]:

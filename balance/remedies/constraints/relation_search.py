@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +65,18 @@ class RelationSearch:
     tried: int
 
 
+class _Trial(NamedTuple):
+    """What became of a candidate; the spaces of those that fail are not kept.
+
+    Attributes:
+        verdict: of `balance.feasible`, or ``"blocked"`` if the linkage cannot follow it.
+        relation: the relation, if it balances.
+    """
+
+    verdict: str
+    relation: InputRelation | None = None
+
+
 def free_inputs(request: RemedyRequest) -> tuple[tuple[str, ...], Array]:
     """Choose the inputs that the relations of a request leave free.
 
@@ -94,8 +107,7 @@ def search_relations(request: RemedyRequest) -> RelationSearch:
     names, basis = free_inputs(request)
     lines = candidates(len(names), 1)
     tried = [_try(request, names, basis, line, (k, len(lines))) for k, line in enumerate(lines)]
-    proved = np.array([one is not None and one.verdict == "infeasible" for one in tried])
-    proved |= np.array([one is None for one in tried])
+    proved = np.array([one.verdict in ("infeasible", "blocked") for one in tried])
     vectors = np.array([line.columns[0] for line in lines])
     count, undecided = len(lines), _undecided(tried)
     for dimension in range(len(names) - 1, 1, -1):
@@ -111,24 +123,27 @@ def search_relations(request: RemedyRequest) -> RelationSearch:
 def _try(
     request: RemedyRequest, names: tuple[str, ...], basis: Array, candidate: Candidate,
     step: tuple[int, int] | None = None,
-) -> InputRelation | None:  # fmt: skip
-    """Decide whether a relation balances; None if the linkage cannot follow it."""
+) -> _Trial:  # fmt: skip
+    """Decide whether a relation balances."""
     motion = Motion(request.linkage.inputs, (), basis @ candidate.basis)
     try:
         space = design_space(request.linkage, motion, request.balance, spatial=request.spatial)
     except LinkageError:
-        return None
+        return _Trial("blocked")
     finally:
         if step is not None and request.progress is not None:
             request.progress(step[0] + 1, step[1])
-    return InputRelation(candidate, names, space, feasible(space).verdict)
+    verdict = feasible(space).verdict
+    if verdict != "feasible":
+        return _Trial(verdict)
+    return _Trial(verdict, InputRelation(candidate, names, space, verdict))
 
 
-def _undecided(found: Sequence[InputRelation | None]) -> int:
-    return sum(one is not None and one.verdict == "undecided" for one in found)
+def _undecided(found: Sequence[_Trial]) -> int:
+    return sum(one.verdict == "undecided" for one in found)
 
 
-def _balanced(found: Sequence[InputRelation | None]) -> tuple[InputRelation, ...]:
+def _balanced(found: Sequence[_Trial]) -> tuple[InputRelation, ...]:
     """Relations that balance, those that need no change of masses first."""
-    good = [one for one in found if one is not None and one.verdict == "feasible"]
+    good = [one.relation for one in found if one.relation is not None]
     return tuple(sorted(good, key=lambda one: not one.space.as_given.balanced))

@@ -64,7 +64,7 @@ class BodyTree:
         for j in range(model.njnt):
             kind = _TYPES[model.jnt_type[j]]
             if name := model.jnt(j).name:
-                several = kind == "spherical"
+                several = kind in ("spherical", "floating")
                 self.moving |= {name, *(coordinate_names(name, kind) if several else ())}
         self.bodies = [
             model.body(b).name or free_name(f"body{b}", self.links) for b in range(model.nbody)

@@ -72,7 +72,7 @@ def compile_file(file: Reduced, folder: str | None) -> Compiled:
     except ImportError:
         raise PackageError("an MJCF file", "MuJoCo", "pip install mujoco") from None
     elements, assets = _asset_section(file, folder)
-    root = replace(file.root, children=(*elements, *file.root.children))
+    root = _without_texts(replace(file.root, children=(*elements, *file.root.children)))
     with _collected_warnings(mujoco) as said:
         try:
             spec = mujoco.MjSpec.from_string(element_text(root), assets=assets)
@@ -83,6 +83,11 @@ def compile_file(file: Reduced, folder: str | None) -> Compiled:
             raise _refusal(str(error), root) from None
     _check_numbers(model)
     return Compiled(model, axes, tensors, tuple(said))
+
+
+def _without_texts(item: Element) -> Element:
+    """Copy an element without texts, which MJCF does not have: each tag is a line."""
+    return replace(item, children=tuple(map(_without_texts, item.children)), text="")
 
 
 def _check_numbers(model: Any) -> None:

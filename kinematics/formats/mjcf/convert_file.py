@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 
 from kinematics.formats.mjcf.body_tree import BodyTree
 from kinematics.formats.mjcf.compile_file import compile_file
@@ -37,16 +38,30 @@ def convert_mjcf(root: Element, path: str | None) -> tuple[Element, Remarks]:
         PackageError: MuJoCo is not installed.
         Refusal: the file cannot be converted, or MuJoCo refuses it.
     """
-    file = reduce_file(expand_includes(root, path))
+    root = expand_includes(root, path)
+    file = reduce_file(root)
     compiled = compile_file(file, None if path is None else os.path.dirname(path))
     tree = BodyTree(compiled)
     equalities = EqualityReader(tree, file.disabled)
     equalities.couple_joints()
     parts = list(tree.parts())
     parts += equalities.loops()
+    parts += _transmissions(root, set(tree.joints))
     stem = os.path.splitext(os.path.basename(path or ""))[0]
     name = root.attributes.get("model", "").strip() or stem or "mjcf"
     texts = (*file.remarks, *equalities.remarks, *compiled.warnings)
     place = path or "MJCF"
     remarks = [(NOT_READ, f"{place}: {text}") for text in texts]
     return make_elements.robot(name, parts), tuple(remarks)
+
+
+def _transmissions(root: Element, joints: set[str]) -> Iterator[Element]:
+    """Make a ``<transmission>`` for every joint with an actuator: a preferred input."""
+    seen: set[str] = set()
+    for section in root.every("actuator"):
+        for item in section.children:
+            joint = item.attributes.get("joint") or item.attributes.get("jointinparent", "")
+            if joint in joints and joint not in seen:
+                seen.add(joint)
+                inside = (Element("joint", {"name": joint}),)
+                yield Element("transmission", {"name": item.name or f"{joint}_drive"}, inside)

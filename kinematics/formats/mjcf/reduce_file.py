@@ -8,11 +8,12 @@ Names that are not known stay too: MuJoCo refuses them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
 from kinematics.error_text import clean
+from kinematics.formats.mjcf.coupling_tendons import replace_tendons
 from kinematics.urdf.xml_tree import Refusal
 from kinematics.urdf_elements.element import Element
 
@@ -74,6 +75,7 @@ def reduce_file(root: Element) -> Reduced:
     compiler: dict[str, str] = {}
     for item in root.every("compiler"):
         compiler.update(item.attributes)
+    root, coupling = replace_tendons(root)
     _check_parts(root)
     reduction = _Reduction(compiler.get("inertiafromgeom", "auto"))
     sections = tuple(
@@ -86,7 +88,7 @@ def reduce_file(root: Element) -> Reduced:
     _count_repeated(reduced)
     flags = [flag for option in root.every("option") for flag in option.every("flag")]
     disabled = any(flag.attributes.get("equality") == "disable" for flag in flags)
-    return Reduced(reduced, needed, compiler, tuple(_find_unread(root)), disabled)
+    return Reduced(reduced, needed, compiler, tuple(_find_unread(root, coupling)), disabled)
 
 
 def mesh_name(mesh: Element) -> str:
@@ -183,9 +185,10 @@ def _check_parts(root: Element) -> None:
                 raise Refusal(item.label, problem, remedy)
 
 
-def _find_unread(root: Element) -> Iterator[str]:
-    """Say what acts on the linkage and is not read."""
-    tendons = [item for section in root.every("tendon") for item in section.children]
+def _find_unread(root: Element, read: Collection[str]) -> Iterator[str]:
+    """Say what acts on the linkage and is not read; some tendons are read."""
+    every = (item for section in root.every("tendon") for item in section.children)
+    tendons = [item for item in every if item.name not in read]
     if tendons:
         yield f"{_name_first(tendons)}: tendons are not read: they close no loop here"
     soft = [item for item in root.walk() if item.tag in _DEFORMING]

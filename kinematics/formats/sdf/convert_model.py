@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from kinematics.error_text import quoted
+from kinematics.error_text import clean, closest_names, quoted
 from kinematics.formats.sdf.find_model import find_model, version_of
 from kinematics.formats.sdf.frames import WORLD, read_frames
 from kinematics.formats.sdf.inertials import has_inertial, uses_defaults
 from kinematics.formats.sdf.model_joints import LinkNames, ModelJoint, read_joint
-from kinematics.formats.sdf.spanning_tree import choose_root, span
+from kinematics.formats.sdf.spanning_tree import choose_root, span_all
 from kinematics.formats.sdf.tags import check_tags
 from kinematics.formats.sdf.write_model import ModelWriter
 from kinematics.urdf.xml_tree import Refusal
@@ -18,14 +18,18 @@ from kinematics.urdf_elements.element import Element
 __all__ = ["convert_sdf"]
 
 
-def convert_sdf(root: Element) -> tuple[Element, tuple[tuple[str, str], ...]]:
+def convert_sdf(
+    root: Element, wanted: str | None = None
+) -> tuple[Element, tuple[tuple[str, str], ...]]:
     """Convert an SDF file.
 
-    The ground is the world, if joints fix the model to it, and else the first link that no
-    joint carries.
+    The ground is the world, if joints fix the model to it, and else the link that the user
+    names, the root of a tree, or the canonical link. Links that joints connect to one another
+    and not to the ground float.
 
     Args:
         root: the ``<sdf>`` element.
+        wanted: name of the link that is the ground; None for the default.
 
     Returns:
         The ``<robot>`` element, and code and message of each remark.
@@ -40,23 +44,48 @@ def convert_sdf(root: Element) -> tuple[Element, tuple[tuple[str, str], ...]]:
         raise Refusal(model.label, "no <link>", "give a model with links and joints")
     joints = [read_joint(item, names, frames, version) for item in model.every("joint")]
     pairs = [(joint.parent, joint.child) for joint in joints]
-    ground = WORLD
-    if not any(WORLD in pair for pair in pairs):
-        ground = choose_root(list(names.links), pairs, names.canonical)
-    writer = ModelWriter(names.links, frames, joints, ground, span(pairs, ground))
+    ground = _choose_ground(names, pairs, wanted)
+    tree, roots = span_all(list(names.links), pairs, ground)
+    floating = [root for root in roots if any(root in pair for pair in pairs)]
+    writer = ModelWriter(names.links, frames, joints, ground, tree, floating)
     attributes = {"name": model.name} if model.name else {}
     robot = Element("robot", attributes, writer.parts(model.line), model.line)
     moved = writer.moved_links()
-    return robot, tuple(_remarks(list(names.links.values()), joints, ground, moved))
+    links = list(names.links.values())
+    return robot, tuple(_remarks(links, joints, ground, moved, wanted is not None))
+
+
+def _choose_ground(
+    names: LinkNames, pairs: Sequence[tuple[str, str]], wanted: str | None
+) -> str:
+    """Choose the ground: the world, the wanted link, or the root or canonical link.
+
+    Raises:
+        Refusal: there is no such link, or the ground is the world.
+    """
+    world = any(WORLD in pair for pair in pairs)
+    if wanted is None or wanted == WORLD:
+        if world:
+            return WORLD
+        return choose_root(list(names.links), pairs, names.canonical)
+    label = f"ground '{clean(wanted)}'"
+    if wanted not in names.links:
+        remedy = f"choose from {closest_names(wanted, names.links)}"
+        raise Refusal(label, "there is no such link", remedy)
+    if world:
+        remedy = "leave --ground out, or remove the joints whose parent is world"
+        raise Refusal(label, "joints fix the model to the world, which is the ground", remedy)
+    return wanted
 
 
 def _remarks(
-    links: Sequence[Element], joints: Sequence[ModelJoint], ground: str, moved: Sequence[str]
-) -> Iterator[tuple[str, str]]:
+    links: Sequence[Element], joints: Sequence[ModelJoint], ground: str, moved: Sequence[str],
+    chosen: bool,
+) -> Iterator[tuple[str, str]]:  # fmt: skip
     """Remarks on what the file leaves to its reader."""
-    if ground != WORLD:
+    if ground != WORLD and not chosen:
         text = f"no joint fixes the model to the world: its link {quoted([ground])} is taken "
-        yield "base_taken_as_fixed", f"{text}as the ground"
+        yield "base_taken_as_fixed", f"{text}as the ground; --ground LINK takes another"
     still = _still_links(joints, ground)
     carrying = [link for link in links if link.name not in still]
     bare = [link.name for link in carrying if not has_inertial(link)]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
-__all__ = ["SpanningTree", "choose_root", "span"]
+__all__ = ["SpanningTree", "choose_root", "span", "span_all"]
 
 
 class SpanningTree(NamedTuple):
@@ -24,16 +24,53 @@ class SpanningTree(NamedTuple):
 
 
 def choose_root(links: Sequence[str], pairs: Sequence[tuple[str, str]], preferred: str) -> str:
-    """Choose the link that is taken as fixed: the preferred or first one without a parent.
+    """Choose the link that is taken as fixed.
+
+    A link that no joint connects to another is not chosen. Where joints form a tree that begins
+    at a link without a parent, that link is the root; otherwise it is the preferred one.
 
     Args:
         links: names, in the order of the file; not empty.
         pairs: parent and child of every joint.
-        preferred: the link that is named as the first.
+        preferred: the canonical link of the model.
     """
-    carried = {child for _, child in pairs}
-    free = [name for name in links if name not in carried] or list(links)
-    return preferred if preferred in free else free[0]
+    joined = [name for name in links if any(name in pair for pair in pairs)] or list(links)
+    carried = [child for _, child in pairs]
+    free = [name for name in joined if name not in carried]
+    tree = len(carried) == len(set(carried))
+    if tree and free:
+        return preferred if preferred in free else free[0]
+    return preferred if preferred in joined else (free or joined)[0]
+
+
+def span_all(
+    links: Sequence[str], pairs: Sequence[tuple[str, str]], ground: str
+) -> tuple[SpanningTree, list[str]]:
+    """Span the ground and what joints connect to it, then every other group of links.
+
+    Args:
+        links: names, in the order of the file.
+        pairs: parent and child of every joint.
+        ground: the first root.
+
+    Returns:
+        The joints of all trees, and the roots of the others.
+    """
+    trees, roots, reached = [span(pairs, ground)], [], {ground}
+    while True:
+        for k in (*trees[-1].forward, *trees[-1].backward):
+            reached |= {*pairs[k]}
+        rest = [name for name in links if name not in reached]
+        if not rest:
+            break
+        between = [pair for pair in pairs if not reached & {*pair}]
+        roots.append(choose_root(rest, between, rest[0]))
+        reached.add(roots[-1])
+        trees.append(span(pairs, roots[-1]))
+    forward = frozenset[int]().union(*(tree.forward for tree in trees))
+    backward = frozenset[int]().union(*(tree.backward for tree in trees))
+    closing = (k for k in range(len(pairs)) if k not in forward and k not in backward)
+    return SpanningTree(forward, backward, tuple(closing)), roots
 
 
 def span(pairs: Sequence[tuple[str, str]], root: str) -> SpanningTree:

@@ -39,7 +39,7 @@ class ModelWriter:
 
     def __init__(
         self, links: Mapping[str, Element], frames: FrameTree, joints: Sequence[ModelJoint],
-        ground: str, tree: SpanningTree,
+        ground: str, tree: SpanningTree, floating: Sequence[str] = (),
     ) -> None:  # fmt: skip
         """Choose the frames of the links.
 
@@ -49,7 +49,9 @@ class ModelWriter:
             joints: its joints.
             ground: the root of the tree: a link, or the world.
             tree: which joints are joints of the URDF file.
+            floating: links that a floating joint connects to the ground.
         """
+        self.ground, self.floating = ground, floating
         self.links, self.frames, self.joints, self.tree = links, frames, joints, tree
         self.places = {name: _Place(name) for name in links}
         if ground not in links:
@@ -77,6 +79,7 @@ class ModelWriter:
         closing = set(self.tree.closing)
         every = range(len(self.joints))
         joints = [self._make_joint(k) for k in every if k not in closing]
+        joints += [self._make_floating(name) for name in self.floating]
         loops = [self._make_loop(self.joints[k]) for k in self.tree.closing]
         return (*links, *joints, *self.extra, *loops)
 
@@ -119,20 +122,37 @@ class ModelWriter:
         forward = k in self.tree.forward
         parent = joint.parent if forward else joint.child
         steps = self._between(self.places[parent], *self.places[child])
-        parent, origin = self._hang(joint, parent, steps)
+        parent, origin = self._hang(joint.name, joint.element.line, parent, steps)
         axes = _axis_elements(joint, self._axis_texts(joint, 1 if forward else -1))
         return _joint_element(joint, (parent, child), (*origin, *axes, *joint.extra))
 
-    def _hang(self, joint: ModelJoint, link: str, steps: Steps) -> tuple[str, list[Element]]:
+    def _make_floating(self, link: str) -> Element:
+        """Make the floating joint of a link that no joint connects to the ground."""
+        steps = self._between(self.places[self.ground], *self.places[link])
+        name = self._free_name(f"{link}_floats")
+        line = self.links[link].line
+        parent, origin = self._hang(name, line, self.ground, steps)
+        sides = (Element("parent", {"link": parent}), Element("child", {"link": link}))
+        attributes = {"name": name, "type": "floating"}
+        return Element("joint", attributes, (*sides, *origin), line)
+
+    def _hang(
+        self, joint: str, line: int, link: str, steps: Steps
+    ) -> tuple[str, list[Element]]:
         """Hang fixed links on a link until the rest of a pose is one origin at most.
+
+        Args:
+            joint: name of the joint that needs them.
+            line: its line in messages.
+            link: the link.
+            steps: the pose in its frame.
 
         Returns:
             The last of these links, and the origin.
         """
-        line = joint.element.line
         chain = origins(steps, line)
         while len(chain) > 1:
-            name = self._free_name(f"{joint.name}_frame")
+            name = self._free_name(f"{joint}_frame")
             sides = (Element("parent", {"link": link}), Element("child", {"link": name}))
             attributes = {"name": name, "type": "fixed"}
             self.extra.append(Element("link", {"name": name}, (), line))
@@ -169,7 +189,9 @@ class ModelWriter:
         """Make a ``<loop>``; a screw or a mimic becomes a joint, with a weld after it."""
         place = self._axis_place(joint)
         start, end = (
-            self._hang(joint, link, self._between(self.places[link], *place))
+            self._hang(
+                joint.name, joint.element.line, link, self._between(self.places[link], *place)
+            )
             for link in (joint.parent, joint.child)
         )
         axes = _axis_elements(joint, self._axis_texts(joint, 1))

@@ -10,13 +10,21 @@ import pytest
 
 import balance
 import kinematics
+from balance.remedies.compare import compare_request
+from balance.remedies.constraints import input_relations
 from balance.remedies.constraints.input_relations import apply_input_relation
-from balance.remedies.constraints.relation_candidates import candidates
-from balance.remedies.constraints.relation_search import free_inputs, search_relations
+from balance.remedies.constraints.relation_candidates import _primitive, candidates
+from balance.remedies.constraints.relation_search import (
+    RelationSearch,
+    free_inputs,
+    search_relations,
+)
 from balance.remedies.constraints.relation_words import inertia_needs, turning_ratios
 from balance.remedies.request import RemedyRequest
 from kinematics import Motion
 from kinematics.urdf_elements.element import Document
+from tests.support.limited_process import run_limited
+from tests.support.remedy_requests import SLENDER, request_of, rod
 
 
 @pytest.mark.parametrize(("inputs", "dimension"), [(2, 1), (3, 1), (3, 2)])
@@ -142,6 +150,45 @@ def test_where_no_relation_helps_it_is_said():
     assert one.verdict == "refused" and "one freedom" in one.reason
     (none,) = apply_input_relation(RemedyRequest(kinematics.load("double_pendulum_duplicates")))
     assert none.verdict == "refused" and "no relation is needed" in none.reason
+
+
+@pytest.mark.parametrize("inputs", [2, 3, 4])
+def test_directions_are_in_the_order_of_their_sizes(inputs):
+    """All of them are listed and sorted here; the search makes one after another."""
+    for largest in (1, 2, 3):
+        every = [
+            v for v in product(range(largest, -largest - 1, -1), repeat=inputs)
+            if max(map(abs, v)) == largest and gcd(*v) == 1 and next(x for x in v if x) > 0
+        ]  # fmt: skip
+        assert list(_primitive(inputs, largest)) == sorted(
+            every, key=lambda v: sum(map(abs, v))
+        )
+
+
+def test_candidates_of_many_inputs_take_little_memory():
+    """22 inputs have 3**22 directions of -1, 0 and 1."""
+    code = (
+        "from balance.remedies.constraints.relation_candidates import candidates\n"
+        "print([len(candidates(22, dimension)) for dimension in (1, 11, 20, 21)])"
+    )
+    assert run_limited(code).stdout.strip() == "[400, 400, 400, 400]"
+
+
+def test_relations_of_many_inputs_are_tried_if_the_user_insists(monkeypatch):
+    rods = [rod("l1", "base", "0 0 0", 1.0, "0.5 0 0", SLENDER)]
+    rods += [rod(f"l{k}", f"l{k - 1}", "1 0 0", 1.0, "0.5 0 0", SLENDER) for k in range(2, 8)]
+    request, asked = request_of(*rods), []
+
+    def search(request):
+        asked.append(request)
+        return RelationSearch((), 0, 1)
+
+    monkeypatch.setattr(input_relations, "search_relations", search)
+    (result,) = input_relations.apply_input_relation(request)
+    assert result.verdict == "refused" and "2400 relations of 7 inputs" in result.reason
+    assert "--only input_relation" in result.reason and not asked
+    (result,) = compare_request(request, ["input_relation"]).results
+    assert result.verdict == "infeasible" and len(asked) == 1
 
 
 def test_inputs_that_rest_follow_one_that_moves():

@@ -131,9 +131,50 @@ def test_contacts_actuators_and_sensors_need_no_word():
     assert remarks_of(four_bar('<asset><texture file="no.png"/></asset>', tail)) == []
 
 
+@pytest.mark.parametrize("joint", ["j1", "j2", "j3"])
+def test_the_input_is_the_joint_with_an_actuator(joint):
+    """A parallelogram turns as well by each of its joints; without actuators by the first."""
+    drive = f'<actuator><position joint="{joint}"/><motor site="s"/></actuator>'
+    assert kinematics.load(of(four_bar())).inputs == ("j1",)
+    linkage = kinematics.load(of(four_bar("", CONNECT + drive)))
+    assert linkage.inputs == (joint,) and not remarks_of(four_bar("", CONNECT + drive))
+    assert kinematics.load(of(linkage.document.data.decode())).inputs == (joint,)
+
+
+TENDON = (
+    '<tendon><fixed name="t"><joint joint="{}" coef="{}"/><joint joint="{}" coef="{}"/></fixed>'
+    '</tendon><equality><tendon tendon1="t" polycoef="0 1 0 0 0"/></equality>'
+)
+
+
+def test_a_fixed_tendon_of_two_joints_that_is_held_is_a_mimic():
+    """As in MuJoCo, whose constraint has the same direction in joint rates."""
+    text = four_bar("", TENDON.format("j2", 2, "j1", -3))
+    linkage = kinematics.load(of(text))
+    (mimic,) = linkage.mimics
+    names = [linkage.joints[k].name for k in (mimic.joint, mimic.source)]
+    assert (names, mimic.ratio) == (["j2", "j1"], 1.5) and not remarks_of(text)
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.1, 0.2, 0.3
+    mujoco.mj_forward(model, data)
+    row = data.efc_J.reshape(-1, model.nv)[0]
+    assert row @ [1.0, 1.5, 0.0] == pytest.approx(0.0, abs=1e-15) and row.any()
+
+
+@pytest.mark.parametrize("change", [('tendon1="t"', 'tendon1="t" tendon2="t"'), ('"-3"', '"0"'),
+                                    ('coef="2"', "")])  # fmt: skip
+def test_other_tendons_that_are_held_are_refused(change):
+    refused(
+        four_bar("", TENDON.format("j2", 2, "j1", -3).replace(*change)), "tendon", "not read"
+    )
+
+
 def test_free_bodies_float_until_the_base_is_fixed():
     text = world(f'<body name="b"><freejoint/>{GEOM}<body><joint/>{GEOM}</body></body>')
-    refused(text, "floating joint", "--fix-base")
+    with pytest.raises(FileError, match="a floating joint of the base.*--fix-base"):
+        kinematics.load(of(text))
     linkage = kinematics.load(of(text), fix_base=True)
     assert linkage.mobility == 1 and [body.name for body in linkage.bodies] == ["body2"]
 

@@ -65,6 +65,16 @@ def test_files_that_are_included(tmp_path, name):
     check(read_unassembled(saved(tmp_path / "mine" / "urdf", text)))
 
 
+def test_an_old_manifest_in_a_folder_of_a_package(tmp_path):
+    """It makes a package of that folder, and not of every name that is asked for."""
+    home = tmp_path / "mine" / "urdf"
+    saved(tmp_path / "mine", "<package><name>mine</name></package>", "package.xml")
+    saved(home, "<package/>", "manifest.xml")
+    saved(tmp_path / "mine", f"{HEAD}{MACRO}</robot>", "more/bar.xacro")
+    include = '<xacro:include filename="$(find mine)/more/bar.xacro"/>'
+    check(read_unassembled(saved(home, f"{HEAD}{REACH}{LENGTH}{include}{BODY}")))
+
+
 def test_another_current_folder(tmp_path):
     saved(tmp_path, f"{HEAD}{MACRO}</robot>", "bar.xacro")
     text = f'{HEAD}{REACH}{LENGTH}<xacro:include filename="bar.xacro"/>{BODY}'

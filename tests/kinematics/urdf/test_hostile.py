@@ -75,8 +75,8 @@ ROWS = {
     "no root": (TEXT.replace('parent link="base"', 'parent link="coupler"', 1).replace(
         '<link name="base"/>', "").replace('"base"', '"crank"'), "joint 'u1'",
         "form a cycle of joints", "<loop> element"),
-    "two roots": (after('<link name="base"/>', '<link name="stray"/>'), "link 'stray'",
-        "more than one root: no joint carries the links 'base', 'stray'", "fixed joint"),
+    "loose link": (after('<link name="base"/>', '<link name="stray"/>'), "link 'stray'",
+        "a loose link: no joint connects it to the others", "fixed joint"),
     "unknown link": (changed('child link="coupler"', 'child link="couple"'), JOINT2,
         "child link 'couple' does not exist", "the links are 'base', 'crank', 'coupler'"),
     "unknown link of a loop": (TEXT.replace('successor link="rocker"',

@@ -22,6 +22,23 @@ def test_encodings(robot, encoding):
     assert read_robot(robot(text.encode(encoding))).tree.every("link")[1].name == "bièle"
 
 
+@pytest.mark.parametrize(
+    "first", ["\n", " \t\r\n\n", "<!-- a\n b? -->\n", "\n<!--a--><!-- b -->"]
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "iso-8859-1"])
+def test_blanks_and_comments_before_the_declaration(robot, first, encoding):
+    """They mean nothing, and every element keeps its place in the file."""
+    name = encoding.removesuffix("-sig")
+    text = FOUR_BAR.replace('"1.0"', f'"1.0" encoding="{name}"').replace("crank", "bièle")
+    plain, moved = (read_robot(robot((x + text).encode(encoding))).tree for x in ("", first))
+    lines, size = len(re.findall("\r\n|\n", first)), len(first.encode(encoding))
+    shift = size - 3 * (encoding == "utf-8-sig")
+    for one, other in zip(plain.walk(), moved.walk(), strict=True):
+        assert (one.tag, one.attributes) == (other.tag, other.attributes)
+        assert other.line == one.line + lines
+        assert other.span == (one.span[0] + shift, one.span[1] + shift)
+
+
 @pytest.mark.parametrize("percent", range(10, 100))
 def test_truncated(robot, percent):
     data = FOUR_BAR.encode()

@@ -179,7 +179,7 @@ REFUSED = {
     "blank in a name": ('<parent link="crank"/>', '<parent link="crank "/>',
         "parent link 'crank ' does not exist", "'crank'"),
     "xacro argument": ('xyz="1 0 0"/><axis', 'xyz="$(arg x) 0 0"/><axis', "$(arg x)", "xyz="),
-    "blank line first": (DECLARATION, "\n" + DECLARATION, "declaration not at start",
+    "instruction first": (DECLARATION, "<?a b?>" + DECLARATION, "declaration not at start",
         "remove what precedes <?xml, blank lines too"),
     "two robots": ("</robot>", "</robot><robot name='s'/>", "junk after document", "export"),
     "moving mimic of a fixed joint": ('name="j1" type="revolute"', 'name="j1" type="fixed"',

@@ -82,7 +82,7 @@ def test_robots_of_example_robot_data():
     told = set()
     for name, path in found.items():
         try:
-            robot = read_robot(path, fix_base=True)
+            robot = read_robot(path)
         except FileError:
             continue
         assert not robot.dialects

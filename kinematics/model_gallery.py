@@ -128,6 +128,7 @@ def load(
     massless: Sequence[str] = (),
     angles: str = "nominal",
     at: Mapping[str, float] | None = None,
+    mode: int | None = None,
 ) -> Linkage:
     """Read a linkage from a robot file, close its loops and choose its coordinates.
 
@@ -154,6 +155,9 @@ def load(
             follow, on the same branch. Positions of joints that are no inputs are starting
             values, from which the loops are closed at the nearest pose: they choose the
             branch.
+        mode: number of a mode of motion, from 1, where several meet at the pose of the file;
+            `kinematics.errors.MeetingModesError` lists them. The reference pose is on that
+            mode, away from the pose of the file.
 
     Returns:
         The linkage at its reference pose, in the frame of its root link, SI units.
@@ -177,7 +181,7 @@ def load(
     _check_options(bodies, angles)
     names = (massless,) if isinstance(massless, str) else tuple(massless)
     draft = _read(model, loops, ReadOptions(fix_base, bodies, names, angles))
-    return _assemble(draft, inputs, at, angles == "as_written")
+    return _assemble(draft, inputs, at, mode, angles == "as_written")
 
 
 def _check_options(bodies: str, angles: str) -> None:
@@ -223,6 +227,7 @@ def _assemble(
     draft: UnassembledLinkage,
     inputs: Sequence[str] | None,
     at: Mapping[str, float] | None,
+    mode: int | None,
     exactly: bool,
 ) -> Linkage:
     """Assemble a linkage, at its own pose or at another.
@@ -231,19 +236,22 @@ def _assemble(
     """
     from kinematics.assembly.assemble import assemble
     from kinematics.error_text import clean
+    from kinematics.meant.as_meant import as_meant
     from kinematics.urdf.rounded_angles import ROUNDED_ANGLES
 
     try:
-        if not at:
-            return assemble(draft, inputs, exactly=exactly)
-        from kinematics.assembly.reference_pose import assemble_at
+        if at:
+            from kinematics.assembly.reference_pose import assemble_at
 
-        return assemble_at(draft, inputs, at, exactly=exactly)
+            linkage = assemble_at(draft, inputs, at, exactly=exactly, mode=mode)
+        else:
+            linkage = assemble(draft, inputs, exactly=exactly, mode=mode)
     except (OpenLoopError, MobilityError) as error:
         for notice in draft.notices:
             if notice.code == ROUNDED_ANGLES:
                 error.add_note(notice.message.removeprefix(f"{clean(draft.source, 1000)}: "))
         raise
+    return as_meant(linkage, exactly=exactly)
 
 
 def _read(

@@ -48,6 +48,7 @@ __all__ = [
     "LOOP_RANK_RELATIVE_SOLVED",
     "MARGIN_DETERMINED",
     "MAX_TRIED_AXIS_CHANGE",
+    "MEANT_DIFFERENCE",
     "MEETING_AXES_COORDINATE",
     "MEETING_AXES_SIZE",
     "MOTION_EQUAL",
@@ -253,6 +254,12 @@ MAX_TRIED_AXIS_CHANGE = 1e-2
 # between it is a hundred times the residual.
 FIT_STEP_RELATIVE_MIN = 1e-9
 FIT_STEP_RELATIVE_MAX = 1e-5
+
+# --- meant
+
+# Difference of the screws of the meant geometry from those of the reference pose, relative to
+# the largest entry, up to which no axis is moved: round-off.
+MEANT_DIFFERENCE = 1e-14
 
 # --- urdf: numbers and angles of a file
 

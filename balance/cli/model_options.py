@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from balance.cli.both_readings import solve_both_readings
+from balance.cli.number_arguments import whole_number
 
 if TYPE_CHECKING:
     from balance.certification.certified_space import CertifiedSpace
@@ -60,6 +61,11 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "values: they choose the branch on which the loops close",
     )  # fmt: skip
     parser.add_argument(
+        "--mode", type=whole_number(1, 99, "a mode"), metavar="N",
+        help="mode of motion to follow where several meet at the pose of the file; 'balance "
+        "report' lists them. The reference pose is on that mode",
+    )  # fmt: skip
+    parser.add_argument(
         "--motion", action="append", metavar="RELATION",
         help="linear relation of input displacements: j4=j7, j4=-2*j7, j3=0; repeatable",
     )  # fmt: skip
@@ -98,7 +104,7 @@ def load_model(arguments: argparse.Namespace, angles: str, other: str = "") -> L
     return load(
         other or arguments.model, None if other else arguments.loops, arguments.inputs,
         fix_base=arguments.fix_base, bodies=arguments.bodies, massless=arguments.massless,
-        angles=angles, at=arguments.at,
+        angles=angles, at=arguments.at, mode=None if other else arguments.mode,
     )  # fmt: skip
 
 

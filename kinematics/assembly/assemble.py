@@ -10,7 +10,7 @@ vanishes at a generic pose vanishes everywhere.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,21 +23,37 @@ from kinematics.assembly.repair_axes import (
     repair_component,
 )
 from kinematics.assembly.singular_pose import (
+    ModeStart,
     generic_direction,
     is_near_singular,
     leave_singular_pose,
 )
 from kinematics.assembly.welded_bodies import merge_welded_bodies
 from kinematics.closure.newton import Pose
-from kinematics.errors import CoordinateError, MobilityError, MotionError
+from kinematics.errors import (
+    CoordinateError,
+    LinkageError,
+    MeetingModesError,
+    MobilityError,
+    MotionError,
+)
 from kinematics.mobility.components import Component, component_freedoms, split_components
 from kinematics.mobility.independent_coordinates import choose_coordinates
+from kinematics.mobility.regular_as_written import regular_loop_ranks
 from kinematics.model.arrays import Chain, freeze
 from kinematics.model.chain import arrange_loops, move_chain
+from kinematics.model.full_turns import wrap_turns
 from kinematics.model.linkage import Linkage, Notice, UnassembledLinkage
+from kinematics.model.mode_of_motion import ModeOfMotion
 from kinematics.model.motion import Motion
 from kinematics.model.plane import plane_normal, reduce_to_plane
-from kinematics.tolerances import AXIS_ROUNDING, IDLE_JOINT_RELATIVE
+from kinematics.tolerances import (
+    AXIS_ROUNDING,
+    IDLE_JOINT_RELATIVE,
+    NAMED_POSITION,
+    UNMOVED_DISTANCE,
+)
+from kinematics.wording import count_noun
 
 __all__ = ["assemble", "moving_chain"]
 
@@ -46,7 +62,11 @@ IntArray = NDArray[np.int64]
 
 
 def assemble(
-    draft: UnassembledLinkage, inputs: Sequence[str] | None = None, *, exactly: bool = False
+    draft: UnassembledLinkage,
+    inputs: Sequence[str] | None = None,
+    *,
+    exactly: bool = False,
+    mode: int | None = None,
 ) -> Linkage:
     """Close the loops of a linkage and choose its independent coordinates.
 
@@ -57,6 +77,8 @@ def assemble(
             completed with passive joints; a notice names these.
         exactly: whether axes count as written, even where overconstrained loops close with
             them only to rounding; otherwise they are moved until the loops close.
+        mode: number of a mode of motion, from 1, where several meet at the pose of the file.
+            The reference pose is one on that mode.
 
     Returns:
         The linkage at its reference pose, with loops closed.
@@ -64,55 +86,142 @@ def assemble(
     Raises:
         OpenLoopError: a loop does not close, or numbers overflow on the way, so that a
             decomposition of a matrix does not converge.
-        MobilityError: nothing can move, or it moves only infinitesimally, or several
-            branches of motion meet at the pose of the file.
+        MobilityError: nothing can move, or it moves only infinitesimally, or several modes of
+            motion meet at the pose of the file; `MeetingModesError` lists them.
         CoordinateError: an input is unknown or depends on the others.
     """
     try:
-        return _assemble(draft, inputs, exactly)
+        return _assemble(draft, inputs, exactly, mode)
     except np.linalg.LinAlgError:
         raise open_loop_error(draft, "", 1) from None
 
 
 def _assemble(
-    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool
+    draft: UnassembledLinkage, inputs: Sequence[str] | None, exactly: bool, mode: int | None
 ) -> Linkage:
     """Close the loops of a linkage and choose its coordinates; see `assemble`."""
     draft = merge_welded_bodies(close_loops(draft, None if exactly else repair_component))
     wanted = tuple(inputs) if inputs is not None else draft.named_inputs
+    repaired: UnassembledLinkage | str = ""
     try:
         linkage, rounded, near = _assemble_at_pose(draft, wanted)
     except (CoordinateError, MobilityError) as error:
-        better = _repair_or_leave(draft, not exactly, error)
+        problem: CoordinateError | MobilityError | None = error
+        repaired = repair_axes(draft) if not exactly else ""
     else:
         if not rounded and not near:
-            return linkage
-        better = _repair_or_leave(draft, rounded and not exactly)
-        if better is draft:
-            return linkage
-    return _assemble_at_pose(better, wanted)[0]
+            return _only_mode(linkage, mode)
+        problem = None
+        repaired = repair_axes(draft) if rounded and not exactly else ""
+    if not isinstance(repaired, str):
+        return _only_mode(_assemble_at_pose(repaired, wanted)[0], mode)
+    starts = leave_singular_pose(draft)
+    if len(starts) > 1:
+        return _follow_mode(draft, starts, inputs, mode)
+    if starts:
+        return _only_mode(_assemble_at_pose(starts[0].draft, wanted)[0], mode)
+    if problem is None:
+        return _only_mode(linkage, mode)
+    if repaired:
+        raise MobilityError(f"{draft.source}: its loops do not close: {repaired}") from None
+    raise problem
 
 
-def _repair_or_leave(
-    draft: UnassembledLinkage,
-    repair: bool,
-    problem: CoordinateError | MobilityError | None = None,
-) -> UnassembledLinkage:
-    """Repair the rounded axes of a draft, or move it to a pose that is not singular.
+def _only_mode(linkage: Linkage, mode: int | None) -> Linkage:
+    """Return a linkage whose pose is regular; refuse a mode that it does not have.
 
     Raises:
-        MobilityError: neither is possible, or the branch to follow is not determined.
-        CoordinateError: there is nothing to repair: the given problem remains.
+        MobilityError: the mode asked for is not the first.
     """
-    found = repair_axes(draft) if repair else ""
-    if not isinstance(found, str):
-        return found
-    regular = leave_singular_pose(draft)
-    if regular is draft and problem is not None:
-        if found:
-            raise MobilityError(f"{draft.source}: its loops do not close: {found}") from None
-        raise problem
-    return regular
+    if mode not in (None, 1):
+        raise _unknown_mode_error(linkage, 1)
+    return linkage
+
+
+def _unknown_mode_error(draft: UnassembledLinkage, count: int) -> MobilityError:
+    """Make the error for the number of a mode that does not exist."""
+    there = "one mode of motion leaves" if count == 1 else f"{count} modes of motion leave"
+    return MobilityError(
+        f"{draft.source}: {there} the pose of the file; choose a mode from 1"
+        + (f" to {count}" if count > 1 else ", or none")
+    )
+
+
+def _follow_mode(
+    draft: UnassembledLinkage,
+    starts: Sequence[ModeStart],
+    inputs: Sequence[str] | None,
+    mode: int | None,
+) -> Linkage:
+    """Assemble a linkage on one of the modes that leave its pose.
+
+    Raises:
+        MeetingModesError: no mode is asked for.
+        MobilityError: there is none of that number, or the linkage cannot move on it.
+        CoordinateError: an input cannot drive the linkage on it.
+    """
+    if mode is None:
+        modes = [_describe(start, inputs, k) for k, start in enumerate(starts, 1)]
+        raise MeetingModesError(draft.source, modes, _moving_joints(starts))
+    if not 1 <= mode <= len(starts):
+        raise _unknown_mode_error(draft, len(starts))
+    text = f"the reference pose is on mode {mode} of {len(starts)}, away from that of the file"
+    linkage = _assemble_on_mode(starts[mode - 1], inputs)
+    return replace(linkage, notices=(*linkage.notices, Notice("mode_of_motion", text)))
+
+
+def _assemble_on_mode(start: ModeStart, inputs: Sequence[str] | None) -> Linkage:
+    """Assemble a linkage at a pose on a mode.
+
+    Inputs that the file marks, and that do not drive the linkage on this mode, are replaced.
+    """
+    wanted = tuple(inputs) if inputs is not None else start.draft.named_inputs
+    notices = []
+    try:
+        linkage, *_ = _assemble_at_pose(start.draft, wanted)
+    except CoordinateError as error:
+        if inputs is not None:
+            raise
+        linkage, *_ = _assemble_at_pose(start.draft, ())
+        text = (
+            f"{', '.join(error.names)} of the file cannot drive this mode: the inputs are "
+            f"{', '.join(linkage.inputs)}"
+        )
+        notices = [Notice("inputs_of_mode", text)]
+    assert linkage.displaced is not None
+    pose = dict(
+        zip(
+            linkage.inputs,
+            linkage.displaced[linkage.positions_of(linkage.inputs)].tolist(),
+            strict=True,
+        )
+    )
+    return replace(linkage, at=pose, notices=(*linkage.notices, *notices), other_poses=())
+
+
+def _describe(start: ModeStart, inputs: Sequence[str] | None, number: int) -> ModeOfMotion:
+    """Describe a mode by the pose on it."""
+    q = start.draft.displaced
+    assert q is not None
+    within, _ = wrap_turns(start.draft.joints, q)
+    positions = {
+        joint.name: float(x)
+        for joint, x in zip(start.draft.joints, within, strict=True)
+        if not joint.in_loop and abs(x) > UNMOVED_DISTANCE
+    }
+    linkage: Linkage | LinkageError
+    try:
+        linkage = _assemble_on_mode(start, inputs)
+    except LinkageError as error:
+        linkage = error
+    return ModeOfMotion(number, start.mobility, start.here, positions, linkage)
+
+
+def _moving_joints(starts: Sequence[ModeStart]) -> list[str]:
+    """List the joints that move differently on the modes."""
+    q = np.array([start.draft.displaced for start in starts])
+    differ = np.flatnonzero(np.ptp(q, axis=0) > NAMED_POSITION)
+    return [starts[0].draft.joints[j].name for j in differ]
 
 
 def _assemble_at_pose(
@@ -126,6 +235,10 @@ def _assemble_at_pose(
     chain = arrange_loops(draft)
     parts = split_components(draft, whole=chain)
     free, spectra = component_freedoms(parts, len(draft.joints))
+    ranks: list[int | None] = [None] * len(parts)
+    if plane_normal(chain) is None:
+        ranks = regular_loop_ranks(draft, parts, spectra)
+        free, spectra = component_freedoms(parts, len(draft.joints), ranks)
     mobility = free.shape[1]
     if mobility == 0:
         raise MobilityError(
@@ -137,10 +250,12 @@ def _assemble_at_pose(
     idle, poses = _find_idle_joints(draft, chain, parts)
     near = any(
         pose is not None and is_near_singular(part.with_columns(chain), values, pose)
-        for part, values, pose in zip(parts, spectra, poses, strict=True)
+        for part, values, pose, rank in zip(parts, spectra, poses, ranks, strict=True)
+        if rank is None
     )
     spatial, flat = reduce_to_plane(chain, idle)
     notices += _note_nearly_planar(flat)
+    notices += _note_small_singular_values(mobility, spectra, ranks)
     linkage = Linkage(
         **{
             f.name: getattr(draft, f.name)
@@ -155,7 +270,10 @@ def _assemble_at_pose(
         chain=flat,
         spatial_chain=spatial,
     )
-    rounded = any(has_near_zero_singular_values(values, flat.planar) for values in spectra)
+    rounded = any(
+        has_near_zero_singular_values(values, flat.planar)
+        for values, rank in zip(spectra, ranks, strict=True) if rank is None
+    )  # fmt: skip
     return linkage, rounded, near
 
 
@@ -222,6 +340,32 @@ def _note_nearly_planar(chain: Chain) -> list[Notice]:
         "to be planar"
     )
     return [Notice("nearly_planar", text)]
+
+
+def _note_small_singular_values(
+    mobility: int, spectra: Sequence[Array], ranks: Sequence[int | None]
+) -> list[Notice]:
+    """Make a notice if loops that are regular as written were not, had axes been rounded.
+
+    Args:
+        mobility: degrees of freedom as written.
+        spectra: singular values of the loop matrix of each component (n,).
+        ranks: its rank, if it is regular as written and has small singular values.
+    """
+    small = sum(
+        rank - int(np.sum(values > AXIS_ROUNDING * values.max()))
+        for values, rank in zip(spectra, ranks, strict=True) if rank is not None
+    )  # fmt: skip
+    if not small:
+        return []
+    here, fewer = count_noun(mobility, "degree"), count_noun(small, "constraint")
+    text = (
+        f"as written the loops close and leave {here} of freedom, which is the answer; if axes "
+        f"were rounded by up to {AXIS_ROUNDING:.0e}, so that {fewer} fewer are left, there are "
+        f"{mobility + small}: write axes that are meant to be parallel, or to meet, with the "
+        "same digits"
+    )
+    return [Notice("nearly_special", text)]
 
 
 def _find_idle_joints(

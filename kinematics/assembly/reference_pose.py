@@ -31,6 +31,7 @@ def assemble_at(
     at: Mapping[str, float],
     *,
     exactly: bool = False,
+    mode: int | None = None,
 ) -> Linkage:
     """Assemble a linkage at another pose, which becomes its reference pose.
 
@@ -46,6 +47,7 @@ def assemble_at(
             Inputs that are not named stay where they are if the file closes its loops, or if
             only inputs are named.
         exactly: as for `kinematics.assembly.assemble.assemble`.
+        mode: likewise; positions count from the pose of the file.
 
     Returns:
         The linkage at that pose; whatever it holds refers to it. A notice names joints that
@@ -54,7 +56,7 @@ def assemble_at(
     Raises:
         CoordinateError: a joint does not exist, or an input cannot drive the linkage there.
         PoseError: the loops cannot be closed at that pose, or not all the way to it.
-        MobilityError: it is a pose at which branches of motion meet.
+        MobilityError: it is a pose at which modes of motion meet.
         OpenLoopError: the loops do not close.
     """
     names = names_of(draft.joints)
@@ -63,10 +65,10 @@ def assemble_at(
             problem = f"no such joint; the closest are {closest_names(name, names)}"
             raise CoordinateError(draft.source, [name], problem, names)
     try:
-        linkage = assemble(draft, inputs, exactly=exactly)
+        linkage = assemble(draft, inputs, exactly=exactly, mode=mode)
     except (OpenLoopError, MobilityError):
         named = draft.named_inputs if inputs is None else tuple(inputs)
-        if all(name in named for name in at):
+        if mode is not None or all(name in named for name in at):
             raise
         return _close_near(draft, inputs, named, at, exactly)
     if all(name in linkage.inputs for name in at):

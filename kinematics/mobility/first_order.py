@@ -67,18 +67,23 @@ def loop_singular_values(A: Array) -> tuple[Array, Array]:
     return np.concatenate([values, np.zeros(A.shape[1])])[: A.shape[1]], Vt
 
 
-def first_order(A: Array, tolerance: float = LOOP_RANK_RELATIVE) -> tuple[Array, Array]:
+def first_order(
+    A: Array, tolerance: float = LOOP_RANK_RELATIVE, rank: int | None = None
+) -> tuple[Array, Array]:
     """Compute the joint rates that a loop matrix leaves free, and its singular values.
 
     Args:
         A: loop matrix (rows, n).
         tolerance: singular values below this part of the largest count as zero.
+        rank: the rank, if it is known.
 
     Returns:
         Orthonormal rates (n, freedom), and the values, descending, padded to n.
     """
     values, Vt = loop_singular_values(A)
-    return Vt[int(np.sum(values > tolerance * values.max(initial=0.0))) :].T, values
+    if rank is None:
+        rank = int(np.sum(values > tolerance * values.max(initial=0.0)))
+    return Vt[rank:].T, values
 
 
 def first_order_mobility_of(chain: Chain, q: Array) -> int:

@@ -127,12 +127,16 @@ def trace_curve(chain: Chain, start: SheetPose, turning: NDArray[np.bool_]) -> C
 def _follow(
     chain: Chain, start: SheetPose, turning: NDArray[np.bool_]
 ) -> tuple[list[SheetPose], bool]:
-    """Follow a curve in one sense; return its poses, and whether it came back to the first."""
+    """Follow a curve in one sense; return its poses, and whether it came back to the first.
+
+    Steps are bent as the curve was before, so that they stay on it where another is tangent to
+    it.
+    """
     pose, step = start, FIRST
     poses = [start]
-    length = 0.0
+    length, bend = 0.0, np.zeros(len(start.q))
     for _ in range(min(MAX_STEPS, MAX_WORK // len(start.q) ** 2)):
-        there = follow_sheet(chain, pose, step * pose.T[:, 0])
+        there = follow_sheet(chain, pose, step * pose.T[:, 0] + 0.5 * step**2 * bend)
         if there is None or np.linalg.norm(there.q - pose.q) > 1.5 * step:
             step *= 0.43  # no simple part: a pose that hits a node is avoided at the next try
             if step < SHORTEST:
@@ -150,6 +154,7 @@ def _follow(
         ):
             return poses, True
         length += step
+        bend = (there.T[:, 0] - pose.T[:, 0]) / step
         pose = there
         poses.append(pose)
         if np.abs(np.where(turning, 0.0, pose.q)).max() > FAR:

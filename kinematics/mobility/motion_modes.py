@@ -54,6 +54,8 @@ Array = NDArray[np.float64]
 MAX_STARTS, STARTS = 240, 48
 # Most starts times the square of the number of joints, with which the cost of a start grows.
 MAX_WORK = 400_000
+# Distance of directions beside the tangent cone in which the search starts too, and their seed.
+ASIDE, SEED = 0.2, 7
 # Largest step along a sheet, relative to the distance from the singular pose; the cosine of the
 # angle by which its tangent space may turn on the way; and the most steps.
 STEP, TURN, MAX_STEPS = 0.2, 0.9, 14
@@ -110,7 +112,7 @@ def find_modes(chain: Chain, N: Array, distance: float) -> tuple[Mode, ...]:
     n, freedom = N.shape
     starts = min(max(STARTS * (freedom - 1), 32), MAX_STARTS, MAX_WORK // n**2)
     poses: list[Array] = []
-    for u in cone_directions(second_order_forms(chain, N), starts):
+    for u in _start_directions(cone_directions(second_order_forms(chain, N), starts), starts):
         q, residual = closest_pose(chain, N, distance, N @ u)
         if residual <= NEAR_SINGULAR_RESIDUAL and np.abs(q).max() <= 10 * distance:
             poses.append(q)
@@ -131,6 +133,25 @@ def find_modes(chain: Chain, N: Array, distance: float) -> tuple[Mode, ...]:
             for group in join(chain, N, distance, alike)
         ]
     return tuple(sorted(modes, key=cmp_to_key(_compare_modes)))
+
+
+def _start_directions(cone: Array, most: int) -> Array:
+    """Add directions on both sides of each of the tangent cone (k, f): some (m, f), m ≤ most.
+
+    Modes that are tangent to one another have one direction in the cone. From beside it the
+    search comes to that on its side.
+    """
+    f = cone.shape[1]
+    if f < 2 or len(cone) > most // 3:
+        return cone
+    rng = np.random.default_rng(SEED)
+    aside = np.column_stack([-cone[:, 1], cone[:, 0]]) if f == 2 else rng.standard_normal(
+        cone.shape
+    )
+    aside -= np.sum(aside * cone, axis=1, keepdims=True) * cone
+    aside *= ASIDE / np.linalg.norm(aside, axis=1)[:, None]
+    starts = np.concatenate([cone, cone + aside, cone - aside])
+    return np.asarray(starts / np.linalg.norm(starts, axis=1)[:, None])
 
 
 def closest_pose(chain: Chain, N: Array, distance: float, start: Array) -> tuple[Array, float]:
